@@ -1,0 +1,39 @@
+"""Mechanisms from symbolic constraints: poses, assembly modes, velocities, accelerations.
+
+Names are imported when they are first used, so that ``import mechdae`` stays light.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "
+    "UnavailableError SolveError AssemblyError UnreachableError SingularPoseError",
+    "mechdae.describe.mechanism": "Mechanism Ground Body",
+    "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt Distance Curve",
+    "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad",
+    "mechdae.describe.tasks": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis Study "
+    "Sensitivity",
+    "mechdae.describe.problem": "Problem Expected load",
+    "mechdae.describe.writing": "dump dumps",
+    "mechdae.analysis.solve": "solve",
+    "mechdae.analysis.function": "function",
+    "mechdae.results": "Result",
+    "mechdae.draw": "plot",
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
+__all__ = ["__version__", *sorted(_HOME)]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'mechdae' has no attribute '{name}'")
+    return getattr(importlib.import_module(_HOME[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

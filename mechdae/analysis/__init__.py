@@ -1,0 +1,1 @@
+"""Assembly, modes, sweeps: from kernels to results."""

@@ -1,0 +1,241 @@
+"""All solutions of one numerical block, by eliminating all but one unknown.
+
+A block of an Assur dyad is a trigonometric polynomial in one angle once the other unknown
+is eliminated: a second link's angle enters as the turning of a vector of constant length,
+a slide enters linearly. The polynomial g(alpha) = sum c_k exp(i k alpha / m) is sampled,
+its coefficients follow from a discrete Fourier transform and its real roots from a
+polynomial in exp(i alpha / m); m > 1 where gears let bodies turn by fractions.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.kernels.blocks import BlockGraph
+from mechdae.model.reduction import Scene
+
+MAX_DENOMINATOR = 1000
+MAX_DEGREE = 4000
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """Solutions of a block: ``x`` (k, n); ``proven`` when there are no others.
+
+    ``gap`` is the smallest residual over all angles when nothing solves the block (in the
+    residual's unit), ``infinite`` tells that a ratio is not rational.
+    """
+
+    x: Any
+    proven: bool
+    gap: float = 0.0
+    infinite: bool = False
+
+
+class BlockSolver:
+    """Finds all solutions of one block for given earlier unknowns and driver values."""
+
+    def __init__(self, scene: Scene, graph: BlockGraph, p: Any) -> None:
+        self.graph, self.p, self.n = graph, p, graph.size
+        self.angle = [scene.x_names[i][1] == "angle" for i in graph.own]
+        J = graph.J
+        self.constant = [
+            [ca.jacobian(J[:, j], graph.x[i]).nnz() == 0 for i in range(self.n)]
+            for j in range(self.n)
+        ]
+        self.linear = all(all(row) for row in self.constant)
+        self.turns = [self._turns(scene, i) for i in graph.own]
+        value = ca.Function("F", [graph.x, graph.z, scene.u, scene.model.p], [graph.F])
+        self._F = value
+
+    def _turns(self, scene: Scene, i: int) -> tuple[int, int] | None:
+        """Return m and the highest multiple of alpha/m with which bodies turn; None: infinite."""
+        symbol = scene.x[i]
+        ratios = {Fraction(1)}
+        for (body, name), expression in scene.recover.items():
+            del body
+            if name != "angle":
+                continue
+            slope = ca.jacobian(expression, symbol)
+            if slope.nnz():
+                value = float(ca.Function("k", [scene.model.p], [slope])(self.p))
+                exact = Fraction(value).limit_denominator(MAX_DENOMINATOR)
+                if abs(float(exact) - value) > 4e-15 * max(1.0, abs(value)):
+                    return None
+                ratios.add(exact)
+        m = math.lcm(*[ratio.denominator for ratio in ratios])
+        highest = max(abs(int(ratio * m)) for ratio in ratios)
+        return (m, highest) if m * highest <= MAX_DEGREE else None
+
+    def period(self, j: int) -> float:
+        """Return the period of unknown `j` [rad]; 0 for a length."""
+        turns = self.turns[j]
+        return 2 * np.pi * (turns[0] if turns else 1) if self.angle[j] else 0.0
+
+    def F(self, x: Any, z: Any, u: Any) -> Any:
+        """Return residuals (k, n) at points `x` (k, n)."""
+        k = len(x)
+        columns = [np.asarray(x).T, np.tile(z[:, None], k), np.tile(u[:, None], k)]
+        return np.array(self._F(*columns, np.tile(self.p[:, None], k))).T
+
+    def solve(self, z: Any, u: Any) -> Solutions | None:
+        """Return all solutions, None where the block has no closed form."""
+        if any(turns is None for turns, angle in zip(self.turns, self.angle, strict=True) if angle):
+            return Solutions(np.zeros((0, self.n)), False, infinite=True)
+        if self.linear:
+            return self._linear(z, u)
+        if self.n == 1 and self.angle[0]:
+            return self._roots(lambda a: self.F(a[:, None], z, u)[:, 0], 0, self._alone(z, u))
+        if self.n == 2:
+            for beta in (1, 0):
+                found = self._pair(1 - beta, beta, z, u)
+                if found is not None:
+                    return found
+        return None
+
+    def _linear(self, z: Any, u: Any) -> Solutions:
+        points = np.vstack([np.zeros(self.n), np.eye(self.n)])
+        values = self.F(points, z, u)
+        J = (values[1:] - values[0]).T
+        if np.linalg.matrix_rank(J) < self.n:
+            return Solutions(np.zeros((0, self.n)), False)
+        return Solutions(np.linalg.solve(J, -values[0])[None, :], True)
+
+    def _alone(self, z: Any, u: Any) -> Any:
+        del z, u
+        return lambda roots: roots[:, None]
+
+    def _pair(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
+        """Eliminate unknown `beta` of two; None where it does not separate."""
+        if not self.angle[alpha]:
+            return None
+        if self.constant[beta][beta]:
+            return self._slide(alpha, beta, z, u)
+        if not self.constant[beta][alpha] or self.turns[beta] != (1, 1):
+            return None
+
+        def at(a: Any, b: float) -> Any:
+            x = np.empty((len(a), 2))
+            x[:, alpha], x[:, beta] = a, b
+            return self.F(x, z, u)
+
+        zero = np.zeros(1)
+        arm = (at(zero, 0.0) - at(zero, np.pi))[0] / 2
+        quarter = (at(zero, np.pi / 2) - at(zero, -np.pi / 2))[0] / 2
+        turn = np.array([-arm[1], arm[0]])
+        size = float(np.hypot(*arm))
+        if min(np.abs(quarter - turn).max(), np.abs(quarter + turn).max()) > 1e-12 * size:
+            return None
+        sense = 1.0 if np.abs(quarter - turn).max() <= np.abs(quarter + turn).max() else -1.0
+
+        def rest(a: Any) -> Any:
+            return (at(a, 0.0) + at(a, np.pi)) / 2
+
+        def close(a: Any) -> Any:
+            return np.sum(rest(a) ** 2, axis=1) - size**2
+
+        def complete(a: Any) -> Any:
+            G = rest(a)
+            b = np.arctan2(-G[:, 1], -G[:, 0]) - np.arctan2(arm[1], arm[0])
+            x = np.empty((len(a), 2))
+            x[:, alpha], x[:, beta] = a, sense * b
+            return x
+
+        found = self._roots(close, alpha, complete, doubled=2)
+        if not len(found.x):
+            angles = np.linspace(0, self.period(alpha), 721)
+            reach = np.hypot(*rest(angles).T)
+            return Solutions(found.x, found.proven, float(np.abs(reach - size).min()))
+        return found
+
+    def _slide(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
+        """Eliminate an unknown that enters linearly with a coefficient that turns."""
+
+        def parts(a: Any) -> tuple[Any, Any]:
+            x = np.zeros((len(a), 2))
+            x[:, alpha] = a
+            fixed = self.F(x, z, u)
+            x[:, beta] = 1.0
+            return fixed, self.F(x, z, u) - fixed
+
+        def cross(a: Any) -> Any:
+            fixed, slope = parts(a)
+            return fixed[:, 0] * slope[:, 1] - fixed[:, 1] * slope[:, 0]
+
+        def complete(a: Any) -> Any:
+            fixed, slope = parts(a)
+            x = np.zeros((len(a), 2))
+            x[:, alpha] = a
+            x[:, beta] = -np.sum(fixed * slope, axis=1) / np.sum(slope * slope, axis=1)
+            return x
+
+        return self._roots(cross, alpha, complete, doubled=2)
+
+    def _roots(self, g: Any, alpha: int, complete: Any, doubled: int = 1) -> Solutions:
+        turns = self.turns[alpha]
+        assert turns is not None
+        m, highest = turns
+        degree = doubled * highest
+        count = 4 * degree + 4
+        angles = 2 * np.pi * m * np.arange(count) / count
+        values = g(angles)
+        size = float(np.abs(values).max())
+        spectrum = np.fft.fft(values) / count
+        c = np.concatenate([spectrum[-degree:], spectrum[: degree + 1]])  # k = -degree..degree
+        noise = 64 * np.finfo(float).eps * size
+        while degree > 0 and abs(c[0]) <= noise and abs(c[-1]) <= noise:
+            c, degree = c[1:-1], degree - 1
+        empty = np.zeros((0, self.n))
+        if degree == 0:
+            return Solutions(empty, abs(c[0]) > noise, float(np.abs(values).min()))
+        if degree == 1:
+            ratio = -c[1].real / (2 * abs(c[2]))
+            if abs(ratio) > 1 + 8 * np.finfo(float).eps:
+                return Solutions(empty, True, float(2 * abs(c[2]) * (abs(ratio) - 1)))
+            half = math.acos(min(1.0, max(-1.0, ratio)))
+            middle = -np.angle(c[2])
+            roots = np.unique([middle - half, middle + half]) * m
+            return Solutions(complete(roots), True)
+        w = np.roots(c[::-1])
+        off = np.abs(np.abs(w) - 1)
+        near = w[off < 1e-4]
+        roots = np.sort(np.angle(near) * m)
+        x, sure = self._distinct(complete(roots), g, alpha)
+        doubtful = np.sum(off < 1e-4) != len(x)
+        gap = float(np.abs(values).min()) if not len(x) else 0.0
+        return Solutions(x, bool(sure and not doubtful), gap)
+
+    def _distinct(self, x: Any, g: Any, alpha: int) -> tuple[Any, bool]:
+        """Polish roots by the secant method and drop those that are not real roots."""
+        kept: list[Any] = []
+        sure = True
+        for row in x:
+            a = row[alpha]
+            step = 1e-6
+            slope = float(g(np.array([a + step]))[0] - g(np.array([a - step]))[0]) / (2 * step)
+            value = float(g(np.array([a]))[0])
+            for _ in range(20):
+                if slope == 0 or not math.isfinite(value):
+                    break
+                change = value / slope
+                a -= change
+                value = float(g(np.array([a]))[0])
+                if abs(change) < 1e-15 * (1 + abs(a)):
+                    break
+            if slope == 0 or abs(value / slope) > 1e-9 or abs(a - row[alpha]) > 1e-2:
+                sure = False
+                continue
+            new = row.copy()
+            new[alpha] = a
+            period = self.period(alpha)
+            if any(abs(math.remainder(a - other[alpha], period)) < 1e-8 for other in kept):
+                sure = False
+                continue
+            kept.append(new)
+        return np.array(kept).reshape(-1, self.n), sure

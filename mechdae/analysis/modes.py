@@ -1,0 +1,309 @@
+"""Assembly modes: all poses at one value of the drivers, group by group.
+
+Dyads (geared ones included) are solved by elimination, and their count is proven; larger
+groups by Newton's method from many starts, and their count is only "found".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.eliminant import BlockSolver
+from mechdae.kernels.graphs import Graphs
+from mechdae.model.structure import Group
+
+STARTS = 400
+SEED = 20181
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One assembly mode: unknowns, labels of the groups in the order of the formula."""
+
+    x: Any
+    labels: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        return ",".join(self.labels)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A group that has no pose here: its index, the gap and the residual's unit."""
+
+    group: Group
+    gap: float
+    infinite: bool = False
+
+
+class Assembler:
+    """Finds poses of a scene at given driver values.
+
+    Parameters
+    ----------
+    graphs
+        Kernels of the scene.
+    sketch
+        Rough angles by body name [rad]; used to choose modes and whole turns.
+    """
+
+    def __init__(self, graphs: Graphs, sketch: Mapping[str, float]) -> None:
+        self.graphs, self.scene, self.sketch = graphs, graphs.scene, dict(sketch)
+        self.p = self.scene.model.p_values
+        self.solvers = [BlockSolver(self.scene, graph, self.p) for graph in graphs.blocks]
+        self.proven = True
+
+    def blocks_of(self, group: Group) -> list[int]:
+        return [b for b, graph in enumerate(self.graphs.blocks) if graph.block.group == group.index]
+
+    # -- absolute coordinates --------------------------------------------------------------
+
+    @cached_property
+    def _absolute(self) -> tuple[list[tuple[str, str]], Any]:
+        names = list(self.scene.recover)
+        values = ca.vertcat(*self.scene.recover.values())
+        inputs = [self.scene.x, self.scene.u, self.scene.model.p]
+        return names, ca.Function("q", inputs, [values])
+
+    def coordinates(self, x: Any, u: Any) -> dict[tuple[str, str], float]:
+        """Return all absolute coordinates at a pose."""
+        names, function = self._absolute
+        return dict(zip(names, np.array(function(x, u, self.p)).ravel().tolist(), strict=True))
+
+    @cached_property
+    def _group_jacobians(self) -> Any:
+        """Absolute Jacobians of the groups, rows and columns in declared order."""
+        model = self.scene.model
+        columns = [j for j, name in enumerate(model.q_names) if name in self.scene.recover]
+        q = model.q[columns]
+        parts = []
+        for group in self.scene.groups:
+            phi = ca.vertcat(*[self.scene.rows[i].expression for i in group.rows])
+            parts.append(ca.densify(ca.jacobian(phi, model.q[list(group.columns)])))
+        names = [model.q_names[j] for j in columns]
+        return names, ca.Function("J", [q, model.p], parts)
+
+    def group_jacobian(self, x: Any, u: Any, group: Group) -> Any:
+        """Return the group's share of the absolute Jacobian at a pose."""
+        names, function = self._group_jacobians
+        q = self.coordinates(x, u)
+        values = function(np.array([q[name] for name in names]), self.p)
+        place = [g.index for g in self.scene.groups].index(group.index)
+        return np.array(values[place] if isinstance(values, tuple | list) else values)
+
+    # -- one group -------------------------------------------------------------------------
+
+    def candidates(self, group: Group, x: Any, u: Any) -> tuple[list[Any], bool, Failure | None]:
+        """Return all poses of a group for solved earlier groups, and whether that is proven."""
+        found = [x.copy()]
+        proven = True
+        failure = None
+        for b in self.blocks_of(group):
+            graph, solver = self.graphs.blocks[b], self.solvers[b]
+            ahead = []
+            for start in found:
+                z = start[graph.uses] if graph.uses else np.zeros(0)
+                result = solver.solve(z, u)
+                if result is None:
+                    solutions, sure, gap = self._search(b, start, u), False, 0.0
+                    infinite = False
+                else:
+                    solutions, sure = result.x, result.proven
+                    gap, infinite = result.gap, result.infinite
+                proven &= sure
+                if not len(solutions):
+                    failure = Failure(group, gap, infinite)
+                for solution in solutions:
+                    new = start.copy()
+                    new[graph.own] = self._nearest_turn(b, solution)
+                    ahead.append(self._polish(b, new, u))
+            found = ahead
+        return found, proven, failure if not found else None
+
+    def _polish(self, b: int, x: Any, u: Any) -> Any:
+        """Return x after a few Newton steps in block `b`; kept as it is at a fold."""
+        graph = self.graphs.blocks[b]
+        result, best = x.copy(), np.inf
+        for _ in range(4):
+            F, J, _ = graph.value_at(result, u, self.p)
+            try:
+                step = np.linalg.solve(J, F)
+            except np.linalg.LinAlgError:
+                return x
+            size = float(np.abs(step).max())
+            if not size < best:
+                break
+            best = size
+            result[graph.own] -= step
+        return result if np.abs(result - x).max() < 1e-3 else x
+
+    def _nearest_turn(self, b: int, solution: Any) -> Any:
+        """Return the solution with whole turns added to come nearest to the sketch."""
+        graph, solver = self.graphs.blocks[b], self.solvers[b]
+        result = np.array(solution, float)
+        for j, i in enumerate(graph.own):
+            period = solver.period(j)
+            if period:
+                wanted = self.sketch.get(self.scene.x_names[i][0], 0.0)
+                result[j] -= period * np.round((result[j] - wanted) / period)
+        return result
+
+    def _search(self, b: int, x: Any, u: Any) -> Any:
+        """Return the distinct solutions that Newton's method finds from many starts."""
+        graph, solver = self.graphs.blocks[b], self.solvers[b]
+        random = np.random.default_rng(SEED)
+        scale = 1.0
+        starts = random.uniform(-np.pi, np.pi, (STARTS, graph.size))
+        hint = [self.sketch.get(self.scene.x_names[i][0], np.nan) for i in graph.own]
+        if np.all(np.isfinite(hint)):
+            starts[0] = hint
+        kept: list[Any] = []
+        for start in starts:
+            y = x.copy()
+            y[graph.own] = start
+            for _ in range(50):
+                F, J, _ = graph.value_at(y, u, self.p)
+                if not np.all(np.isfinite(F)):
+                    break
+                step = np.linalg.lstsq(J, F, rcond=None)[0]
+                size = float(np.abs(step).max())
+                y[graph.own] -= step * min(1.0, 0.7 / size if size else 1.0)
+                if size < 1e-13 * scale:
+                    break
+            else:
+                continue
+            solution = y[graph.own]
+            if np.all(np.isfinite(solution)) and not any(
+                self._same(solver, solution, other) for other in kept
+            ):
+                kept.append(solution)
+        return np.array(kept).reshape(-1, graph.size)
+
+    @staticmethod
+    def _same(solver: BlockSolver, a: Any, b: Any) -> bool:
+        gaps = [
+            abs(np.remainder(d + period / 2, period) - period / 2) if period else abs(d)
+            for d, period in ((a[j] - b[j], solver.period(j)) for j in range(len(a)))
+        ]
+        return max(gaps) < 1e-7
+
+    # -- labels ----------------------------------------------------------------------------
+
+    def sign(self, group: Group, x: Any, u: Any) -> str:
+        """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian."""
+        mechanism = self.scene.model.mechanism
+        if group.kind == "RRR" and len(group.bodies) == 2 and group.higher_pairs == 0:
+            value = self._orientation(group, x, u)
+        else:
+            value = float(np.linalg.slogdet(self.group_jacobian(x, u, group))[0])
+        del mechanism
+        return "+" if value > 0 else "-" if value < 0 else "0"
+
+    def _orientation(self, group: Group, x: Any, u: Any) -> float:
+        joints = self.scene.model.mechanism.joints
+        inner = joints[group.inner[0]]
+        first = group.bodies[0]
+        outer = [joints[name] for name in group.joints if name != inner.name]
+        outer.sort(key=lambda joint: first not in joint.bodies)
+        q = self.coordinates(x, u)
+        a, b, c = (self._place(joint.second, q) for joint in (outer[0], inner, outer[1]))
+        return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
+
+    def _place(self, reference: str, q: Mapping[tuple[str, str], float]) -> Any:
+        body, point = reference.split(".")
+        model = self.scene.model
+        values = self._values
+        local = complex(values[f"{reference}.x"], values[f"{reference}.y"])
+        del point
+        if body not in model.mechanism.bodies:
+            return np.array([local.real, local.imag])
+        turned = local * np.exp(1j * q[(body, "angle")])
+        return np.array([q[(body, "x")] + turned.real, q[(body, "y")] + turned.imag])
+
+    @cached_property
+    def _values(self) -> dict[str, float]:
+        return self.scene.model.mechanism.values()
+
+    def group_labels(self, group: Group, poses: list[Any], u: Any) -> list[str]:
+        """Return the labels of all poses of one group: sign, and rank where it is no dyad."""
+        signs = [self.sign(group, x, u) for x in poses]
+        if group.is_dyad or all(self.solvers[b].linear for b in self.blocks_of(group)):
+            return signs
+        angles = [self._first_angle(group, x, u) for x in poses]
+        labels = []
+        for k, sign in enumerate(signs):
+            rank = 1 + sum(
+                other == sign and angles[i] < angles[k] for i, other in enumerate(signs)
+            )
+            labels.append(f"{sign}{rank}")
+        return labels
+
+    def _first_angle(self, group: Group, x: Any, u: Any) -> float:
+        angle = self.coordinates(x, u)[(group.bodies[0], "angle")]
+        period = 2 * np.pi
+        for b in self.blocks_of(group):
+            for j, i in enumerate(self.graphs.blocks[b].own):
+                if self.scene.x_names[i] == (group.bodies[0], "angle"):
+                    period = self.solvers[b].period(j) or period
+        return angle - period * float(np.ceil(angle / period - 0.5))
+
+    # -- whole scene -----------------------------------------------------------------------
+
+    def modes(self, u: Any, limit: int | None = None) -> tuple[list[Mode], bool, Failure | None]:
+        """Return all modes, whether the count is proven, and the group that failed last."""
+        found = [Mode(np.zeros(self.graphs.nx), ())]
+        proven, failure = True, None
+        for group in self.scene.groups:
+            ahead = []
+            for mode in found:
+                poses, sure, failed = self.candidates(group, mode.x, u)
+                proven &= sure
+                failure = failed or failure
+                labels = self.group_labels(group, poses, u)
+                for x, label in zip(poses, labels, strict=True):
+                    own = () if group.driven or group.kind == "weld" else (label,)
+                    ahead.append(Mode(x, mode.labels + own))
+            found = ahead
+        found.sort(key=lambda mode: [(text[0] != "+", text) for text in mode.labels])
+        return found[:limit], proven, failure if not found else None
+
+    def from_sketch(self, u: Any) -> tuple[Any, Failure | None, list[Group]]:
+        """Return the pose nearest to the sketch, group by group.
+
+        Returns
+        -------
+        x : (nx,) array
+        failure
+            The group that cannot be assembled at `u`, None when all are.
+        doubtful
+            Groups whose mode the sketch does not tell.
+        """
+        x = np.zeros(self.graphs.nx)
+        doubtful = []
+        for group in self.scene.groups:
+            poses, _, failure = self.candidates(group, x, u)
+            if failure is not None:
+                return x, failure, doubtful
+            distances = [self._distance(group, pose, u) for pose in poses]
+            order = np.argsort(distances)
+            if len(poses) > 1 and distances[order[1]] - distances[order[0]] < 1e-6:
+                doubtful.append(group)
+            x = poses[int(order[0])]
+        return x, None, doubtful
+
+    def _distance(self, group: Group, x: Any, u: Any) -> float:
+        """Return how far the group's angles are from the sketch [rad]."""
+        q = self.coordinates(x, u)
+        gaps = [
+            np.remainder(q[(body, "angle")] - self.sketch[body] + np.pi, 2 * np.pi) - np.pi
+            for body in group.bodies
+            if body in self.sketch
+        ]
+        return float(np.sqrt(np.sum(np.square(gaps)))) if gaps else 0.0

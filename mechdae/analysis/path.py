@@ -1,0 +1,394 @@
+"""A certified path: one continuous solution along the drivers, with its limit positions.
+
+The path is followed in steps that are each proved by the test of `Graphs.advance`: over
+the whole step one solution exists near the tangent and no other one. A step that fails is
+halved. Where steps shrink, the limit position (fold) ahead is found by Newton's method on
+{F = 0, J v = 0, v.v = 1}; the group ends there and the others go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.numbers import Constants
+from mechdae.errors import SolveError
+from mechdae.kernels.batch import Batch
+from mechdae.kernels.graphs import Graphs
+from mechdae.kernels.sequence import Sequence
+
+STRIDE = 64
+"""Steps in one call of the sequential kernel."""
+NODES_PER_TURN = 128
+SHRUNK = 1 / 32
+"""Share of the largest step below which a limit position is looked for."""
+SMALLEST = 1e-9
+APPROACH = 1e-6
+"""Share of the largest step at which the path hands over to the limit's own expansion."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where a group's motion ends: a fold of its block, or a pose that is not passed.
+
+    ``x`` is the whole unknown vector there, (nx,); s = s* + c sigma^2 and
+    x = x* + v sigma + ... lead into it; ``kind`` is "limit" or "change_point".
+    """
+
+    s: float
+    block: int
+    group: int
+    kind: str
+    x: Any = None
+    v: Any = None
+    c: float = 0.0
+
+
+@dataclass
+class Reach:
+    """The interval of s over which a group follows the path; None where it goes on."""
+
+    low: Limit | None = None
+    high: Limit | None = None
+
+    def contains(self, s: Any) -> Any:
+        inside = np.ones(np.shape(s), bool)
+        if self.low is not None:
+            inside &= s > self.low.s
+        if self.high is not None:
+            inside &= s < self.high.s
+        return inside
+
+
+@dataclass
+class Counts:
+    """Work done."""
+
+    steps: int = 0
+    rejected: int = 0
+    poses: int = 0
+    newton: int = 0
+    folds: int = 0
+
+
+@dataclass
+class Path:
+    """The certified nodes of one scene.
+
+    Parameters
+    ----------
+    graphs, constants
+        Functions and numbers of the scene.
+    u0, d : (nd,) arrays
+        u = u0 + s d; for one driver s is u itself.
+    largest
+        Largest step in s.
+    """
+
+    graphs: Graphs
+    constants: Constants
+    u0: Any
+    d: Any
+    largest: float
+    counts: Counts = field(default_factory=Counts)
+
+    def __post_init__(self) -> None:
+        g = self.graphs
+        self.whole = np.concatenate([self.constants.vector(), self.u0, self.d])
+        self._one = Batch(g.advance, shared=[2], chunk=1)
+        self._many: Any = None
+        self.groups = [group.index for group in g.scene.groups]
+        self.block_group = [graph.block.group for graph in g.blocks]
+        self.reach = {index: Reach() for index in self.groups}
+        self._folds: dict[int, Any] = {}
+        self.s: list[float] = []
+        self.state: list[Any] = []
+        self.sign: Any = None
+
+    # -- nodes ---------------------------------------------------------------------------
+
+    def begin(self, x: Any, s: float) -> None:
+        """Put the first node: a solved pose `x` (nx,) at `s`."""
+        g = self.graphs
+        start = np.concatenate([x, np.zeros(2 * g.nx + g.nb)])
+        state, _, det, _ = self._step(start, s, 0.0)
+        self.s, self.state = [s], [state]
+        self.sign = np.sign(det)
+
+    def _step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
+        """Return state, test, det and miss after one step."""
+        result = self._one(state[None, :], np.array([[s, ds]]), self.whole)
+        return result[0][0], result[1][0], result[2][0], result[3][0]
+
+    def arrays(self) -> tuple[Any, Any, Any, Any]:
+        """Return s (m,), x, x', x'' (m, nx) of the nodes, s rising."""
+        n = self.graphs.nx
+        state = np.array(self.state)
+        return np.array(self.s), state[:, :n], state[:, n : 2 * n], state[:, 2 * n : 3 * n]
+
+    def extend(self, to: float, needed: Iterable[int] | None = None) -> None:
+        """Follow the path until `to`, or until all `needed` groups have ended."""
+        if not self.s:
+            raise SolveError("the path has no start")
+        up = to > self.s[-1]
+        if not up and to >= self.s[0]:
+            return
+        sense = 1.0 if up else -1.0
+        ended = {i for i in self.groups if (self.reach[i].high if up else self.reach[i].low)}
+        wanted = set(self.groups if needed is None else needed)
+        step = self.largest
+        while wanted - ended:
+            s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
+            rest = sense * (to - s)
+            if rest <= 0:
+                return
+            if rest > 4 * step:
+                held = self._stride(s, state, sense * step, int(min(STRIDE, rest // step)), ended, up)
+                if held:
+                    step = min(2 * step, self.largest) if held > 4 else step / 2
+                    continue
+            step = self._careful(s, state, sense, min(step, rest), rest, ended, up)
+
+    def _alive(self, ended: set[int]) -> Any:
+        """Return which blocks belong to groups that have not ended."""
+        return np.array([group not in ended for group in self.block_group], bool)
+
+    def _stride(
+        self, s: float, state: Any, ds: float, count: int, ended: set[int], up: bool
+    ) -> int:
+        """Take up to `count` equal steps in one call; return how many were proved."""
+        if self._many is None:
+            self._many = Sequence(self.graphs.advance, STRIDE)
+        places = s + ds * np.arange(STRIDE + 1)
+        states, test, det, miss = self._many(state, places[:-1], ds, self.whole)
+        alive = self._alive(ended)
+        good = self._good(test[:, alive], det[:, alive], miss[:, alive], alive)[:count]
+        held = count if good.all() else int(np.argmin(good))
+        self.counts.steps += held
+        self.counts.rejected += held < count
+        for k in range(held):
+            self._append(float(places[k + 1]), states[k], up)
+        return held
+
+    def _good(self, test: Any, det: Any, miss: Any, alive: Any) -> Any:
+        same = np.sign(det) == self.sign[alive]
+        return np.all((test <= 1) & (miss <= 1) & same, axis=-1)
+
+    def _append(self, s: float, state: Any, up: bool) -> None:
+        if up:
+            self.s.append(s)
+            self.state.append(state)
+        else:
+            self.s.insert(0, s)
+            self.state.insert(0, state)
+
+    def _careful(
+        self, s: float, state: Any, sense: float, step: float, rest: float, ended: set[int], up: bool
+    ) -> float:
+        """Take one step, halved until it is proved; return the step to try next."""
+        alive = self._alive(ended)
+        tried: set[int] = set()
+        while True:
+            after, test, det, miss = self._step(state, s, sense * step)
+            good = (test <= 1) & (miss <= 1) & (np.sign(det) == self.sign)
+            bad = np.flatnonzero(alive & ~good)
+            if not bad.size:
+                self.counts.steps += 1
+                exact = s + sense * rest if step == rest else s + sense * step
+                self._append(exact, after, up)
+                return min(1.5 * step, self.largest)
+            self.counts.rejected += 1
+            b = int(bad[0])
+            step /= 2
+            if step < SHRUNK * self.largest and b not in tried:
+                tried.add(b)
+                limit = self._find_limit(b, s, state, sense, step, ended)
+                if limit is not None:
+                    if sense * (limit.s - s) > rest:
+                        continue
+                    self._end(limit, ended, up)
+                    return step
+            if step < SMALLEST * self.largest:
+                x = state[: self.graphs.nx]
+                group = self.block_group[b]
+                self._end(Limit(s, b, group, "change_point", x=x), ended, up)
+                return self.largest
+
+    # -- limit positions -----------------------------------------------------------------
+
+    def _end(self, limit: Limit, ended: set[int], up: bool) -> None:
+        """Record that a group, and the groups attached to it, go no further."""
+        after = {limit.group}
+        for group in self.graphs.scene.groups:
+            if after & set(group.after):
+                after.add(group.index)
+        for index in after & set(self.groups) - ended:
+            ended.add(index)
+            if up:
+                self.reach[index].high = limit
+            else:
+                self.reach[index].low = limit
+
+    def _find_limit(
+        self, b: int, s: float, state: Any, sense: float, step: float, ended: set[int]
+    ) -> Limit | None:
+        """Return the fold of block `b` just ahead, None while it is not close enough."""
+        g = self.graphs
+        self.counts.folds += 1
+        if b not in self._folds:
+            self._folds[b] = g.fold(b)
+        function = self._folds[b]
+        chain = [i for k in g.ancestors(b) for i in g.blocks[k].own]
+        own = [chain.index(i) for i in g.blocks[b].own]
+        x = state[: g.nx]
+        y = np.concatenate([x[chain], [s], np.zeros(len(own))])
+        weights = self._weights(b)
+        J = np.array(function(y, self.whole)[2]) * weights
+        null = np.linalg.svd(J)[2][-1]
+        y[len(chain) + 1 :] = null
+        moved = np.inf
+        for _ in range(30):
+            system, slope = (np.array(part) for part in function(y, self.whole)[:2])
+            scaled, right = _equilibrated(slope, system.ravel())
+            try:
+                change = np.linalg.solve(scaled, right)
+            except np.linalg.LinAlgError:
+                return None
+            y = y - change
+            if not np.all(np.isfinite(y)) or abs(y[len(chain)] - s) > 50 * self.largest:
+                return None
+            before, moved = moved, float(np.max(np.abs(change)))
+            if moved <= 1e-15 * (1 + np.max(np.abs(y))) or (moved < 1e-10 and moved >= before):
+                break
+        else:
+            return None
+        found = float(y[len(chain)])
+        ahead = sense * (found - s)
+        if not -1e-12 * (1 + abs(s)) <= ahead <= 20 * self.largest:
+            return None
+        system, slope, J, F_y, bend = (np.array(part) for part in function(y, self.whole))
+        left = np.linalg.svd(J * weights)[0][:, -1]
+        # total derivative of F_b with respect to s, earlier unknowns following
+        earlier = [k for k in range(len(chain)) if k not in own]
+        total = F_y[:, len(chain)].copy()
+        if earlier:
+            block_rows = len(chain) - len(own)
+            follow = -np.linalg.solve(
+                slope[:block_rows, earlier], slope[:block_rows, len(chain)]
+            )
+            total += F_y[:, earlier] @ follow
+        push = float(left @ total)
+        curve = float(left @ bend.ravel())
+        if push == 0 or curve == 0:
+            return None
+        c = -curve / (2 * push)
+        v = y[len(chain) + 1 :] * weights
+        # the expansion at the limit must lead back to the pose the path has reached
+        if c * sense >= 0:
+            return None
+        sigma = np.sqrt(max((s - found) / c, 0.0))
+        offset = (x[chain] - y[: len(chain)])[own]
+        sigma = float(np.sign(offset @ v) * sigma)
+        far = float(np.max(np.abs(offset))) or 1e-300
+        if np.max(np.abs(offset - v * sigma)) > 0.3 * far:
+            return None
+        whole = self._at_limit(x, chain, y, found, ended, b)
+        full = np.zeros(g.nx)
+        full[g.blocks[b].own] = v
+        return Limit(found, b, self.block_group[b], "limit", x=whole, v=full, c=c)
+
+    def _at_limit(
+        self, x: Any, chain: list[int], y: Any, s: float, ended: set[int], b: int
+    ) -> Any:
+        """Return the whole unknown vector at a fold; the other blocks by Newton's method."""
+        g = self.graphs
+        result = x.copy()
+        result[chain] = y[: len(chain)]
+        fixed = set(g.ancestors(b))
+        u = self.u0 + s * self.d if not g.single else np.array([s])
+        for k, graph in enumerate(g.blocks):
+            if k in fixed or self.block_group[k] in ended:
+                continue
+            for _ in range(12):
+                F, J, _ = graph.value_at(result, u, self.constants.p)
+                try:
+                    change = np.linalg.solve(J, F)
+                except np.linalg.LinAlgError:
+                    break
+                result[graph.own] -= change
+        return result
+
+    def _weights(self, b: int) -> Any:
+        w, _ = self.graphs._weights(b)
+        from casadi import Function
+
+        return np.array(Function("w", [self.graphs.scale], [w])(self.constants.scale)).ravel()
+
+    # -- guesses ---------------------------------------------------------------------------
+
+    def guess(self, s: Any) -> Any:
+        """Return unknowns (n, nx) near the path at `s` (n,), by quintic Hermite pieces.
+
+        Between the last node and a limit position the expansion in sigma is used instead.
+        """
+        S, X, V, A = self.arrays()
+        if len(S) == 1:
+            return np.repeat(X, len(s), axis=0)
+        k = np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
+        result = _quintic(S, X, V, A, k, s)
+        for group, reach in self.reach.items():
+            columns = [i for b, g in enumerate(self.graphs.blocks) for i in g.own
+                       if self.block_group[b] == group]
+            for limit, side in ((reach.low, -1), (reach.high, 1)):
+                if limit is not None and limit.v is not None and columns:
+                    self._near_limit(result, s, S, X, V, limit, side, columns)
+        return result
+
+    def _near_limit(
+        self, result: Any, s: Any, S: Any, X: Any, V: Any, limit: Limit, side: int, columns: list[int]
+    ) -> None:
+        """Overwrite guesses between the last node before a limit and the limit."""
+        inside = np.flatnonzero((S < limit.s) if side > 0 else (S > limit.s))
+        if not inside.size:
+            return
+        last = inside[-1] if side > 0 else inside[0]
+        between = (s - S[last]) * side >= 0
+        between &= (limit.s - s) * side >= 0
+        if not between.any():
+            return
+        sign = np.sign((X[last] - limit.x) @ limit.v) or 1.0
+        reach = sign * np.sqrt((S[last] - limit.s) / limit.c)
+        sigma = sign * np.sqrt(np.maximum((s[between] - limit.s) / limit.c, 0.0))
+        rise = X[last] - limit.x
+        slope = V[last] * 2 * limit.c * reach
+        b = (slope * reach - rise) / reach**2
+        a = rise / reach - b * reach
+        value = limit.x + a * sigma[:, None] + b * sigma[:, None] ** 2
+        rows = np.flatnonzero(between)
+        result[np.ix_(rows, columns)] = value[:, columns]
+
+
+def _equilibrated(matrix: Any, right: Any) -> tuple[Any, Any]:
+    """Return the system with rows scaled to a largest entry of 1."""
+    size = np.max(np.abs(matrix), axis=1)
+    size[size == 0] = 1.0
+    return matrix / size[:, None], right / size
+
+
+def _quintic(S: Any, X: Any, V: Any, A: Any, k: Any, s: Any) -> Any:
+    """Return the quintic Hermite interpolant at `s` in the intervals `k`."""
+    h = np.diff(S)[:, None]
+    x0, x1 = X[:-1], X[1:]
+    v0, v1, a0, a1 = V[:-1] * h, V[1:] * h, A[:-1] * h * h, A[1:] * h * h
+    rise = x1 - x0
+    c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
+    c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
+    c5 = 6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0)
+    t = ((s - S[k]) / h[k, 0])[:, None]
+    result = c5[k]
+    for coefficient in (c4, c3, 0.5 * a0, v0, x0):
+        result = result * t + coefficient[k]
+    return result

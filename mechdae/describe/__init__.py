@@ -1,0 +1,1 @@
+"""Descriptions: mechanisms, tasks and problem files as frozen values, no computation."""

@@ -1,0 +1,158 @@
+"""Numbers written as expressions: parsed with a whitelist, never executed.
+
+An expression may hold numbers, names, ``+ - * / **``, unary signs, parentheses and the
+functions listed in `FUNCTIONS`; dotted names (``slide.slide``) are coordinates. It is at
+most `MAX_LENGTH` characters long and `MAX_DEPTH` operations deep.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any
+
+from mechdae.errors import InputError, UnknownName, shorten
+
+MAX_LENGTH = 500
+MAX_DEPTH = 60
+CONSTANTS = {"pi": math.pi}
+FUNCTIONS = (
+    "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs sign min max hypot".split()
+)
+OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+    ast.Div: lambda a, b: a / b,
+    ast.Pow: lambda a, b: a**b,
+}
+_FLOAT: dict[str, Callable[..., Any]] = {
+    **{name: getattr(math, name) for name in FUNCTIONS if hasattr(math, name)},
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
+}
+
+
+@lru_cache(maxsize=4096)
+def parse(text: str) -> ast.expr:
+    """Return the checked syntax tree of `text`.
+
+    Raises
+    ------
+    InputError
+        Too long, too deep, not an expression, or anything that is not on the whitelist.
+    """
+    if len(text) > MAX_LENGTH:
+        raise InputError(
+            f"expression of {len(text)} characters, at most {MAX_LENGTH} are allowed",
+            hint="name its parts in [parameters]",
+        )
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise InputError(f"'{shorten(text)}' is not an expression") from None
+    _check(tree, text, 0)
+    return tree
+
+
+def _check(node: ast.AST, text: str, depth: int) -> None:
+    if depth > MAX_DEPTH:
+        raise InputError(f"'{shorten(text)}' is nested deeper than {MAX_DEPTH} operations")
+    if isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+        parts: list[ast.expr] = [node.left, node.right]
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.UAdd | ast.USub):
+        parts = [node.operand]
+    elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+        if node.func.id not in FUNCTIONS:
+            raise UnknownName("function", node.func.id, FUNCTIONS)
+        parts = node.args
+    elif _dotted(node) or _is_number(node):
+        parts = []
+    else:
+        raise InputError(
+            f"'{shorten(text)}' holds more than arithmetic",
+            hint=f"numbers, names, + - * / ** and {', '.join(FUNCTIONS)} are allowed",
+        )
+    for part in parts:
+        _check(part, text, depth + 1)
+
+
+def _is_number(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and type(node.value) in (int, float)
+
+
+def _dotted(node: ast.AST) -> str:
+    """Return ``a.b.c`` for a (dotted) name, '' for anything else."""
+    parts = []
+    while isinstance(node, ast.Attribute):
+        parts.append(node.attr)
+        node = node.value
+    return ".".join([node.id, *reversed(parts)]) if isinstance(node, ast.Name) else ""
+
+
+def names_in(text: str) -> set[str]:
+    """Return the (dotted) names that the expression uses, ``pi`` excepted."""
+    found: set[str] = set()
+
+    def walk(node: ast.AST) -> None:
+        name = _dotted(node)
+        if name:
+            found.add(name)
+        elif isinstance(node, ast.Call):
+            for argument in node.args:
+                walk(argument)
+        else:
+            for child in ast.iter_child_nodes(node):
+                walk(child)
+
+    walk(parse(text))
+    return found - set(CONSTANTS)
+
+
+def build(text: str, names: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Any:
+    """Return the expression over the values in `names` (floats or symbols)."""
+
+    def walk(node: Any) -> Any:
+        name = _dotted(node)
+        if name:
+            if name in names:
+                return names[name]
+            if name in CONSTANTS:
+                return CONSTANTS[name]
+            raise UnknownName("name", name, [*names, *CONSTANTS])
+        if isinstance(node, ast.Constant):
+            return float(node.value)  # type: ignore[arg-type]
+        if isinstance(node, ast.BinOp):
+            return OPERATORS[type(node.op)](walk(node.left), walk(node.right))
+        if isinstance(node, ast.UnaryOp):
+            value = walk(node.operand)
+            return -value if isinstance(node.op, ast.USub) else value
+        return functions[node.func.id](*[walk(argument) for argument in node.args])
+
+    return walk(parse(text))
+
+
+def evaluate(number: float | str, names: Mapping[str, float]) -> float:
+    """Return the value of a number or expression as a finite float.
+
+    Raises
+    ------
+    InputError
+        An unknown name, a wrong number of arguments, an overflow, a division by zero.
+    """
+    if not isinstance(number, str):
+        return float(number)
+    try:
+        value = build(number, names, _FLOAT)
+        result = float(value) if not isinstance(value, complex) else math.nan
+    except (ArithmeticError, TypeError, ValueError) as problem:
+        if isinstance(problem, InputError):
+            raise
+        raise InputError(f"'{shorten(number)}' has no value: {problem}") from None
+    if not math.isfinite(result):
+        raise InputError(f"'{shorten(number)}' is not a finite real number")
+    return result

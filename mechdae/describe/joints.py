@@ -1,0 +1,243 @@
+"""The kinematic pairs as frozen values.
+
+A joint connects a point of its first body to a point of its second; its relative
+coordinate is second minus first, the reaction listed for it acts on the second body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
+
+from mechdae.describe.values import Number, Value, key
+from mechdae.errors import MechanismError
+
+
+@dataclass(frozen=True)
+class Joint(Value):
+    """Base of all joints: a name and two points ``body.point``."""
+
+    name: str = key("name")
+    first: str = key("reference")
+    second: str = key("reference")
+
+    kind: ClassVar[str] = ""
+    lower: ClassVar[bool] = True
+    """A lower pair (surface contact, p5); otherwise a higher one (p4)."""
+    letter: ClassVar[str] = ""
+    """The letter of the pair in the name of an Assur group."""
+
+    @property
+    def first_body(self) -> str:
+        return self.first.split(".")[0]
+
+    @property
+    def second_body(self) -> str:
+        return self.second.split(".")[0]
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies whose position the joint's equations use."""
+        carrier = getattr(self, "carrier", None)
+        return (self.first_body, self.second_body, *((carrier,) if carrier else ()))
+
+    def numbers(self) -> Iterator[tuple[str, Number]]:
+        """Yield the joint's numbers with the last part of their automatic name."""
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if entry.metadata["kind"] == "number" and value is not None:
+                yield entry.name, value
+
+    def with_number(self, entry: str, number: Number) -> Joint:
+        """Return the joint with one of its numbers replaced."""
+        return replace(self, **{entry: number})
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raise `MechanismError` for values that make no joint."""
+        for entry in NOT_NEGATIVE:
+            if values.get(entry, 0.0) < 0:
+                raise MechanismError(
+                    f"{entry} is negative ({values[entry]:g})", where=f"joints.{self.name}.{entry}"
+                )
+
+
+NOT_NEGATIVE = ("friction", "friction_static", "pin_radius", "contact_length", "roller_radius")
+
+
+@dataclass(frozen=True)
+class Revolute(Joint):
+    """Turning pair: the two points coincide. Relative coordinate: angle."""
+
+    friction: Number | None = key("number", None, doc="Coulomb coefficient")
+    friction_static: Number | None = key("number", None)
+    pin_radius: Number | None = key("number", None, doc="m")
+
+    kind: ClassVar[str] = "revolute"
+    letter: ClassVar[str] = "R"
+
+
+@dataclass(frozen=True)
+class Prismatic(Joint):
+    """Sliding pair: the block's point on the guide's line, the angle between them fixed.
+
+    ``axis`` is the guide's direction in the first body, ``turn`` the second body's angle
+    less the first's. Relative coordinate: slide, along the axis.
+    """
+
+    axis: Number = key("number", 0.0, doc="direction of the guide in the first body, rad")
+    turn: Number = key("number", 0.0, doc="angle of the second less that of the first, rad")
+    friction: Number | None = key("number", None)
+    friction_static: Number | None = key("number", None)
+    contact_length: Number | None = key("number", None, doc="2b, m; absent: long guide")
+
+    kind: ClassVar[str] = "prismatic"
+    letter: ClassVar[str] = "P"
+
+
+@dataclass(frozen=True)
+class PinInSlot(Joint):
+    """Pin of the second body in a straight slot of the first. Coordinates: slide, angle."""
+
+    axis: Number = key("number", 0.0, doc="direction of the slot in the first body, rad")
+    friction: Number | None = key("number", None)
+    pin_radius: Number | None = key("number", None, doc="m")
+
+    kind: ClassVar[str] = "pin-in-slot"
+    lower: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class Weld(Joint):
+    """Rigid connection: points coincide, angle between the bodies fixed."""
+
+    turn: Number = key("number", 0.0, doc="angle of the second less that of the first, rad")
+
+    kind: ClassVar[str] = "weld"
+    letter: ClassVar[str] = "W"
+
+
+@dataclass(frozen=True)
+class Gear(Joint):
+    """Gear pair between two wheel centres, on a carrier (absent: the ground).
+
+    (angle of the first - carrier) = ratio * (angle of the second - carrier) + phase, with
+    unwrapped angles. Either ``ratio`` or ``teeth = [z1, z2]`` with ``mesh``.
+    """
+
+    carrier: str | None = key("name", None)
+    ratio: Number | None = key("number", None, doc="(w1 - wc) / (w2 - wc); external mesh: < 0")
+    teeth: tuple[Number, ...] | None = key("pair", None, doc="[z1, z2]")
+    mesh: str | None = key("text", None, choices=("external", "internal"))
+    phase: Number = key("number", 0.0, doc="rad")
+    pressure_angle: Number = key("number", 0.3490658503988659, doc="rad")
+    mesh_loss: Number | None = key("number", None, doc="share of power")
+
+    kind: ClassVar[str] = "gear"
+    lower: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        place = f"joints.{self.name}"
+        if (self.ratio is None) == (self.teeth is None):
+            raise MechanismError(
+                "a gear needs either 'ratio' or 'teeth' with 'mesh'", where=place
+            )
+        if self.teeth is not None and self.mesh is None:
+            raise MechanismError(
+                "'teeth' needs mesh = \"external\" or \"internal\"", where=f"{place}.mesh"
+            )
+
+    def numbers(self) -> Iterator[tuple[str, Number]]:
+        for entry, value in super().numbers():
+            yield entry, value
+        if self.teeth is not None:
+            first, second = self.teeth
+            sign = "-" if self.mesh == "external" else ""
+            yield "ratio", f"{sign}({second})/({first})"
+
+    def with_number(self, entry: str, number: Number) -> Joint:
+        if entry == "ratio":
+            return replace(self, ratio=number, teeth=None, mesh=None)
+        return super().with_number(entry, number)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["ratio"] == 0:
+            raise MechanismError("ratio is zero", where=f"joints.{self.name}.ratio")
+
+
+@dataclass(frozen=True)
+class Rack(Joint):
+    """Wheel on a rack: travel along ``axis`` of the second body = radius * angle + phase."""
+
+    radius: Number = key("number", doc="signed, m")
+    carrier: str | None = key("name", None)
+    axis: Number = key("number", 0.0, doc="in the second body, rad")
+    phase: Number = key("number", 0.0, doc="m")
+    pressure_angle: Number = key("number", 0.3490658503988659)
+    mesh_loss: Number | None = key("number", None)
+
+    kind: ClassVar[str] = "rack"
+    lower: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class Belt(Joint):
+    """Belt or chain between two wheels; ``crossed`` reverses the sense."""
+
+    ratio: Number = key("number")
+    carrier: str | None = key("name", None)
+    crossed: bool = key("flag", False)
+    pretension: Number | None = key("number", None, doc="N")
+    phase: Number = key("number", 0.0, doc="rad")
+    mesh_loss: Number | None = key("number", None)
+
+    kind: ClassVar[str] = "belt"
+    lower: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class Distance(Joint):
+    """Massless bar: the two points keep their distance ``length`` [m]."""
+
+    length: Number = key("number", doc="m")
+
+    kind: ClassVar[str] = "distance"
+    lower: ClassVar[bool] = False
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["length"] <= 0:
+            raise MechanismError(
+                f"length must be above 0, not {values['length']:g}",
+                where=f"joints.{self.name}.length",
+                hint="two points that coincide are a revolute joint",
+            )
+
+
+@dataclass(frozen=True)
+class Curve(Joint):
+    """Follower point of the second body on a curve (x(s), y(s)) of the first."""
+
+    x: str = key("text")
+    y: str = key("text")
+    range: tuple[Number, ...] | None = key("pair", None)
+    closed: bool = key("flag", False)
+    roller_radius: Number | None = key("number", None, doc="m")
+    friction: Number | None = key("number", None)
+
+    kind: ClassVar[str] = "curve"
+    lower: ClassVar[bool] = False
+
+
+JOINTS: dict[str, type[Joint]] = {
+    joint.kind: joint
+    for joint in (Revolute, Prismatic, PinInSlot, Weld, Gear, Rack, Belt, Distance, Curve)
+}
+SPATIAL = ("cylindrical", "spherical", "universal", "planar", "screw", "spatial")
+
+
+def joint_of(kind: str, **keys: Any) -> Joint:
+    """Return the joint of that kind."""
+    return JOINTS[kind](**keys)

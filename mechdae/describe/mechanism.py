@@ -1,0 +1,348 @@
+"""The mechanism as a frozen value: ground, bodies, joints, loads, parameters.
+
+Numbers are SI and radians, floats or expressions over the named parameters. Each number
+also has an automatic name (``rod.B.x``, ``slot.turn``), see `Mechanism.numbers`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar
+
+from mechdae.describe.expression import evaluate, names_in
+from mechdae.describe.joints import JOINTS, Joint
+from mechdae.describe.loads import Load
+from mechdae.describe.table import Table
+from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key
+from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
+
+GROUND = "ground"
+MAX_BODIES = 2000
+
+
+@dataclass(frozen=True)
+class Ground(Value):
+    """The fixed link: its points [m] in the fixed frame."""
+
+    points: Table[tuple[Number, ...]] = key("points", Table())
+
+
+@dataclass(frozen=True)
+class Body(Value):
+    """A rigid link with its own frame.
+
+    ``points`` are named positions in that frame [m]; ``mass`` [kg], ``center`` [m] and
+    ``inertia`` about the center [kg m2] are absent for a massless body; ``number`` is the
+    one in the circle on the diagram, ``outline`` the points of the polygon that is drawn.
+    """
+
+    name: str = key("name")
+    points: Table[tuple[Number, ...]] = key("points", Table())
+    number: int | None = key("whole", None, doc="number in the circle on the diagram")
+    mass: Number | None = key("number", None, doc="kg; absent: massless")
+    center: tuple[Number, ...] | None = key("pair", None, doc="centre of mass in the body's frame")
+    inertia: Number | None = key("number", None, doc="about the centre of mass, kg m2")
+    outline: tuple[str, ...] | None = key("outline", None, doc="points of the polygon drawn")
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """Bodies, joints and loads, with their parameters and one rough pose.
+
+    Parameters
+    ----------
+    ground, bodies, joints, loads
+        As in a problem file; bodies, joints and loads in the order they are declared.
+    parameters
+        Named numbers [SI, rad], floats or expressions over other parameters.
+    sketch
+        A rough pose: body name -> angle [rad], joint name or coordinate -> value.
+    gravity
+        (gx, gy) [m/s2] or None.
+
+    Raises
+    ------
+    MechanismError
+        Contradictory or dangling descriptions; the message names the part.
+    """
+
+    ground: Ground = field(default_factory=Ground)
+    bodies: Table[Body] = field(default_factory=Table)
+    joints: Table[Joint] = field(default_factory=Table)
+    loads: Table[Load] = field(default_factory=Table)
+    parameters: Table[Number] = field(default_factory=Table)
+    sizes: Table[int] = field(default_factory=Table)
+    sketch: Table[Number] = field(default_factory=Table)
+    outputs: Table[str] = field(default_factory=Table)
+    gravity: tuple[Number, ...] | None = None
+    dimension: int = 2
+
+    AXES: ClassVar[str] = "xyz"
+
+    def __post_init__(self) -> None:
+        from mechdae.describe import values
+
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        put("bodies", _by_name(self.bodies))
+        put("joints", _by_name(self.joints))
+        put("loads", _by_name(self.loads))
+        put("sizes", Table(self.sizes))
+        put("outputs", Table(self.outputs))
+        for name, coerce in (
+            ("parameters", values.numbers_by_name),
+            ("sketch", values.numbers_by_coordinate),
+        ):
+            try:
+                put(name, coerce(getattr(self, name)))
+            except MechdaeError as problem:
+                raise problem.inside(name) from None
+        if self.gravity is not None:
+            put("gravity", values.pair(self.gravity))
+        _check(self)
+
+    def body(self, name: str) -> Body | Ground:
+        """Return the body of that name, or the ground."""
+        if name == GROUND:
+            return self.ground
+        if name not in self.bodies:
+            raise UnknownName("body", name, [GROUND, *self.bodies])
+        return self.bodies[name]
+
+    def numbers(self) -> Iterator[tuple[str, Number]]:
+        """Yield every number of bodies and joints with its automatic name."""
+        for name, body in [(GROUND, self.ground), *self.bodies.items()]:
+            for point, position in body.points.items():
+                for axis, number in zip(self.AXES, position, strict=False):
+                    yield f"{name}.{point}.{axis}", number
+            if isinstance(body, Body):
+                for entry in ("mass", "inertia"):
+                    number = getattr(body, entry)
+                    if number is not None:
+                        yield f"{name}.{entry}", number
+                for axis, number in zip(self.AXES, body.center or (), strict=False):
+                    yield f"{name}.center.{axis}", number
+        for joint in self.joints.values():
+            for entry, number in joint.numbers():
+                yield f"{joint.name}.{entry}", number
+
+    def values(self) -> dict[str, float]:
+        """Return all parameters and automatic names with their values [SI, rad]."""
+        known = evaluate_all(self.parameters)
+        result = dict(known)
+        for name, number in self.numbers():
+            try:
+                result[name] = evaluate(number, known)
+            except MechdaeError as problem:
+                raise problem.inside(name) from None
+        return result
+
+    def with_values(self, changes: Mapping[str, Number]) -> Mechanism:
+        """Return the mechanism with parameters or automatic names set to new numbers.
+
+        Raises
+        ------
+        UnknownName
+            Neither a parameter nor an automatic name.
+        """
+        result = self
+        for name, number in changes.items():
+            if name in result.parameters:
+                result = replace(result, parameters=result.parameters.with_(name, number))
+            else:
+                result = _with_number(result, name, number)
+        return result
+
+
+def evaluate_all(parameters: Mapping[str, Number]) -> dict[str, float]:
+    """Return the parameters' values; they may refer to each other in any order."""
+    values: dict[str, float] = {}
+    pending: list[str] = []
+
+    def visit(name: str) -> None:
+        if name in values:
+            return
+        if name in pending:
+            circle = " -> ".join([*pending[pending.index(name) :], name])
+            raise InputError(f"parameters refer to each other in a circle: {circle}")
+        if len(pending) > 200:
+            raise InputError("parameters refer to each other more than 200 deep")
+        pending.append(name)
+        number = parameters[name]
+        if isinstance(number, str):
+            for other in sorted(names_in(number)):
+                if other not in parameters:
+                    raise UnknownName("parameter", other, parameters)
+                visit(other)
+        values[name] = evaluate(number, values)
+        pending.pop()
+
+    for name in parameters:
+        try:
+            pending.clear()
+            visit(name)
+        except MechdaeError as problem:
+            raise problem.inside(f"parameters.{name}") from None
+    return values
+
+
+def _by_name(items: Any) -> Table[Any]:
+    if isinstance(items, Mapping):
+        return Table(items)
+    named: dict[str, Any] = {}
+    for item in items:
+        if item.name in named:
+            raise MechanismError(f"two parts are called '{item.name}'", hint="rename one of them")
+        named[item.name] = item
+    return Table(named)
+
+
+def _with_number(mechanism: Mechanism, name: str, number: Number) -> Mechanism:
+    if name not in dict(mechanism.numbers()):
+        automatic = [entry for entry, _ in mechanism.numbers()]
+        raise UnknownName("parameter", name, [*mechanism.parameters, *automatic])
+    part, *rest = name.split(".")
+    if part in mechanism.joints:
+        joint = mechanism.joints[part].with_number(rest[0], number)
+        return replace(mechanism, joints=mechanism.joints.with_(part, joint))
+    body = mechanism.body(part)
+    axis = Mechanism.AXES.index(rest[1]) if len(rest) == 2 else None
+    changes: dict[str, Any]
+    if axis is None:
+        changes = {rest[0]: number}
+    elif rest[0] in body.points:
+        changes = {"points": body.points.with_(rest[0], _put(body.points[rest[0]], axis, number))}
+    else:
+        assert isinstance(body, Body)
+        changes = {"center": _put(body.center or (), axis, number)}
+    if isinstance(body, Ground):
+        return replace(mechanism, ground=replace(body, **changes))
+    return replace(mechanism, bodies=mechanism.bodies.with_(part, replace(body, **changes)))
+
+
+def _put(items: tuple[Number, ...], position: int, number: Number) -> tuple[Number, ...]:
+    return (*items[:position], number, *items[position + 1 :])
+
+
+def _check(mechanism: Mechanism) -> None:
+    """Raise for a description that cannot be a mechanism."""
+    if not mechanism.bodies:
+        raise MechanismError("a mechanism needs at least one body")
+    if len(mechanism.bodies) > MAX_BODIES:
+        raise MechanismError(f"more than {MAX_BODIES} bodies")
+    for name in [*mechanism.bodies, *mechanism.joints]:
+        if not NAME.match(name):
+            raise MechanismError(f"'{name}' is not a name", hint=NAME_RULE)
+    for name in mechanism.bodies:
+        if name == GROUND:
+            raise MechanismError("'ground' is the fixed link, no body may be called so")
+        if name in mechanism.joints:
+            raise MechanismError(
+                f"'{name}' is both a body and a joint", hint="they share one namespace: rename one"
+            )
+    for place, points in _all_points(mechanism):
+        for point, position in points.items():
+            if len(position) != mechanism.dimension:
+                raise MechanismError(
+                    f"{mechanism.dimension} coordinates are needed, not {len(position)}",
+                    where=f"{place}.points.{point}",
+                )
+    for name, body in mechanism.bodies.items():
+        for point in body.outline or ():
+            if point not in body.points:
+                raise UnknownName("point", point, body.points, where=f"bodies.{name}.outline")
+    for joint in mechanism.joints.values():
+        _check_joint(mechanism, joint)
+    _check_connected(mechanism)
+    _check_values(mechanism)
+
+
+def _all_points(mechanism: Mechanism) -> Iterable[tuple[str, Table[tuple[Number, ...]]]]:
+    yield GROUND, mechanism.ground.points
+    for name, body in mechanism.bodies.items():
+        yield f"bodies.{name}", body.points
+
+
+def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
+    place = f"joints.{joint.name}"
+    for side in (joint.first, joint.second):
+        body, point = side.split(".")
+        if body != GROUND and body not in mechanism.bodies:
+            raise UnknownName("body", body, [GROUND, *mechanism.bodies], where=f"{place}.between")
+        points = mechanism.body(body).points
+        if point not in points:
+            raise UnknownName(
+                "point", side, [f"{body}.{other}" for other in points], where=f"{place}.between"
+            )
+    if joint.first_body == joint.second_body:
+        raise MechanismError(
+            f"joins '{joint.first_body}' to itself", where=place, hint="name two different bodies"
+        )
+    carrier = getattr(joint, "carrier", None)
+    if carrier is not None and carrier != GROUND and carrier not in mechanism.bodies:
+        raise UnknownName(
+            "body", carrier, [GROUND, *mechanism.bodies], where=f"{place}.carrier"
+        )
+    if carrier in (joint.first_body, joint.second_body):
+        raise MechanismError("the carrier is one of the two wheels", where=f"{place}.carrier")
+
+
+def _check_connected(mechanism: Mechanism) -> None:
+    reached, front = {GROUND}, [GROUND]
+    neighbours: dict[str, set[str]] = {}
+    for joint in mechanism.joints.values():
+        neighbours.setdefault(joint.first_body, set()).add(joint.second_body)
+        neighbours.setdefault(joint.second_body, set()).add(joint.first_body)
+    while front:
+        for other in neighbours.get(front.pop(), ()):
+            if other not in reached:
+                reached.add(other)
+                front.append(other)
+    loose = [name for name in mechanism.bodies if name not in reached]
+    if loose:
+        raise MechanismError(
+            f"no chain of joints connects {', '.join(loose[:5])} to the ground",
+            where=f"bodies.{loose[0]}",
+            hint="add a joint, or delete the body",
+        )
+
+
+def _check_values(mechanism: Mechanism) -> None:
+    values = mechanism.values()
+    for joint in mechanism.joints.values():
+        joint.check({entry: values[f"{joint.name}.{entry}"] for entry, _ in joint.numbers()})
+    for name, body in mechanism.bodies.items():
+        for entry in ("mass", "inertia"):
+            if values.get(f"{name}.{entry}", 0.0) < 0:
+                raise MechanismError(f"{entry} is negative", where=f"bodies.{name}.{entry}")
+        _check_links(mechanism, name, body, values)
+
+
+def _check_links(
+    mechanism: Mechanism, name: str, body: Body, values: Mapping[str, float]
+) -> None:
+    """Raise for a link whose two pins fall on one point."""
+    pins: dict[str, str] = {}
+    for joint in mechanism.joints.values():
+        if joint.kind == "revolute":
+            for side in (joint.first, joint.second):
+                owner, point = side.split(".")
+                if owner == name:
+                    pins.setdefault(point, joint.name)
+    place = {
+        point: tuple(values[f"{name}.{point}.{axis}"] for axis in "xyz"[: mechanism.dimension])
+        for point in pins
+    }
+    for first, second in ((a, b) for a in pins for b in pins if a < b):
+        if place[first] == place[second]:
+            raise MechanismError(
+                f"link of zero length: its pins {first} and {second} (joints {pins[first]} and "
+                f"{pins[second]}) are the same point",
+                where=f"bodies.{name}",
+                hint="correct the points, or let both joints name the same point",
+            )
+
+
+__all__ = ["GROUND", "JOINTS", "Body", "Ground", "Mechanism", "evaluate_all", "fields"]

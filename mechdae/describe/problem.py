@@ -1,0 +1,323 @@
+"""Problems: a mechanism, its tasks and the values expected of them; TOML files."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from mechdae.describe import library
+from mechdae.describe.coordinates import coordinate, selection
+from mechdae.describe.expression import names_in
+from mechdae.describe.joints import JOINTS, SPATIAL, Joint
+from mechdae.describe.loads import LOADS
+from mechdae.describe.mechanism import Body, Ground, Mechanism, evaluate_all
+from mechdae.describe.reading import plain, read, split_unit, to_si
+from mechdae.describe.table import Table
+from mechdae.describe.tasks import TASKS, Driven, Driver, Task
+from mechdae.describe.values import Number, Value, key, number
+from mechdae.errors import (
+    InputError,
+    MechanismError,
+    MechdaeError,
+    ProblemFileError,
+    UnavailableError,
+    UnknownName,
+    nearest,
+)
+
+SCHEMA = 1
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 12
+TOP = (
+    "schema title source dimension gravity parameters sizes ground bodies joints sketch loads "
+    "outputs tasks expected repeat"
+).split()
+
+
+@dataclass(frozen=True)
+class Expected(Value):
+    """A value that `check` verifies: path below the task in the JSON, tolerance, source."""
+
+    task: str = key("text")
+    what: str = key("text")
+    value: Any = key("free")
+    at: Number | None = key("number", None)
+    rel: float | None = key("number", None)
+    abs: float | None = key("number", None)
+    source: str = key("text", "")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mechanism and any number of named tasks."""
+
+    mechanism: Mechanism
+    tasks: Table[Task] = field(default_factory=Table)
+    expected: tuple[Expected, ...] = ()
+    name: str = "mechanism"
+    title: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "tasks", Table(self.tasks))
+        for name, task in self.tasks.items():
+            _check_task(self.mechanism, name, task)
+        for position, entry in enumerate(self.expected):
+            if entry.task not in self.tasks:
+                raise UnknownName(
+                    "task", entry.task, self.tasks, where=f"expected[{position}].task"
+                )
+
+    def task(self, name: str | None) -> Task:
+        """Return the task of that name; None: the only or first one."""
+        if name is None:
+            if not self.tasks:
+                raise InputError(f"problem '{self.name}' has no tasks", where="tasks")
+            return next(iter(self.tasks.values()))
+        if name not in self.tasks:
+            raise UnknownName("task", name, self.tasks)
+        return self.tasks[name]
+
+    def with_values(self, changes: Mapping[str, Number]) -> Problem:
+        """Return the problem with parameters set; keys may carry a unit (``phi1_deg``)."""
+        known = {*self.mechanism.parameters, *dict(self.mechanism.numbers())}
+        plain_changes = {}
+        for name, value in changes.items():
+            base, suffix = (name, "") if name in known else split_unit(name)
+            try:
+                plain_changes[base] = number(to_si(value, suffix))
+                self = replace(self, mechanism=self.mechanism.with_values({base: plain_changes[base]}))
+            except MechdaeError as problem:
+                raise problem.inside(f"set {name}") from None
+        return self
+
+
+def load(name_or_path: str | Path) -> Problem:
+    """Return a predefined problem by name, or the one in a TOML file.
+
+    Raises
+    ------
+    UnknownName
+        No predefined problem of that name.
+    ProblemFileError
+        The file cannot be read, is too large, is no TOML or breaks the format; the message
+        has the file and the key path.
+    """
+    path = library.find(name_or_path)
+    try:
+        return from_dict(_parse(path), path.stem)
+    except RecursionError:
+        raise ProblemFileError("nested too deeply", where=str(path)) from None
+    except MechdaeError as problem:
+        if isinstance(problem, ProblemFileError) and problem.where == str(path):
+            raise
+        place = f"{path}: {problem.where}" if problem.where else str(path)
+        kind = type(problem) if isinstance(problem, UnavailableError) else ProblemFileError
+        raise kind(problem.what, where=place, hint=problem.hint) from None
+
+
+def _parse(path: Path) -> dict[str, Any]:
+    try:
+        size = path.stat().st_size
+        if size > MAX_BYTES:
+            raise ProblemFileError(
+                f"file of {size / 1e6:.1f} MB, at most {MAX_BYTES / 1e6:.0f} MB is read",
+                where=str(path),
+            )
+        if not path.is_file():
+            raise ProblemFileError("not a file", where=str(path))
+        return tomllib.loads(path.read_bytes().decode("utf-8"))
+    except OSError as problem:
+        raise ProblemFileError(
+            f"cannot be read: {problem.strerror or problem}", where=str(path)
+        ) from None
+    except UnicodeDecodeError:
+        raise ProblemFileError("not a text file in UTF-8", where=str(path)) from None
+    except tomllib.TOMLDecodeError as problem:
+        raise ProblemFileError(f"not valid TOML: {problem}", where=str(path)) from None
+
+
+def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
+    """Return the problem described by the tables of a problem file."""
+    _check_depth(data)
+    for entry in data:
+        if entry not in TOP:
+            raise UnknownName("key", entry, TOP)
+    if data.get("schema", None) != SCHEMA or isinstance(data["schema"], bool):
+        raise InputError(
+            f"schema = {SCHEMA} is needed at the top of the file", where="schema"
+        )
+    for entry in ("title", "source"):
+        if not isinstance(data.get(entry, ""), str):
+            raise InputError("a text is needed", where=entry)
+    if data.get("dimension", 2) != 2:
+        raise UnavailableError("only planar mechanisms (dimension = 2)", where="dimension")
+    for entry in ("repeat", "sizes"):
+        if data.get(entry):
+            raise UnavailableError(
+                f"[{entry}] (repetition) is not computed by this version", where=entry
+            )
+    mechanism = Mechanism(
+        ground=read(Ground, _with_points(_table(data, "ground")), "ground"),
+        bodies=[_read_body(n, t) for n, t in _table(data, "bodies").items()],  # type: ignore[arg-type]
+        joints=[_read_joint(n, t) for n, t in _table(data, "joints").items()],  # type: ignore[arg-type]
+        loads=[_read_load(n, t) for n, t in _table(data, "loads").items()],  # type: ignore[arg-type]
+        parameters=_plain(data, "parameters"),  # type: ignore[arg-type]
+        sketch=_plain(data, "sketch"),  # type: ignore[arg-type]
+        outputs=Table({n: str(t) for n, t in _table(data, "outputs").items()}),
+        gravity=data.get("gravity"),
+    )
+    tasks = {n: _read_task(n, t) for n, t in _table(data, "tasks").items()}
+    expected = data.get("expected", [])
+    if not isinstance(expected, list):
+        raise InputError("write [[expected]], a list of tables", where="expected")
+    return Problem(
+        mechanism,
+        Table(tasks),
+        tuple(read(Expected, t, f"expected[{i}]") for i, t in enumerate(expected)),
+        name,
+        data.get("title", ""),
+        data.get("source", ""),
+    )
+
+
+def _table(data: Mapping[str, Any], entry: str) -> Mapping[str, Any]:
+    table = data.get(entry, {})
+    if not isinstance(table, Mapping):
+        raise InputError("a table is needed", where=entry)
+    return table
+
+
+def _plain(data: Mapping[str, Any], entry: str) -> dict[str, Any]:
+    try:
+        return plain(_table(data, entry))
+    except MechdaeError as problem:
+        raise problem.inside(entry) from None
+
+
+def _with_points(table: Any) -> Any:
+    """Return a body's table with the units on its points' names resolved."""
+    if isinstance(table, Mapping) and isinstance(table.get("points"), Mapping):
+        try:
+            return {**table, "points": plain(table["points"])}
+        except MechdaeError as problem:
+            raise problem.inside("points") from None
+    return table
+
+
+def _read_body(name: str, table: Any) -> Body:
+    return read(Body, _with_points(table), f"bodies.{name}", name=name)
+
+
+def _kind(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
+    if not isinstance(table, Mapping):
+        raise InputError("a table is needed", where=place)
+    kind = table.get("kind")
+    if not isinstance(kind, str):
+        raise InputError(f"the key 'kind' is missing: {', '.join(kinds)}", where=place)
+    if kind not in kinds:
+        raise UnknownName(f"kind of {word}", kind, kinds, where=f"{place}.kind")
+    return kinds[kind], {entry: value for entry, value in table.items() if entry != "kind"}
+
+
+def _read_joint(name: str, table: Any) -> Joint:
+    place = f"joints.{name}"
+    if isinstance(table, Mapping) and table.get("kind") in SPATIAL:
+        raise UnavailableError("spatial joints are not computed by this version", where=place)
+    kind, rest = _kind(table, place, JOINTS, "joint")
+    between = rest.pop("between", None)
+    if not isinstance(between, list) or len(between) != 2:
+        raise InputError(
+            'between = ["body.point", "body.point"] is needed', where=f"{place}.between"
+        )
+    for side, text in zip(("first", "second"), between, strict=True):
+        if side in rest:
+            raise UnknownName("key", side, ["between"], where=place)
+        if not isinstance(text, str):
+            raise InputError("a reference 'body.point' is needed", where=f"{place}.between")
+    joint: Joint = read(kind, rest, place, name=name, first=between[0], second=between[1])
+    return joint
+
+
+def _read_load(name: str, table: Any) -> Any:
+    kind, rest = _kind(table, f"loads.{name}", LOADS, "load")
+    return read(kind, rest, f"loads.{name}", name=name)
+
+
+def _read_task(name: str, table: Any) -> Task:
+    place = f"tasks.{name}"
+    kind, rest = _kind(table, place, TASKS, "task")
+    if issubclass(kind, Driven):
+        if "driver" in rest:
+            rest["driver"] = read(Driver, rest["driver"], f"{place}.driver")
+        if "drivers" in rest:
+            if not isinstance(rest["drivers"], list):
+                raise InputError("a list of drivers is needed", where=f"{place}.drivers")
+            rest["drivers"] = [
+                read(Driver, item, f"{place}.drivers[{i}]") for i, item in enumerate(rest["drivers"])
+            ]
+    task: Task = read(kind, rest, place)
+    return task
+
+
+def _check_depth(data: Any) -> None:
+    front = [(data, 0)]
+    while front:
+        item, depth = front.pop()
+        if depth > MAX_DEPTH:
+            raise InputError(f"tables nested deeper than {MAX_DEPTH}")
+        children = item.values() if isinstance(item, Mapping) else item
+        front += [(child, depth + 1) for child in children if isinstance(child, dict | list)]
+
+
+def _check_task(mechanism: Mechanism, name: str, task: Task) -> None:
+    place = f"tasks.{name}"
+    known = evaluate_all(mechanism.parameters)
+    if not isinstance(task, Driven):
+        return
+    try:
+        coordinates = [coordinate(mechanism, driver.coordinate).text for driver in task.all_drivers]
+        if len(set(coordinates)) < len(coordinates):
+            raise MechanismError("two drivers impose the same coordinate", where="drivers")
+        if not mechanism.outputs:
+            selection(mechanism, task.outputs)
+        for driver in task.all_drivers:
+            _check_driver(driver, known)
+    except MechdaeError as problem:
+        raise problem.inside(place) from None
+
+
+def _check_driver(driver: Driver, known: Mapping[str, float]) -> None:
+    ways = [
+        way
+        for way, given in (
+            ("at", driver.at is not None),
+            ("from and to", driver.from_ is not None or driver.to is not None),
+            ("range", driver.range is not None),
+            ("law and times", driver.law is not None or driver.times is not None),
+        )
+        if given
+    ]
+    if len(ways) != 1:
+        given = " and ".join(ways) if ways else "none of them"
+        raise InputError(
+            f"a driver needs one of 'at', 'from' and 'to', 'range', 'law' and 'times'; not {given}",
+            where="driver",
+        )
+    if ways[0] == "from and to" and (driver.from_ is None or driver.to is None):
+        raise InputError("'from' and 'to' are needed together", where="driver")
+    if driver.at is not None and not driver.at:
+        raise InputError("the list of values is empty", where="driver.at")
+    numbers = [*(driver.at or ()), driver.from_, driver.to, driver.speed, driver.acceleration]
+    for entry in numbers:
+        for used in sorted(names_in(entry)) if isinstance(entry, str) else ():
+            if used not in known:
+                raise UnknownName("parameter", used, known, where="driver")
+
+
+def suggest(word: str, known: list[str]) -> str:
+    """Return 'a or b' of the names nearest to `word`."""
+    return " or ".join(nearest(word, known))

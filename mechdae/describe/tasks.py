@@ -1,0 +1,182 @@
+"""What to compute, as frozen values; drivers belong to tasks, not to the mechanism."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from mechdae.describe.table import Table
+from mechdae.describe.values import Number, Value, key, sequence
+from mechdae.errors import InputError
+
+DEFAULT_POSES = 361
+
+
+@dataclass(frozen=True)
+class Driver(Value):
+    """An imposed coordinate: named values, an interval, or the whole assembled arc.
+
+    ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
+    ``speed`` and ``acceleration`` are its rates at every pose (default 1 and 0: rates per
+    unit of driver speed, the "analogues" of the theory of mechanisms).
+    """
+
+    coordinate: str = key("text")
+    at: tuple[Number, ...] | None = key("numbers", None)
+    from_: Number | None = key("number", None)
+    to: Number | None = key("number", None)
+    range: str | None = key("text", None, choices=("assembled",))
+    law: str | None = key("text", None)
+    times: tuple[Number, ...] | None = key("numbers", None)
+    speed: Number | None = key("number", None)
+    acceleration: Number | None = key("number", None)
+
+
+@dataclass(frozen=True)
+class Task(Value):
+    """Base of all tasks."""
+
+    kind: ClassVar[str] = ""
+    available: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class Driven(Task):
+    """A task with one driver or several."""
+
+    driver: Driver | None = None
+    drivers: tuple[Driver, ...] | None = None
+    outputs: tuple[str, ...] | None = key("names", None)
+    mode: str | None = key("text", None, doc="start on this assembly mode")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.drivers is not None:
+            object.__setattr__(self, "drivers", tuple(sequence(self.drivers)))
+        if (self.driver is None) == (self.drivers is None):
+            raise InputError("a task needs 'driver' or 'drivers', not both")
+
+    @property
+    def all_drivers(self) -> tuple[Driver, ...]:
+        """The drivers, one or several."""
+        return self.drivers if self.drivers is not None else (self.driver,)  # type: ignore[return-value]
+
+
+@dataclass(frozen=True)
+class Sweep(Driven):
+    """Positions, velocities and accelerations along the driver."""
+
+    poses: int | None = key("whole", None)
+    derivatives: int = key("natural", 2)
+    on_change_point: str = key("text", "stop", choices=("continue", "stop", "switch"))
+
+    kind: ClassVar[str] = "sweep"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Modes(Driven):
+    """All assembly modes at one pose of the driver."""
+
+    limit: int | None = key("whole", None)
+
+    kind: ClassVar[str] = "modes"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Reactions(Sweep):
+    """Joint reactions, losses, efforts."""
+
+    friction: str = key("text", "none", choices=("none", "article", "coupled"))
+    friction_radius: str = key("text", "exact", choices=("exact", "article"))
+    cycle: bool = key("flag", False)
+    direction: str | None = key("text", None)
+    parts: tuple[str, ...] | None = key("names", None)
+
+    kind: ClassVar[str] = "reactions"
+    available: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class Motion(Task):
+    """Motion under forces."""
+
+    start: Table[Any] | None = key("free", None)
+    start_speed: Table[Any] | None = key("free", None)
+    drivers: Any = key("free", None)
+    until: Number | None = key("number", None)
+    at: tuple[Number, ...] | None = key("numbers", None)
+    tolerance: Number | None = key("number", None)
+    method: str | None = key("text", None)
+    friction: str | None = key("text", None, choices=("event", "smooth", "none"))
+    events: Any = key("free", None)
+    outputs: tuple[str, ...] | None = key("names", None)
+
+    kind: ClassVar[str] = "motion"
+
+
+@dataclass(frozen=True)
+class Equilibrium(Task):
+    """Static pose under loads."""
+
+    free: tuple[str, ...] | None = key("names", None)
+    linearise: bool = key("flag", False)
+    outputs: tuple[str, ...] | None = key("names", None)
+
+    kind: ClassVar[str] = "equilibrium"
+
+
+@dataclass(frozen=True)
+class Synthesis(Task):
+    """Dimensions that do what is asked for."""
+
+    driver: Any = key("free", None)
+    goal: Any = key("free", None)
+    goals: Any = key("free", None)
+    free: Any = key("free", None)
+    constraints: Any = key("free", None)
+    starts: int | None = key("whole", None)
+    seed: int | None = key("natural", None)
+
+    kind: ClassVar[str] = "synthesis"
+
+
+@dataclass(frozen=True)
+class Study(Task):
+    """A task over a grid or a sample of parameters."""
+
+    vary: Any = key("free", None)
+    samples: Any = key("free", None)
+    of: str | None = key("text", None)
+    outputs: tuple[str, ...] | None = key("names", None)
+
+    kind: ClassVar[str] = "study"
+
+
+@dataclass(frozen=True)
+class Sensitivity(Task):
+    """Derivatives of outputs with respect to parameters."""
+
+    of: str | None = key("text", None)
+    outputs: tuple[str, ...] | None = key("names", None)
+    wrt: tuple[str, ...] | None = key("names", None)
+    order: int = key("whole", 1)
+    tolerances: Any = key("free", None)
+
+    kind: ClassVar[str] = "sensitivity"
+
+
+TASKS: dict[str, type[Task]] = {
+    task.kind: task
+    for task in (
+        Sweep,
+        Modes,
+        Reactions,
+        Motion,
+        Equilibrium,
+        Synthesis,
+        Study,
+        Sensitivity,
+    )
+}

@@ -1,0 +1,202 @@
+"""Frozen descriptions whose fields say what they hold.
+
+Each field of a description carries in its metadata the kind of value it takes. That one
+statement serves the check of Python arguments, the reading of problem files and the JSON
+Schema.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields
+from typing import Any
+
+from mechdae.describe.expression import parse
+from mechdae.describe.table import Table
+from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
+
+Number = float | str
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+NAME_RULE = "letters, digits and underscores, not starting with a digit"
+
+
+def key(kind: str, default: Any = MISSING, *, doc: str = "", choices: Sequence[str] = ()) -> Any:
+    """Return a dataclass field that holds a value of `kind` (a name in `COERCE`)."""
+    metadata = {"kind": kind, "doc": doc, "choices": tuple(choices)}
+    return field(default=default, metadata=metadata)
+
+
+def required(entry: Field[Any]) -> bool:
+    """Return whether the field must be given."""
+    return entry.default is MISSING and entry.default_factory is MISSING
+
+
+@dataclass(frozen=True)
+class Value:
+    """Base of the descriptions: coerces and checks its fields when made."""
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            kind = entry.metadata.get("kind")
+            value = getattr(self, entry.name)
+            if kind is None or (value is None and entry.default is None):
+                continue
+            try:
+                value = COERCE[kind](value)
+                if entry.metadata["choices"] and value not in entry.metadata["choices"]:
+                    raise UnknownName("value", str(value), entry.metadata["choices"])
+            except MechdaeError as problem:
+                raise problem.inside(entry.name.rstrip("_")) from None
+            object.__setattr__(self, entry.name, value)
+
+
+def number(value: Any) -> Number:
+    """Return a finite float, or the text of a checked expression."""
+    if isinstance(value, str):
+        parse(value)
+        return value
+    if isinstance(value, bool) or not hasattr(value, "__float__"):
+        raise InputError(f"a number or an expression is needed, not {describe(value)}")
+    result = float(value)
+    if not math.isfinite(result):
+        raise InputError(f"a finite number is needed, not {result}")
+    return result
+
+
+def name(value: Any) -> str:
+    """Return a valid name."""
+    if not isinstance(value, str) or not NAME.match(value) or len(value) > 64:
+        raise InputError(f"'{shorten(str(value), 30)}' is not a name", hint=NAME_RULE)
+    return value
+
+
+def text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise InputError(f"a text is needed, not {describe(value)}")
+    return value
+
+
+def whole(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= 100_000_000:
+        raise InputError(f"a whole number above 0 is needed, not {describe(value)}")
+    return value
+
+
+def natural(value: Any) -> int:
+    return 0 if value == 0 and not isinstance(value, bool) else whole(value)
+
+
+def flag(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise InputError(f"true or false is needed, not {describe(value)}")
+    return value
+
+
+def numbers(value: Any) -> tuple[Number, ...]:
+    return tuple(_each(sequence(value), number))
+
+
+def pair(value: Any) -> tuple[Number, ...]:
+    items = sequence(value)
+    if len(items) != 2:
+        raise InputError(f"two numbers [x, y] are needed, not {len(items)}")
+    return numbers(items)
+
+
+def names(value: Any) -> tuple[str, ...]:
+    return tuple(_each(sequence(value), text))
+
+
+def points(value: Any) -> Table[tuple[Number, ...]]:
+    """Return a table of points: name -> coordinates in the body's frame."""
+    return Table(_entries(value, lambda item: numbers(sequence(item))))
+
+
+def numbers_by_name(value: Any) -> Table[Number]:
+    return Table(_entries(value, number))
+
+
+def numbers_by_coordinate(value: Any) -> Table[Number]:
+    """Return a table whose keys may be dotted (``slider.C.x``)."""
+    return Table(_entries(value, number, check=text))
+
+
+def reference(value: Any) -> str:
+    """Return ``body.point``."""
+    parts = text(value).split(".")
+    if len(parts) != 2 or not all(NAME.match(part) for part in parts):
+        raise InputError(f"'{shorten(str(value), 40)}' is not a reference 'body.point'")
+    return str(value)
+
+
+def free(value: Any) -> Any:
+    """Return nested plain data as immutable values (tables and tuples)."""
+    if isinstance(value, Mapping):
+        return Table({text(k): free(v) for k, v in value.items()})
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return tuple(free(item) for item in value)
+    if isinstance(value, float) and not math.isfinite(value):
+        raise InputError(f"a finite number is needed, not {value}")
+    return value
+
+
+def sequence(value: Any) -> Sequence[Any]:
+    if isinstance(value, str) or not isinstance(value, Sequence):
+        if hasattr(value, "tolist"):
+            return sequence(value.tolist())
+        raise InputError(f"a list is needed, not {describe(value)}")
+    return value
+
+
+def _each(items: Sequence[Any], coerce: Callable[[Any], Any]) -> list[Any]:
+    result = []
+    for position, item in enumerate(items):
+        try:
+            result.append(coerce(item))
+        except MechdaeError as problem:
+            raise problem.inside(f"[{position}]") from None
+    return result
+
+
+def _entries(
+    value: Any, coerce: Callable[[Any], Any], check: Callable[[Any], str] = name
+) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise InputError(f"a table is needed, not {describe(value)}")
+    result = {}
+    for entry, item in value.items():
+        try:
+            result[check(entry)] = coerce(item)
+        except MechdaeError as problem:
+            raise problem.inside(shorten(str(entry), 30)) from None
+    return result
+
+
+def describe(value: Any) -> str:
+    """Return what a wrong value is, for a message."""
+    if isinstance(value, Mapping):
+        return "a table"
+    if isinstance(value, list | tuple):
+        return "a list"
+    return shorten(repr(value), 30)
+
+
+COERCE: dict[str, Callable[[Any], Any]] = {
+    "number": number,
+    "name": name,
+    "text": text,
+    "whole": whole,
+    "natural": natural,
+    "flag": flag,
+    "numbers": numbers,
+    "pair": pair,
+    "names": names,
+    "points": points,
+    "outline": names,
+    "table": numbers_by_name,
+    "coordinates": numbers_by_coordinate,
+    "reference": reference,
+    "free": free,
+}

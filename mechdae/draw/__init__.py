@@ -1,0 +1,61 @@
+"""Pictures of results; matplotlib is imported when the first one is drawn."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from mechdae.errors import UnavailableError, UnknownName
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+KINDS = {"diagram": "mechdae.draw.diagram"}
+"""Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
+LATER = ("plans", "curves", "coupler", "losses", "map", "animation", "page")
+
+
+def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: Any) -> Axes:
+    """Draw a result.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned.
+    kind
+        ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`.
+    ax
+        Axes to draw in; without it a new figure is made. No window is opened.
+    **options
+        Options of that kind of picture.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    UnavailableError
+        A kind that this version does not draw.
+    UnknownName
+        Not a kind of picture.
+    """
+    if kind in LATER:
+        raise UnavailableError(f"pictures of kind '{kind}' are not drawn by this version")
+    if kind not in KINDS:
+        raise UnknownName("kind of picture", str(kind), [*KINDS, *LATER])
+    axes: Axes = importlib.import_module(KINDS[kind]).draw(result, ax, **options)
+    return axes
+
+
+def save(picture: Axes | Figure, path: str | Path) -> Path:
+    """Write a picture to a file, see `mechdae.draw.figure.save`."""
+    from mechdae.draw import figure
+
+    return figure.save(picture, path)
+
+
+__all__ = ["KINDS", "LATER", "plot", "save"]

@@ -1,0 +1,359 @@
+"""The kinematic diagram of one pose, in the manner of ISO 3952 and GOST 2.770."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mechdae.describe.joints import Curve
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw import style, symbols
+from mechdae.draw.driver import draw_drivers, driven_bodies, drivers_of, value_text
+from mechdae.draw.figure import new_axes
+from mechdae.draw.guides import curve_points, draw_guides, gaps_of, travel
+from mechdae.draw.labels import Links, draw_labels
+from mechdae.draw.places import Place, free_points, places_of
+from mechdae.draw.scene import Array, Scene, choose_pose, read_scene
+from mechdae.draw.shapes import draw_body, draw_ghost, shape_of
+from mechdae.draw.sheet import Sheet, font, ink
+from mechdae.draw.wheels import circles, draw_wheels, rack_span
+
+FAR = 1.5
+"""Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    pose: int | None = None,
+    traces: bool = True,
+    ghosts: int = 0,
+    labels: bool = True,
+) -> Axes:
+    """Draw the kinematic diagram of one pose.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned.
+    ax
+        Axes to draw in; without it those of a new figure. Size and place of the axes
+        decide the scale, so they should be final.
+    pose
+        Index of the pose, negative from the end; by default the middle assembled pose of
+        a sweep, the first of a few.
+    traces
+        Whether the paths of the moving points are drawn.
+    ghosts
+        Number of other poses drawn faintly.
+    labels
+        Whether joints have letters and links numbers.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Axes in metres, equal in both directions.
+
+    Raises
+    ------
+    InputError
+        A pose that the result does not have.
+    """
+    scene = read_scene(result)
+    index = choose_pose(scene, getattr(result, "kind", ""), pose)
+    axes = new_axes() if ax is None else ax
+    low, high, size = _extent(scene, index, traces, ghosts)
+    sheet = Sheet(axes, low, high)
+    if traces:
+        _draw_traces(sheet, scene)
+    for other in _others(scene, index, ghosts):
+        for name in scene.mechanism.bodies:
+            if scene.shown(name, other):
+                draw_ghost(sheet, scene, name, other)
+    places = places_of(scene, index)
+    drivers = drivers_of(scene, result)
+    colors = dict.fromkeys(driven_bodies(scene, drivers), style.DRIVEN)
+    links = _draw_links(sheet, scene, index, size, colors)
+    _draw_places(sheet, scene, index, places)
+    draw_drivers(sheet, scene, result, index, drivers, places)
+    _draw_frame(sheet, scene, result, index)
+    if labels:
+        draw_labels(sheet, scene, index, places, links)
+    _write_titles(sheet, result, [value_text(result, entry, index) for entry in drivers], index)
+    return axes
+
+
+def _extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
+    """Return the corners of what is to be in the picture, and the size of the mechanism."""
+    points = [
+        scene.place(f"{name}.{point}", pose)
+        for name in scene.mechanism.bodies
+        if scene.shown(name, pose)
+        for point in scene.mechanism.body(name).points
+    ]
+    for joint in scene.joints(pose):
+        points += [scene.place(joint.first, pose), scene.place(joint.second, pose)]
+    if not points:
+        points = [scene.place(f"{GROUND}.{point}", pose) for point in scene.mechanism.ground.points]
+    near = np.array(points or [np.zeros(2)])
+    size = float(np.ptp(near, axis=0).max())
+    more = [near]
+    for joint in scene.joints(pose):
+        for _, center, radius in circles(scene, joint, pose):
+            more.append(center + radius * np.array([[-1, -1], [1, 1]]))
+        if joint.kind == "rack":
+            more.append(np.array(rack_span(scene, joint, pose)[:2]))
+        if isinstance(joint, Curve):
+            more.append(curve_points(scene, joint, pose))
+        if joint.kind in ("prismatic", "pin-in-slot"):
+            axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
+            now = float(scene.slide(joint)[pose])
+            ends = np.array(travel(scene, joint, pose, size)) - now
+            more.append(scene.place(joint.second, pose) + np.outer(ends, axis))
+    if traces or ghosts:
+        more += [track for _, track in _tracks(scene)]
+    everything = np.vstack(more)
+    everything = everything[np.isfinite(everything).all(axis=1)]
+    reach = FAR * (size or 1.0)
+    low = np.maximum(everything.min(axis=0), near.min(axis=0) - reach)
+    high = np.minimum(everything.max(axis=0), near.max(axis=0) + reach)
+    return low, high, size
+
+
+def _tracks(scene: Scene) -> list[tuple[str, Array]]:
+    """Return the paths of the points that move, points that go together once.
+
+    The path of a block on a fixed guide is the guide, and is left out.
+    """
+    guided = [
+        scene.track(joint.second)
+        for joint in scene.mechanism.joints.values()
+        if joint.kind == "prismatic" and joint.first_body == GROUND
+        if joint.second_body in scene.origins
+    ]
+    assembled = np.zeros(len(scene.status), dtype=bool)
+    assembled[scene.assembled()] = True
+    result: list[tuple[str, Array]] = []
+    for name in scene.mechanism.bodies:
+        if name not in scene.origins:
+            continue
+        for point in scene.mechanism.body(name).points:
+            track = np.where(assembled[:, None], scene.track(f"{name}.{point}"), np.nan)
+            finite = track[np.isfinite(track).all(axis=1)]
+            if len(finite) < 2:
+                continue
+            spread = float(np.ptp(finite, axis=0).max())
+            same = 1e-6 * spread
+            known = [*(np.where(assembled[:, None], row, np.nan) for row in guided)]
+            known += [other for _, other in result]
+            if spread > 1e-9 and not any(
+                np.allclose(track, other, rtol=0.0, atol=same, equal_nan=True) for other in known
+            ):
+                result.append((f"{name}.{point}", track))
+    return result
+
+
+def _draw_traces(sheet: Sheet, scene: Scene) -> None:
+    for reference, track in _tracks(scene):
+        sheet.line(
+            sheet.at(track),
+            color=style.TRACE,
+            width=style.THIN,
+            z=style.Z_TRACE,
+            gid=f"trace-{reference}",
+            weight=1.5,
+        )
+
+
+def _others(scene: Scene, pose: int, ghosts: int) -> list[int]:
+    """Return up to `ghosts` other assembled poses, evenly spread."""
+    rest = [index for index in scene.assembled() if index != pose]
+    if ghosts <= 0 or not rest:
+        return []
+    picks = np.linspace(0, len(rest) - 1, min(ghosts, len(rest))).round().astype(int)
+    return [rest[i] for i in dict.fromkeys(picks.tolist())]
+
+
+def _draw_links(
+    sheet: Sheet, scene: Scene, pose: int, size: float, colors: dict[str, str]
+) -> Links:
+    links = Links()
+    gaps = gaps_of(sheet, scene, pose, size)
+    guides = draw_guides(sheet, scene, pose, size, colors)
+    links.wheels = draw_wheels(sheet, scene, pose, colors)
+    for name, body in scene.mechanism.bodies.items():
+        if not scene.shown(name, pose):
+            continue
+        color = colors.get(name, style.INK)
+        links.bars[name] = draw_body(sheet, scene, name, pose, gaps.get(name, []), color)
+        links.bars[name] += guides.get(name, [])
+        shape = shape_of(scene, name)
+        spots = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in shape.points]
+        if shape.kind == "polygon":
+            links.polygons[name] = np.array(spots)
+        links.points[name] = spots[0] if body.points else sheet.at(scene.origins[name][pose])
+    for joint in scene.joints(pose):
+        first, second = (sheet.at(scene.place(entry, pose)) for entry in (joint.first, joint.second))
+        if joint.kind == "prismatic":
+            axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
+            links.blocks[joint.second_body] = symbols.rectangle(second, axis)
+        if joint.kind == "distance":
+            sheet.line(
+                [first, second],
+                width=style.LINE,
+                dash=style.DASHED,
+                z=style.Z_BAR,
+                gid=f"joint-{joint.name}-distance",
+            )
+    return links
+
+
+def _draw_places(sheet: Sheet, scene: Scene, pose: int, places: list[Place]) -> None:
+    for place in places:
+        center = sheet.at(scene.place(place.references[0], pose))
+        _draw_bridges(sheet, scene, pose, place, center)
+        for joint in place.joints:
+            if joint.kind == "weld":
+                symbols.weld(
+                    sheet, center, _weld_arms(sheet, scene, pose, place), f"joint-{joint.name}-weld"
+                )
+        if place.fixed:
+            symbols.support(sheet, center, f"support-{place.letter}")
+        if place.pinned:
+            names = "-".join(joint.name for joint in place.joints)
+            symbols.pin(sheet, center, f"joint-{names}-pin")
+    for reference in free_points(scene, pose):
+        symbols.dot(sheet, sheet.at(scene.place(reference, pose)), f"point-{reference}")
+
+
+def _weld_arms(sheet: Sheet, scene: Scene, pose: int, place: Place) -> list[Array]:
+    """Return one direction of each welded body."""
+    arms = []
+    for reference in place.references:
+        body, point = reference.split(".")
+        start = sheet.at(scene.place(reference, pose))
+        for other in scene.mechanism.body(body).points if body != GROUND else ():
+            arm = sheet.at(scene.place(f"{body}.{other}", pose)) - start
+            if other != point and np.hypot(*arm) > 1e-6:
+                arms.append(arm)
+                break
+    return arms
+
+
+def _draw_bridges(sheet: Sheet, scene: Scene, pose: int, place: Place, center: Array) -> None:
+    """Mark the bars that run past this pin without a break."""
+    if not place.pinned:
+        return
+    for reference in place.references:
+        body, point = reference.split(".")
+        if body == GROUND:
+            continue
+        shape = shape_of(scene, body)
+        local = scene.local(reference)
+        middles = [scene.local(f"{body}.{other}") for other in shape.points[1:-1]]
+        if shape.kind != "bar" or not any(np.hypot(*(local - m)) <= 1e-12 for m in middles):
+            continue
+        ends = [sheet.at(scene.place(f"{body}.{end}", pose)) for end in shape.points]
+        along = ends[-1] - ends[0]
+        others = sum(
+            (
+                sheet.at(scene.place(f"{name}.{end}", pose)) - center
+                for name in place.bodies
+                if name not in (body, GROUND)
+                for end in scene.mechanism.body(name).points
+            ),
+            np.array([0.0, -1e-6]),
+        )
+        symbols.bridge(sheet, center, along, -np.asarray(others), f"bridge-{reference}", style.INK)
+
+
+def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int) -> None:
+    """Draw the scale bar and the note on what is not drawn."""
+    length = nice_length(0.2 * float(sheet.size[0]) / sheet.metre)
+    bar = length * sheet.metre
+    start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
+    chosen = font(style.NOTE, style.NOTE_FONT)
+    text = length_text(length)
+    low, high = ink(text, chosen)
+    symbols.scale_bar(sheet, start, bar, "scale-bar")
+    spot = start - (5.0 + (high - low)[0] / 2, 0.0)
+    sheet.text(spot, text, chosen, style.FAINT, "scale-text")
+    sheet.box((spot[0] - (high - low)[0] / 2 - 3.0, 2.0), (sheet.size[0], 18.0))
+    note = note_text(scene, result, pose)
+    if note:
+        room = float(spot[0] - (high - low)[0] / 2 - 14.0)
+        note, chosen = fitted(note, style.NOTE, room, style.NOTE_FONT)
+        low, high = ink(note, chosen)
+        sheet.text((4.0 + (high - low)[0] / 2, 10.0), note, chosen, style.FAINT, "note")
+        sheet.box((0.0, 2.0), (4.0 + (high - low)[0], 18.0))
+
+
+def note_text(scene: Scene, result: Any, pose: int) -> str:
+    """Return which bodies are not drawn, and why."""
+    outside = set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
+    missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
+    absent = [name for name in missing if name in outside or name not in scene.origins]
+    unsolved = [name for name in missing if name not in absent]
+    parts = []
+    if absent:
+        parts.append(f"not in the scene: {', '.join(absent)}")
+    if unsolved:
+        parts.append(f"{scene.status[pose]}, not drawn: {', '.join(unsolved)}")
+    elif scene.status[pose] != "ok":
+        parts.append(f"pose: {scene.status[pose]}")
+    return "; ".join(parts)
+
+
+def nice_length(about: float) -> float:
+    """Return 1, 2 or 5 times a power of ten, at most `about`."""
+    power = 10.0 ** np.floor(np.log10(about))
+    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= about * (1 + 1e-9)))
+
+
+def length_text(length: float) -> str:
+    """Return a length in m or mm."""
+    if 1e-4 < length < 0.5:
+        return f"{length * 1000:g} mm"
+    return f"{length:g} m"
+
+
+def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[str, Any]:
+    """Return a text and its font so that it fits: smaller by a quarter at most, then cut."""
+    chosen = font(size, families)
+    while True:
+        width = float(ink(text, chosen)[1][0])
+        if width <= room or len(text) < 5:
+            return text, chosen
+        if chosen.get_size_in_points() > 0.75 * size:
+            chosen = font(max(0.75 * size, chosen.get_size_in_points() - 0.5), families)
+        else:
+            text = text[:-2].rstrip(" …") + "…"
+
+
+def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> None:
+    """Write the title and, below it, the driver's value and the pose."""
+    title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
+    count = len(result.status)
+    parts = [*values, str(getattr(result, "task", "") or "")]
+    if count > 1:
+        parts.append(f"pose {pose + 1} of {count}")
+    rows = (
+        (title, style.TITLE, 24.0, style.INK, "title"),
+        ("  ·  ".join(part for part in parts if part), style.SUBTITLE, 8.0, style.FAINT, "subtitle"),
+    )
+    for text, size, lift, color, gid in rows:
+        text, chosen = fitted(text, size, float(sheet.size[0]) - 8.0, style.NOTE_FONT)
+        sheet.ax.annotate(
+            text.replace("$", r"\$"),
+            (0.0, 1.0),
+            xytext=(4.0 * sheet.k, lift * sheet.k),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            fontproperties=font(chosen.get_size_in_points() * sheet.k, style.NOTE_FONT),
+            color=color,
+            gid=gid,
+            annotation_clip=False,
+        )

@@ -1,0 +1,156 @@
+"""The driver: its arrow and its value."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw import style, symbols
+from mechdae.draw.places import Place
+from mechdae.draw.scene import Array, Scene
+from mechdae.draw.sheet import Sheet, arc, normal
+
+SPAN = np.deg2rad(80.0)
+
+
+def drivers_of(scene: Scene, result: Any) -> list[Coordinate]:
+    """Return the coordinates that are given as functions of the pose."""
+    return [coordinate(scene.mechanism, text) for text in getattr(result, "drivers", None) or {}]
+
+
+def driven_bodies(scene: Scene, drivers: list[Coordinate]) -> set[str]:
+    """Return the links that the drivers move."""
+    return {
+        entry.part
+        if entry.part in scene.mechanism.bodies
+        else scene.mechanism.joints[entry.part].second_body
+        for entry in drivers
+    }
+
+
+def value_text(result: Any, entry: Coordinate, pose: int) -> str:
+    """Return the driver's value in one pose, in degrees or metres."""
+    value = float(np.atleast_1d(result.drivers[entry.text].position)[pose])
+    if entry.is_angle:
+        return f"{entry.text} = {_plain(np.rad2deg(value), 3)}°"
+    return f"{entry.text} = {_plain(value, 5)} m"
+
+
+def _plain(value: float, digits: int) -> str:
+    """Return a number rounded to `digits` decimals, without trailing zeros or minus zero."""
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return ("0" if text == "-0" else text).replace("-", "\N{MINUS SIGN}")
+
+
+def draw_drivers(
+    sheet: Sheet, scene: Scene, result: Any, pose: int, drivers: list[Coordinate], places: list[Place]
+) -> None:
+    """Draw an arrow for each driver, in the sense of its speed if the result has one."""
+    for entry in drivers:
+        if not scene.shown(next(iter(driven_bodies(scene, [entry]))), pose):
+            continue
+        sense = _sense(result, entry)
+        if entry.is_angle:
+            pivot, arm = _pivot(scene, entry, places, pose)
+            _draw_turn(sheet, sheet.at(pivot), arm, sense, f"driver-{entry.text}")
+        else:
+            _draw_travel(sheet, scene, entry, pose, sense)
+
+
+def _sense(result: Any, entry: Coordinate) -> float:
+    """Return +1 or -1: the sign of the speed, or of the sweep, or plus."""
+    driver = result.drivers[entry.text]
+    velocity = getattr(driver, "velocity", None)
+    if velocity is not None:
+        values = np.atleast_1d(np.asarray(velocity, dtype=float))
+        total = float(values[np.isfinite(values)].sum())
+    else:
+        values = np.atleast_1d(np.asarray(driver.position, dtype=float))
+        total = float(values[-1] - values[0])
+    return -1.0 if total < 0 else 1.0
+
+
+def _pivot(
+    scene: Scene, entry: Coordinate, places: list[Place], pose: int
+) -> tuple[Array, Array | None]:
+    """Return where a driven link turns [m] and the direction of its bar from there."""
+    if entry.part in scene.mechanism.joints:
+        body, point = scene.mechanism.joints[entry.part].second.split(".")
+    else:
+        body = entry.part
+        own = [
+            (place, reference)
+            for place in places
+            if place.pinned
+            for reference in place.references
+            if reference.startswith(f"{body}.")
+        ]
+        fixed = [reference for place, reference in own if GROUND in place.bodies]
+        known = [*fixed, *(reference for _, reference in own)]
+        point = (known or [f"{body}.{next(iter(scene.mechanism.body(body).points))}"])[0].split(
+            "."
+        )[1]
+    pivot = scene.place(f"{body}.{point}", pose)
+    arms = [
+        scene.place(f"{body}.{other}", pose) - pivot for other in scene.mechanism.body(body).points
+    ]
+    longest = max(arms, key=lambda arm: round(float(np.hypot(*arm)), 12))
+    return pivot, longest if np.hypot(*longest) > 0 else None
+
+
+def _draw_turn(sheet: Sheet, pivot: Array, arm: Array | None, sense: float, gid: str) -> None:
+    """Draw a curved arrow in the widest free sector around the pivot, near its bar."""
+    bar = 0.0 if arm is None else float(np.arctan2(arm[1], arm[0]))
+    best = bar + sense * (SPAN / 2 + 0.35)
+    middles = best + np.arange(24) * np.pi / 12
+    cost = [
+        _blocked(sheet, arc(pivot, style.ARC, middle - SPAN / 2 - 0.1, middle + SPAN / 2 + 0.1, 12))
+        + 2.0 * (1.0 - np.cos(middle - best))
+        for middle in middles
+    ]
+    middle = float(middles[int(np.argmin(np.round(cost, 6)))])
+    symbols.arrow(
+        sheet,
+        arc(pivot, style.ARC, middle - sense * SPAN / 2, middle + sense * SPAN / 2),
+        gid,
+    )
+
+
+def _blocked(sheet: Sheet, points: Array) -> float:
+    """Return what a line would cover."""
+    total = 0.0
+    near = 3.0
+    for x0, y0, x1, y1, weight in sheet.segments:
+        step = np.array([x1 - x0, y1 - y0])
+        length = float(step @ step)
+        share = np.clip((points - (x0, y0)) @ step / length, 0.0, 1.0) if length > 0 else 0.0
+        foot = np.array([x0, y0]) + np.multiply.outer(share, step)
+        total += weight * float((np.hypot(*(points - foot).T) < near).mean())
+    for x0, y0, x1, y1, weight in sheet.boxes:
+        inside = ((points > (x0 - near, y0 - near)) & (points < (x1 + near, y1 + near))).all(axis=1)
+        total += weight * float(inside.mean())
+    return total
+
+
+def _draw_travel(
+    sheet: Sheet, scene: Scene, entry: Coordinate, pose: int, sense: float
+) -> None:
+    """Draw a straight arrow beside the point that travels."""
+    if entry.part in scene.mechanism.joints:
+        joint = scene.mechanism.joints[entry.part]
+        axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
+        point = joint.second
+    else:
+        axis = np.eye(2)[entry.axis]
+        point = f"{entry.part}.{entry.point}"
+    center = sheet.at(scene.place(point, pose))
+    lines = []
+    for sign in (1.0, -1.0):
+        for lift in (16.0, 22.0, 30.0):
+            middle = center + sign * lift * normal(axis)
+            lines.append(np.array([middle - 16 * sense * axis, middle + 16 * sense * axis]))
+    cost = [_blocked(sheet, np.linspace(line[0], line[1], 9)) for line in lines]
+    symbols.arrow(sheet, lines[int(np.argmin(np.round(cost, 6)))], f"driver-{entry.text}")

@@ -1,0 +1,62 @@
+"""Figures without windows, and files that are the same byte for byte each time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from mechdae.draw import style
+from mechdae.errors import InputError
+
+FORMATS: dict[str, dict[str, Any]] = {
+    "svg": {"Date": None, "Creator": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""Formats with the metadata that would change from one run or version to the next."""
+
+
+def new_axes() -> Axes:
+    """Return empty axes below the title strip of a new figure."""
+    width, height = style.FIGURE
+    figure = Figure(figsize=style.FIGURE, dpi=style.DPI, facecolor=style.PAPER)
+    FigureCanvasAgg(figure)
+    edge = (style.EDGE / 72 / width, style.EDGE / 72 / height)
+    top = style.TOP / 72 / height
+    return figure.add_axes((edge[0], edge[1], 1 - 2 * edge[0], 1 - edge[1] - top))
+
+
+def save(picture: Axes | Figure, path: str | Path) -> Path:
+    """Write a picture as SVG, PNG or PDF, chosen by the ending of `path`.
+
+    The bytes depend on the picture alone: no date, no random identifiers. The file is
+    written under another name first, so that nothing half-written is left behind.
+
+    Raises
+    ------
+    InputError
+        An ending that is no known format.
+    """
+    figure = picture if isinstance(picture, Figure) else picture.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    target = Path(path)
+    form = target.suffix.lower().lstrip(".")
+    if form not in FORMATS:
+        raise InputError(
+            f"pictures are not written as '{target.suffix}'",
+            where=str(path),
+            hint=f"one of .{' .'.join(FORMATS)}",
+        )
+    partial = target.with_name(f".{target.name}.part")
+    try:
+        with mpl.rc_context({"svg.hashsalt": "mechdae", "svg.fonttype": "path"}):
+            figure.savefig(partial, format=form, metadata=FORMATS[form])
+        partial.replace(target)
+    finally:
+        partial.unlink(missing_ok=True)
+    return target

@@ -1,0 +1,211 @@
+"""Guides, blocks, slots and curves: the pairs in which something slides."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mechdae.describe.expression import evaluate
+from mechdae.describe.joints import Curve, Joint
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw import style, symbols
+from mechdae.draw.scene import Array, Scene
+from mechdae.draw.shapes import Gap, pieces, shape_of
+from mechdae.draw.sheet import Sheet, normal, unit
+
+REACH = 2.5
+"""A guide is drawn at most so many sizes of the mechanism beyond its block."""
+
+
+def axis_of(scene: Scene, joint: Joint, pose: int) -> Array:
+    """Return the direction of a guide or slot."""
+    return scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
+
+
+def travel(scene: Scene, joint: Joint, pose: int, size: float) -> tuple[float, float]:
+    """Return the least and greatest slide [m] of all poses, near the one drawn."""
+    slides = scene.slide(joint)
+    now = float(slides[pose])
+    near = np.clip(slides[np.isfinite(slides)], now - REACH * size, now + REACH * size)
+    return float(near.min()), float(near.max())
+
+
+def gaps_of(sheet: Sheet, scene: Scene, pose: int, size: float) -> dict[str, list[Gap]]:
+    """Return for each body the stretches of its bars hidden by blocks and slots."""
+    result: dict[str, list[Gap]] = {}
+    for joint in scene.joints(pose):
+        if joint.kind == "prismatic":
+            center = sheet.at(scene.place(joint.second, pose))
+            reach = style.BLOCK[0] * axis_of(scene, joint, pose)
+            gap = Gap(center - reach, center + reach)
+        elif joint.kind == "pin-in-slot":
+            start, end = _slot_ends(sheet, scene, joint, pose, size)
+            reach = style.SLOT * unit(end - start)
+            gap = Gap(start - reach, end + reach)
+        else:
+            continue
+        result.setdefault(joint.first_body, []).append(gap)
+    return result
+
+
+def draw_guides(
+    sheet: Sheet, scene: Scene, pose: int, size: float, colors: dict[str, str]
+) -> dict[str, list[tuple[Array, Array]]]:
+    """Draw all sliding pairs; return the lines of moving guides by body."""
+    gaps = gaps_of(sheet, scene, pose, size)
+    lines: dict[str, list[tuple[Array, Array]]] = {}
+    for joint in scene.joints(pose):
+        if joint.kind == "prismatic":
+            parts = _draw_prismatic(sheet, scene, joint, pose, size, gaps, colors)
+        elif joint.kind == "pin-in-slot":
+            parts = _draw_slot(sheet, scene, joint, pose, size, colors)
+        elif joint.kind == "curve":
+            assert isinstance(joint, Curve)
+            _draw_curve(sheet, scene, joint, pose)
+            continue
+        else:
+            continue
+        lines.setdefault(joint.first_body, []).extend(parts)
+    return lines
+
+
+def _draw_prismatic(
+    sheet: Sheet,
+    scene: Scene,
+    joint: Joint,
+    pose: int,
+    size: float,
+    gaps: dict[str, list[Gap]],
+    colors: dict[str, str],
+) -> list[tuple[Array, Array]]:
+    center = sheet.at(scene.place(joint.second, pose))
+    axis = axis_of(scene, joint, pose)
+    low, high = travel(scene, joint, pose, size)
+    now = float(scene.slide(joint)[pose])
+    start = center + (low - now) * sheet.metre * axis
+    end = center + (high - now) * sheet.metre * axis
+    symbols.block(sheet, center, axis, f"joint-{joint.name}-prismatic")
+    margin = (style.BLOCK[0] + 7.0) * axis
+    if joint.first_body == GROUND:
+        side = guide_side(axis, center, sheet.at(_middle(scene, pose)))
+        shift = style.BLOCK[1] * side
+        symbols.hatch(
+            sheet, start - margin + shift, end + margin + shift, side, f"joint-{joint.name}-guide"
+        )
+        return []
+    if joint.second_body == GROUND:
+        side = guide_side(axis, center, sheet.at(_middle(scene, pose)))
+        shift, half = style.BLOCK[1] * side, style.BLOCK[0] * axis
+        symbols.hatch(sheet, center - half + shift, center + half + shift, side)
+    origin = sheet.at(scene.place(joint.first, pose))
+    reach = [float((spot - origin) @ axis) for spot in (start - margin, end + margin)]
+    ends = origin + min(0.0, *reach) * axis, origin + max(0.0, *reach) * axis
+    covered = _covered(sheet, scene, joint.first_body, pose)
+    drawn = [
+        part
+        for a, b in pieces(*ends, covered)
+        for part in pieces(a, b, gaps.get(joint.first_body, []))
+    ]
+    for part in drawn:
+        sheet.line(
+            part,
+            color=colors.get(joint.first_body, style.INK),
+            width=style.BAR,
+            z=style.Z_BAR,
+            gid=f"joint-{joint.name}-guide",
+        )
+    return drawn
+
+
+def _covered(sheet: Sheet, scene: Scene, body: str, pose: int) -> list[Gap]:
+    """Return the stretch of a moving guide that the body's own bar draws."""
+    shape = shape_of(scene, body)
+    if shape.kind != "bar":
+        return []
+    a, b = (
+        sheet.at(scene.place(f"{body}.{point}", pose)) for point in (shape.points[0], shape.points[-1])
+    )
+    return [Gap(a, b)]
+
+
+def guide_side(axis: Array, center: Array, middle: Array) -> Array:
+    """Return the side of a guide that is hatched: below, or away from the mechanism."""
+    side = normal(axis)
+    if abs(side[1]) < 0.35:
+        side = side if float(side @ (middle - center)) < 0 else -side
+    elif side[1] > 0:
+        side = -side
+    return side
+
+
+def _middle(scene: Scene, pose: int) -> Array:
+    """Return the mean of all joints' points."""
+    points = [
+        scene.place(reference, pose)
+        for joint in scene.joints(pose)
+        for reference in (joint.first, joint.second)
+    ]
+    middle: Array = np.mean(points, axis=0)
+    return middle
+
+
+def _slot_ends(
+    sheet: Sheet, scene: Scene, joint: Joint, pose: int, size: float
+) -> tuple[Array, Array]:
+    """Return the places of the pin at the ends of the slot, with some play."""
+    low, high = travel(scene, joint, pose, size)
+    now, axis = float(scene.slide(joint)[pose]), axis_of(scene, joint, pose)
+    center = sheet.at(scene.place(joint.first, pose)) + now * sheet.metre * axis
+    play = 4.0 if high > low else 5.0 * style.PIN
+    below = center + ((low - now) * sheet.metre - play) * axis
+    above = center + ((high - now) * sheet.metre + play) * axis
+    return below, above
+
+
+def _draw_slot(
+    sheet: Sheet, scene: Scene, joint: Joint, pose: int, size: float, colors: dict[str, str]
+) -> list[tuple[Array, Array]]:
+    start, end = _slot_ends(sheet, scene, joint, pose, size)
+    body, axis = joint.first_body, axis_of(scene, joint, pose)
+    color = colors.get(body, style.INK)
+    symbols.slot(sheet, start, end, f"joint-{joint.name}-pin-in-slot", color)
+    if body == GROUND:
+        side = guide_side(axis, (start + end) / 2, sheet.at(_middle(scene, pose)))
+        shift = style.SLOT * side
+        symbols.hatch(sheet, start + shift, end + shift, side)
+        return []
+    origin = sheet.at(scene.place(joint.first, pose))
+    near = min((start, end), key=lambda spot: float(np.hypot(*(spot - origin))))
+    reach = style.SLOT * unit(near - (start + end) / 2)
+    outside = abs(float((origin - (start + end) / 2) @ axis)) > (
+        float(np.hypot(*(end - start))) / 2 + style.SLOT
+    )
+    foot = near + reach if outside else near
+    drawn = pieces(origin, foot, _covered(sheet, scene, body, pose))
+    for part in drawn if outside else []:
+        sheet.line(part, color=color, width=style.BAR, z=style.Z_BAR)
+    return [(start, end)]
+
+
+def _draw_curve(sheet: Sheet, scene: Scene, joint: Curve, pose: int) -> None:
+    points = sheet.at(curve_points(scene, joint, pose))
+    sheet.line(points, width=style.BAR, z=style.Z_BAR, gid=f"joint-{joint.name}-curve")
+    center = sheet.at(scene.place(joint.second, pose))
+    radius = scene.numbers.get(f"{joint.name}.roller_radius", 0.0) * sheet.metre
+    if radius > 0:
+        symbols.rim(sheet, center, radius, f"joint-{joint.name}-roller")
+    else:
+        symbols.dot(sheet, center, f"joint-{joint.name}-follower")
+
+
+def curve_points(scene: Scene, joint: Curve, pose: int, count: int = 180) -> Array:
+    """Return points of a curve [m]; without a range its parameter makes one turn."""
+    bounds = [evaluate(entry, scene.numbers) for entry in joint.range or (0.0, 2 * np.pi)]
+    origin = scene.place(joint.first, pose)
+    along = scene.direction(joint.first_body, 0.0, pose)
+    points = [
+        origin
+        + evaluate(joint.x, {**scene.numbers, "s": float(s)}) * along
+        + evaluate(joint.y, {**scene.numbers, "s": float(s)}) * normal(along)
+        for s in np.linspace(bounds[0], bounds[1], count + 1)
+    ]
+    return np.array(points)

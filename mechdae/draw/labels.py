@@ -1,0 +1,182 @@
+"""Joint letters and link numbers, placed and written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from matplotlib.font_manager import FontProperties
+
+from mechdae.describe.mechanism import Mechanism
+from mechdae.draw import layout, style
+from mechdae.draw.places import Place, free_points, written
+from mechdae.draw.scene import Array, Scene
+from mechdae.draw.shapes import Piece
+from mechdae.draw.sheet import Sheet, font, ink, unit
+
+AIR = 1.5
+"""Room kept around letters."""
+LEADER = 15.0
+"""A number farther than this from its link gets a thin line to it."""
+
+
+@dataclass
+class Links:
+    """What numbers are attached to, by body, on the sheet."""
+
+    bars: dict[str, list[Piece]] = field(default_factory=dict)
+    polygons: dict[str, Array] = field(default_factory=dict)
+    blocks: dict[str, Array] = field(default_factory=dict)
+    wheels: dict[str, tuple[Array, float]] = field(default_factory=dict)
+    points: dict[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Writing:
+    """A text with its place."""
+
+    text: str
+    kind: str
+    gid: str
+    font: FontProperties
+    label: layout.Label
+    anchors: Sequence[Piece] = ()
+
+
+def numbers_of(mechanism: Mechanism) -> dict[str, int]:
+    """Return the number of each body: its own, else the next free in declared order."""
+    given = {name: body.number for name, body in mechanism.bodies.items()}
+    taken = {number for number in given.values() if number is not None}
+    free = (number for number in range(1, 2 * len(given) + 2) if number not in taken)
+    return {name: next(free) if number is None else number for name, number in given.items()}
+
+
+def draw_labels(
+    sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place], links: Links
+) -> list[tuple[str, Array, Array]]:
+    """Place and write all labels.
+
+    Returns
+    -------
+    list
+        (gid, lower corner, upper corner) of each label on the sheet.
+    """
+    writings = [*_letters(sheet, scene, pose, places), *_numbers(scene, pose, links)]
+    spots = layout.place(
+        [entry.label for entry in writings], sheet.segments, sheet.boxes, sheet.size
+    )
+    for entry, spot in zip(writings, spots, strict=True):
+        if entry.kind == "number":
+            _write_number(sheet, entry, spot)
+        else:
+            sheet.text(spot, entry.text, entry.font, style.INK, entry.gid)
+    return [
+        (entry.gid, spot - half, spot + half)
+        for entry, spot in zip(writings, spots, strict=True)
+        for half in [np.array([entry.label.width, entry.label.height]) / 2]
+    ]
+
+
+def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> list[Writing]:
+    result = []
+    rows = [
+        (place.letter, scene.place(place.references[0], pose), place.references, _gap(place))
+        for place in places
+    ]
+    rows += [
+        (reference.split(".")[1], scene.place(reference, pose), (reference,), style.DOT + 2.5)
+        for reference in free_points(scene, pose)
+    ]
+    for name, position, references, gap in rows:
+        chosen = font(style.LETTER, style="italic")
+        text = written(name)
+        low, high = ink(text, chosen)
+        width, height = high - low + 2 * AIR
+        anchor = sheet.at(position)
+        away = -unit(sum((unit(arm) for arm in _arms(scene, references, pose)), np.zeros(2)))
+        if not away.any():
+            away = np.array([-0.6, 0.8])
+        label = layout.around(anchor, float(width), float(height), gap - AIR, away)
+        result.append(Writing(text, "letter", f"label-{references[0]}", chosen, label))
+    return result
+
+
+def _gap(place: Place) -> float:
+    """Return the room between the middle of a joint and its letter."""
+    if place.pinned:
+        return style.PIN + 2.5
+    return style.DOT + 2.5
+
+
+def _arms(scene: Scene, references: Sequence[str], pose: int) -> list[Array]:
+    """Return the directions of the links that meet at a place."""
+    arms = []
+    for reference in references:
+        body = reference.split(".")[0]
+        if body not in scene.mechanism.bodies:
+            continue
+        start = scene.place(reference, pose)
+        for point in scene.mechanism.body(body).points:
+            arm = scene.place(f"{body}.{point}", pose) - start
+            if np.hypot(*arm) > 1e-12:
+                arms.append(arm)
+    return arms
+
+
+def _numbers(scene: Scene, pose: int, links: Links) -> list[Writing]:
+    result = []
+    chosen = font(style.NUMBER)
+    for name, number in numbers_of(scene.mechanism).items():
+        if scene.shown(name, pose):
+            label, anchors = _number_label(name, links, 2 * style.DISC)
+            result.append(Writing(str(number), "number", f"number-{name}", chosen, label, anchors))
+    return result
+
+
+def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, list[Piece]]:
+    """Return the places for the number of a link: in a polygon, at bars, block or wheel."""
+    wide = size + 2.0
+    bars = links.bars.get(name, [])
+    if name in links.polygons:
+        middle = links.polygons[name].mean(axis=0)
+        label = layout.Label(wide, wide, middle[None, :], np.zeros(1))
+        return layout.merge(label, layout.along(bars, wide, wide, 3.0), 2.0), bars
+    if bars:
+        return layout.along(bars, wide, wide, 3.0), bars
+    if name in links.blocks:
+        corners = links.blocks[name]
+        sides = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+        middle = corners.mean(axis=0)
+        label = layout.around(middle, wide, wide, style.BLOCK[1] + 2.0, (0.0, 1.0))
+        return label, sides
+    if name in links.wheels:
+        center, radius = links.wheels[name]
+        label = layout.around(center, wide, wide, radius + 2.5, (0.7, 0.7))
+        inside = layout.around(center, wide, wide, max(radius - wide - 3.0, 0.0), (0.7, 0.7), (0.0,))
+        ring = [center + radius * np.array([np.cos(a), np.sin(a)]) for a in np.arange(48) * np.pi / 24]
+        return layout.merge(label, inside, 1.0), [(a, a) for a in ring]
+    spot = links.points[name]
+    return layout.around(spot, wide, wide, style.PIN + 2.0), [(spot, spot)]
+
+
+def _write_number(sheet: Sheet, entry: Writing, spot: Array) -> None:
+    feet = [_foot(spot, a, b) for a, b in entry.anchors]
+    if feet:
+        foot = min(feet, key=lambda place: round(float(np.hypot(*(place - spot))), 6))
+        distance = float(np.hypot(*(foot - spot)))
+        if distance > style.DISC + LEADER:
+            edge = spot + style.DISC * unit(foot - spot)
+            sheet.line([edge, foot], color=style.FAINT, width=style.THIN, weight=0)
+    sheet.circle(
+        spot, style.DISC, fill=style.PAPER, width=style.THIN, z=style.Z_LABEL, gid=entry.gid, weight=0
+    )
+    sheet.text(spot, entry.text, entry.font, style.INK)
+
+
+def _foot(spot: Array, start: Array, end: Array) -> Array:
+    step = end - start
+    length = float(step @ step)
+    share = float(np.clip((spot - start) @ step / length, 0.0, 1.0)) if length > 0 else 0.0
+    foot: Array = start + share * step
+    return foot

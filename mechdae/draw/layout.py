@@ -1,0 +1,202 @@
+"""Places for labels where they cover neither the drawing nor each other.
+
+Greedy and deterministic: each label takes the cheapest of its candidate places, the
+hardest labels first, and then all are reconsidered until nothing changes. Lengths are in
+units of the sheet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+OVERLAP = 400.0
+"""Cost of covering another label."""
+OUTSIDE = 1000.0
+"""Cost of leaving the sheet."""
+ROUNDS = 4
+
+
+@dataclass(frozen=True)
+class Label:
+    """A label to be placed.
+
+    Parameters
+    ----------
+    width, height
+        Size of its box.
+    places
+        (m, 2) candidate places of the middle of the box.
+    costs
+        (m,) what each place costs in itself; the preferred one is the cheapest.
+    """
+
+    width: float
+    height: float
+    places: Array
+    costs: Array
+
+
+def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: ArrayLike) -> Array:
+    """Return the chosen middle of each label, (number of labels, 2).
+
+    Parameters
+    ----------
+    labels
+        What is to be placed, the more important ones first.
+    segments, boxes
+        What should stay visible: rows (x0, y0, x1, y1, weight).
+    size
+        Width and height of the sheet.
+    """
+    lines = np.asarray(segments, dtype=float).reshape(-1, 5)
+    blocks = np.asarray(boxes, dtype=float).reshape(-1, 5)
+    fixed = [
+        label.costs + _static(label, lines, blocks, np.asarray(size, dtype=float))
+        for label in labels
+    ]
+    chosen: list[int | None] = [None] * len(labels)
+    order = sorted(range(len(labels)), key=lambda i: -round(float(fixed[i].min()), 6))
+    for _ in range(ROUNDS):
+        before = list(chosen)
+        for i in order:
+            cost = fixed[i] + _covering(labels, chosen, i)
+            chosen[i] = int(np.argmin(np.round(cost, 9)))
+        if chosen == before:
+            break
+    spots = [label.places[pick or 0] for label, pick in zip(labels, chosen, strict=True)]
+    return np.array(spots).reshape(-1, 2)
+
+
+def around(
+    anchor: ArrayLike,
+    width: float,
+    height: float,
+    gap: float,
+    away: ArrayLike = (0.0, 1.0),
+    steps: Sequence[float] = (0.0, 4.0, 9.0, 16.0),
+) -> Label:
+    """Return a label with places around a point, best on the side `away`.
+
+    ``gap`` is kept between the point and the label's box.
+    """
+    middle, favour = np.asarray(anchor, dtype=float), np.asarray(away, dtype=float)
+    places, costs = [], []
+    for step in steps:
+        for angle in np.arange(24) * np.pi / 12:
+            out = np.array([np.cos(angle), np.sin(angle)])
+            reach = (gap + step) + _support(width, height, out)
+            places.append(middle + reach * out)
+            costs.append(0.35 * step + 1.2 * (1.0 - float(favour @ out)))
+    return Label(width, height, np.array(places), np.array(costs))
+
+
+def along(
+    pieces: Sequence[tuple[Array, Array]],
+    width: float,
+    height: float,
+    gap: float,
+) -> Label:
+    """Return a label with places beside lines, best at the middle of the longest."""
+    lengths = [float(np.hypot(*(b - a))) for a, b in pieces]
+    places, costs = [], []
+    for (a, b), length in zip(pieces, lengths, strict=True):
+        if length == 0.0:
+            continue
+        side = np.array([-(b - a)[1], (b - a)[0]]) / length
+        shorter = 3.0 * (1.0 - length / max(lengths))
+        for share in (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74, 0.18, 0.82):
+            for step in (0.0, 4.0, 10.0, 18.0):
+                for sign in (1.0, -1.0):
+                    reach = gap + step + _support(width, height, side)
+                    places.append(a + share * (b - a) + sign * reach * side)
+                    upper = float(sign * side[1] >= 0)
+                    costs.append(shorter + 6.0 * abs(share - 0.5) + 0.35 * step - 0.2 * upper)
+    return Label(width, height, np.array(places), np.array(costs))
+
+
+def merge(first: Label, second: Label, surcharge: float) -> Label:
+    """Return a label with the places of both; those of the second cost more."""
+    return Label(
+        first.width,
+        first.height,
+        np.vstack([first.places, second.places]),
+        np.concatenate([first.costs, second.costs + surcharge]),
+    )
+
+
+def crossing(segments: Array, low: Array, high: Array) -> Array:
+    """Return the length of each segment inside each box, (boxes, segments)."""
+    start, end = segments[:, 0:2], segments[:, 2:4]
+    step = end - start
+    enter = np.zeros((len(low), len(segments)))
+    leave = np.ones((len(low), len(segments)))
+    for axis in (0, 1):
+        moving = np.abs(step[:, axis]) > 1e-12
+        slope = np.where(moving, step[:, axis], 1.0)
+        first = (low[:, axis, None] - start[:, axis]) / slope
+        second = (high[:, axis, None] - start[:, axis]) / slope
+        inside = (low[:, axis, None] < start[:, axis]) & (start[:, axis] < high[:, axis, None])
+        near = np.where(moving, np.minimum(first, second), np.where(inside, 0.0, 2.0))
+        far = np.where(moving, np.maximum(first, second), np.where(inside, 1.0, -1.0))
+        enter, leave = np.maximum(enter, near), np.minimum(leave, far)
+    share: Array = np.clip(leave - enter, 0.0, None)
+    return share * np.hypot(step[:, 0], step[:, 1])
+
+
+def overlap(low: Array, high: Array, other_low: Array, other_high: Array) -> Array:
+    """Return the common area of each box with each other box, (boxes, others)."""
+    shared = np.minimum(high[:, None], other_high) - np.maximum(low[:, None], other_low)
+    result: Array = np.clip(shared, 0.0, None).prod(axis=-1)
+    return result
+
+
+def _corners(label: Label) -> tuple[Array, Array]:
+    half = np.array([label.width, label.height]) / 2
+    return label.places - half, label.places + half
+
+
+def _static(label: Label, segments: Array, boxes: Array, size: Array) -> Array:
+    """Return what each place of a label covers of the drawing."""
+    low, high = _corners(label)
+    floor, ceiling = low.min(axis=0), high.max(axis=0)
+    near = (
+        (np.minimum(segments[:, 0:2], segments[:, 2:4]) <= ceiling)
+        & (np.maximum(segments[:, 0:2], segments[:, 2:4]) >= floor)
+    ).all(axis=1)
+    lines = segments[near]
+    inside = crossing(lines, low, high)
+    cost: Array = ((inside > 0) * lines[:, 4]).sum(axis=1)
+    cost += (inside * lines[:, 4]).sum(axis=1) / (label.width + label.height)
+    covered = overlap(low, high, boxes[:, 0:2], boxes[:, 2:4])
+    share = covered / (label.width * label.height)
+    cost += ((share > 0) * boxes[:, 4] * (1.0 + 2.0 * share)).sum(axis=1)
+    out = np.clip(-low, 0.0, None).sum(axis=1) + np.clip(high - size, 0.0, None).sum(axis=1)
+    return cost + OUTSIDE * (out > 0) + out
+
+
+def _covering(labels: Sequence[Label], chosen: Sequence[int | None], own: int) -> Array:
+    """Return what each place of one label covers of the labels placed so far."""
+    taken = [
+        (*(labels[i].places[pick]), labels[i].width / 2, labels[i].height / 2)
+        for i, pick in enumerate(chosen)
+        if pick is not None and i != own
+    ]
+    low, high = _corners(labels[own])
+    if not taken:
+        return np.zeros(len(low))
+    others = np.array(taken)
+    covered = overlap(low, high, others[:, :2] - others[:, 2:], others[:, :2] + others[:, 2:])
+    share = covered / (labels[own].width * labels[own].height)
+    cost: Array = ((share > 0) * OVERLAP * (0.2 + share)).sum(axis=1)
+    return cost
+
+
+def _support(width: float, height: float, out: Array) -> float:
+    """Return how far the middle of a box is from a tangent that has the normal `out`."""
+    return float(abs(out[0]) * width + abs(out[1]) * height) / 2

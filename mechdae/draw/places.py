@@ -1,0 +1,147 @@
+"""Joint places: points of several bodies that are always at one place, and their letters."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw.scene import Scene
+
+PINNED = ("revolute", "pin-in-slot", "distance")
+"""Kinds with a pin at the place."""
+LONG = 3
+"""A joint name of more letters gives way to the name of the point."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """One place where joints are.
+
+    Parameters
+    ----------
+    references
+        The points ``body.point`` that meet there.
+    joints
+        The joints there.
+    """
+
+    references: tuple[str, ...]
+    joints: tuple[Joint, ...]
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(entry.split(".")[0] for entry in self.references))
+
+    @property
+    def pinned(self) -> bool:
+        """Whether a pin is drawn."""
+        return any(joint.kind in PINNED for joint in self.joints)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the pin turns in the ground."""
+        return self.pinned and GROUND in self.bodies
+
+    @property
+    def letter(self) -> str:
+        """The name on the diagram: of the joint, or of the point if that says more."""
+        points = list(dict.fromkeys(entry.split(".")[1] for entry in self.references))
+        names = [joint.name for joint in self.joints if joint.kind in (*PINNED, "weld")]
+        if len(names) == 1 and len(names[0]) <= LONG:
+            return names[0]
+        if len(points) == 1:
+            return points[0]
+        short = [name for name in names if len(name) <= LONG]
+        if len(short) > 1:
+            return ", ".join(short)
+        return short[0] if short else min(points, key=lambda text: (len(text), points.index(text)))
+
+
+def places_of(scene: Scene, pose: int) -> list[Place]:
+    """Return the joint places shown, in the order of the joints."""
+    groups: list[set[str]] = []
+    joints = scene.joints(pose)
+    order: dict[str, int] = {}
+    for joint in joints:
+        for cluster in _points_of(joint):
+            for reference in cluster:
+                order.setdefault(reference, len(order))
+            joined = set(cluster)
+            for group in [group for group in groups if group & joined]:
+                joined |= group
+                groups.remove(group)
+            groups.append(joined)
+    groups = _same_local(scene, groups)
+    result = []
+    for group in sorted(groups, key=lambda group: min(order[entry] for entry in group)):
+        references = tuple(sorted(group, key=order.__getitem__))
+        there = tuple(
+            joint
+            for joint in joints
+            if any(group & set(cluster) for cluster in _points_of(joint))
+        )
+        result.append(Place(references, there))
+    return result
+
+
+def free_points(scene: Scene, pose: int) -> list[str]:
+    """Return the points of moving bodies that belong to no joint."""
+    used = {
+        reference
+        for joint in scene.mechanism.joints.values()
+        for reference in (joint.first, joint.second)
+    }
+    return [
+        f"{name}.{point}"
+        for name, body in scene.mechanism.bodies.items()
+        if scene.shown(name, pose)
+        for point in body.points
+        if f"{name}.{point}" not in used
+        and not any(
+            reference.split(".")[0] == name
+            and np.allclose(scene.local(reference), scene.local(f"{name}.{point}"), atol=1e-12)
+            for reference in used
+        )
+    ]
+
+
+def written(name: str) -> str:
+    """Return a name as it is written: a number at its end as an index."""
+    match = re.fullmatch(r"([A-Za-z]+)_?(\d+)", name)
+    return rf"$\mathit{{{match[1]}}}_{{{match[2]}}}$" if match else name
+
+
+def _points_of(joint: Joint) -> list[tuple[str, ...]]:
+    """Return the places of a joint that are drawn, each with the points that meet there."""
+    if joint.kind in ("revolute", "weld"):
+        return [(joint.first, joint.second)]
+    if joint.kind in ("prismatic", "pin-in-slot", "curve"):
+        return [(joint.second,)]
+    if joint.kind == "rack":
+        return [(joint.first,)]
+    return [(joint.first,), (joint.second,)]
+
+
+def _same_local(scene: Scene, groups: list[set[str]]) -> list[set[str]]:
+    """Join groups that hold the same place of one body under two names."""
+    result: list[set[str]] = []
+    for group in groups:
+        joined = set(group)
+        for other in [other for other in result if _meet(scene, other, joined)]:
+            joined |= other
+            result.remove(other)
+        result.append(joined)
+    return result
+
+
+def _meet(scene: Scene, first: set[str], second: set[str]) -> bool:
+    return any(
+        a.split(".")[0] == b.split(".")[0]
+        and np.hypot(*(scene.local(a) - scene.local(b))) <= 1e-12
+        for a in sorted(first)
+        for b in sorted(second)
+    )

@@ -1,0 +1,242 @@
+"""Where bodies and points are in each pose of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.errors import InputError, UnavailableError
+
+Array = NDArray[np.float64]
+
+FOLDED = np.cos(np.deg2rad(12.0))
+"""Two links closer than this at their common pin are hard to tell apart."""
+SHORT = 4
+"""Of so many poses or fewer the first one is drawn."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Placements of the bodies of a mechanism in n poses.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism drawn.
+    numbers
+        Values of its parameters and automatic names.
+    angles, origins
+        By body, the ground included: (n,) rad and (n, 2) m, nan where not computed.
+        Bodies of which no pose is known are absent.
+    status
+        (n,) text.
+    """
+
+    mechanism: Mechanism
+    numbers: Mapping[str, float]
+    angles: Mapping[str, Array]
+    origins: Mapping[str, Array]
+    status: tuple[str, ...]
+
+    def local(self, reference: str) -> Array:
+        """Return the coordinates of ``body.point`` in its body."""
+        return np.array([self.numbers[f"{reference}.{axis}"] for axis in "xy"])
+
+    def track(self, reference: str) -> Array:
+        """Return the positions of ``body.point`` in all poses, (n, 2)."""
+        body = reference.split(".")[0]
+        return self.origins[body] + turned(self.angles[body], self.local(reference))
+
+    def place(self, reference: str, pose: int) -> Array:
+        """Return the position of ``body.point`` in one pose."""
+        position: Array = self.track(reference)[pose]
+        return position
+
+    def direction(self, body: str, angle: float, pose: int) -> Array:
+        """Return the unit vector at `angle` in the frame of `body`."""
+        total = self.angles[body][pose] + angle
+        return np.array([np.cos(total), np.sin(total)])
+
+    def shown(self, body: str, pose: int) -> bool:
+        """Return whether the body has a placement in that pose."""
+        return body in self.origins and bool(
+            np.isfinite(self.angles[body][pose]) and np.isfinite(self.origins[body][pose]).all()
+        )
+
+    def joints(self, pose: int) -> list[Joint]:
+        """Return the joints whose two bodies are shown."""
+        return [
+            joint
+            for joint in self.mechanism.joints.values()
+            if self.shown(joint.first_body, pose) and self.shown(joint.second_body, pose)
+        ]
+
+    def assembled(self) -> list[int]:
+        """Return the poses that are assembled."""
+        return [
+            pose
+            for pose, status in enumerate(self.status)
+            if status != "unassembled" and all(self.shown(body, pose) for body in self.origins)
+        ]
+
+    def slide(self, joint: Joint) -> Array:
+        """Return how far the second point is along the joint's axis in each pose, (n,)."""
+        axis = self.angles[joint.first_body] + self.numbers[f"{joint.name}.axis"]
+        offset = self.track(joint.second) - self.track(joint.first)
+        along: Array = offset[:, 0] * np.cos(axis) + offset[:, 1] * np.sin(axis)
+        return along
+
+
+def turned(angle: Array, vector: Array) -> Array:
+    """Return `vector` turned by each angle, (n, 2)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]], axis=-1)
+
+
+def read_scene(result: Any) -> Scene:
+    """Return the placements that a result holds or implies.
+
+    A body is placed by its angle and one point; what a task left out of its result is
+    completed from other points of the body, from pins, welds and sliding pairs.
+
+    Raises
+    ------
+    InputError
+        A result without poses.
+    UnavailableError
+        A spatial mechanism.
+    """
+    mechanism: Mechanism = result.mechanism
+    if mechanism.dimension != 2:
+        raise UnavailableError("diagrams of spatial mechanisms are not drawn by this version")
+    status = tuple(str(entry) for entry in result.status)
+    if not status:
+        raise InputError("the result holds no pose to draw")
+    n = len(status)
+    scene = Scene(
+        mechanism,
+        mechanism.values(),
+        {GROUND: np.zeros(n)},
+        {GROUND: np.zeros((n, 2))},
+        status,
+    )
+    angles, origins = dict(scene.angles), dict(scene.origins)
+    for body in mechanism.bodies:
+        if body in result.bodies:
+            angles[body] = np.asarray(result.bodies[body].angle, dtype=float)
+    known = {
+        reference: np.asarray(entry.position, dtype=float)
+        for reference, entry in result.points.items()
+    }
+    scene = Scene(mechanism, scene.numbers, angles, origins, status)
+    while _complete(scene, angles, origins, known):
+        pass
+    return Scene(
+        mechanism,
+        scene.numbers,
+        {body: angles[body] for body in origins},
+        origins,
+        status,
+    )
+
+
+def _complete(
+    scene: Scene, angles: dict[str, Array], origins: dict[str, Array], known: dict[str, Array]
+) -> bool:
+    """Add what follows from the placements so far; return whether there was anything."""
+    before = len(angles) + len(origins)
+    for joint in scene.mechanism.joints.values():
+        first, second = joint.first_body, joint.second_body
+        turn = scene.numbers.get(f"{joint.name}.turn")
+        if turn is not None and first in angles:
+            angles.setdefault(second, angles[first] + turn)
+        if turn is not None and second in angles:
+            angles.setdefault(first, angles[second] - turn)
+        if joint.kind in ("revolute", "weld"):
+            for here, there in ((joint.first, joint.second), (joint.second, joint.first)):
+                if here.split(".")[0] in origins and there not in known:
+                    known[there] = scene.track(here)
+    for reference, position in known.items():
+        body = reference.split(".")[0]
+        if body not in angles:
+            _angle_from_points(scene, body, angles, known)
+        if body in angles and body not in origins:
+            origins[body] = position - turned(angles[body], scene.local(reference))
+    return len(angles) + len(origins) > before
+
+
+def _angle_from_points(
+    scene: Scene, body: str, angles: dict[str, Array], known: Mapping[str, Array]
+) -> None:
+    """Add the angle of a body of which two different points are known."""
+    references = [entry for entry in known if entry.split(".")[0] == body]
+    for other in references[1:]:
+        local = scene.local(other) - scene.local(references[0])
+        if np.hypot(*local) > 0:
+            offset = known[other] - known[references[0]]
+            angles[body] = np.arctan2(offset[:, 1], offset[:, 0]) - np.arctan2(local[1], local[0])
+            return
+
+
+def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
+    """Return the index of the pose to draw.
+
+    Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
+    longer sweep the middle assembled one, or the nearest to it in which no two links lie
+    on each other.
+
+    Raises
+    ------
+    InputError
+        An index that the result does not have.
+    """
+    n = len(scene.status)
+    if pose is not None:
+        if isinstance(pose, bool) or not isinstance(pose, int | np.integer) or not -n <= pose < n:
+            raise InputError(f"there is no pose {pose}", hint=f"a whole number from 0 to {n - 1}")
+        return int(pose) % n
+    assembled = scene.assembled()
+    if not assembled:
+        return max(range(n), key=lambda k: sum(scene.shown(body, k) for body in scene.origins))
+    if kind == "modes" or len(assembled) <= SHORT:
+        return assembled[0]
+    middle = assembled[len(assembled) // 2]
+    folded = _folded(scene)
+    clear = [index for index in assembled if not folded[index]]
+    return min(clear, key=lambda index: abs(index - middle), default=middle)
+
+
+def _folded(scene: Scene) -> NDArray[np.bool_]:
+    """Return in which poses two links that share a pin point the same way from it."""
+    result = np.zeros(len(scene.status), dtype=bool)
+    for joint in scene.mechanism.joints.values():
+        if joint.kind != "revolute" or not {joint.first_body, joint.second_body} <= set(
+            scene.origins
+        ):
+            continue
+        sides = [_arms(scene, joint.first), _arms(scene, joint.second)]
+        for first in sides[0]:
+            for second in sides[1]:
+                result |= np.einsum("ij,ij->i", first, second) > FOLDED
+    return result
+
+
+def _arms(scene: Scene, reference: str) -> list[Array]:
+    """Return the unit vectors from a point to the other points of its body."""
+    body, point = reference.split(".")
+    if body == GROUND:
+        return []
+    pin = scene.track(reference)
+    arms = []
+    for other in scene.mechanism.body(body).points:
+        local = scene.local(f"{body}.{other}") - scene.local(reference)
+        if other != point and np.hypot(*local) > 0:
+            arm = scene.track(f"{body}.{other}") - pin
+            arms.append(arm / np.hypot(*local))
+    return arms

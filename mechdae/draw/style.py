@@ -1,0 +1,75 @@
+"""Colours and sizes of all pictures.
+
+Colours are from the palette of Okabe and Ito, which colour-blind readers tell apart; no
+meaning rests on colour alone. Lengths are in units of the sheet (`mechdae.draw.sheet`):
+one unit is a point (1/72 in) on a picture of 7 x 5 in and grows with the picture.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+INK: Final = "#1c2733"
+PAPER: Final = "#ffffff"
+DRIVEN: Final = "#0072b2"
+"""Link whose motion is given."""
+ARROW: Final = "#d55e00"
+"""Arrow of the driver."""
+FILL: Final = "#e3ebf3"
+"""Inside of rigid polygons."""
+WHEEL: Final = "#007a5a"
+TRACE: Final = "#56b4e9"
+GHOST: Final = "#d3d7db"
+GROUND: Final = "#4b5661"
+FAINT: Final = "#5f6b76"
+"""Notes, scale bar and subtitle."""
+
+FIGURE: Final = (7.0, 5.0)
+"""Size of a new figure [in]."""
+DPI: Final = 100
+TOP: Final = 46.0
+"""Strip above the axes that holds title and subtitle [pt]."""
+EDGE: Final = 8.0
+"""Free border of the figure [pt]."""
+AREA: Final = (488.0, 306.0)
+"""Axes of a new figure [pt]: one unit of the sheet is one point in axes of this size."""
+STRIP: Final = 22.0
+"""Strip below the diagram that holds scale bar and note."""
+MARGIN: Final = 34.0
+"""Room around the geometry for symbols and labels."""
+
+BAR: Final = 2.4
+"""Width of the lines of links."""
+LINE: Final = 1.2
+"""Width of the lines of symbols."""
+THIN: Final = 0.8
+DASH_DOT: Final = (0.0, (9.0, 2.5, 1.5, 2.5))
+DASHED: Final = (0.0, (4.0, 2.5))
+
+PIN: Final = 3.8
+"""Radius of a pin."""
+DOT: Final = 2.3
+"""Radius of a point that is no joint."""
+BLOCK: Final = (13.0, 7.0)
+"""Half length and half height of a block."""
+SLOT: Final = 6.4
+"""Half width of a slot."""
+SUPPORT: Final = (8.5, 13.5)
+"""Half width and height of the triangle under a fixed pin."""
+HATCH: Final = 5.0
+"""Spacing of hatching lines."""
+ARC: Final = 19.0
+"""Radius of the driver's curved arrow."""
+
+FONT: Final = ["STIXGeneral", "DejaVu Serif"]
+NOTE_FONT: Final = ["DejaVu Sans"]
+LETTER: Final = 14.0
+NUMBER: Final = 9.0
+DISC: Final = 7.2
+"""Radius of the circle around a link's number."""
+TITLE: Final = 12.0
+SUBTITLE: Final = 9.0
+NOTE: Final = 8.0
+
+Z_TRACE, Z_GHOST, Z_GROUND, Z_FILL, Z_BLOCK, Z_BAR, Z_MARK, Z_PIN, Z_LABEL = range(1, 10)
+"""Order of drawing, later above earlier."""

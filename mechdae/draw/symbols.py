@@ -1,0 +1,181 @@
+"""The symbols of kinematic diagrams, after ISO 3952 and GOST 2.770.
+
+Each function draws one symbol on a `Sheet`; positions and lengths are in its units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mechdae.draw import style
+from mechdae.draw.sheet import Array, Sheet, arc, normal, unit
+
+DOWN = np.array([0.0, -1.0])
+
+
+def pin(sheet: Sheet, center: Array, gid: str) -> None:
+    """Draw a turning pair: a small open circle."""
+    sheet.circle(
+        center, style.PIN, fill=style.PAPER, width=1.4 * style.LINE, z=style.Z_PIN, gid=gid
+    )
+
+
+def dot(sheet: Sheet, center: Array, gid: str, color: str = style.INK) -> None:
+    """Draw a point of a link that is no joint."""
+    sheet.circle(center, style.DOT, fill=color, edge=color, z=style.Z_PIN, gid=gid)
+
+
+def hatch(sheet: Sheet, start: Array, end: Array, side: Array, gid: str | None = None) -> None:
+    """Draw the line of a fixed surface with hatching on its `side`."""
+    along = unit(end - start)
+    length = float(np.hypot(*(end - start)))
+    count = max(int(round(length / style.HATCH)), 2)
+    sheet.line([start, end], color=style.GROUND, z=style.Z_GROUND, gid=gid)
+    for position in (np.arange(count) + 0.75) * length / count:
+        foot = start + position * along
+        tip = foot + style.HATCH * (side - 0.9 * along)
+        sheet.line([foot, tip], color=style.GROUND, width=style.THIN, z=style.Z_GROUND, weight=0)
+    _keep_strip(sheet, start, end, side)
+
+
+def _keep_strip(sheet: Sheet, start: Array, end: Array, side: Array) -> None:
+    """Keep labels off the hatching: its outer border, and its box if it is upright."""
+    shift = style.HATCH * side
+    sheet.segments.append((*map(float, start + shift), *map(float, end + shift), 12.0))
+    if min(abs(side)) < 1e-9:
+        corners = np.array([start, end, start + shift, end + shift])
+        sheet.box(corners.min(axis=0), corners.max(axis=0))
+
+
+def support(sheet: Sheet, center: Array, gid: str) -> None:
+    """Draw the triangle and the hatched ground under a fixed pin."""
+    half, height = style.SUPPORT
+    left, right = center + (-half, -height), center + (half, -height)
+    sheet.area([center, left, right], z=style.Z_GROUND, edge=style.GROUND, gid=gid)
+    sheet.box(left, center + (half, 0.0))
+    reach = np.array([4.5, 0.0])
+    hatch(sheet, left - reach, right + reach, DOWN)
+
+
+def block(sheet: Sheet, center: Array, along: Array, gid: str) -> None:
+    """Draw a slider: a rectangle along its guide."""
+    sheet.area(rectangle(center, along), z=style.Z_BLOCK, width=1.4 * style.LINE, gid=gid)
+    inner = style.BLOCK[1]
+    sheet.box(center - inner, center + inner)
+
+
+def rectangle(center: Array, along: Array) -> Array:
+    """Return the corners of a block."""
+    a, b = style.BLOCK[0] * along, style.BLOCK[1] * normal(along)
+    return np.array([center - a - b, center + a - b, center + a + b, center - a + b])
+
+
+def slot(sheet: Sheet, start: Array, end: Array, gid: str, color: str = style.INK) -> None:
+    """Draw the rounded outline of a slot between the extreme places of its pin."""
+    along = unit(end - start)
+    turn = float(np.arctan2(along[1], along[0]))
+    outline = np.vstack(
+        [
+            arc(start, style.SLOT, turn + np.pi / 2, turn + 3 * np.pi / 2, 12),
+            arc(end, style.SLOT, turn - np.pi / 2, turn + np.pi / 2, 12),
+        ]
+    )
+    sheet.area(outline, edge=color, width=1.4 * style.LINE, z=style.Z_BLOCK, gid=gid)
+
+
+def bridge(sheet: Sheet, center: Array, along: Array, side: Array, gid: str, color: str) -> None:
+    """Draw the half-arc by which a bar runs past a pin without a break."""
+    turn = float(np.arctan2(along[1], along[0]))
+    sign = 1.0 if float(normal(along) @ side) > 0 else -1.0
+    points = arc(center, 2.1 * style.PIN, turn, turn + sign * np.pi, 16)
+    sheet.line(points, width=0.8 * style.BAR, color=color, z=style.Z_BAR, gid=gid)
+
+
+def corner(
+    sheet: Sheet,
+    center: Array,
+    arms: Sequence[Array],
+    gid: str | None,
+    color: str = style.INK,
+    size: float = 2.6 * style.PIN,
+) -> None:
+    """Draw the filled corner of a rigid connection between two directions."""
+    first, second = (unit(arm) for arm in arms)
+    if abs(float(first @ normal(second))) < 0.1:
+        side = 0.5 * size * normal(first)
+        points = [center - side, center + 0.9 * size * first, center + side]
+    else:
+        points = [center, center + size * first, center + size * second]
+    sheet.area(points, fill=color, edge=color, z=style.Z_BAR, width=style.THIN, gid=gid)
+
+
+def weld(sheet: Sheet, center: Array, arms: Sequence[Array], gid: str) -> None:
+    """Draw a rigid connection: a filled corner, or a filled square without two directions."""
+    if len(arms) >= 2 and abs(float(unit(arms[0]) @ normal(unit(arms[1])))) >= 0.1:
+        corner(sheet, center, arms[:2], gid)
+        return
+    half = 0.9 * style.PIN
+    square = center + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    sheet.area(square, fill=style.INK, z=style.Z_PIN, gid=gid)
+
+
+def pitch_circle(
+    sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL
+) -> None:
+    """Draw a toothed wheel by its pitch circle."""
+    sheet.circle(
+        center, radius, edge=color, z=style.Z_MARK, dash=style.DASH_DOT, gid=gid, weight=8
+    )
+
+
+def rim(
+    sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL
+) -> None:
+    """Draw a smooth wheel, a pulley or a roller."""
+    sheet.circle(center, radius, edge=color, z=style.Z_MARK, gid=gid, weight=8)
+
+
+def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> None:
+    """Draw hatching along four short arcs of a wheel that is fixed."""
+    for middle in np.deg2rad([45.0, 135.0, 225.0, 315.0]):
+        span = min(22.0 / radius, 0.5)
+        points = arc(center, radius, middle - span, middle + span, 12)
+        sheet.line(points, color=style.GROUND, z=style.Z_MARK)
+        for foot in points[1::2]:
+            out = outward * unit(foot - center)
+            tip = foot + style.HATCH * (out - 0.8 * normal(out))
+            sheet.line([foot, tip], color=style.GROUND, width=style.THIN, z=style.Z_MARK)
+
+
+def toothed_line(sheet: Sheet, start: Array, end: Array, side: Array, gid: str) -> None:
+    """Draw a rack: its pitch line, and its body on the `side` away from the wheel."""
+    sheet.line(
+        [start, end], color=style.WHEEL, dash=style.DASH_DOT, z=style.Z_MARK, gid=gid, weight=8
+    )
+    along, depth = unit(end - start), 5.0
+    count = max(int(np.hypot(*(end - start)) / 7.0), 2)
+    steps = np.linspace(0.0, float(np.hypot(*(end - start))), 4 * count + 1)
+    heights = np.tile([0.0, 0.0, 1.0, 1.0], count + 1)[: len(steps)]
+    teeth = start + np.outer(steps, along) + np.outer(depth * (0.3 + 0.7 * heights), side)
+    sheet.line(teeth, width=style.LINE, z=style.Z_BAR)
+
+
+def arrow(sheet: Sheet, points: Array, gid: str, color: str = style.ARROW) -> None:
+    """Draw a line with an arrow head at its end."""
+    tip = points[-1]
+    behind = points[max(len(points) - 4, 0)] if len(points) > 4 else points[0]
+    along = unit(tip - behind)
+    back = tip - 8.0 * along
+    shaft = points[:-2] if len(points) > 4 else np.array([points[0], back])
+    sheet.line(shaft, color=color, width=1.3 * style.LINE, z=style.Z_MARK, gid=gid)
+    head = [tip, back + 3.2 * normal(along), back - 3.2 * normal(along)]
+    sheet.area(head, fill=color, edge=color, width=0.3, z=style.Z_MARK)
+
+
+def scale_bar(sheet: Sheet, start: Array, length: float, gid: str) -> None:
+    """Draw a measured length with end ticks."""
+    end, tick = start + (length, 0.0), np.array([0.0, 3.0])
+    points = [start + tick, start - tick, start, end, end + tick, end - tick]
+    sheet.line(points, color=style.FAINT, z=style.Z_LABEL, gid=gid)

@@ -1,0 +1,98 @@
+"""Every error mechdae raises on purpose.
+
+MechdaeError
++-- InputError (ValueError)          what the user wrote
+|   +-- ProblemFileError             a problem file: file and key path
+|   +-- MechanismError               the mechanism itself: body, joint, load
+|   +-- UnknownName                  a name that is not there, with the nearest ones
+|   +-- UnavailableError             a valid request this version does not compute
++-- SolveError (RuntimeError)        the file is fine, the mechanism is not able to
+    +-- AssemblyError                no pose: group, joint, gap
+    +-- UnreachableError             a pose exists, but behind a limit position
+    +-- SingularPoseError            the Jacobian loses rank
+
+A message has three parts: what, where, and what to try. A ``SolveError`` carries the
+results computed up to the failure in ``partial``.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import Any
+
+
+class MechdaeError(Exception):
+    """Base of all errors; ``where`` is a place, ``hint`` the thing to try."""
+
+    def __init__(self, what: str, *, where: str = "", hint: str = "") -> None:
+        self.what, self.where, self.hint = what, where, hint
+        super().__init__(what)
+
+    def __str__(self) -> str:
+        place = f"{self.where}: " if self.where else ""
+        advice = f"\n  try: {self.hint}" if self.hint else ""
+        return f"{place}{self.what}{advice}"
+
+    def inside(self, place: str) -> MechdaeError:
+        """Return the same error with `place` put before its own place."""
+        self.where = f"{place}.{self.where}" if self.where else place
+        return self
+
+
+class InputError(MechdaeError, ValueError):
+    """Something the user wrote is wrong."""
+
+
+class ProblemFileError(InputError):
+    """A problem file cannot be read or does not follow the format."""
+
+
+class MechanismError(InputError):
+    """The bodies, joints and loads do not make a mechanism."""
+
+
+class UnknownName(InputError):
+    """A name that does not exist, answered with the nearest ones."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], *, where: str = "") -> None:
+        near = nearest(name, known)
+        hint = f"did you mean {' or '.join(near)}?" if near else ""
+        super().__init__(f"unknown {kind} '{shorten(name)}'", where=where, hint=hint)
+
+
+class UnavailableError(InputError):
+    """The request is valid, but this version of mechdae does not compute it."""
+
+
+class SolveError(MechdaeError, RuntimeError):
+    """The computation cannot go on; ``partial`` holds what was computed."""
+
+    def __init__(self, what: str, *, where: str = "", hint: str = "", partial: Any = None) -> None:
+        super().__init__(what, where=where, hint=hint)
+        self.partial = partial
+
+
+class AssemblyError(SolveError):
+    """An Assur group cannot be assembled at the given pose of the driver."""
+
+
+class UnreachableError(SolveError):
+    """The pose exists, but a limit position lies between it and the sketch."""
+
+
+class SingularPoseError(SolveError):
+    """The constraint Jacobian loses rank at the pose."""
+
+
+def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:
+    """Return up to `count` known names that look like `name`, best first."""
+    names = sorted(set(known))
+    close = difflib.get_close_matches(name[:100], names, n=count, cutoff=0.6)
+    return close or (names if len(names) <= 6 else [])
+
+
+def shorten(text: str, width: int = 60) -> str:
+    """Return `text` on one line, cut to `width` characters."""
+    flat = " ".join(str(text).split())
+    return flat if len(flat) <= width else flat[: width - 1] + "…"

@@ -1,0 +1,69 @@
+"""Results to files: JSON, CSV with units in the headers, NPZ; each written whole or not."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.results import Result
+
+
+def document(results: Sequence[Result]) -> dict[str, Any]:
+    """Return the JSON document of the tasks of one problem."""
+    return {
+        "mechdae": __version__,
+        "problem": results[0].problem if results else "",
+        "tasks": {result.task: result.to_dict() for result in results},
+    }
+
+
+def json_text(results: Sequence[Result], indent: int | None = None) -> str:
+    """Return the JSON text; floats with the digits that give the same float back."""
+    return json.dumps(document(results), indent=indent, allow_nan=False, ensure_ascii=False)
+
+
+def csv_text(result: Result) -> str:
+    """Return a table of all scalar series, one row per pose, units in the header."""
+    columns = list(result.columns())
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    labels = result.labels or ()
+    head = ["status"] + (["mode"] if labels else [])
+    writer.writerow(head + [f"{name} [{unit}]" for name, unit, _ in columns])
+    for k, status in enumerate(result.status):
+        first = [status] + ([",".join(labels[k])] if labels else [])
+        writer.writerow(first + [_digits(array[k]) for _, _, array in columns])
+    return out.getvalue()
+
+
+def _digits(value: Any) -> str:
+    return repr(float(value)) if np.isfinite(value) else ""
+
+
+def save(result: Result, folder: str | Path) -> list[Path]:
+    """Write ``<task>.json``, ``<task>.csv`` and ``<task>.npz`` into `folder`."""
+    place = Path(folder)
+    place.mkdir(parents=True, exist_ok=True)
+    packed = io.BytesIO()
+    arrays = {name: array for name, _, array in result.columns()}
+    np.savez(packed, status=np.asarray(result.status, dtype=str), **arrays)
+    contents = {
+        "json": json_text([result], indent=1).encode(),
+        "csv": csv_text(result).encode(),
+        "npz": packed.getvalue(),
+    }
+    written = []
+    for suffix, content in contents.items():
+        path = place / f"{result.task}.{suffix}"
+        partial = path.with_name(path.name + ".part")
+        partial.write_bytes(content)
+        partial.replace(path)
+        written.append(path)
+    return written

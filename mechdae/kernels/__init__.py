@@ -1,0 +1,1 @@
+"""From symbols to functions on arrays of poses."""

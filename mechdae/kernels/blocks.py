@@ -1,0 +1,99 @@
+"""The numerical blocks as graphs: residual, Jacobian, rates, inverse.
+
+A block's equations F(x_b, z, u; p) = 0 are square in its own unknowns x_b; z are unknowns
+of earlier blocks. With v = (x_b', z', u') the rates follow from
+
+    J x_b'  = -(F_z z' + F_u u')
+    J x_b'' = -(D2F[v, v] + F_z z'' + F_u u'')
+
+Inverses are adjugates up to 4 x 4; larger ones are refined, because an unrolled
+factorisation loses digits like the square of the condition number.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.model.reduction import Block, Scene
+
+SX = ca.SX
+ADJUGATE_LIMIT = 4
+
+
+class BlockGraph:
+    """Graphs of one block, to be called with symbols of the caller."""
+
+    def __init__(self, scene: Scene, block: Block) -> None:
+        self.block = block
+        self.own, self.uses = list(block.x), list(block.uses)
+        self.size = len(self.own)
+        xb = scene.x[self.own]
+        z = scene.x[self.uses] if self.uses else SX(0, 1)
+        u, p, F = scene.u, scene.model.p, block.residual
+        self.x, self.z, self.F = xb, z, F
+        self.vx, self.vz = SX.sym("vx", xb.numel()), SX.sym("vz", z.numel())
+        self.vu, self.az = SX.sym("vu", u.numel()), SX.sym("az", z.numel())
+        self.au = SX.sym("au", u.numel())
+        self.J = ca.jacobian(F, xb)
+        self.Fz = ca.jacobian(F, z)
+        self.drift = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.vz, self.vu))
+        every = ca.vertcat(xb, z, u)
+        rates = ca.vertcat(self.vx, self.vz, self.vu)
+        self.first = ca.jtimes(F, every, rates)
+        self.second = ca.jtimes(self.first, every, rates)
+        pushed = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.az, self.au))
+        at = [xb, z, u, p]
+        rate = [self.vx, self.vz, self.vu, self.az, self.au]
+        self._value = ca.Function("value", at, [F, self.J, self.Fz])
+        self._rates = ca.Function("rates", [*at, *rate], [-self.drift, -(self.second + pushed)])
+
+    def value(self, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
+        """Return F, J and F_z with the unknown vector `x` of the whole scene."""
+        result: tuple[Any, Any, Any] = self._value(self._own(x), self._used(x), u, p)
+        return result
+
+    def value_at(self, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
+        """Return F (n,), J (n, n) and F_z (n, nz) as arrays at one pose."""
+        z = x[self.uses] if self.uses else np.zeros(0)
+        F, J, Fz = self._value(x[self.own], z, u, p)
+        return np.array(F).ravel(), np.array(J), np.array(Fz)
+
+    def first_rate(self, x: Any, u: Any, p: Any, v: Any, du: Any) -> Any:
+        """Return the right-hand side of J x' (entries of `v` up to this block are known)."""
+        zero, nothing = SX.zeros(self.size), SX.zeros(self.az.numel())
+        no_u = SX.zeros(self.au.numel())
+        return self._rates(
+            self._own(x), self._used(x), u, p, zero, self._used(v), du, nothing, no_u
+        )[0]
+
+    def second_rate(self, x: Any, u: Any, p: Any, v: Any, du: Any, a: Any, ddu: Any) -> Any:
+        """Return the right-hand side of J x''."""
+        return self._rates(
+            self._own(x), self._used(x), u, p, self._own(v), self._used(v), du, self._used(a), ddu
+        )[1]
+
+    def _own(self, x: Any) -> Any:
+        return x[self.own]
+
+    def _used(self, x: Any) -> Any:
+        return x[self.uses] if self.uses else SX(0, 1)
+
+
+def inverse(J: Any) -> tuple[Any, Any]:
+    """Return the inverse and the determinant (1 above 4 x 4, where it is not used)."""
+    if J.shape[0] <= ADJUGATE_LIMIT:
+        det = ca.det(J)
+        return ca.adj(J) / det, det
+    eye = SX.eye(J.shape[0])
+    guess = ca.solve(J, eye)
+    for _ in range(2):
+        guess = guess @ (2 * eye - J @ guess)
+    return guess, SX(1)
+
+
+def norm(matrix: Any) -> Any:
+    """Return the Frobenius norm."""
+    return ca.sqrt(ca.sumsqr(matrix))

@@ -1,0 +1,313 @@
+"""The casadi functions of a scene: bounds, one pose, one certified step along the path.
+
+Naming: x unknowns, u drivers, p parameters, s the path parameter with u = u0 + s d.
+Every block b has beta = |J_b^-1| (Frobenius), kappa = a Lipschitz constant of J_b.
+
+Newton-Kantorovich: with eta = |last step| and h = beta kappa eta <= 1/2 the block has one
+root within 2 eta of the guess, and the distance after the step is at most h eta for
+h <= 1/4 (Ortega and Rheinboldt, Iterative Solution of Nonlinear Equations, 1970, 12.6.2).
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from mechdae.kernels.blocks import BlockGraph, inverse, norm
+from mechdae.kernels.majorant import NoMajorant, majorant
+from mechdae.model.reduction import Scene
+
+SX = ca.SX
+ROUNDOFF = 2.0**-53
+PATH_STEP_LIMIT = 0.45
+OPTIONS = {"cse": True}
+
+
+class Graphs:
+    """Functions of one scene; each is built when it is first asked for.
+
+    Parameters
+    ----------
+    scene
+        Unknowns and blocks.
+    outputs : SX (ny,)
+        Expressions over (x, u, p) to evaluate with their rates at every pose.
+    derivatives
+        Highest order of rates of the outputs, 0 to 2.
+    """
+
+    def __init__(self, scene: Scene, outputs: Any, derivatives: int = 2) -> None:
+        self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
+        self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
+        self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
+        self.np, self.ny = scene.model.p.numel(), outputs.numel()
+        self.single = self.nu == 1
+        self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
+        self.scale = SX.sym("scale")
+        self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nx)
+        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho)
+        if self.single:
+            self.du, self.ddu = SX(1), SX(0)
+        else:
+            self.du, self.ddu = SX.sym("du", self.nu), SX.sym("ddu", self.nu)
+
+    # -- weights ---------------------------------------------------------------------------
+
+    def _weights(self, b: int) -> tuple[Any, Any]:
+        """Return column and row weights that make a block of mixed units dimensionless."""
+        block = self.blocks[b].block
+        lengths = [self.scene.x_names[i][1] != "angle" for i in block.x]
+        mixed = len(set(lengths)) > 1 or len(set(block.units)) > 1
+        if not mixed:
+            return SX.ones(len(lengths)), SX.ones(len(lengths))
+        one = SX(1)
+        columns = ca.vertcat(*[self.scale if length else one for length in lengths])
+        rows = ca.vertcat(*[self.scale if unit == "m" else one for unit in block.units])
+        return columns, rows
+
+    def _solve(self, b: int, x: Any, u: Any) -> tuple[Any, Any, Any, Any, Any]:
+        """Return F, F_z, the inverse, the determinant and beta of a block."""
+        F, J, Fz = self.blocks[b].value(x, u, self.p)
+        inv, det = inverse(J)
+        w, r = self._weights(b)
+        beta = norm(ca.diag(1 / w) @ inv @ ca.diag(r))
+        return F, Fz, inv, det, beta
+
+    def _length(self, b: int, step: Any) -> Any:
+        return norm(step / self._weights(b)[0])
+
+    # -- Newton and rates ------------------------------------------------------------------
+
+    def newton(self, x: Any, u: Any) -> tuple[Any, list[Any], list[Any]]:
+        """Return x after one Newton step block by block, |step| and beta at the guess."""
+        eta, betas = [], []
+        for b, graph in enumerate(self.blocks):
+            F, _, inv, _, beta = self._solve(b, x, u)
+            step = inv @ F
+            x = _put(x, graph.own, x[graph.own] - step)
+            eta.append(self._length(b, step))
+            betas.append(beta)
+        return x, eta, betas
+
+    def rates(self, x: Any, u: Any, du: Any, ddu: Any, order: int) -> dict[str, Any]:
+        """Return x', x'' and the certificate's parts at a solved pose."""
+        v, a = SX.zeros(self.nx), SX.zeros(self.nx)
+        error = SX.zeros(self.nx)
+        dets, betas = [], []
+        for b, graph in enumerate(self.blocks):
+            _, Fz, inv, det, beta = self._solve(b, x, u)
+            own = graph.own
+            if order >= 1:
+                v = _put(v, own, inv @ graph.first_rate(x, u, self.p, v, du))
+            if order >= 2:
+                a = _put(a, own, inv @ graph.second_rate(x, u, self.p, v, du, a, ddu))
+            local = ca.fabs(inv) @ self.rho[own] + ROUNDOFF * ca.fabs(x[own])
+            if graph.uses:
+                local += ca.fabs(inv @ Fz) @ error[graph.uses]
+            error = _put(error, own, local)
+            dets.append(det)
+            betas.append(beta)
+        return {"v": v, "a": a, "error": error, "det": _column(dets), "beta": _column(betas)}
+
+    @cached_property
+    def pose(self) -> Any:
+        """One Newton step and everything that is reported at a pose.
+
+        (x, u[, du, ddu], consts) -> x, error, det, beta, h, y, y', y''; `error` bounds the
+        distance of each unknown from the exact solution, the term h eta included.
+        """
+        x, eta, betas = self.newton(self.x, self.u)
+        parts = self.rates(x, self.u, self.du, self.ddu, max(self.derivatives, 0))
+        h = [self.kappa[b] * betas[b] * eta[b] for b in range(self.nb)]
+        error = parts["error"]
+        for b, graph in enumerate(self.blocks):
+            w, _ = self._weights(b)
+            error = _put(error, graph.own, error[graph.own] + 2 * h[b] * eta[b] * w)
+        outputs = self._output_rates(x, parts)
+        inputs = [self.x, self.u, *([] if self.single else [self.du, self.ddu]), self.consts]
+        results = [x, error, parts["det"], parts["beta"], _column(h), *outputs]
+        return ca.Function("pose", inputs, results, OPTIONS)
+
+    def _output_rates(self, x: Any, parts: dict[str, Any]) -> list[Any]:
+        y, scene = self.outputs, self.scene
+        old = ca.vertcat(scene.x, scene.u)
+        v, a = SX.sym("v", self.nx + self.nu), SX.sym("a", self.nx + self.nu)
+        first = ca.jtimes(y, old, v)
+        second = ca.jtimes(first, old, v) + ca.jtimes(y, old, a)
+        new = [x, self.u]
+        rate = ca.vertcat(parts["v"], self.du)
+        acceleration = ca.vertcat(parts["a"], self.ddu)
+        function = ca.Function("outputs", [scene.x, scene.u, self.p, v, a], [y, first, second])
+        values = function(*new, self.p, rate, acceleration)
+        return list(values[: self.derivatives + 1])
+
+    # -- constants of a sweep --------------------------------------------------------------
+
+    @cached_property
+    def constants(self) -> Any:
+        """Bounds that hold for a whole sweep.
+
+        (|x|, |u|, p, scale) -> kappa (nb,), rho (nx,), mu (nb,): Lipschitz constant of J,
+        rounding of F, bound of |J|. Raises `NoMajorant` where an operation has no bound.
+        """
+        sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving = [self.scene.x, self.scene.u]
+        kappas, rhos, mus = [], [], []
+        for b, graph in enumerate(self.blocks):
+            w, r = self._weights(b)
+            hessian = ca.jacobian(ca.vec(graph.J), graph.x)
+            bound, _ = majorant(hessian, moving, sizes, self.p)
+            square = ca.reshape(bound, graph.size * graph.size, graph.size) @ ca.diag(w)
+            pairs = ca.reshape(square, graph.size, graph.size * graph.size)
+            kappas.append(norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w))))
+            _, rounding = majorant(graph.F, moving, sizes, self.p)
+            rhos.append(ROUNDOFF * rounding)
+            bound, _ = majorant(graph.J, moving, sizes, self.p)
+            square = ca.reshape(bound, graph.size, graph.size)
+            mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
+        results = [_column(kappas), _column(rhos), _column(mus)]
+        return ca.Function("constants", [*sizes, self.p, self.scale], results)
+
+    @cached_property
+    def output_bounds(self) -> Any:
+        """(|x|, |u|, p) -> bound of |dy/dx| (ny, nx) and rounding of y (ny,)."""
+        sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving = [self.scene.x, self.scene.u]
+        slope, _ = majorant(ca.jacobian(self.outputs, self.scene.x), moving, sizes, self.p)
+        _, rounding = majorant(self.outputs, moving, sizes, self.p)
+        shaped = ca.reshape(slope, self.ny, self.nx)
+        return ca.Function("output_bounds", [*sizes, self.p], [shaped, ROUNDOFF * rounding])
+
+    # -- one certified step ----------------------------------------------------------------
+
+    @cached_property
+    def advance(self) -> Any:
+        """One step of the path with its certificate.
+
+        (state, [s, step], [consts; u0; d]) -> state, test (nb,), det (nb,), miss (nb,)
+        with state = [x; x'; x''; beta] with respect to s. ``test`` <= 1 proves that one
+        continuous solution leads from the old pose over the whole step (zero order in the
+        block's inputs: see `_tube`), ``miss`` <= 1 that the new pose lies on it.
+        """
+        n, nb = self.nx, self.nb
+        state, step = SX.sym("state", 3 * n + nb), SX.sym("step", 2)
+        u0, d = SX.sym("u0", self.nu), SX.sym("d", self.nu)
+        x, v, a, beta = (state[:n], state[n : 2 * n], state[2 * n : 3 * n], state[3 * n :])
+        s, ds = step[0], step[1]
+        direction = SX(1) if self.single else d
+        u = s if self.single else u0 + s * d
+        ahead = s + ds if self.single else u0 + (s + ds) * d
+        new = x + v * ds + a * ds * ds / 2
+        for _ in range(2):
+            new, eta, betas = self.newton(new, ahead)
+        parts = self.rates(new, ahead, direction, SX.zeros(self.nu), 2)
+        bend = ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
+        tests, misses = [], []
+        for b in range(nb):
+            test, radius = self._tube(b, x, v, bend, u, direction, beta[b], ca.fabs(ds))
+            last = self.kappa[b] * betas[b] * eta[b] / 0.25
+            own = self.blocks[b].own
+            miss = self._length(b, new[own] - x[own] - v[own] * ds)
+            tests.append(ca.fmax(test, last))
+            misses.append(miss / (radius * (1 + 1e-6) + 1e-300))
+        after = ca.vertcat(new, parts["v"], parts["a"], parts["beta"])
+        results = [after, _column(tests), parts["det"], _column(misses)]
+        inputs = [state, step, ca.vertcat(self.consts, u0, d)]
+        return ca.Function("advance", inputs, results, OPTIONS)
+
+    def _tube(
+        self, b: int, x: Any, v: Any, bend: Any, u: Any, du: Any, beta: Any, ds: Any
+    ) -> tuple[Any, Any]:
+        """Return the test (<= 1 passes) and the radius around the tangent over a step.
+
+        Along x + v t, 0 <= t <= ds, the residual is at most ds^2 tau / 2 + l, the Jacobian
+        differs from its start by at most ds sigma + k; l and k hold the deviation of the
+        earlier unknowns from their tangents, taken as twice ds^2 |x''| / 2.
+        """
+        graph = self.blocks[b]
+        w, r = self._weights(b)
+        moving = [graph.x, graph.z, self.scene.u, graph.vx, graph.vz, graph.vu]
+        own, uses = graph.own, graph.uses
+        size = ca.fabs(x) + ds * ca.fabs(v) + ds * ds * bend
+        limits = [
+            size[own],
+            size[uses] if uses else SX(0, 1),
+            ca.fabs(u) + ds * ca.fabs(du),
+            ca.fabs(v[own]),
+            ca.fabs(v[uses]) if uses else SX(0, 1),
+            ca.fabs(du),
+        ]
+        every = ca.vertcat(graph.x, graph.z, self.scene.u)
+        rates = ca.vertcat(graph.vx, graph.vz, graph.vu)
+        turned = ca.jtimes(ca.vec(graph.J), every, rates)
+        tau, _ = majorant(graph.second, moving, limits, self.p)
+        sigma, _ = majorant(turned, moving, limits, self.p)
+        residual = ds * ds * tau / 2 + self.rho[own]
+        change = ds * ca.reshape(sigma, graph.size, graph.size)
+        if uses:
+            deviation = ds * ds * bend[uses]
+            slope, _ = majorant(graph.Fz, moving, limits, self.p)
+            residual += ca.reshape(slope, graph.size, len(uses)) @ deviation
+            cross = ca.jacobian(ca.vec(graph.J), graph.z)
+            bound, _ = majorant(cross, moving, limits, self.p)
+            moved = ca.reshape(bound, graph.size * graph.size, len(uses)) @ deviation
+            change += ca.reshape(moved, graph.size, graph.size)
+        delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))
+        grown = beta / ca.fmax(1 - delta, 1e-9)
+        eta = grown * norm(residual / r)
+        h = grown * self.kappa[b] * eta
+        radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
+        return ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius
+
+
+    # -- limit positions -------------------------------------------------------------------
+
+    def ancestors(self, b: int) -> list[int]:
+        """Return the blocks that block `b` depends on, itself last."""
+        wanted = {b}
+        for other in range(b, -1, -1):
+            if other in wanted:
+                uses = set(self.blocks[other].uses)
+                wanted |= {k for k in range(other) if uses & set(self.blocks[k].own)}
+        return sorted(wanted)
+
+    def fold(self, b: int) -> Any:
+        """Return the system of a limit position of block `b` and its derivatives.
+
+        (y, [consts; u0; d]) -> G, G_y, J_b, dF_b/ds, F_xx[v, v] with y = (x of the block and
+        its ancestors, s, v): G = {F = 0, J_b v = 0, v.v - 1}.
+        """
+        chain = [i for k in self.ancestors(b) for i in self.blocks[k].own]
+        graph = self.blocks[b]
+        y = SX.sym("y", len(chain) + 1 + graph.size)
+        u0, d = SX.sym("u0", self.nu), SX.sym("d", self.nu)
+        x = _put(SX.zeros(self.nx), chain, y[: len(chain)])
+        s, v = y[len(chain)], y[len(chain) + 1 :]
+        u = s if self.single else u0 + s * d
+        w, _ = self._weights(b)
+        values = [self.blocks[k].value(x, u, self.p) for k in self.ancestors(b)]
+        F, J, _ = values[-1]
+        own = [chain.index(i) for i in graph.own]
+        system = ca.vertcat(*[value[0] for value in values], J @ (w * v), ca.sumsqr(v) - 1)
+        slope = ca.jtimes(F, y[own], w * v)
+        bend = ca.jtimes(slope, y[own], w * v)
+        whole = ca.vertcat(self.consts, u0, d)
+        results = [system, ca.jacobian(system, y), J, ca.jacobian(F, y), bend]
+        return ca.Function("fold", [y, whole], results, OPTIONS)
+
+
+def _put(vector: Any, positions: list[int], values: Any) -> Any:
+    """Return the vector with some entries replaced."""
+    entries = list(ca.vertsplit(vector)) if vector.numel() else []
+    for k, i in enumerate(positions):
+        entries[i] = values[k]
+    return ca.vertcat(*entries) if entries else vector
+
+
+def _column(items: list[Any]) -> Any:
+    return ca.vertcat(*items) if items else SX(0, 1)
+
+
+__all__ = ["Graphs", "NoMajorant"]

@@ -1,0 +1,1 @@
+"""From a mechanism to symbols: residuals, Jacobian, structure, reduction. No numbers."""

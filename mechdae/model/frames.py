@@ -1,0 +1,64 @@
+"""Frames of bodies: all that a residual may know of how a body is placed.
+
+A frame is a position vector r and a rotation matrix R of casadi symbols, with the
+coordinates it is made of. Joint residuals use points ``r + R s`` and directions ``R d``
+only, so that other coordinates (or a third axis) need no second set of joints.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+SX = ca.SX
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Placement of one body: ``r`` (d,), ``R`` (d, d), turning ``angle`` and coordinates."""
+
+    r: Any
+    R: Any
+    angle: Any
+    coordinates: tuple[tuple[str, Any], ...]
+
+    def point(self, s: Any) -> Any:
+        """Return the place of a point with local coordinates `s`."""
+        return self.r + self.R @ s
+
+    def direction(self, d: Any) -> Any:
+        """Return a body-fixed direction in the fixed frame."""
+        return self.R @ d
+
+
+def rotation(angle: Any) -> Any:
+    """Return the planar rotation matrix."""
+    c, s = ca.cos(angle), ca.sin(angle)
+    return ca.vertcat(ca.horzcat(c, -s), ca.horzcat(s, c))
+
+
+def fixed_frame(dimension: int) -> Frame:
+    """Return the frame of the ground."""
+    return Frame(SX.zeros(dimension), SX.eye(dimension), SX(0), ())
+
+
+def planar_frame(body: str) -> Frame:
+    """Return the frame (x, y, theta) of a planar body."""
+    x, y, theta = (SX.sym(f"{body}.{name}") for name in ("x", "y", "angle"))
+    coordinates = (("x", x), ("y", y), ("angle", theta))
+    return Frame(ca.vertcat(x, y), rotation(theta), theta, coordinates)
+
+
+def hinge_frame(body: str, axis: tuple[float, float, float]) -> Frame:
+    """Return the frame of a spatial body that turns about an axis of constant direction.
+
+    Rodrigues' formula; coordinates x, y, z and the angle about `axis` (a unit vector).
+    """
+    x, y, z, theta = (SX.sym(f"{body}.{name}") for name in ("x", "y", "z", "angle"))
+    a = ca.DM(axis)
+    cross = ca.skew(a)
+    turn = SX.eye(3) + ca.sin(theta) * cross + (1 - ca.cos(theta)) * (cross @ cross)
+    coordinates = (("x", x), ("y", y), ("z", z), ("angle", theta))
+    return Frame(ca.vertcat(x, y, z), turn, theta, coordinates)

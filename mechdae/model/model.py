@@ -1,0 +1,196 @@
+"""The symbolic model of a mechanism: q, p, Phi(q, u; p) = 0 and its derivatives.
+
+Every number of the mechanism is an entry of p. A number written as an expression enters
+the residuals as that expression over named parameters; a literal zero enters as zero, so
+that a term it multiplies costs nothing, and becomes a symbol when the caller frees it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinates import Coordinate
+from mechdae.describe.expression import build
+from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
+from mechdae.model.frames import Frame, fixed_frame, planar_frame
+from mechdae.model.residuals import Ends, rows_of
+
+SX = ca.SX
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    **{
+        name: getattr(ca, name)
+        for name in "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt sign".split()
+    },
+    "abs": ca.fabs,
+    "min": ca.fmin,
+    "max": ca.fmax,
+    "hypot": lambda x, y: ca.sqrt(x * x + y * y),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One scalar equation: the joint or driver it belongs to, its part and unit."""
+
+    owner: str
+    part: str
+    expression: Any
+    unit: str
+    driver: bool = False
+
+    @property
+    def name(self) -> str:
+        return f"{self.owner}.{self.part}"
+
+
+class Model:
+    """Symbols and equations of one mechanism.
+
+    Parameters
+    ----------
+    mechanism
+        The description.
+    frames
+        Makes the frame of a body; the planar (x, y, theta) by default.
+    free
+        Names of numbers that must stay symbols even where they are a literal zero.
+
+    Attributes
+    ----------
+    p, p_names, p_values : SX (np,), list, array
+        Parameters, their names and values [SI, rad].
+    q, q_names : SX (nq,), list of (body, coordinate)
+        Absolute coordinates of all bodies in declared order.
+    rows : list of Row
+        Joint equations, without drivers.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        frames: Callable[[str], Frame] = planar_frame,
+        free: Iterable[str] = (),
+    ) -> None:
+        self.mechanism = mechanism
+        self._free = set(free)
+        self._make_parameters()
+        self._frames = {name: frames(name) for name in mechanism.bodies}
+        self._frames[GROUND] = fixed_frame(mechanism.dimension)
+        self.q_names: list[tuple[str, str]] = []
+        symbols = []
+        for name in mechanism.bodies:
+            for coordinate, symbol in self._frames[name].coordinates:
+                self.q_names.append((name, coordinate))
+                symbols.append(symbol)
+        self.q = ca.vertcat(*symbols)
+        self.ends = {
+            name: Ends(joint, self.frame, self.numbers) for name, joint in mechanism.joints.items()
+        }
+        self.rows = [
+            Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)
+        ]
+
+    def _make_parameters(self) -> None:
+        mechanism = self.mechanism
+        values = evaluate_all(mechanism.parameters)
+        symbols = {name: SX.sym(name) for name in values}
+        self.numbers: dict[str, Any] = {}
+        for name, number in mechanism.numbers():
+            if isinstance(number, str):
+                self.numbers[name] = SX(build(number, symbols, FUNCTIONS))
+            elif number == 0 and name not in self._free:
+                self.numbers[name] = SX(0)
+            else:
+                self.numbers[name] = symbols[name] = SX.sym(name)
+                values[name] = number
+        self.p_names = list(symbols)
+        self.p = ca.vertcat(*symbols.values()) if symbols else SX(0, 1)
+        self.p_values = np.array([values[name] for name in symbols])
+
+    def frame(self, body: str) -> Frame:
+        """Return the frame of a body or of the ground."""
+        return self._frames[body]
+
+    def point(self, reference: str) -> Any:
+        """Return the place of ``body.point`` in the fixed frame."""
+        body = reference.split(".")[0]
+        axes = "xyz"[: self.mechanism.dimension]
+        local = ca.vertcat(*[self.numbers[f"{reference}.{axis}"] for axis in axes])
+        return self.frame(body).point(local)
+
+    def coordinate(self, coordinate: Coordinate) -> Any:
+        """Return the expression of a coordinate."""
+        if coordinate.kind == "body angle":
+            return self.frame(coordinate.part).angle
+        if coordinate.kind == "point":
+            return self.point(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
+        ends = self.ends[coordinate.part]
+        if coordinate.kind == "joint angle":
+            return ends.second.angle - ends.first.angle
+        return ca.dot(ends.axis(), ends.gap)
+
+    def driven(self, coordinates: Iterable[Coordinate]) -> tuple[list[Row], Any]:
+        """Return all rows, those of the drivers last, and the drivers' symbols u."""
+        rows = list(self.rows)
+        inputs = []
+        for coordinate in coordinates:
+            u = SX.sym(f"u_{coordinate.text}")
+            unit = "rad" if coordinate.is_angle else "m"
+            rows.append(
+                Row(coordinate.text, "driver", self.coordinate(coordinate) - u, unit, driver=True)
+            )
+            inputs.append(u)
+        return rows, ca.vertcat(*inputs) if inputs else SX(0, 1)
+
+    @cached_property
+    def phi(self) -> Any:
+        """Residuals of all joints, (m,)."""
+        return ca.vertcat(*[row.expression for row in self.rows])
+
+    @cached_property
+    def phi_q(self) -> Any:
+        """Constraint Jacobian, (m, nq)."""
+        return ca.jacobian(self.phi, self.q)
+
+    @cached_property
+    def velocity(self) -> Any:
+        """Symbols of the coordinates' rates, (nq,)."""
+        return SX.sym("v", self.q.numel())
+
+    @cached_property
+    def gamma(self) -> Any:
+        """Right-hand side of Phi_q qdd = gamma: -(Phi_q v)_q v, (m,)."""
+        rate = ca.jtimes(self.phi, self.q, self.velocity)
+        return -ca.jtimes(rate, self.q, self.velocity)
+
+    @cached_property
+    def nu(self) -> Any:
+        """Right-hand side of Phi_q qd = nu; zero for joints without a law of time, (m,)."""
+        return SX.zeros(len(self.rows))
+
+    @cached_property
+    def mass_matrix(self) -> Any:
+        """Mass matrix in the absolute coordinates (x, y, theta), (nq, nq).
+
+        A body's row belongs to its frame's origin: with centre c (fixed axes, from the
+        origin), [[m, 0, -m c_y], [0, m, m c_x], [-m c_y, m c_x, I + m c.c]].
+        """
+        blocks = []
+        for name in self.mechanism.bodies:
+            m, inertia = (self.numbers.get(f"{name}.{n}", SX(0)) for n in ("mass", "inertia"))
+            local = [self.numbers.get(f"{name}.center.{axis}", SX(0)) for axis in "xy"]
+            c = self.frame(name).direction(ca.vertcat(*local))
+            blocks.append(
+                ca.vertcat(
+                    ca.horzcat(m, 0, -m * c[1]),
+                    ca.horzcat(0, m, m * c[0]),
+                    ca.horzcat(-m * c[1], m * c[0], inertia + m * ca.sumsqr(c)),
+                )
+            )
+        return ca.diagcat(*blocks)

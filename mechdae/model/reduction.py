@@ -1,0 +1,207 @@
+"""From absolute coordinates to the few unknowns of each Assur group.
+
+Inside a group every variable with a constant pivot (+-1, or a gear ratio, which is never
+zero) is eliminated with its row; what is left falls into numerical blocks by a second
+block-triangular form. A parameter that may vanish is never a pivot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import Coordinate, Selection, selection
+from mechdae.describe.mechanism import GROUND
+from mechdae.model.model import Model, Row
+from mechdae.model.structure import Group, assur_groups
+
+SX = ca.SX
+
+
+@dataclass(frozen=True)
+class Block:
+    """Equations F = 0 of one numerical block, square in the unknowns ``x``.
+
+    ``x`` are positions in the scene's unknown vector, ``uses`` those of earlier blocks
+    that F depends on; ``units`` ("m" or "rad") belong to the equations.
+    """
+
+    group: int
+    x: tuple[int, ...]
+    uses: tuple[int, ...]
+    residual: Any
+    units: tuple[str, ...]
+
+
+@dataclass
+class Scene:
+    """What a task needs of a model: driven rows, groups, unknowns, recovered coordinates.
+
+    Attributes
+    ----------
+    u : SX (nd,)
+        Driver values.
+    x, x_names : SX (nx,), list of (body, coordinate)
+        Unknowns left after elimination, in solve order.
+    blocks : list of Block
+    recover : dict
+        (body, coordinate) -> expression over (x, u, p) for every coordinate in the scene.
+    """
+
+    model: Model
+    drivers: tuple[Coordinate, ...]
+    rows: list[Row]
+    u: Any
+    all_groups: list[Group]
+    groups: list[Group]
+    selection: Selection
+    x: Any = None
+    x_names: list[tuple[str, str]] = field(default_factory=list)
+    blocks: list[Block] = field(default_factory=list)
+    recover: dict[tuple[str, str], Any] = field(default_factory=dict)
+
+    @property
+    def not_in_scene(self) -> list[str]:
+        """Bodies of groups that no requested output depends on."""
+        solved = {name for group in self.groups for name in group.bodies}
+        return [name for name in self.model.mechanism.bodies if name not in solved]
+
+    def expression(self, absolute: Any) -> Any:
+        """Return an expression over q as one over (x, u, p)."""
+        symbols = [self.model.q[j] for j, n in enumerate(self.model.q_names) if n in self.recover]
+        values = [self.recover[n] for n in self.model.q_names if n in self.recover]
+        return ca.substitute(absolute, ca.vertcat(*symbols), ca.vertcat(*values))
+
+
+def scene(
+    model: Model, drivers: Sequence[Coordinate], outputs: tuple[str, ...] | None = None
+) -> Scene:
+    """Return the scene: only groups that the outputs or the drivers depend on are in it."""
+    rows, u = model.driven(drivers)
+    groups = assur_groups(model, rows)
+    chosen = selection(model.mechanism, outputs)
+    kept = groups if outputs is None else _needed(model, groups, chosen)
+    result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen)
+    reduce(result)
+    return result
+
+
+def _needed(model: Model, groups: list[Group], chosen: Selection) -> list[Group]:
+    bodies = set(chosen.bodies) | {point.split(".")[0] for point in chosen.points}
+    for name in chosen.joints:
+        bodies |= set(model.mechanism.joints[name].bodies)
+    bodies.discard(GROUND)
+    wanted = {group.index for group in groups if group.driven or bodies & set(group.bodies)}
+    front = list(wanted)
+    while front:
+        for other in groups[front.pop()].after:
+            if other not in wanted:
+                wanted.add(other)
+                front.append(other)
+    return [group for group in groups if group.index in wanted]
+
+
+def reduce(scene: Scene) -> None:
+    """Fill in the scene's unknowns, blocks and recovered coordinates."""
+    model = scene.model
+    nonzero = [
+        model.numbers[f"{name}.ratio"]
+        for name, joint in model.mechanism.joints.items()
+        if joint.kind == "gear"
+    ]
+    found: list[Any] = []
+    pending: list[tuple[int, list[Any], list[Equation]]] = []
+    for group in scene.groups:
+        rows = ca.vertcat(*[scene.rows[i].expression for i in group.rows])
+        rows = scene.expression(rows) if scene.recover else rows
+        equations = [(rows[k], scene.rows[i].unit) for k, i in enumerate(group.rows)]
+        solved, rest, left = eliminate(equations, [model.q[j] for j in group.columns], nonzero)
+        names = {str(model.q[j]): model.q_names[j] for j in group.columns}
+        for symbol, expression in [*solved, *((symbol, symbol) for symbol in left)]:
+            scene.recover[names[str(symbol)]] = expression
+        for unknowns, own in split(rest, left):
+            pending.append((group.index, unknowns, own))
+            found += unknowns
+            scene.x_names += [names[str(symbol)] for symbol in unknowns]
+    scene.x = ca.vertcat(*found) if found else SX(0, 1)
+    start = 0
+    for index, unknowns, own in pending:
+        x = tuple(range(start, start + len(unknowns)))
+        start += len(unknowns)
+        residual = ca.vertcat(*[expression for expression, _ in own])
+        used = set(ca.jacobian(residual, scene.x).sparsity().get_col()) - set(x)
+        assert all(i < x[0] for i in used), "blocks are not in solve order"
+        units = tuple(unit for _, unit in own)
+        scene.blocks.append(Block(index, x, tuple(sorted(used)), residual, units))
+
+
+Equation = tuple[Any, str]
+"""A residual and its unit."""
+
+
+def eliminate(
+    equations: list[Equation], unknowns: list[Any], nonzero: Sequence[Any]
+) -> tuple[list[tuple[Any, Any]], list[Equation], list[Any]]:
+    """Eliminate variables with constant pivots.
+
+    Returns
+    -------
+    solved : list of (symbol, expression)
+        The expressions hold only symbols that are left (and inputs).
+    rest, left
+        Equations and unknowns that remain.
+    """
+    solved: list[tuple[Any, Any]] = []
+    left, rest = list(unknowns), list(equations)
+    while left:
+        rows = ca.vertcat(*[expression for expression, _ in rest])
+        pivot = _best_pivot(ca.jacobian(rows, ca.vertcat(*left)), nonzero)
+        if pivot is None:
+            break
+        i, j, value = pivot
+        symbol = left.pop(j)
+        expression = -ca.substitute(rest.pop(i)[0], symbol, 0) / value
+        rest = [(ca.substitute(row, symbol, expression), unit) for row, unit in rest]
+        solved = [(s, ca.substitute(e, symbol, expression)) for s, e in solved]
+        solved.append((symbol, expression))
+    return solved, rest, left
+
+
+def _best_pivot(jacobian: Any, nonzero: Sequence[Any]) -> tuple[int, int, Any] | None:
+    """Return row, column and value of the constant pivot in the row with fewest entries."""
+    pattern = jacobian.sparsity()
+    rows, columns = pattern.get_triplet()
+    entries = jacobian.nonzeros()
+    in_row = [0] * pattern.size1()
+    for i in rows:
+        in_row[i] += 1
+    best = None
+    for i, j, entry in zip(rows, columns, entries, strict=True):
+        if entry.is_constant() and float(entry) != 0:
+            rank = (in_row[i], abs(float(entry)) != 1, i, j)
+        elif any(ca.is_equal(entry, ratio, 3) for ratio in nonzero if not ratio.is_constant()):
+            rank = (in_row[i], True, i, j)
+        else:
+            continue
+        if best is None or rank < best[0]:
+            best = (rank, i, j, entry)
+    return best[1:] if best else None
+
+
+def split(rest: list[Equation], left: list[Any]) -> list[tuple[list[Any], list[Equation]]]:
+    """Return the blocks (unknowns, equations) of a square system in solve order."""
+    if not left:
+        return []
+    rows = ca.vertcat(*[expression for expression, _ in rest])
+    pattern = ca.jacobian(rows, ca.vertcat(*left)).sparsity()
+    count, rowperm, colperm, rowblock, colblock, _, _ = pattern.btf()
+    return [
+        (
+            [left[j] for j in sorted(colperm[colblock[b] : colblock[b + 1]])],
+            [rest[i] for i in sorted(rowperm[rowblock[b] : rowblock[b + 1]])],
+        )
+        for b in range(count)
+    ]

@@ -1,0 +1,318 @@
+"""Assur groups of a driven mechanism from the block-triangular form of its Jacobian.
+
+(1) Block-triangular form of the absolute Jacobian; (2) a directed graph of blocks and
+bodies: a block points to the blocks whose coordinates its rows use, a body and the blocks
+of its coordinates point to each other; (3) the strongly connected components are the
+Assur groups, in the order in which they are solved from the driver outwards. Class, order
+and kind follow Artobolevsky; a higher pair counts as the link and the two lower pairs that
+replace it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.errors import MechanismError
+from mechdae.model.model import Model, Row
+
+ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
+KINDS = {"RRR": 1, "RRP": 2, "RPR": 3, "PRP": 4, "RPP": 5}
+
+
+@dataclass(frozen=True)
+class Group:
+    """One Assur group (or the driven link) and its share of rows and columns.
+
+    ``kind`` is the sequence of pairs of a dyad (``RPR``), "driver", "weld" or the number of
+    links and pairs; ``after`` are indices of the groups it is attached to.
+    """
+
+    index: int
+    bodies: tuple[str, ...]
+    joints: tuple[str, ...]
+    inner: tuple[str, ...]
+    rows: tuple[int, ...]
+    columns: tuple[int, ...]
+    after: tuple[int, ...]
+    level: int
+    driven: bool
+    class_: int
+    order: int
+    kind: str
+    higher_pairs: int
+    numbers: tuple[int, ...]
+
+    @property
+    def is_dyad(self) -> bool:
+        """Two links and three pairs, one of them inner."""
+        return self.class_ == 2 and self.kind in KINDS
+
+    @property
+    def name(self) -> str:
+        """Name in the structural formula: ``II.3 RPR(2,3)``."""
+        numbers = ",".join(map(str, self.numbers))
+        if self.kind in KINDS:
+            return f"II.{KINDS[self.kind]} {self.kind}({numbers})"
+        if self.kind in ("driver", "weld"):
+            return f"{'I' if self.kind == 'driver' else 'weld'}({numbers})"
+        return f"{ROMAN[min(self.class_, 10)]} {self.kind}({numbers})"
+
+    @property
+    def key_joint(self) -> str:
+        """The joint that opens when the group cannot be assembled."""
+        return (self.inner or self.joints)[0]
+
+
+def body_numbers(mechanism: Mechanism) -> dict[str, int]:
+    """Return the number of each body: its own, else its place in the file."""
+    return {
+        name: body.number if body.number is not None else position
+        for position, (name, body) in enumerate(mechanism.bodies.items(), start=1)
+    }
+
+
+def assur_groups(model: Model, rows: Sequence[Row]) -> list[Group]:
+    """Return the groups in solve order.
+
+    Raises
+    ------
+    MechanismError
+        Constraints are missing or superfluous by structure; the message names the bodies
+        that can still move, or the joints that share the superfluous equations.
+    """
+    phi = ca.vertcat(*[row.expression for row in rows])
+    pattern = ca.jacobian(phi, model.q).sparsity()
+    count, rowperm, colperm, rowblock, colblock, coarse_rows, coarse_cols = pattern.btf()
+    _check_square(model, rows, rowperm, colperm, coarse_rows, coarse_cols)
+    block_of_row = np.empty(len(rows), int)
+    block_of_column = np.empty(len(rows), int)
+    for block in range(count):
+        block_of_row[rowperm[rowblock[block] : rowblock[block + 1]]] = block
+        block_of_column[colperm[colblock[block] : colblock[block + 1]]] = block
+    bodies = list(model.mechanism.bodies)
+    place = {name: count + i for i, name in enumerate(bodies)}
+    arrows: set[tuple[int, int]] = set()
+    for i, j in zip(*pattern.get_triplet(), strict=True):
+        arrows.add((int(block_of_row[i]), int(block_of_column[j])))
+    for j, (name, _) in enumerate(model.q_names):
+        arrows |= {(place[name], int(block_of_column[j])), (int(block_of_column[j]), place[name])}
+    component = _components(count + len(bodies), arrows)
+    members: dict[int, list[str]] = {}
+    for name in bodies:
+        members.setdefault(component[place[name]], []).append(name)
+    after: dict[int, set[int]] = {label: set() for label in members}
+    for i, j in arrows:
+        if component[i] != component[j]:
+            after[component[i]].add(component[j])
+    return _ordered(model, rows, block_of_row, block_of_column, component, members, after)
+
+
+def _components(size: int, arrows: set[tuple[int, int]]) -> list[int]:
+    """Return the label of the strongly connected component of each node."""
+    pairs = sorted(arrows | {(i, i) for i in range(size)})
+    graph = ca.Sparsity.triplet(size, size, [i for i, _ in pairs], [j for _, j in pairs])
+    count, order, start = graph.scc()
+    labels = [0] * size
+    for label in range(count):
+        for node in order[start[label] : start[label + 1]]:
+            labels[node] = label
+    return labels
+
+
+def _ordered(
+    model: Model,
+    rows: Sequence[Row],
+    block_of_row: Any,
+    block_of_column: Any,
+    component: list[int],
+    members: dict[int, list[str]],
+    after: dict[int, set[int]],
+) -> list[Group]:
+    numbers = body_numbers(model.mechanism)
+    level: dict[int, int] = {}
+
+    def depth(label: int) -> int:
+        stack = [label]
+        while stack:
+            top = stack[-1]
+            missing = [other for other in after[top] if other not in level]
+            if missing:
+                stack += missing
+            else:
+                level[top] = 1 + max((level[other] for other in after[top]), default=-1)
+                stack.pop()
+        return level[label]
+
+    labels = sorted(members, key=lambda c: (depth(c), min(numbers[b] for b in members[c])))
+    index = {label: position for position, label in enumerate(labels)}
+    groups = []
+    for label in labels:
+        own = sorted(members[label], key=numbers.__getitem__)
+        own_rows = [i for i in range(len(rows)) if component[block_of_row[i]] == label]
+        own_columns = [j for j in range(len(rows)) if component[block_of_column[j]] == label]
+        joints = list(dict.fromkeys(rows[i].owner for i in own_rows if not rows[i].driver))
+        driven = any(rows[i].driver for i in own_rows)
+        described = _classify(model.mechanism, set(own), joints, driven)
+        groups.append(
+            Group(
+                index=index[label],
+                bodies=tuple(own),
+                joints=tuple(joints),
+                rows=tuple(own_rows),
+                columns=tuple(own_columns),
+                after=tuple(sorted(index[other] for other in after[label])),
+                level=level[label],
+                driven=driven,
+                numbers=tuple(numbers[name] for name in own),
+                **described,
+            )
+        )
+    return groups
+
+
+def _classify(
+    mechanism: Mechanism, bodies: set[str], names: Sequence[str], driven: bool
+) -> dict[str, Any]:
+    """Return class, order, kind, inner joints and count of higher pairs of a group."""
+    joints = [mechanism.joints[name] for name in names]
+    inner = [j for j in joints if {j.first_body, j.second_body} <= bodies]
+    outer = [j for j in joints if j not in inner]
+    higher = sum(not j.lower for j in joints)
+    common = {"inner": tuple(j.name for j in inner), "higher_pairs": higher}
+    if driven:
+        kind = "driver" if len(bodies) == 1 else f"driven {len(bodies)} links"
+        return {"class_": 1, "order": len(outer), "kind": kind, **common}
+    if [j.kind for j in joints] == ["weld"]:
+        return {"class_": 0, "order": 1, "kind": "weld", **common}
+    if len(bodies) + higher == 2:
+        kind = _dyad_kind(bodies, inner, outer)
+        return {"class_": 2, "order": 2, "kind": kind, **common}
+    if all(j.kind == "gear" or j.kind == "revolute" for j in joints) and len(bodies) == higher:
+        # wheels on fixed or known centres: each closed by its own mesh
+        return {"class_": 2, "order": len(outer), "kind": "gears", **common}
+    kind = f"{len(bodies)} links"
+    contour = _contour(bodies, joints)
+    return {"class_": contour, "order": len(outer), "kind": kind, **common}
+
+
+def _dyad_kind(bodies: set[str], inner: list[Joint], outer: list[Joint]) -> str:
+    if len(bodies) == 2:
+        letters = [j.letter for j in (outer[0], inner[0], outer[1])] if len(outer) == 2 else []
+    else:
+        lower = [j.letter for j in outer if j.lower]
+        higher = next(j for j in outer if not j.lower)
+        slot_inside = higher.first_body in bodies
+        replaced = {"pin-in-slot": "PR" if slot_inside else "RP", "distance": "RR"}
+        letters = [*lower, *replaced.get(higher.kind, "")]
+    sequence = "".join(letters)
+    for candidate in (sequence, sequence[::-1]):
+        if candidate in KINDS:
+            return candidate
+    return "gear" if not sequence or len(sequence) == 1 else sequence
+
+
+def _contour(bodies: set[str], joints: list[Joint]) -> int:
+    """Return the class: pairs in the largest contour, rigid or mutable, of inner pairs.
+
+    The link that replaces a higher pair belongs to the group.
+    """
+    neighbours: dict[str, set[str]] = {name: set() for name in bodies}
+    pairs = dict.fromkeys(bodies, 0)
+    for joint in joints:
+        ends = [b for b in (joint.first_body, joint.second_body) if b in bodies]
+        path = ends if joint.lower else [ends[0], f"link of {joint.name}", *ends[1:]]
+        for a, b in zip(path, path[1:], strict=False):
+            for one, other in ((a, b), (b, a)):
+                neighbours.setdefault(one, set()).add(other)
+                pairs[one] = pairs.get(one, 0) + 1
+    rigid = max((count for count in pairs.values() if count >= 3), default=2)
+    return max(rigid, _shortest_cycles(neighbours))
+
+
+def _shortest_cycles(neighbours: dict[str, set[str]]) -> int:
+    """Return the longest of the shortest cycles through each edge; 0 for a tree."""
+    longest = 0
+    for a in neighbours:
+        for b in neighbours[a]:
+            distance, front = {a: 0}, [a]
+            while front and b not in distance:
+                ahead = []
+                for node in front:
+                    for other in neighbours[node]:
+                        if other not in distance and {node, other} != {a, b}:
+                            distance[other] = distance[node] + 1
+                            ahead.append(other)
+                front = ahead
+            if b in distance:
+                longest = max(longest, distance[b] + 1)
+    return longest
+
+
+def formula(groups: Sequence[Group]) -> str:
+    """Return the structural formula: ``I(1) -> II.3 RPR(2,3) -> {...; ...}``."""
+    levels: dict[int, list[str]] = {}
+    for group in groups:
+        levels.setdefault(group.level, []).append(group.name)
+    parts = [names[0] if len(names) == 1 else "{" + "; ".join(names) + "}" for names in levels.values()]
+    return " -> ".join(parts)
+
+
+def count_mobility(mechanism: Mechanism) -> dict[str, int]:
+    """Return n, p5, p4 and W = 3 n - 2 p5 - p4 (Chebyshev); a weld joins two links to one."""
+    joints = list(mechanism.joints.values())
+    welds = sum(j.kind == "weld" for j in joints)
+    n = len(mechanism.bodies) - welds
+    p5 = sum(j.lower and j.kind != "weld" for j in joints)
+    p4 = sum(not j.lower for j in joints)
+    return {"n": n, "p5": p5, "p4": p4, "W": 3 * n - 2 * p5 - p4}
+
+
+def _check_square(
+    model: Model,
+    rows: Sequence[Row],
+    rowperm: Sequence[int],
+    colperm: Sequence[int],
+    coarse_rows: Sequence[int],
+    coarse_cols: Sequence[int],
+) -> None:
+    """Raise when the structure leaves bodies free or equations over."""
+    loose = colperm[coarse_cols[0] : coarse_cols[2]]
+    over = rowperm[coarse_rows[2] : coarse_rows[4]]
+    missing = coarse_cols[1] - coarse_cols[0]
+    extra = coarse_rows[4] - coarse_rows[3]
+    if not missing and not extra:
+        return
+    free = list(dict.fromkeys(model.q_names[j][0] for j in loose))
+    owners = list(dict.fromkeys(rows[i].owner for i in over))
+    drivers = sum(row.driver for row in rows)
+    parts = []
+    if missing:
+        parts.append(f"{_plural(missing, 'constraint')} missing: {_list(free)} can still move")
+    if extra:
+        parts.append(f"{_plural(extra, 'constraint')} superfluous among {_list(owners)}")
+    count = count_mobility(model.mechanism)
+    hint = (
+        f"3*{count['n']} - 2*{count['p5']} - {count['p4']} = {count['W']} freedom(s), "
+        f"{_plural(drivers, 'driver')}; "
+    )
+    hint += "add a driver or a joint" if missing else "remove a driver or a joint"
+    raise MechanismError("; ".join(parts), where="mechanism", hint=hint)
+
+
+def _plural(count: int, word: str) -> str:
+    return f"{count} {word}{'' if count == 1 else 's'}"
+
+
+def _list(names: Sequence[str], most: int = 8) -> str:
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
+
+
+__all__ = ["GROUND", "Group", "assur_groups", "body_numbers", "count_mobility", "formula"]

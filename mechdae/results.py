@@ -1,0 +1,203 @@
+"""Results: read-only arrays with names and units, the same content as the JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks import Task
+from mechdae.errors import UnknownName
+
+UNITS = {
+    "position": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s2",
+    "angle": "rad",
+    "angular_velocity": "rad/s",
+    "angular_acceleration": "rad/s2",
+    "slide": "m",
+    "slide_velocity": "m/s",
+    "slide_acceleration": "m/s2",
+    "coriolis": "m/s2",
+}
+
+
+class Series(Mapping[str, Any]):
+    """Arrays of one body, point, joint or driver, by attribute or key; rows are poses."""
+
+    def __init__(self, arrays: Mapping[str, Any]) -> None:
+        frozen = {}
+        for name, value in arrays.items():
+            array = np.asarray(value)
+            array.setflags(write=False)
+            frozen[name] = array
+        self.__dict__["_arrays"] = frozen
+
+    def __getattr__(self, name: str) -> Any:
+        arrays = self.__dict__["_arrays"]
+        if name not in arrays:
+            raise AttributeError(f"no '{name}' here; there is {', '.join(arrays)}")
+        return arrays[name]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError("results are read-only")
+
+    def __getitem__(self, name: str) -> Any:
+        return self.__dict__["_arrays"][name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.__dict__["_arrays"])
+
+    def __len__(self) -> int:
+        return len(self.__dict__["_arrays"])
+
+    def __repr__(self) -> str:
+        return f"Series({', '.join(self)})"
+
+
+class Named(Mapping[str, Series]):
+    """Series by name; an unknown name is answered with the nearest ones."""
+
+    def __init__(self, kind: str, items: Mapping[str, Series]) -> None:
+        self._kind, self._items = kind, dict(items)
+
+    def __getitem__(self, name: str) -> Series:
+        if name not in self._items:
+            raise UnknownName(self._kind, name, self._items)
+        return self._items[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._items
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return f"{self._kind}s: {', '.join(self)}"
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one task gave; rows are poses (assembly modes for a task of kind modes).
+
+    Attributes
+    ----------
+    drivers, bodies, points, joints
+        Named series, SI and radians; nan where a pose has no value.
+    status : (n,) array of str
+        ok, limit, unassembled, singular, ambiguous.
+    bound
+        length (n,) [m] and angle (n,) [rad]: distance to the exact solution at most.
+    condition : (n,) array
+        Condition number of the worst block; near a limit rates lose that many digits.
+    fault
+        What is wrong with the answer, None when nothing is.
+    """
+
+    problem: str
+    task: str
+    kind: str
+    mechanism: Mechanism
+    title: str = ""
+    drivers: Named = field(default_factory=lambda: Named("driver", {}))
+    bodies: Named = field(default_factory=lambda: Named("body", {}))
+    points: Named = field(default_factory=lambda: Named("point", {}))
+    joints: Named = field(default_factory=lambda: Named("joint", {}))
+    status: Any = None
+    bound: Series = field(default_factory=lambda: Series({}))
+    condition: Any = None
+    labels: tuple[tuple[str, ...], ...] | None = None
+    events: tuple[dict[str, Any], ...] = ()
+    checks: dict[str, Any] = field(default_factory=dict)
+    summary: dict[str, Any] = field(default_factory=dict)
+    fault: str | None = None
+    definition: Task | None = None
+
+    def __len__(self) -> int:
+        return len(self.status)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, as in the JSON of this task (nan as None)."""
+        result: dict[str, Any] = {"kind": self.kind}
+        for name in ("drivers", "bodies", "points", "joints"):
+            table = getattr(self, name)
+            if table:
+                result[name] = {
+                    part: {key: plain(array) for key, array in series.items()}
+                    for part, series in table.items()
+                }
+        if self.labels is not None:
+            result["labels"] = [list(row) for row in self.labels]
+        result["status"] = [str(text) for text in self.status]
+        result["bound"] = {key: plain(array) for key, array in self.bound.items()}
+        if self.condition is not None:
+            result["condition"] = plain(self.condition)
+        result["events"] = [plain(event) for event in self.events]
+        if self.checks:
+            result["checks"] = plain(self.checks)
+        result["summary"] = plain(self.summary)
+        if self.fault:
+            result["summary"]["fault"] = self.fault
+        return result
+
+    def value(self, path: str) -> Any:
+        """Return the plain data at a slash path below the task (``points/rod.B/velocity``).
+
+        Raises
+        ------
+        UnknownName
+            With the nearest names on that level.
+        """
+        here: Any = self.to_dict()
+        for step in path.split("/"):
+            if not isinstance(here, dict) or step not in here:
+                raise UnknownName("path", path, list(here) if isinstance(here, dict) else [])
+            here = here[step]
+        return here
+
+    def columns(self) -> Iterator[tuple[str, str, Any]]:
+        """Yield (name, unit, (n,) array) for every scalar series, drivers first."""
+        for kind in ("drivers", "bodies", "points", "joints"):
+            for part, series in getattr(self, kind).items():
+                for name, array in series.items():
+                    unit = self._unit(part, name) if kind == "drivers" else UNITS.get(name, "1")
+                    if array.ndim == 1:
+                        yield f"{part}.{name}", unit, array
+                    else:
+                        for axis, column in zip("xyz", array.T, strict=False):
+                            yield f"{part}.{name}.{axis}", unit, column
+        for name, unit in (("length", "m"), ("angle", "rad")):
+            if name in self.bound:
+                yield f"bound.{name}", unit, self.bound[name]
+        if self.condition is not None:
+            yield "condition", "1", self.condition
+
+    @staticmethod
+    def _unit(coordinate: str, name: str) -> str:
+        base = "rad" if coordinate.endswith(".angle") else "m"
+        return base + {"position": "", "velocity": "/s", "acceleration": "/s2"}.get(name, "")
+
+
+def plain(value: Any) -> Any:
+    """Return lists, floats, ints and None for arrays, numpy scalars and nan."""
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind == "f":
+            return plain(value.tolist())
+        return value.tolist()
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float | np.floating):
+        number = float(value)
+        return number if np.isfinite(number) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value
