@@ -20,6 +20,7 @@ def turn(angle):
 
 def residuals(mechanism, numbers, q):
     """Constraint equations of planar poses q = {body: (x, y, angle)}."""
+
     def at(reference):
         x, y, angle = q[reference.split(".")[0]]
         return np.array([x, y]) + turn(angle) @ [numbers[f"{reference}.{a}"] for a in "xy"]
@@ -71,7 +72,9 @@ def make_result(mechanism, driver, values, guess, kind="sweep", title="", **more
             if np.abs(f).max() < 1e-12:
                 break
             step = 1e-6
-            jacobian = np.array([(equations(x + d, value) - f) / step for d in step * np.eye(len(x))])
+            jacobian = np.array(
+                [(equations(x + d, value) - f) / step for d in step * np.eye(len(x))]
+            )
             x = x - np.linalg.lstsq(jacobian.T, f, rcond=1e-9)[0]
         good = np.abs(equations(x, value)).max() < 1e-9
         z = x if good else z
@@ -297,29 +300,48 @@ def zoo():
             md.Revolute("W2", "ground.W", "pulley.W"),
             md.Belt("belt", "pulley.W", "disc.V", ratio=2.0),
             md.Revolute("Q", "ground.Q", "cam.Q"),
-            md.Curve("profile", "cam.Q", "follower.N", x="0.12*cos(s)", y="0.08*sin(s)",
-                     closed=True, roller_radius=0.02),
+            md.Curve(
+                "profile",
+                "cam.Q",
+                "follower.N",
+                x="0.12*cos(s)",
+                y="0.08*sin(s)",
+                closed=True,
+                roller_radius=0.02,
+            ),
             md.Prismatic("stem", "ground.Q", "follower.N", axis="pi/2"),
         ],
     )
     d = np.deg2rad
     poses = {
-        "lever": (0, 0, d(15)), "link": (0.6, 0, d(115)), "bracket": (0.5155, 0.1813, d(115)),
-        "pinion": (-0.4, 0.3, 0.4), "rack": (-0.3, 0.22, 0), "disc": (0, 0.5, 0.2),
+        "lever": (0, 0, d(15)),
+        "link": (0.6, 0, d(115)),
+        "bracket": (0.5155, 0.1813, d(115)),
+        "pinion": (-0.4, 0.3, 0.4),
+        "rack": (-0.3, 0.22, 0),
+        "disc": (0, 0.5, 0.2),
         "pulley": (-0.4, 0.3, 0.4),
-        "cam": (0.9, 0.4, 0), "follower": (0.9, 0.5, 0), "hanger": (0.1449, 0.0388, d(-136.4)),
+        "cam": (0.9, 0.4, 0),
+        "follower": (0.9, 0.5, 0),
+        "hanger": (0.1449, 0.0388, d(-136.4)),
     }
     return SimpleNamespace(
-        mechanism=mechanism, problem="zoo", task="task", kind="sweep", title="All other joints",
+        mechanism=mechanism,
+        problem="zoo",
+        task="task",
+        kind="sweep",
+        title="All other joints",
         status=np.array(["ok"]),
         bodies={name: SimpleNamespace(angle=np.array([pose[2]])) for name, pose in poses.items()},
         points={
             f"{name}.{point}": SimpleNamespace(
-                position=np.array([pose[:2]]) + turn(pose[2])
-                @ [mechanism.values()[f"{name}.{point}.{axis}"] for axis in "xy"]
+                position=np.array([pose[:2]])
+                + turn(pose[2]) @ [mechanism.values()[f"{name}.{point}.{axis}"] for axis in "xy"]
             )
-            for name, pose in poses.items() for point in list(mechanism.bodies[name].points)[:1]
+            for name, pose in poses.items()
+            for point in list(mechanism.bodies[name].points)[:1]
         },
-        joints={}, drivers={"way.slide": SimpleNamespace(position=np.array([0.1]))},
+        joints={},
+        drivers={"way.slide": SimpleNamespace(position=np.array([0.1]))},
         summary={},
     )

@@ -184,11 +184,13 @@ def _draw_links(
     gaps = gaps_of(sheet, scene, pose, size)
     guides = draw_guides(sheet, scene, pose, size, colors)
     links.wheels = draw_wheels(sheet, scene, pose, colors)
+    sliding = {j.second_body for j in scene.joints(pose) if j.kind == "prismatic"}
     for name, body in scene.mechanism.bodies.items():
         if not scene.shown(name, pose):
             continue
         color = colors.get(name, style.INK)
-        links.bars[name] = draw_body(sheet, scene, name, pose, gaps.get(name, []), color)
+        z = style.Z_BLOCK - 0.5 if name in sliding else style.Z_BAR
+        links.bars[name] = draw_body(sheet, scene, name, pose, gaps.get(name, []), color, z)
         links.bars[name] += guides.get(name, [])
         shape = shape_of(scene, name)
         spots = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in shape.points]
@@ -196,7 +198,9 @@ def _draw_links(
             links.polygons[name] = np.array(spots)
         links.points[name] = spots[0] if body.points else sheet.at(scene.origins[name][pose])
     for joint in scene.joints(pose):
-        first, second = (sheet.at(scene.place(entry, pose)) for entry in (joint.first, joint.second))
+        first, second = (
+            sheet.at(scene.place(entry, pose)) for entry in (joint.first, joint.second)
+        )
         if joint.kind == "prismatic":
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
             links.blocks[joint.second_body] = symbols.rectangle(second, axis)
@@ -248,7 +252,7 @@ def _draw_bridges(sheet: Sheet, scene: Scene, pose: int, place: Place, center: A
     if not place.pinned:
         return
     for reference in place.references:
-        body, point = reference.split(".")
+        body = reference.split(".")[0]
         if body == GROUND:
             continue
         shape = shape_of(scene, body)
@@ -310,7 +314,9 @@ def note_text(scene: Scene, result: Any, pose: int) -> str:
 def nice_length(about: float) -> float:
     """Return 1, 2 or 5 times a power of ten, at most `about`."""
     power = 10.0 ** np.floor(np.log10(about))
-    return float(max(step * power for step in (1.0, 2.0, 5.0) if step * power <= about * (1 + 1e-9)))
+    return float(
+        max(step * power for step in (1.0, 2.0, 5.0) if step * power <= about * (1 + 1e-9))
+    )
 
 
 def length_text(length: float) -> str:
@@ -342,7 +348,13 @@ def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> No
         parts.append(f"pose {pose + 1} of {count}")
     rows = (
         (title, style.TITLE, 24.0, style.INK, "title"),
-        ("  ·  ".join(part for part in parts if part), style.SUBTITLE, 8.0, style.FAINT, "subtitle"),
+        (
+            "  ·  ".join(part for part in parts if part),
+            style.SUBTITLE,
+            8.0,
+            style.FAINT,
+            "subtitle",
+        ),
     )
     for text, size, lift, color, gid in rows:
         text, chosen = fitted(text, size, float(sheet.size[0]) - 8.0, style.NOTE_FONT)

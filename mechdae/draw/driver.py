@@ -46,7 +46,12 @@ def _plain(value: float, digits: int) -> str:
 
 
 def draw_drivers(
-    sheet: Sheet, scene: Scene, result: Any, pose: int, drivers: list[Coordinate], places: list[Place]
+    sheet: Sheet,
+    scene: Scene,
+    result: Any,
+    pose: int,
+    drivers: list[Coordinate],
+    places: list[Place],
 ) -> None:
     """Draw an arrow for each driver, in the sense of its speed if the result has one."""
     for entry in drivers:
@@ -135,9 +140,7 @@ def _blocked(sheet: Sheet, points: Array) -> float:
     return total
 
 
-def _draw_travel(
-    sheet: Sheet, scene: Scene, entry: Coordinate, pose: int, sense: float
-) -> None:
+def _draw_travel(sheet: Sheet, scene: Scene, entry: Coordinate, pose: int, sense: float) -> None:
     """Draw a straight arrow beside the point that travels."""
     if entry.part in scene.mechanism.joints:
         joint = scene.mechanism.joints[entry.part]

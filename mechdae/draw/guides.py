@@ -113,7 +113,23 @@ def _draw_prismatic(
             z=style.Z_BAR,
             gid=f"joint-{joint.name}-guide",
         )
+    if drawn:
+        _draw_corner(sheet, scene, joint, pose, center)
     return drawn
+
+
+def _draw_corner(sheet: Sheet, scene: Scene, joint: Joint, pose: int, center: Array) -> None:
+    """Mark where a moving guide is fixed to a bar of its body."""
+    origin = sheet.at(scene.place(joint.first, pose))
+    toward = center - origin
+    if np.hypot(*toward) < 2.2 * style.BLOCK[0]:
+        toward = -axis_of(scene, joint, pose) * np.sign(
+            float(toward @ axis_of(scene, joint, pose)) or 1.0
+        )
+    for point in scene.mechanism.body(joint.first_body).points:
+        arm = sheet.at(scene.place(f"{joint.first_body}.{point}", pose)) - origin
+        if np.hypot(*arm) > style.BLOCK[0] and abs(unit(arm) @ normal(unit(toward))) > 0.1:
+            symbols.corner(sheet, origin, (toward, arm), f"joint-{joint.name}-corner")
 
 
 def _covered(sheet: Sheet, scene: Scene, body: str, pose: int) -> list[Gap]:
@@ -122,7 +138,8 @@ def _covered(sheet: Sheet, scene: Scene, body: str, pose: int) -> list[Gap]:
     if shape.kind != "bar":
         return []
     a, b = (
-        sheet.at(scene.place(f"{body}.{point}", pose)) for point in (shape.points[0], shape.points[-1])
+        sheet.at(scene.place(f"{body}.{point}", pose))
+        for point in (shape.points[0], shape.points[-1])
     )
     return [Gap(a, b)]
 

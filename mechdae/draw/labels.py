@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from matplotlib.font_manager import FontProperties
@@ -15,8 +15,10 @@ from mechdae.draw.scene import Array, Scene
 from mechdae.draw.shapes import Piece
 from mechdae.draw.sheet import Sheet, font, ink, unit
 
-AIR = 1.5
+AIR = 2.5
 """Room kept around letters."""
+ROUND_AIR = 7.0
+"""More room around the numbers of wheels, which must not seem to be at another wheel."""
 LEADER = 15.0
 """A number farther than this from its link gets a thin line to it."""
 
@@ -130,6 +132,9 @@ def _numbers(scene: Scene, pose: int, links: Links) -> list[Writing]:
     for name, number in numbers_of(scene.mechanism).items():
         if scene.shown(name, pose):
             label, anchors = _number_label(name, links, 2 * style.DISC)
+            weight = 8.0 if name in links.wheels and not links.bars.get(name) else 12.0
+            own = np.array([(*a, *b, weight) for a, b in anchors]).reshape(-1, 5)
+            label = replace(label, own=own)
             result.append(Writing(str(number), "number", f"number-{name}", chosen, label, anchors))
     return result
 
@@ -152,10 +157,14 @@ def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, l
         return label, sides
     if name in links.wheels:
         center, radius = links.wheels[name]
-        label = layout.around(center, wide, wide, radius + 2.5, (0.7, 0.7))
-        inside = layout.around(center, wide, wide, max(radius - wide - 3.0, 0.0), (0.7, 0.7), (0.0,))
-        ring = [center + radius * np.array([np.cos(a), np.sin(a)]) for a in np.arange(48) * np.pi / 24]
-        return layout.merge(label, inside, 1.0), [(a, a) for a in ring]
+        wide += ROUND_AIR
+        label = layout.around(center, wide, wide, radius + 2.5 - ROUND_AIR / 2, (0.7, 0.7))
+        inner = max(radius - wide - 3.0 + ROUND_AIR / 2, 0.0)
+        inside = layout.around(center, wide, wide, inner, (0.7, 0.7), (0.0,))
+        ring = [
+            center + radius * np.array([np.cos(a), np.sin(a)]) for a in np.arange(48) * np.pi / 24
+        ]
+        return layout.merge(inside, label, 2.0), list(zip(ring, [*ring[1:], ring[0]], strict=True))
     spot = links.points[name]
     return layout.around(spot, wide, wide, style.PIN + 2.0), [(spot, spot)]
 
@@ -169,7 +178,13 @@ def _write_number(sheet: Sheet, entry: Writing, spot: Array) -> None:
             edge = spot + style.DISC * unit(foot - spot)
             sheet.line([edge, foot], color=style.FAINT, width=style.THIN, weight=0)
     sheet.circle(
-        spot, style.DISC, fill=style.PAPER, width=style.THIN, z=style.Z_LABEL, gid=entry.gid, weight=0
+        spot,
+        style.DISC,
+        fill=style.PAPER,
+        width=style.THIN,
+        z=style.Z_LABEL,
+        gid=entry.gid,
+        weight=0,
     )
     sheet.text(spot, entry.text, entry.font, style.INK)
 

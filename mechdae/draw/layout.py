@@ -15,6 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+HALO = 5.0
+"""More room that a label with segments of its own keeps to those of others,"""
+STRANGER = 0.25
+"""at this share of their weight."""
 OVERLAP = 400.0
 """Cost of covering another label."""
 OUTSIDE = 1000.0
@@ -40,6 +44,8 @@ class Label:
     height: float
     places: Array
     costs: Array
+    own: Array | None = None
+    """Rows of the segments the label belongs to; it keeps more room to all others."""
 
 
 def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: ArrayLike) -> Array:
@@ -127,6 +133,7 @@ def merge(first: Label, second: Label, surcharge: float) -> Label:
         first.height,
         np.vstack([first.places, second.places]),
         np.concatenate([first.costs, second.costs + surcharge]),
+        first.own,
     )
 
 
@@ -145,8 +152,8 @@ def crossing(segments: Array, low: Array, high: Array) -> Array:
         near = np.where(moving, np.minimum(first, second), np.where(inside, 0.0, 2.0))
         far = np.where(moving, np.maximum(first, second), np.where(inside, 1.0, -1.0))
         enter, leave = np.maximum(enter, near), np.minimum(leave, far)
-    share: Array = np.clip(leave - enter, 0.0, None)
-    return share * np.hypot(step[:, 0], step[:, 1])
+    length: Array = np.clip(leave - enter, 0.0, None) * np.hypot(step[:, 0], step[:, 1])
+    return length
 
 
 def overlap(low: Array, high: Array, other_low: Array, other_high: Array) -> Array:
@@ -166,18 +173,23 @@ def _static(label: Label, segments: Array, boxes: Array, size: Array) -> Array:
     low, high = _corners(label)
     floor, ceiling = low.min(axis=0), high.max(axis=0)
     near = (
-        (np.minimum(segments[:, 0:2], segments[:, 2:4]) <= ceiling)
-        & (np.maximum(segments[:, 0:2], segments[:, 2:4]) >= floor)
+        (np.minimum(segments[:, 0:2], segments[:, 2:4]) <= ceiling + HALO)
+        & (np.maximum(segments[:, 0:2], segments[:, 2:4]) >= floor - HALO)
     ).all(axis=1)
     lines = segments[near]
     inside = crossing(lines, low, high)
     cost: Array = ((inside > 0) * lines[:, 4]).sum(axis=1)
     cost += (inside * lines[:, 4]).sum(axis=1) / (label.width + label.height)
+    if label.own is not None:
+        for rows, sign in ((lines, 1.0), (label.own, -1.0)):
+            close = crossing(rows, low - HALO, high + HALO) > 0
+            cost += sign * STRANGER * (close * rows[:, 4]).sum(axis=1)
     covered = overlap(low, high, boxes[:, 0:2], boxes[:, 2:4])
     share = covered / (label.width * label.height)
     cost += ((share > 0) * boxes[:, 4] * (1.0 + 2.0 * share)).sum(axis=1)
     out = np.clip(-low, 0.0, None).sum(axis=1) + np.clip(high - size, 0.0, None).sum(axis=1)
-    return cost + OUTSIDE * (out > 0) + out
+    cost += OUTSIDE * (out > 0) + out
+    return cost
 
 
 def _covering(labels: Sequence[Label], chosen: Sequence[int | None], own: int) -> Array:

@@ -13,6 +13,8 @@ from mechdae.draw.scene import Scene
 
 PINNED = ("revolute", "pin-in-slot", "distance")
 """Kinds with a pin at the place."""
+LETTERED = ("revolute", "pin-in-slot", "weld")
+"""Kinds whose joint is one place, so that their name can be its letter."""
 LONG = 3
 """A joint name of more letters gives way to the name of the point."""
 
@@ -50,11 +52,12 @@ class Place:
     def letter(self) -> str:
         """The name on the diagram: of the joint, or of the point if that says more."""
         points = list(dict.fromkeys(entry.split(".")[1] for entry in self.references))
-        names = [joint.name for joint in self.joints if joint.kind in (*PINNED, "weld")]
-        if len(names) == 1 and len(names[0]) <= LONG:
-            return names[0]
-        if len(points) == 1:
+        names = [joint.name for joint in self.joints if joint.kind in LETTERED]
+        one = len(names) == 1 and len(names[0]) <= LONG
+        if len(points) == 1 and not (one and len(names[0]) < len(points[0])):
             return points[0]
+        if one:
+            return names[0]
         short = [name for name in names if len(name) <= LONG]
         if len(short) > 1:
             return ", ".join(short)
@@ -62,9 +65,22 @@ class Place:
 
 
 def places_of(scene: Scene, pose: int) -> list[Place]:
-    """Return the joint places shown, in the order of the joints."""
+    """Return the joint places shown, in the order of the joints.
+
+    A pin in the ground is shown also where its link does not assemble in this pose.
+    """
     groups: list[set[str]] = []
-    joints = scene.joints(pose)
+    both = scene.joints(pose)
+    joints = [
+        joint
+        for joint in scene.mechanism.joints.values()
+        if joint in both
+        or (
+            joint.kind == "revolute"
+            and GROUND in joint.bodies
+            and set(joint.bodies) <= set(scene.origins)
+        )
+    ]
     order: dict[str, int] = {}
     for joint in joints:
         for cluster in _points_of(joint):
@@ -78,11 +94,13 @@ def places_of(scene: Scene, pose: int) -> list[Place]:
     groups = _same_local(scene, groups)
     result = []
     for group in sorted(groups, key=lambda group: min(order[entry] for entry in group)):
-        references = tuple(sorted(group, key=order.__getitem__))
+        references = tuple(
+            reference
+            for reference in sorted(group, key=order.__getitem__)
+            if scene.shown(reference.split(".")[0], pose)
+        )
         there = tuple(
-            joint
-            for joint in joints
-            if any(group & set(cluster) for cluster in _points_of(joint))
+            joint for joint in joints if any(group & set(cluster) for cluster in _points_of(joint))
         )
         result.append(Place(references, there))
     return result
@@ -140,8 +158,7 @@ def _same_local(scene: Scene, groups: list[set[str]]) -> list[set[str]]:
 
 def _meet(scene: Scene, first: set[str], second: set[str]) -> bool:
     return any(
-        a.split(".")[0] == b.split(".")[0]
-        and np.hypot(*(scene.local(a) - scene.local(b))) <= 1e-12
+        a.split(".")[0] == b.split(".")[0] and np.hypot(*(scene.local(a) - scene.local(b))) <= 1e-12
         for a in sorted(first)
         for b in sorted(second)
     )

@@ -119,9 +119,18 @@ def edges(shape: Shape) -> list[tuple[str, str]]:
 
 
 def draw_body(
-    sheet: Sheet, scene: Scene, name: str, pose: int, gaps: Iterable[Gap], color: str
+    sheet: Sheet,
+    scene: Scene,
+    name: str,
+    pose: int,
+    gaps: Iterable[Gap],
+    color: str,
+    z: float = style.Z_BAR,
 ) -> list[Piece]:
-    """Draw bars and polygon of a body; return the lines drawn."""
+    """Draw bars and polygon of a body; return the lines drawn.
+
+    The bars of a body that has a block end at it: their ``z`` is below that of blocks.
+    """
     shape = shape_of(scene, name)
     spots = {
         point: sheet.at(scene.place(f"{name}.{point}", pose))
@@ -146,13 +155,13 @@ def draw_body(
     for first, second in edges(shape):
         drawn += pieces(spots[first], spots[second], gaps)
     for point in shape.inner:
-        nearest = min(shape.points, key=lambda corner: float(np.hypot(*(spots[corner] - spots[point]))))
+        nearest = min(
+            shape.points, key=lambda corner: float(np.hypot(*(spots[corner] - spots[point])))
+        )
         if name != GROUND and not _inside(spots[point], corners):
             drawn += pieces(spots[point], spots[nearest], gaps)
     for start, end in drawn:
-        sheet.line(
-            [start, end], color=color, width=style.BAR, z=style.Z_BAR, gid=f"body-{name}-bar"
-        )
+        sheet.line([start, end], color=color, width=style.BAR, z=z, gid=f"body-{name}-bar")
     return drawn
 
 

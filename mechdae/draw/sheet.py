@@ -21,6 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 from mechdae.draw import style
 
 Array = NDArray[np.float64]
+SMALLEST, LARGEST = 0.6, 6.0
+"""Bounds of the scale of symbols and letters: in small axes they shrink no further."""
+
 Dash = tuple[float, tuple[float, ...]]
 
 
@@ -52,7 +55,7 @@ class Sheet:
         assert figure is not None
         extent = ax.get_window_extent()
         points = np.array([extent.width, extent.height]) * 72.0 / figure.dpi
-        self.k = float(np.clip((points / style.AREA).min(), 0.25, 6.0))
+        self.k = float(np.clip((points / style.AREA).min(), SMALLEST, LARGEST))
         self.size: Array = points / self.k
         self.segments: list[tuple[float, float, float, float, float]] = []
         self.boxes: list[tuple[float, float, float, float, float]] = []
@@ -105,7 +108,7 @@ class Sheet:
             gid=gid,
         )
         self.ax.add_line(artist)
-        self._keep(places, weight)
+        self.keep(places, weight)
 
     def area(
         self,
@@ -131,7 +134,7 @@ class Sheet:
             gid=gid,
         )
         self.ax.add_patch(artist)
-        self._keep(np.vstack([places, places[:1]]), weight)
+        self.keep(np.vstack([places, places[:1]]), weight)
 
     def circle(
         self,
@@ -160,7 +163,7 @@ class Sheet:
         )
         self.ax.add_patch(artist)
         if fill == "none":
-            self._keep(arc(middle, radius, 0.0, 2 * np.pi, 48), weight)
+            self.keep(arc(middle, radius, 0.0, 2 * np.pi, 48), weight)
         else:
             self.box(middle - radius, middle + radius, weight)
 
@@ -189,9 +192,11 @@ class Sheet:
         a, b = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
         self.boxes.append((float(a[0]), float(a[1]), float(b[0]), float(b[1]), weight))
 
-    def _keep(self, points: Array, weight: float) -> None:
+    def keep(self, points: ArrayLike, weight: float = 12.0) -> None:
+        """Keep labels off a line."""
+        places = np.asarray(points, dtype=float)
         if weight > 0:
-            ends = np.hstack([points[:-1], points[1:]])
+            ends = np.hstack([places[:-1], places[1:]])
             for row in ends[np.isfinite(ends).all(axis=1)].tolist():
                 self.segments.append((row[0], row[1], row[2], row[3], weight))
 
@@ -222,9 +227,7 @@ def font(
     size: float, families: Sequence[str] = tuple(style.FONT), **options: Any
 ) -> FontProperties:
     """Return a font of that size in units."""
-    return FontProperties(
-        family=list(families), size=size, math_fontfamily="stix", **options
-    )
+    return FontProperties(family=list(families), size=size, math_fontfamily="stix", **options)
 
 
 def ink(text: str, font: FontProperties) -> tuple[Array, Array]:

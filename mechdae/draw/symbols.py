@@ -31,7 +31,7 @@ def hatch(sheet: Sheet, start: Array, end: Array, side: Array, gid: str | None =
     """Draw the line of a fixed surface with hatching on its `side`."""
     along = unit(end - start)
     length = float(np.hypot(*(end - start)))
-    count = max(int(round(length / style.HATCH)), 2)
+    count = max(round(length / style.HATCH), 2)
     sheet.line([start, end], color=style.GROUND, z=style.Z_GROUND, gid=gid)
     for position in (np.arange(count) + 0.75) * length / count:
         foot = start + position * along
@@ -43,7 +43,7 @@ def hatch(sheet: Sheet, start: Array, end: Array, side: Array, gid: str | None =
 def _keep_strip(sheet: Sheet, start: Array, end: Array, side: Array) -> None:
     """Keep labels off the hatching: its outer border, and its box if it is upright."""
     shift = style.HATCH * side
-    sheet.segments.append((*map(float, start + shift), *map(float, end + shift), 12.0))
+    sheet.keep([start + shift, end + shift])
     if min(abs(side)) < 1e-9:
         corners = np.array([start, end, start + shift, end + shift])
         sheet.box(corners.min(axis=0), corners.max(axis=0))
@@ -52,9 +52,9 @@ def _keep_strip(sheet: Sheet, start: Array, end: Array, side: Array) -> None:
 def support(sheet: Sheet, center: Array, gid: str) -> None:
     """Draw the triangle and the hatched ground under a fixed pin."""
     half, height = style.SUPPORT
-    left, right = center + (-half, -height), center + (half, -height)
+    left, right = center - np.array([half, height]), center + np.array([half, -height])
     sheet.area([center, left, right], z=style.Z_GROUND, edge=style.GROUND, gid=gid)
-    sheet.box(left, center + (half, 0.0))
+    sheet.box(left, center + np.array([half, 0.0]))
     reach = np.array([4.5, 0.0])
     hatch(sheet, left - reach, right + reach, DOWN)
 
@@ -125,14 +125,10 @@ def pitch_circle(
     sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL
 ) -> None:
     """Draw a toothed wheel by its pitch circle."""
-    sheet.circle(
-        center, radius, edge=color, z=style.Z_MARK, dash=style.DASH_DOT, gid=gid, weight=8
-    )
+    sheet.circle(center, radius, edge=color, z=style.Z_MARK, dash=style.DASH_DOT, gid=gid, weight=8)
 
 
-def rim(
-    sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL
-) -> None:
+def rim(sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL) -> None:
     """Draw a smooth wheel, a pulley or a roller."""
     sheet.circle(center, radius, edge=color, z=style.Z_MARK, gid=gid, weight=8)
 
@@ -176,6 +172,6 @@ def arrow(sheet: Sheet, points: Array, gid: str, color: str = style.ARROW) -> No
 
 def scale_bar(sheet: Sheet, start: Array, length: float, gid: str) -> None:
     """Draw a measured length with end ticks."""
-    end, tick = start + (length, 0.0), np.array([0.0, 3.0])
+    end, tick = start + np.array([length, 0.0]), np.array([0.0, 3.0])
     points = [start + tick, start - tick, start, end, end + tick, end - tick]
     sheet.line(points, color=style.FAINT, z=style.Z_LABEL, gid=gid)

@@ -1,0 +1,77 @@
+"""The task of kind modes: all assembly modes at one pose of the drivers."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis import start
+from mechdae.analysis.modes import Assembler, Mode
+from mechdae.analysis.outputs import Outputs
+from mechdae.analysis.plan import plan, sketch_angles
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Modes
+from mechdae.errors import InputError
+from mechdae.kernels.graphs import Graphs
+from mechdae.model.model import Model
+from mechdae.model.reduction import scene
+from mechdae.model.structure import formula
+from mechdae.results import Named, Result, Series
+
+
+def modes(problem: Problem, name: str, task: Modes) -> Result:
+    """Return all assembly modes; rows of the result are modes.
+
+    ``summary`` has the count, whether it is proven, and each mode as a sketch.
+    """
+    mechanism = problem.mechanism
+    numbers = plan(mechanism, task)
+    if numbers.values is None or len(numbers.values) != 1:
+        raise InputError("assembly modes are those of one pose: give the driver as at = [value]")
+    u = numbers.values[0]
+    the_scene = scene(Model(mechanism), numbers.coordinates, task.outputs)
+    outputs = Outputs(the_scene)
+    graphs = Graphs(the_scene, outputs.expression, 0)
+    assembler = Assembler(graphs, sketch_angles(mechanism))
+    found, proven, failure = assembler.modes(u, task.limit)
+    function = ca.Function("y", [the_scene.x, the_scene.u, the_scene.model.p], [outputs.expression])
+    rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
+    y = np.array(rows).reshape(len(found), graphs.ny)
+    fault = None if failure is None else str(start.not_assembled(the_scene, failure, u))
+    summary: dict[str, Any] = {
+        "count": len(found),
+        "proven": bool(proven),
+        "formula": formula(the_scene.groups),
+        "groups": [g.name for g in the_scene.groups if not g.driven and g.kind != "weld"],
+        "not_in_scene": the_scene.not_in_scene,
+        "sketches": [start.as_sketch(assembler, mode, u) for mode in found],
+    }
+    drivers = {
+        c.text: Series({"position": np.full(len(found), u[k])})
+        for k, c in enumerate(numbers.coordinates)
+    }
+    return Result(
+        problem.name,
+        name,
+        task.kind,
+        mechanism,
+        problem.title,
+        drivers=Named("driver", drivers),
+        status=np.full(len(found), "ok"),
+        labels=tuple(mode.labels for mode in found),
+        summary=summary,
+        fault=fault,
+        definition=task,
+        **outputs.named([y]),
+    )
+
+
+def sketch_text(sketch: dict[str, float]) -> str:
+    """Return a mode as TOML lines."""
+    return "\n".join(f"{json.dumps(k) if '.' in k else k} = {v}" for k, v in sketch.items())
+
+
+__all__ = ["Assembler", "Mode", "modes", "sketch_text"]

@@ -1,0 +1,228 @@
+"""Poses on a certified path: guesses, one Newton step each, certificates, bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.outputs import Outputs
+from mechdae.analysis.path import Limit, Path
+from mechdae.kernels.batch import Batch
+from mechdae.kernels.graphs import Graphs
+
+H_LIMIT = 0.25
+"""Largest Newton-Kantorovich number of a certified pose."""
+ROUNDS = 8
+TINY = 1e-17
+
+
+@dataclass
+class Poses:
+    """Evaluated poses; columns of unknowns or outputs of lost groups are nan.
+
+    ``alive`` (n, groups) tells which groups have a pose, ``at_limit`` (n,) which poses are
+    limit positions, ``y`` holds outputs and their rates with respect to time.
+    """
+
+    s: Any
+    x: Any
+    alive: Any
+    at_limit: Any
+    uncertain: Any
+    error: Any
+    condition: Any
+    y: list[Any]
+
+
+class Evaluator:
+    """Evaluates poses of one scene; speeds and accelerations of the drivers are constant."""
+
+    def __init__(self, graphs: Graphs, outputs: Outputs, speed: Any, acceleration: Any) -> None:
+        self.graphs, self.outputs = graphs, outputs
+        self.speed, self.acceleration = np.asarray(speed), np.asarray(acceleration)
+        shared = [2] if graphs.single else [4]
+        self.pose = Batch(graphs.pose, shared=shared)
+        self.groups = [group.index for group in graphs.scene.groups]
+        self.column_group = np.zeros(graphs.nx, int)
+        for graph in graphs.blocks:
+            self.column_group[graph.own] = self.groups.index(graph.block.group)
+        self.block_group = np.array(
+            [self.groups.index(graph.block.group) for graph in graphs.blocks], int
+        )
+        self.refined = 0
+
+    def at(self, path: Path, s: Any) -> Poses:
+        """Return the poses at path parameters `s` (n,)."""
+        s = np.asarray(s, float)
+        alive = np.stack([path.reach[g].contains(s) for g in self.groups], axis=1)
+        guess = path.guess(s) if self.graphs.nx else np.zeros((len(s), 0))
+        limits = self._limits(path, s)
+        if not alive.all() and self.graphs.single:
+            self._turn_round(path, s, guess, alive)
+        return self._solve(path, s, guess, alive, limits)
+
+    def _limits(self, path: Path, s: Any) -> dict[int, list[Limit]]:
+        """Return the poses that are limit positions, with their limits."""
+        found: dict[int, list[Limit]] = {}
+        for reach in path.reach.values():
+            for limit in (reach.low, reach.high):
+                if limit is None or limit.kind != "limit":
+                    continue
+                tolerance = 8 * np.finfo(float).eps * max(abs(limit.s), path.largest)
+                for k in np.flatnonzero(np.abs(s - limit.s) <= tolerance):
+                    if limit not in found.setdefault(int(k), []):
+                        found[int(k)].append(limit)
+        return found
+
+    def _turn_round(self, path: Path, s: Any, guess: Any, alive: Any) -> None:
+        """Use poses of the path a whole turn of the driver away, where that is the same pose.
+
+        They are on the same circuit, reached by moving the other way round; the certificate
+        of the pose decides whether the turn really leads to the same pose.
+        """
+        driver = self.graphs.scene.drivers[0]
+        if not driver.is_angle:
+            return
+        low, high = path.s[0], path.s[-1]
+        for j, group in enumerate(self.groups):
+            rows = np.flatnonzero(~alive[:, j])
+            if not rows.size:
+                continue
+            reach = path.reach[group]
+            first = reach.low.s if reach.low else low
+            last = reach.high.s if reach.high else high
+            turns = np.ceil((first - s[rows]) / (2 * np.pi))
+            shifted = s[rows] + 2 * np.pi * turns
+            inside = reach.contains(shifted) & (shifted <= last) & (turns != 0)
+            rows, shifted = rows[inside], shifted[inside]
+            if not rows.size:
+                continue
+            columns = np.flatnonzero(self.column_group == j)
+            guess[np.ix_(rows, columns)] = path.guess(shifted)[:, columns]
+            alive[rows, j] = True
+
+    def _solve(
+        self, path: Path, s: Any, guess: Any, alive: Any, limits: dict[int, list[Limit]]
+    ) -> Poses:
+        g, constants = self.graphs, path.constants
+        consts = constants.vector()
+        results = self._call(path, guess, s, consts)
+        h, beta = results[4], results[3]
+        moved = np.zeros(len(s), bool)
+        for _ in range(ROUNDS):
+            size = np.where(constants.kappa > 0, h * h / (constants.kappa * beta + 1e-300), 0.0)
+            live = alive[:, self.block_group]
+            again = np.flatnonzero((live & ~(size < TINY)).any(axis=1))
+            again = np.array([k for k in again if k not in limits], int)
+            if not again.size:
+                break
+            self.refined += len(again)
+            part = self._call(path, results[0][again], s[again], consts)
+            for whole, new in zip(results, part, strict=True):
+                whole[again] = new
+            moved[again] = True
+        good = (h <= H_LIMIT) & np.isfinite(h)
+        if path.sign is not None:
+            good &= np.sign(results[2]) == path.sign
+        near = np.abs(results[0] - guess) < 1e-3 * np.maximum(1.0, np.abs(guess))
+        for b, graph in enumerate(g.blocks):
+            good[:, b] &= near[:, graph.own].all(axis=1)
+        live = alive[:, self.block_group]
+        uncertain = live & ~good
+        for k in limits:
+            uncertain[k] = False
+        self._drop(alive, uncertain)
+        at_limit = np.zeros(len(s), bool)
+        for k, found in limits.items():
+            self._put_limit(path, k, s[k], found, alive, results)
+            at_limit[k] = True
+        return self._poses(s, results, alive, at_limit, uncertain, constants)
+
+    def _drop(self, alive: Any, uncertain: Any) -> None:
+        """Take away groups with an uncertified block, and the groups attached to them."""
+        lost = np.zeros_like(alive)
+        for b, j in enumerate(self.block_group):
+            lost[:, j] |= uncertain[:, b]
+        for j, group in enumerate(self.graphs.scene.groups):
+            for other in group.after:
+                lost[:, j] |= lost[:, self.groups.index(other)]
+        alive &= ~lost
+
+    def _call(self, path: Path, guess: Any, s: Any, consts: Any) -> list[Any]:
+        if self.graphs.single:
+            return self.pose(guess, s[:, None], consts)
+        u = path.u0 + s[:, None] * path.d
+        n = len(s)
+        speed, acceleration = (np.tile(v, (n, 1)) for v in (self.speed, self.acceleration))
+        return self.pose(guess, u, speed, acceleration, consts)
+
+    def _put_limit(
+        self, path: Path, k: int, s: float, limits: list[Limit], alive: Any, results: list[Any]
+    ) -> None:
+        """Write the pose at a limit position: positions of all groups, rates of none."""
+        g = self.graphs
+        ended = set()
+        for limit in limits:
+            after = {limit.group}
+            for group in g.scene.groups:
+                if after & set(group.after):
+                    after.add(group.index)
+            ended |= after
+        columns = [i for i in range(g.nx) if self.groups[self.column_group[i]] in ended]
+        x = results[0][k].copy()
+        for limit in limits:
+            x[columns] = limit.x[columns]
+        slack = 8 * np.finfo(float).eps * max(abs(s), path.largest)
+        for limit in limits:
+            spread = np.abs(limit.v) * np.sqrt(slack / abs(limit.c))
+            results[1][k] = np.maximum(np.nan_to_num(results[1][k]), spread)
+        results[1][k, columns] = np.where(
+            np.isfinite(results[1][k, columns]), results[1][k, columns], 0.0
+        )
+        results[0][k] = x
+        results[3][k, [b for b, j in enumerate(self.block_group) if self.groups[j] in ended]] = np.inf
+        u = np.array([s]) if g.single else path.u0 + s * path.d
+        results[5][k] = np.array(self._value(x, u, path.constants.p)).ravel()
+        for order in range(6, len(results)):
+            results[order][k] = np.nan
+        for j, group in enumerate(self.groups):
+            if group in ended:
+                alive[k, j] = True
+
+    @property
+    def _value(self) -> Any:
+        scene = self.graphs.scene
+        return ca.Function("y", [scene.x, scene.u, scene.model.p], [self.outputs.expression])
+
+    def _poses(
+        self, s: Any, results: list[Any], alive: Any, at_limit: Any, uncertain: Any, constants: Any
+    ) -> Poses:
+        x, error, beta = results[0], results[1], results[3]
+        y = self._time_rates(results[5:])
+        x[~alive[:, self.column_group]] = np.nan
+        error[~alive[:, self.column_group]] = np.nan
+        for entry in self.outputs.entries:
+            groups = [self.groups.index(g) for g in self.outputs.groups_of(entry)]
+            dead = ~alive[:, groups].all(axis=1)
+            if dead.any():
+                for array in y:
+                    array[np.ix_(np.flatnonzero(dead), entry.columns)] = np.nan
+        with np.errstate(invalid="ignore"):
+            each = np.where(alive[:, self.block_group], constants.mu * beta, np.nan)
+        condition = np.fmax.reduce(each, axis=1, initial=1.0) if each.shape[1] else np.ones(len(s))
+        return Poses(s, x, alive, at_limit, uncertain.any(axis=1), error, condition, y)
+
+    def _time_rates(self, values: list[Any]) -> list[Any]:
+        """Return y, dy/dt, d2y/dt2 from the derivatives with respect to the single driver."""
+        if not self.graphs.single:
+            return list(values)
+        w, a = float(self.speed[0]), float(self.acceleration[0])
+        rates = list(values)
+        if len(values) > 2:
+            rates[2] = values[2] * (w * w) + values[1] * a if a else values[2] * (w * w)
+        if len(values) > 1:
+            rates[1] = values[1] * w if w != 1 else values[1]
+        return rates

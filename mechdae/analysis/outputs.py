@@ -1,0 +1,119 @@
+"""What a pose reports: the scalar expressions of bodies, points and joints, and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.model.reduction import Scene
+from mechdae.results import Named, Series
+
+RATES = {
+    "angle": ("angle", "angular_velocity", "angular_acceleration"),
+    "position": ("position", "velocity", "acceleration"),
+    "slide": ("slide", "slide_velocity", "slide_acceleration"),
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One reported quantity: where it goes, its scalars and the bodies it depends on."""
+
+    kind: str  # bodies, points or joints
+    part: str
+    name: str  # angle, position or slide
+    columns: tuple[int, ...]
+    bodies: tuple[str, ...]
+
+
+class Outputs:
+    """The reported quantities of a scene.
+
+    Attributes
+    ----------
+    expression : SX (ny,)
+        All scalars over (x, u, p).
+    entries : list of Entry
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.entries: list[Entry] = []
+        self._scalars: list[Any] = []
+        model, chosen = scene.model, scene.selection
+        for name in chosen.bodies:
+            self._add("bodies", name, "angle", model.frame(name).angle, (name,))
+        for reference in chosen.points:
+            body = reference.split(".")[0]
+            self._add("points", reference, "position", model.point(reference), (body,))
+        for name in chosen.joints:
+            self._add_joint(name)
+        stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
+        self.expression = scene.expression(stacked)
+
+    def _add_joint(self, name: str) -> None:
+        joint, ends = self.scene.model.mechanism.joints[name], self.scene.model.ends[name]
+        bodies = tuple(body for body in joint.bodies if body != GROUND)
+        if joint.kind in ("prismatic", "pin-in-slot"):
+            slide = ca.dot(ends.axis(), ends.gap)
+            self._add("joints", name, "slide", slide, bodies)
+            if joint.first_body != GROUND:
+                self._add("joints", name, "guide", ends.first.angle, bodies)
+        if joint.kind in ("revolute", "pin-in-slot"):
+            self._add("joints", name, "angle", ends.second.angle - ends.first.angle, bodies)
+
+    def _add(self, kind: str, part: str, name: str, value: Any, bodies: tuple[str, ...]) -> None:
+        start = len(self._scalars)
+        scalars = ca.vertsplit(ca.SX(value))
+        self._scalars += scalars
+        columns = tuple(range(start, start + len(scalars)))
+        self.entries.append(Entry(kind, part, name, columns, bodies))
+
+    def groups_of(self, entry: Entry) -> set[int]:
+        """Return the groups whose unknowns the quantity depends on."""
+        return {g.index for g in self.scene.groups if set(g.bodies) & set(entry.bodies)}
+
+    def named(self, values: list[Any]) -> dict[str, Named]:
+        """Return bodies, points and joints from the arrays y, y', y'' (n, ny)."""
+        tables: dict[str, dict[str, dict[str, Any]]] = {"bodies": {}, "points": {}, "joints": {}}
+        for entry in self.entries:
+            if entry.name == "guide":
+                continue
+            series = tables[entry.kind].setdefault(entry.part, {})
+            names = RATES[entry.name]
+            if entry.kind == "joints" and entry.name == "angle":
+                names = names[:1]
+            for order, name in enumerate(names[: len(values)]):
+                columns = values[order][:, entry.columns]
+                series[name] = columns if entry.name == "position" else columns[:, 0]
+        if len(values) == 3:
+            for entry in self.entries:
+                if entry.name == "slide":
+                    tables["joints"][entry.part]["coriolis"] = self._coriolis(entry, values)
+        words = {"bodies": "body", "points": "point", "joints": "joint"}
+        return {
+            kind: Named(words[kind], {part: Series(arrays) for part, arrays in table.items()})
+            for kind, table in tables.items()
+        }
+
+    def _coriolis(self, slide: Entry, values: list[Any]) -> Any:
+        """Return 2 omega x v_rel of the second body's point, (n, 2)."""
+        guide = next(
+            (e for e in self.entries if e.part == slide.part and e.name == "guide"), None
+        )
+        n = len(values[0])
+        if guide is None:
+            return np.where(np.isnan(values[1][:, slide.columns]), np.nan, np.zeros((n, 2)))
+        numbers = mechanism_values(self.scene.model.mechanism)
+        direction = values[0][:, guide.columns[0]] + numbers[f"{slide.part}.axis"]
+        size = 2 * values[1][:, guide.columns[0]] * values[1][:, slide.columns[0]]
+        return np.stack([-np.sin(direction) * size, np.cos(direction) * size], axis=1)
+
+
+def mechanism_values(mechanism: Mechanism) -> dict[str, float]:
+    """Return the values of all numbers."""
+    return mechanism.values()

@@ -1,0 +1,131 @@
+"""The drivers of a task as numbers: values, path, speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import Mechanism, evaluate_all
+from mechdae.describe.tasks import DEFAULT_POSES, Driven, Driver, Sweep
+from mechdae.errors import InputError, MechdaeError, UnavailableError
+
+MAX_POSES = 5_000_000
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Driver values of a task.
+
+    ``values`` is (n, nd), None for the whole assembled arc; ``named`` tells that the file
+    names each pose (``at``); ``sketch`` is the drivers' values in the sketch, nan without.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    values: Any
+    poses: int
+    named: bool
+    speed: Any
+    acceleration: Any
+    sketch: Any
+
+    @property
+    def assembled(self) -> bool:
+        return self.values is None
+
+
+def plan(mechanism: Mechanism, task: Driven) -> Plan:
+    """Return the plan of a task.
+
+    Raises
+    ------
+    InputError
+        Numbers of poses that do not fit each other, or more than `MAX_POSES`.
+    """
+    known = evaluate_all(mechanism.parameters)
+    drivers = task.all_drivers
+    coordinates = tuple(coordinate(mechanism, driver.coordinate) for driver in drivers)
+    try:
+        poses = _pose_count(task)
+        assembled = [driver.range is not None for driver in drivers]
+        if any(assembled) and len(drivers) > 1:
+            raise InputError('range = "assembled" needs a single driver')
+        if any(driver.law is not None for driver in drivers):
+            raise UnavailableError("drivers by a law of time are not computed by this version")
+        columns = None if any(assembled) else [_values(d, poses, known) for d in drivers]
+        rates = [
+            [evaluate(value if value is not None else default, known) for value in values]
+            for default, values in (
+                (1.0, [driver.speed for driver in drivers]),
+                (0.0, [driver.acceleration for driver in drivers]),
+            )
+        ]
+    except MechdaeError as problem:
+        raise problem.inside("driver") from None
+    sketch = [_sketched(mechanism, c, known) for c in coordinates]
+    values = None if columns is None else np.stack(columns, axis=1)
+    named = all(driver.at is not None for driver in drivers)
+    return Plan(
+        coordinates, values, poses, named, np.array(rates[0]), np.array(rates[1]), np.array(sketch)
+    )
+
+
+def _pose_count(task: Driven) -> int:
+    counts = {len(driver.at) for driver in task.all_drivers if driver.at is not None}
+    asked = task.poses if isinstance(task, Sweep) else None
+    if len(counts) > 1:
+        raise InputError(f"drivers name different numbers of poses: {sorted(counts)}")
+    if counts:
+        return counts.pop()
+    count = asked if asked is not None else DEFAULT_POSES
+    if count > MAX_POSES:
+        raise InputError(f"{count} poses, at most {MAX_POSES} are computed at once")
+    return count
+
+
+def _values(driver: Driver, poses: int, known: dict[str, float]) -> Any:
+    if driver.at is not None:
+        return np.array([evaluate(value, known) for value in driver.at])
+    assert driver.from_ is not None
+    assert driver.to is not None
+    first, last = evaluate(driver.from_, known), evaluate(driver.to, known)
+    if poses == 1:
+        return np.array([first])
+    if first == last:
+        raise InputError("'from' and 'to' are the same value", hint="use 'at' for a single pose")
+    grid = first + (last - first) * (np.arange(poses) / (poses - 1))
+    grid[-1] = last
+    return grid
+
+
+def _sketched(mechanism: Mechanism, c: Coordinate, known: dict[str, float]) -> float:
+    for name in (c.text, c.part if c.kind != "point" else c.text):
+        if name in mechanism.sketch:
+            return evaluate(mechanism.sketch[name], known)
+    return float("nan")
+
+
+def sketch_angles(mechanism: Mechanism) -> dict[str, float]:
+    """Return the sketched angles by body [rad].
+
+    Raises
+    ------
+    UnknownName
+        A name that is neither a body nor a coordinate of the mechanism.
+    """
+    known = evaluate_all(mechanism.parameters)
+    angles = {}
+    for name, number in mechanism.sketch.items():
+        try:
+            if name in mechanism.bodies:
+                angles[name] = evaluate(number, known)
+            elif name not in mechanism.joints:
+                found = coordinate(mechanism, name)
+                if found.kind == "body angle":
+                    angles[found.part] = evaluate(number, known)
+        except MechdaeError as problem:
+            raise problem.inside(f"sketch.{name}") from None
+    return angles

@@ -1,0 +1,103 @@
+"""From a problem to results: dispatch on the kind of the task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.problem import Problem, load
+from mechdae.describe.table import Table
+from mechdae.describe.tasks import Driven, Modes, Sweep, Task
+from mechdae.describe.values import Number
+from mechdae.errors import InputError, MechdaeError, UnavailableError
+from mechdae.results import Result
+
+
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Task | str | None = None,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+) -> Result:
+    """Return the result of one task.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, a file, or a mechanism.
+    task
+        Name of a task of the problem (default: its first), or a task as a value.
+    set
+        Parameters and automatic names to change; a suffix ``_deg``, ``_rpm`` or ``_mm`` is
+        a unit.
+    mode
+        Label of the assembly mode to start on, in place of the sketch.
+    poses
+        Number of poses, in place of the task's own.
+
+    Raises
+    ------
+    InputError
+        Something in the description or the call is wrong.
+    SolveError
+        The mechanism cannot do what is asked; ``partial`` holds what was computed.
+    """
+    whole = _problem(problem, task)
+    name, chosen = _task(whole, task)
+    if set:
+        whole = whole.with_values(set)
+    try:
+        chosen = _changed(chosen, mode, poses)
+        if type(chosen) is Sweep:
+            from mechdae.analysis.sweep import sweep
+
+            return sweep(whole, name, chosen)
+        if isinstance(chosen, Modes):
+            from mechdae.analysis.assembly import modes
+
+            return modes(whole, name, chosen)
+    except MechdaeError as error:
+        if isinstance(error, InputError) and not error.where.startswith(
+            ("mechanism", "bodies", "joints", "sketch", "parameters")
+        ):
+            error.inside(f"tasks.{name}")
+        raise
+    raise UnavailableError(
+        f"tasks of kind '{chosen.kind}' are not computed by this version",
+        where=f"tasks.{name}.kind",
+        hint="available: sweep, modes",
+    )
+
+
+def _problem(problem: Problem | Mechanism | str | Path, task: Task | str | None) -> Problem:
+    if isinstance(problem, Mechanism):
+        if not isinstance(task, Task):
+            raise InputError("a mechanism needs a task: solve(mechanism, Sweep(...))")
+        return Problem(problem, Table({task.kind: task}))
+    return problem if isinstance(problem, Problem) else load(problem)
+
+
+def _task(problem: Problem, task: Task | str | None) -> tuple[str, Task]:
+    if isinstance(task, Task):
+        name = next((n for n, known in problem.tasks.items() if known == task), task.kind)
+        checked = Problem(problem.mechanism, Table({name: task}))
+        return name, checked.tasks[name]
+    found = problem.task(task)
+    name = next(n for n, known in problem.tasks.items() if known is found)
+    return name, found
+
+
+def _changed(task: Task, mode: str | None, poses: int | None) -> Task:
+    if mode is not None:
+        if not isinstance(task, Driven) or isinstance(task, Modes):
+            raise InputError(f"a task of kind '{task.kind}' does not start on a mode")
+        task = replace(task, mode=mode)
+    if poses is not None:
+        if not isinstance(task, Sweep):
+            raise InputError(f"a task of kind '{task.kind}' has no number of poses")
+        task = replace(task, poses=poses)
+    return task

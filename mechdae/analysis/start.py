@@ -1,0 +1,107 @@
+"""The first pose of a task: from the sketch, or on an assembly mode asked for."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.modes import Assembler, Failure, Mode
+from mechdae.analysis.plan import Plan
+from mechdae.errors import AssemblyError, MechanismError, UnknownName
+from mechdae.model.reduction import Scene
+
+
+def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
+    """Return driver values (nd,) and unknowns (nx,) of the assembled sketch.
+
+    Raises
+    ------
+    AssemblyError
+        A group does not close at the sketch's driver value.
+    MechanismError
+        The sketch does not tell which of several modes is meant.
+    """
+    u = start_values(plan)
+    x, failure, doubtful = assembler.from_sketch(u)
+    if failure is not None:
+        raise not_assembled(assembler.scene, failure, u)
+    if doubtful:
+        group = doubtful[0]
+        names = " or ".join(f"{body}_deg" for body in group.bodies)
+        raise MechanismError(
+            f"does not tell which assembly mode of group {group.name} is meant",
+            where="sketch",
+            hint=f"add {names} to [sketch], or choose a mode with --mode",
+        )
+    return u, x
+
+
+def start_values(plan: Plan) -> Any:
+    """Return the drivers' values in the sketch, in their absence those of the first pose."""
+    u = plan.sketch.copy()
+    if np.isnan(u).any():
+        if plan.values is None:
+            raise MechanismError(
+                f"the sketch must give the driver {plan.coordinates[0].text}", where="sketch"
+            )
+        u = np.where(np.isnan(u), plan.values[0], u)
+    return u
+
+
+def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
+    """Return the assembly mode with that label at `u`.
+
+    Raises
+    ------
+    UnknownName
+        No such mode; the message lists those there are.
+    """
+    modes, _, failure = assembler.modes(u)
+    wanted = label.replace(" ", "")
+    for mode in modes:
+        if mode.label == wanted:
+            return mode
+    if failure is not None:
+        raise not_assembled(assembler.scene, failure, u)
+    error = UnknownName("assembly mode", label, [mode.label for mode in modes])
+    error.hint = "the modes here are " + "  ".join(mode.label for mode in modes)
+    raise error
+
+
+def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
+    """Return the error for a group that has no pose at `u`."""
+    group = failure.group
+    gap = f" by {failure.gap:.4g} m" if 0 < failure.gap < math.inf else ""
+    what = f"group {group.name} cannot be assembled: joint {group.key_joint} stays open{gap}"
+    if failure.infinite:
+        what = f"group {group.name} has infinitely many modes: a gear ratio is not rational"
+    return AssemblyError(
+        what,
+        where=where(scene, u),
+        hint="check the lengths, or give the sketch with a driver value at which it closes",
+    )
+
+
+def where(scene: Scene, u: Any) -> str:
+    """Return the driver values for a message."""
+    return ", ".join(f"{c.text} = {shown(c.is_angle, v)}" for c, v in zip(scene.drivers, u, strict=True))
+
+
+def shown(is_angle: bool, value: float) -> str:
+    """Return a driver's value with its unit for people."""
+    return f"{math.degrees(value):.6g} deg" if is_angle else f"{value:.6g} m"
+
+
+def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, float]:
+    """Return the angles of all bodies [deg], ready to paste into [sketch]."""
+    q = assembler.coordinates(mode.x, u)
+    angles = {}
+    for (body, name), value in q.items():
+        if name == "angle":
+            angles[f"{body}_deg"] = round(math.degrees(value), 3) + 0.0
+    for c, value in zip(assembler.scene.drivers, u, strict=True):
+        if c.kind != "body angle":
+            angles[c.part if c.kind == "slide" else c.text] = float(value)
+    return angles
