@@ -88,8 +88,11 @@ class SingularPoseError(SolveError):
 def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:
     """Return up to `count` known names that look like `name`, best first."""
     names = sorted(set(known))
-    close = difflib.get_close_matches(name[:100], names, n=count, cutoff=0.6)
-    return close or (names if len(names) <= 6 else [])
+    short = name[:100]
+    close = difflib.get_close_matches(short, names, n=count, cutoff=0.6)
+    part = [entry for entry in names if len(short) > 2 and short.lower() in entry.lower()]
+    found = list(dict.fromkeys([*close, *part]))[:count]
+    return found or (names if len(names) <= 6 else [])
 
 
 def shorten(text: str, width: int = 60) -> str:

@@ -6,9 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.describe.mechanism import GROUND
+from mechdae.draw import diagram, layout, save, style, wheels
+from mechdae.draw.labels import draw_labels, numbers_of
+from mechdae.draw.places import places_of, written
+from mechdae.draw.scene import choose_pose, read_scene
 
 POSES = np.deg2rad(np.arange(20.0, 381.0, 15.0))
 
@@ -345,3 +350,292 @@ def zoo():
         drivers={"way.slide": SimpleNamespace(position=np.array([0.1]))},
         summary={},
     )
+
+
+SAMPLES = {
+    "seven-link": seven_link,
+    "five-bar": five_bar,
+    "slider-crank": slider_crank,
+    "whitworth": whitworth,
+    "four-bar": four_bar,
+    "planetary": planetary,
+    "sine": sine_mechanism,
+    "others": zoo,
+}
+
+
+def gids(ax):
+    return [artist.get_gid() for artist in ax.get_children() if artist.get_gid()]
+
+
+def with_gid(ax, gid):
+    return [artist for artist in ax.get_children() if artist.get_gid() == gid]
+
+
+@pytest.fixture
+def spied(monkeypatch):
+    """Sheets and label boxes of the diagrams drawn in a test."""
+    seen = []
+
+    def spy(sheet, *rest):
+        drawn = (list(sheet.segments), list(sheet.boxes))
+        seen.append((sheet, drawn, draw_labels(sheet, *rest)))
+        return seen[-1][2]
+
+    monkeypatch.setattr(diagram, "draw_labels", spy)
+    return seen
+
+
+@pytest.mark.parametrize(
+    ("sample", "expected"),
+    [
+        (seven_link, {"joint-O-pin", "joint-BC-BE-pin", "support-O", "support-F"}),
+        (seven_link, {"joint-slot-prismatic", "joint-guide-prismatic", "joint-guide-guide"}),
+        (seven_link, {"driver-crank.angle", "number-rod", "label-ground.O", "scale-bar", "title"}),
+        (five_bar, {"joint-mesh-gear", "body-coupler-wheel", "joint-A-wheel_pin-pin"}),
+        (whitworth, {"joint-slot-pin-in-slot", "joint-slot-pin", "point-arm.B", "trace-arm.B"}),
+        (four_bar, {"body-coupler-polygon", "point-coupler.P", "trace-coupler.P"}),
+        (sine_mechanism, {"joint-cross-guide", "joint-cross-corner", "joint-way-guide"}),
+        (zoo, {"joint-E-weld", "joint-bar-distance", "joint-teeth-rack", "joint-belt-strand"}),
+        (zoo, {"joint-profile-curve", "joint-profile-roller", "joint-groove-pin-in-slot"}),
+        (zoo, {"bridge-lever.M", "bridge-lever.O", "driver-way.slide"}),
+    ],
+)
+def test_symbols_of_every_joint_kind(sample, expected):
+    assert expected <= set(gids(md.plot(sample(), "diagram")))
+
+
+def test_pins_are_where_the_joints_are():
+    ax = md.plot(seven_link())
+    (pin,) = with_gid(ax, "joint-A-pin")
+    angle = np.deg2rad(38.117)
+    assert pin.center == pytest.approx(0.1716 * np.array([np.cos(angle), np.sin(angle)]))
+    assert ax.get_aspect() == 1.0
+    assert len(with_gid(ax, "joint-BC-BE-pin")) == 1
+
+
+def test_bar_is_interrupted_by_the_block():
+    ax = md.plot(seven_link())
+    ends = np.array([line.get_xydata() for line in with_gid(ax, "body-rod-bar")])
+    assert len(ends) == 2
+    pin = np.array(with_gid(ax, "joint-A-pin")[0].center)
+    near = np.hypot(*(ends.reshape(-1, 2) - pin).T)
+    assert np.sort(near)[:2] == pytest.approx(2 * [style.BLOCK[0] * unit_length(ax)], rel=1e-6)
+
+
+def unit_length(ax):
+    """Metres per unit of the sheet: a new figure has one unit per point."""
+    return np.ptp(ax.get_xlim()) / (ax.get_window_extent().width * 72 / ax.get_figure().dpi)
+
+
+def test_block_lies_along_its_guide():
+    result = seven_link()
+    (block,) = with_gid(md.plot(result), "joint-slot-prismatic")
+    corners = block.get_xy()
+    side = corners[1] - corners[0]
+    assert np.arctan2(side[1], side[0]) == pytest.approx(result.bodies["rod"].angle[0])
+
+
+@pytest.mark.parametrize("ratio", [-0.25, -1.0, -3.0, 0.25, 4.0])
+def test_pitch_radii_give_equal_speeds_at_the_pitch_point(ratio):
+    first, second = np.array([0.3, -0.1]), np.array([0.5, 0.4])
+    distance = np.hypot(*(second - first))
+    radii = wheels.pitch_radii(distance, ratio)
+    touch = wheels.pitch_point(first, second, radii, ratio)
+    assert np.hypot(*(touch - first)) == pytest.approx(radii[0])
+    assert np.hypot(*(touch - second)) == pytest.approx(radii[1])
+    assert (sum(radii) if ratio < 0 else abs(radii[0] - radii[1])) == pytest.approx(distance)
+    speeds = [w * np.array([-r[1], r[0]]) for w, r in ((ratio, touch - first), (1, touch - second))]
+    np.testing.assert_allclose(*speeds, atol=1e-12)
+
+
+def test_wheels_without_finite_circles():
+    assert wheels.pitch_radii(0.1, 1.0) is None
+    assert wheels.pitch_radii(0.0, -2.0) is None
+
+
+def test_planetary_gear_is_drawn_to_its_teeth():
+    ax = md.plot(planetary())
+    radii = {
+        round(circle.get_radius(), 9)
+        for name in ("outer", "ring")
+        for circle in with_gid(ax, f"joint-{name}-gear")
+    }
+    assert radii == {0.06, 0.03, 0.12}
+    assert len(with_gid(ax, "joint-outer-gear") + with_gid(ax, "joint-ring-gear")) == 3
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_labels_cover_neither_links_nor_each_other(name, spied):
+    md.plot(SAMPLES[name](), ghosts=2)
+    ((sheet, (segments, boxes), labels),) = spied
+    low = np.array([label[1] for label in labels]) + 0.5
+    high = np.array([label[2] for label in labels]) - 0.5
+    assert (low > 0).all()
+    assert (high < sheet.size).all()
+    shared = layout.overlap(low, high, low, high)
+    np.fill_diagonal(shared, 0.0)
+    assert not shared.any()
+    rows = np.array([row for row in segments if row[4] >= style.SOLID])
+    assert not layout.crossing(rows, low, high).any()
+    rows = np.array(boxes)
+    assert not layout.overlap(low, high, rows[:, :2], rows[:, 2:4]).any()
+
+
+def test_crossing_is_the_length_inside():
+    low, high = np.array([[0.0, 0.0]]), np.array([[2.0, 1.0]])
+    rows = np.array(
+        [[-1, 0.5, 3, 0.5, 1], [1, 0.5, 1, 9, 1], [0, 2, 3, 2, 1], [5, -1, 5, 3, 1]], dtype=float
+    )
+    np.testing.assert_allclose(layout.crossing(rows, low, high), [[2.0, 0.5, 0.0, 0.0]])
+
+
+def test_letters_of_shared_pins():
+    scene = read_scene(five_bar())
+    assert [place.letter for place in places_of(scene, 0)] == ["A", "B", "C", "D"]
+    scene = read_scene(seven_link())
+    letters = [place.letter for place in places_of(scene, 0)]
+    assert letters == ["O", "A", "G", "B", "C", "E", "F"]
+    assert written("A12") == r"$\mathit{A}_{12}$"
+    assert written("wheel_pin") == "wheel_pin"
+
+
+def test_numbers_are_the_bodies_own_or_the_next_free():
+    bodies = [md.Body("a", {"P": [0, 0]}), md.Body("b", {"P": [0, 0]}, number=1)]
+    joints = [md.Revolute("J", "ground.O", "a.P"), md.Revolute("K", "a.P", "b.P")]
+    mechanism = md.Mechanism(md.Ground({"O": [0, 0]}), bodies, joints)
+    assert numbers_of(mechanism) == {"a": 2, "b": 1}
+
+
+def test_default_pose_is_assembled_and_near_the_middle():
+    result = seven_link(np.deg2rad(np.linspace(38, -90, 41)))
+    assert "unassembled" in result.status
+    scene = read_scene(result)
+    chosen = choose_pose(scene, "sweep")
+    assembled = scene.assembled()
+    assert chosen == assembled[len(assembled) // 2]
+    assert choose_pose(scene, "modes") == 0
+    assert choose_pose(scene, "sweep", -1) == 40
+    for wrong in (41, -42, 1.5, True):
+        with pytest.raises(md.InputError, match="pose"):
+            choose_pose(scene, "sweep", wrong)
+
+
+def test_default_pose_avoids_links_on_each_other():
+    scene = read_scene(slider_crank(np.deg2rad(np.arange(0.0, 361.0, 10.0))))
+    angle = np.rad2deg(scene.angles["crank"][choose_pose(scene, "sweep")])
+    assert 140 < angle < 220
+    assert angle != pytest.approx(180)
+
+
+def test_short_sweep_shows_its_first_pose():
+    assert choose_pose(read_scene(slider_crank(POSES[:3])), "sweep") == 0
+
+
+def test_unassembled_pose_says_so():
+    result = seven_link(np.deg2rad(np.linspace(38, -90, 9)))
+    ax = md.plot(result, pose=-1)
+    (note,) = with_gid(ax, "note")
+    assert note.get_text().startswith("unassembled, not drawn: crank")
+    assert "support-F" in gids(ax)
+    assert not with_gid(ax, "body-rod-bar")
+
+
+def test_bodies_outside_the_scene_are_listed():
+    result = seven_link()
+    for name in ("coupler", "rocker", "slider"):
+        del result.bodies[name]
+    result.points = {name: result.points[name] for name in ("slider.C", "crank.A", "rod.B")}
+    result.summary = {"not_in_scene": ["coupler", "rocker"]}
+    ax = md.plot(result)
+    (note,) = with_gid(ax, "note")
+    assert note.get_text() == "not in the scene: coupler, rocker"
+    names = gids(ax)
+    assert {"joint-guide-prismatic", "number-slider", "support-O"} <= set(names)
+    assert not {"support-F", "number-coupler", "body-rocker-bar"} & set(names)
+    full = seven_link().points["slider.C"].position
+    np.testing.assert_allclose(read_scene(result).track("slider.C"), full, atol=1e-12)
+
+
+def test_options():
+    result = four_bar()
+    bare = gids(md.plot(result, traces=False, labels=False))
+    assert not [gid for gid in bare if gid.startswith(("trace", "label", "number", "ghost"))]
+    assert gids(md.plot(result, ghosts=3)).count("ghost") == 3 * 5
+    with pytest.raises(TypeError):
+        md.plot(result, colour="red")
+
+
+def test_traces_break_where_the_mechanism_does():
+    result = seven_link(np.deg2rad(np.linspace(38, -90, 9)))
+    (trace,) = with_gid(md.plot(result), "trace-rod.B")
+    assert (np.isnan(trace.get_ydata()) == (result.status == "unassembled")).all()
+
+
+def test_given_axes_are_used():
+    axes = Figure().subplots(1, 2)
+    assert md.plot(four_bar(), ax=axes[1]) is axes[1]
+    assert not gids(axes[0])
+
+
+def test_subtitle_tells_the_driver_value():
+    (subtitle,) = with_gid(md.plot(seven_link()), "subtitle")
+    assert "crank.angle = 38.117°" in subtitle.get_text()
+    (subtitle,) = with_gid(md.plot(zoo()), "subtitle")
+    assert "way.slide = 0.1 m" in subtitle.get_text()
+
+
+@pytest.mark.parametrize(
+    ("about", "length", "text"),
+    [(0.13, 0.1, "100 mm"), (0.0499, 0.02, "20 mm"), (7.0, 5.0, "5 m"), (1.0, 1.0, "1 m")],
+)
+def test_scale_bar_has_a_round_length(about, length, text):
+    assert diagram.nice_length(about) == pytest.approx(length)
+    assert diagram.length_text(length) == text
+
+
+def test_long_titles_are_fitted():
+    result = four_bar(POSES[:1])
+    result.title = "A very long title of a mechanism " * 6
+    (title,) = with_gid(md.plot(result), "title")
+    assert title.get_text().endswith("…")
+
+
+def test_unknown_kinds():
+    for kind in ["plans", "curves", "coupler", "losses", "map", "animation", "page"]:
+        with pytest.raises(md.UnavailableError, match=kind):
+            md.plot(None, kind)
+    with pytest.raises(md.UnknownName, match="diagram"):
+        md.plot(None, "diagramm")
+
+
+@pytest.mark.parametrize("ending", ["svg", "png", "pdf"])
+def test_files_are_the_same_each_time(tmp_path, ending):
+    first = save(md.plot(seven_link()), tmp_path / f"a.{ending}")
+    second = save(md.plot(seven_link()).get_figure(), tmp_path / f"b.{ending}")
+    assert first.read_bytes() == second.read_bytes()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_unknown_format_leaves_nothing(tmp_path):
+    with pytest.raises(md.InputError, match="docx"):
+        save(md.plot(seven_link()), tmp_path / "a.docx")
+    assert not list(tmp_path.iterdir())
+
+
+def test_result_without_poses_and_spatial_mechanisms_are_refused():
+    empty = seven_link()
+    empty.status = np.array([])
+    with pytest.raises(md.InputError, match="no pose"):
+        md.plot(empty)
+    spatial = SimpleNamespace(mechanism=SimpleNamespace(dimension=3), status=["ok"])
+    with pytest.raises(md.UnavailableError):
+        md.plot(spatial)
+
+
+def test_no_pyplot_and_lazy_import():
+    code = (
+        "import sys, mechdae.draw; assert 'matplotlib' not in sys.modules;"
+        "import mechdae.draw.diagram; assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -49,6 +49,9 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         "not_in_scene": the_scene.not_in_scene,
         "sketches": [start.as_sketch(assembler, mode, u) for mode in found],
     }
+    if assembler.free:
+        names = sorted({group.name for group in assembler.free})
+        summary["free"] = names  # modes in which the group moves by itself are not counted
     drivers = {
         c.text: Series({"position": np.full(len(found), u[k])})
         for k, c in enumerate(numbers.coordinates)

@@ -29,13 +29,15 @@ class Solutions:
     """Solutions of a block: ``x`` (k, n); ``proven`` when there are no others.
 
     ``gap`` is the smallest residual over all angles when nothing solves the block (in the
-    residual's unit), ``infinite`` tells that a ratio is not rational.
+    residual's unit); ``infinite`` tells that a ratio is not rational, ``free`` that every
+    angle solves it.
     """
 
     x: Any
     proven: bool
     gap: float = 0.0
     infinite: bool = False
+    free: bool = False
 
 
 class BlockSolver:
@@ -53,6 +55,7 @@ class BlockSolver:
         self.turns = [self._turns(scene, i) for i in graph.own]
         value = ca.Function("F", [graph.x, graph.z, scene.u, scene.model.p], [graph.F])
         self._F = value
+        self._scale = 0.0
 
     def _turns(self, scene: Scene, i: int) -> tuple[int, int] | None:
         """Return m and the highest multiple of alpha/m with which bodies turn; None: infinite."""
@@ -91,7 +94,7 @@ class BlockSolver:
         if self.linear:
             return self._linear(z, u)
         if self.n == 1 and self.angle[0]:
-            return self._roots(lambda a: self.F(a[:, None], z, u)[:, 0], 0, self._alone(z, u))
+            return self._roots(lambda a: self.F(a[:, None], z, u)[:, 0], 0, lambda a: a[:, None])
         if self.n == 2:
             for beta in (1, 0):
                 found = self._pair(1 - beta, beta, z, u)
@@ -106,10 +109,6 @@ class BlockSolver:
         if np.linalg.matrix_rank(J) < self.n:
             return Solutions(np.zeros((0, self.n)), False)
         return Solutions(np.linalg.solve(J, -values[0])[None, :], True)
-
-    def _alone(self, z: Any, u: Any) -> Any:
-        del z, u
-        return lambda roots: roots[:, None]
 
     def _pair(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
         """Eliminate unknown `beta` of two; None where it does not separate."""
@@ -130,6 +129,7 @@ class BlockSolver:
         quarter = (at(zero, np.pi / 2) - at(zero, -np.pi / 2))[0] / 2
         turn = np.array([-arm[1], arm[0]])
         size = float(np.hypot(*arm))
+        self._scale = size
         if min(np.abs(quarter - turn).max(), np.abs(quarter + turn).max()) > 1e-12 * size:
             return None
         sense = 1.0 if np.abs(quarter - turn).max() <= np.abs(quarter + turn).max() else -1.0
@@ -192,8 +192,10 @@ class BlockSolver:
         while degree > 0 and abs(c[0]) <= noise and abs(c[-1]) <= noise:
             c, degree = c[1:-1], degree - 1
         empty = np.zeros((0, self.n))
+        if size <= self._noise(alpha):
+            return Solutions(empty, False, free=True)
         if degree == 0:
-            return Solutions(empty, abs(c[0]) > noise, float(np.abs(values).min()))
+            return Solutions(empty, True, float(np.abs(values).min()))
         if degree == 1:
             ratio = -c[1].real / (2 * abs(c[2]))
             if abs(ratio) > 1 + 8 * np.finfo(float).eps:
@@ -210,6 +212,10 @@ class BlockSolver:
         doubtful = np.sum(off < 1e-4) != len(x)
         gap = float(np.abs(values).min()) if not len(x) else 0.0
         return Solutions(x, bool(sure and not doubtful), gap)
+
+    def _noise(self, alpha: int) -> float:
+        """Return the size below which g is zero for all angles: rounding of its terms."""
+        return self._scale**2 * 256 * np.finfo(float).eps if self.n == 2 else 0.0
 
     def _distinct(self, x: Any, g: Any, alpha: int) -> tuple[Any, bool]:
         """Polish roots by the secant method and drop those that are not real roots."""

@@ -176,12 +176,10 @@ class Evaluator:
         for limit in limits:
             x[columns] = limit.x[columns]
         slack = 8 * np.finfo(float).eps * max(abs(s), path.largest)
+        results[1][k, columns] = 0.0
         for limit in limits:
             spread = np.abs(limit.v) * np.sqrt(slack / abs(limit.c))
-            results[1][k] = np.maximum(np.nan_to_num(results[1][k]), spread)
-        results[1][k, columns] = np.where(
-            np.isfinite(results[1][k, columns]), results[1][k, columns], 0.0
-        )
+            results[1][k, columns] = np.maximum(results[1][k, columns], spread[columns])
         results[0][k] = x
         results[3][k, [b for b, j in enumerate(self.block_group) if self.groups[j] in ended]] = np.inf
         u = np.array([s]) if g.single else path.u0 + s * path.d
@@ -222,7 +220,7 @@ class Evaluator:
         w, a = float(self.speed[0]), float(self.acceleration[0])
         rates = list(values)
         if len(values) > 2:
-            rates[2] = values[2] * (w * w) + values[1] * a if a else values[2] * (w * w)
+            rates[2] = values[2] * (w * w) + (values[1] * a if a else 0.0)
         if len(values) > 1:
-            rates[1] = values[1] * w if w != 1 else values[1]
+            rates[1] = values[1] * w + 0.0
         return rates

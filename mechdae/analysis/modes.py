@@ -58,7 +58,8 @@ class Assembler:
         self.graphs, self.scene, self.sketch = graphs, graphs.scene, dict(sketch)
         self.p = self.scene.model.p_values
         self.solvers = [BlockSolver(self.scene, graph, self.p) for graph in graphs.blocks]
-        self.proven = True
+        self.free: list[Group] = []
+        """Groups met with a freedom of their own: their outer pins coincide."""
 
     def blocks_of(self, group: Group) -> list[int]:
         return [b for b, graph in enumerate(self.graphs.blocks) if graph.block.group == group.index]
@@ -118,6 +119,8 @@ class Assembler:
                     solutions, sure = result.x, result.proven
                     gap, infinite = result.gap, result.infinite
                 proven &= sure
+                if result is not None and result.free:
+                    self.free.append(group)
                 if not len(solutions):
                     failure = Failure(group, gap, infinite)
                 for solution in solutions:
@@ -198,12 +201,10 @@ class Assembler:
 
     def sign(self, group: Group, x: Any, u: Any) -> str:
         """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian."""
-        mechanism = self.scene.model.mechanism
         if group.kind == "RRR" and len(group.bodies) == 2 and group.higher_pairs == 0:
             value = self._orientation(group, x, u)
         else:
             value = float(np.linalg.slogdet(self.group_jacobian(x, u, group))[0])
-        del mechanism
         return "+" if value > 0 else "-" if value < 0 else "0"
 
     def _orientation(self, group: Group, x: Any, u: Any) -> float:
@@ -217,12 +218,10 @@ class Assembler:
         return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
 
     def _place(self, reference: str, q: Mapping[tuple[str, str], float]) -> Any:
-        body, point = reference.split(".")
-        model = self.scene.model
+        body = reference.split(".")[0]
         values = self._values
         local = complex(values[f"{reference}.x"], values[f"{reference}.y"])
-        del point
-        if body not in model.mechanism.bodies:
+        if body not in self.scene.model.mechanism.bodies:
             return np.array([local.real, local.imag])
         turned = local * np.exp(1j * q[(body, "angle")])
         return np.array([q[(body, "x")] + turned.real, q[(body, "y")] + turned.imag])
@@ -234,7 +233,7 @@ class Assembler:
     def group_labels(self, group: Group, poses: list[Any], u: Any) -> list[str]:
         """Return the labels of all poses of one group: sign, and rank where it is no dyad."""
         signs = [self.sign(group, x, u) for x in poses]
-        if group.is_dyad or all(self.solvers[b].linear for b in self.blocks_of(group)):
+        if self._signs_tell(group):
             return signs
         angles = [self._first_angle(group, x, u) for x in poses]
         labels = []
@@ -244,6 +243,29 @@ class Assembler:
             )
             labels.append(f"{sign}{rank}")
         return labels
+
+    def label(self, x: Any, u: Any) -> str:
+        """Return the label of a solved pose among the modes at `u`."""
+        labels = []
+        for group in self.scene.groups:
+            if group.driven or group.kind == "weld":
+                continue
+            sign = self.sign(group, x, u)
+            if self._signs_tell(group):
+                labels.append(sign)
+                continue
+            poses, _, _ = self.candidates(group, x, u)
+            names = self.group_labels(group, poses, u)
+            own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
+            gaps = [
+                np.abs(np.sin((pose[own] - x[own]) / 2)).max() if own else 0.0 for pose in poses
+            ]
+            labels.append(names[int(np.argmin(gaps))] if gaps else sign)
+        return ",".join(labels)
+
+    def _signs_tell(self, group: Group) -> bool:
+        """Return whether the sign alone tells the modes of a group apart."""
+        return group.is_dyad or all(self.solvers[b].linear for b in self.blocks_of(group))
 
     def _first_angle(self, group: Group, x: Any, u: Any) -> float:
         angle = self.coordinates(x, u)[(group.bodies[0], "angle")]

@@ -42,6 +42,7 @@ class Limit:
     block: int
     group: int
     kind: str
+    own: tuple[int, ...] = ()
     x: Any = None
     v: Any = None
     c: float = 0.0
@@ -104,6 +105,7 @@ class Path:
         self.block_group = [graph.block.group for graph in g.blocks]
         self.reach = {index: Reach() for index in self.groups}
         self._folds: dict[int, Any] = {}
+        self._next_try: dict[tuple[int, float], float] = {}
         self.s: list[float] = []
         self.state: list[Any] = []
         self.sign: Any = None
@@ -113,6 +115,7 @@ class Path:
     def begin(self, x: Any, s: float) -> None:
         """Put the first node: a solved pose `x` (nx,) at `s`."""
         g = self.graphs
+        self.origin = (s, x)
         start = np.concatenate([x, np.zeros(2 * g.nx + g.nb)])
         state, _, det, _ = self._step(start, s, 0.0)
         self.s, self.state = [s], [state]
@@ -190,27 +193,30 @@ class Path:
     ) -> float:
         """Take one step, halved until it is proved; return the step to try next."""
         alive = self._alive(ended)
-        tried: set[int] = set()
+        goal = s + sense * rest
         while True:
+            rest = sense * (goal - s)
+            if rest <= 0:
+                return step
+            step = min(step, rest)
             after, test, det, miss = self._step(state, s, sense * step)
             good = (test <= 1) & (miss <= 1) & (np.sign(det) == self.sign)
             bad = np.flatnonzero(alive & ~good)
             if not bad.size:
                 self.counts.steps += 1
-                exact = s + sense * rest if step == rest else s + sense * step
-                self._append(exact, after, up)
+                self._append(goal if step == rest else s + sense * step, after, up)
+                if 1.5 * step >= self.largest:
+                    self._next_try.clear()
                 return min(1.5 * step, self.largest)
             self.counts.rejected += 1
             b = int(bad[0])
             step /= 2
-            if step < SHRUNK * self.largest and b not in tried:
-                tried.add(b)
-                limit = self._find_limit(b, s, state, sense, step, ended)
-                if limit is not None:
-                    if sense * (limit.s - s) > rest:
-                        continue
-                    self._end(limit, ended, up)
+            if step < self._next_try.get((b, sense), SHRUNK * self.largest):
+                self._next_try[(b, sense)] = step / 4
+                limit = self._find_limit(b, s, state, sense, ended)
+                if limit is not None and self._approach(limit, s, state, sense, rest, ended, up):
                     return step
+                s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             if step < SMALLEST * self.largest:
                 x = state[: self.graphs.nx]
                 group = self.block_group[b]
@@ -232,8 +238,45 @@ class Path:
             else:
                 self.reach[index].low = limit
 
+    def _approach(
+        self,
+        limit: Limit,
+        s: float,
+        state: Any,
+        sense: float,
+        rest: float,
+        ended: set[int],
+        up: bool,
+    ) -> bool:
+        """Follow the path to a limit position in proved steps; return whether it ends there.
+
+        Stops where the goal lies before the limit, and where the steps do not hold.
+        """
+        alive = self._alive(ended)
+        while True:
+            distance = sense * (limit.s - s)
+            if distance <= APPROACH * self.largest:
+                if _leads_to(limit, state[: self.graphs.nx], s, 0.02):
+                    self._end(limit, ended, up)
+                    return True
+                return False
+            if distance > rest:
+                return False
+            step = 0.6 * distance
+            while True:
+                after, test, det, miss = self._step(state, s, sense * step)
+                if self._good(test[alive], det[alive], miss[alive], alive):
+                    break
+                self.counts.rejected += 1
+                step /= 2
+                if step < 1e-3 * distance:
+                    return False
+            self.counts.steps += 1
+            s, state, rest = s + sense * step, after, rest - step
+            self._append(s, state, up)
+
     def _find_limit(
-        self, b: int, s: float, state: Any, sense: float, step: float, ended: set[int]
+        self, b: int, s: float, state: Any, sense: float, ended: set[int]
     ) -> Limit | None:
         """Return the fold of block `b` just ahead, None while it is not close enough."""
         g = self.graphs
@@ -286,40 +329,35 @@ class Path:
             return None
         c = -curve / (2 * push)
         v = y[len(chain) + 1 :] * weights
-        # the expansion at the limit must lead back to the pose the path has reached
         if c * sense >= 0:
             return None
-        sigma = np.sqrt(max((s - found) / c, 0.0))
-        offset = (x[chain] - y[: len(chain)])[own]
-        sigma = float(np.sign(offset @ v) * sigma)
-        far = float(np.max(np.abs(offset))) or 1e-300
-        if np.max(np.abs(offset - v * sigma)) > 0.3 * far:
-            return None
-        whole = self._at_limit(x, chain, y, found, ended, b)
-        full = np.zeros(g.nx)
-        full[g.blocks[b].own] = v
-        return Limit(found, b, self.block_group[b], "limit", x=whole, v=full, c=c)
+        whole, full = self._at_limit(x, chain, y, found, ended, b, v)
+        limit = Limit(found, b, self.block_group[b], "limit", tuple(g.blocks[b].own), whole, full, c)
+        return limit if _leads_to(limit, x, s, 0.5) else None
 
     def _at_limit(
-        self, x: Any, chain: list[int], y: Any, s: float, ended: set[int], b: int
-    ) -> Any:
-        """Return the whole unknown vector at a fold; the other blocks by Newton's method."""
+        self, x: Any, chain: list[int], y: Any, s: float, ended: set[int], b: int, v: Any
+    ) -> tuple[Any, Any]:
+        """Return x (nx,) and dx/dsigma (nx,) at a fold; later blocks by Newton's method."""
         g = self.graphs
-        result = x.copy()
+        result, rate = x.copy(), np.zeros(g.nx)
         result[chain] = y[: len(chain)]
+        rate[g.blocks[b].own] = v
         fixed = set(g.ancestors(b))
         u = self.u0 + s * self.d if not g.single else np.array([s])
         for k, graph in enumerate(g.blocks):
             if k in fixed or self.block_group[k] in ended:
                 continue
             for _ in range(12):
-                F, J, _ = graph.value_at(result, u, self.constants.p)
+                F, J, Fz = graph.value_at(result, u, self.constants.p)
                 try:
-                    change = np.linalg.solve(J, F)
+                    result[graph.own] -= np.linalg.solve(J, F)
                 except np.linalg.LinAlgError:
                     break
-                result[graph.own] -= change
-        return result
+            else:
+                if graph.uses:
+                    rate[graph.own] = -np.linalg.solve(J, Fz @ rate[graph.uses])
+        return result, rate
 
     def _weights(self, b: int) -> Any:
         w, _ = self.graphs._weights(b)
@@ -369,6 +407,15 @@ class Path:
         value = limit.x + a * sigma[:, None] + b * sigma[:, None] ** 2
         rows = np.flatnonzero(between)
         result[np.ix_(rows, columns)] = value[:, columns]
+
+
+def _leads_to(limit: Limit, x: Any, s: float, tolerance: float) -> bool:
+    """Return whether the expansion at a limit leads back to the pose `x` at `s`."""
+    own = list(limit.own)
+    offset, v = (x - limit.x)[own], limit.v[own]
+    sigma = np.sign(offset @ v) * np.sqrt(max((s - limit.s) / limit.c, 0.0))
+    far = float(np.max(np.abs(offset)))
+    return bool(far > 0 and np.max(np.abs(offset - v * sigma)) <= tolerance * far)
 
 
 def _equilibrated(matrix: Any, right: Any) -> tuple[Any, Any]:

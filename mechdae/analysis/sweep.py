@@ -63,11 +63,12 @@ def sweep(problem: Problem, name: str, task: Sweep) -> Result:
         The sketch does not assemble at its own driver value.
     """
     setting = prepare(problem, task)
-    if setting.graphs.single:
-        run = _one_driver(setting, task)
-    else:
-        run = _several_drivers(setting, task)
-    return _result(problem, name, task, setting, run)
+    return _result(problem, name, task, setting, run(setting, task))
+
+
+def run(setting: Setting, task: Sweep) -> Run:
+    """Evaluate a prepared sweep."""
+    return _one_driver(setting, task) if setting.graphs.single else _several_drivers(setting, task)
 
 
 @dataclass
@@ -323,6 +324,20 @@ def _result(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run
     )
 
 
+def _modes_at_start(setting: Setting, run: Run) -> str:
+    """Return the modes at the first pose as sketches, for a start no motion reaches."""
+    u = run.values[0]
+    modes, _, _ = setting.assembler.modes(u, limit=8)
+    if not modes:
+        return "; no assembly mode exists at the first pose"
+    text = "\n  it can be assembled there, but no motion from the sketch leads to it; its modes:"
+    for mode in modes:
+        sketch = start.as_sketch(setting.assembler, mode, u)
+        lines = ", ".join(f"{name} = {value:g}" for name, value in sketch.items())
+        text += f"\n  mode {mode.label}: [sketch] {lines}"
+    return text
+
+
 def _condition(poses: Poses, certified: Any) -> Any:
     condition = poses.condition.copy()
     condition[~certified] = np.nan
@@ -353,18 +368,9 @@ def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
 
 def _mode(setting: Setting, run: Run) -> str:
     """Return the label of the assembly mode the path starts on."""
-    g = setting.graphs
-    x, s = run.path.state[0][: g.nx], run.path.s[0]
-    u = np.array([s]) if g.single else run.path.u0 + s * run.path.d
-    labels = []
-    for group in setting.scene.groups:
-        if group.driven or group.kind == "weld":
-            continue
-        if not np.all(np.isfinite(x)):
-            return ""
-        sign = setting.assembler.sign(group, x, u)
-        labels.append(sign)
-    return ",".join(labels)
+    s, x = run.path.origin
+    u = np.array([s]) if setting.graphs.single else run.path.u0 + s * run.path.d
+    return setting.assembler.label(x, u)
 
 
 def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
@@ -431,6 +437,8 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     ]
     if ends:
         text += f"; limit position{'s' if len(ends) > 1 else ''} at {c.text} = {', '.join(ends)}"
+    if status[0] in ("unassembled", "singular"):
+        text += _modes_at_start(setting, run)
     if any(event["kind"] == "change_point" for event in run.events):
         text += "; the motion stops at a change point, where two branches meet"
     return text

@@ -14,7 +14,7 @@ from mechdae.draw.driver import draw_drivers, driven_bodies, drivers_of, value_t
 from mechdae.draw.figure import new_axes
 from mechdae.draw.guides import curve_points, draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
-from mechdae.draw.places import Place, free_points, places_of
+from mechdae.draw.places import PINNED, Place, free_points, places_of
 from mechdae.draw.scene import Array, Scene, choose_pose, read_scene
 from mechdae.draw.shapes import draw_body, draw_ghost, shape_of
 from mechdae.draw.sheet import Sheet, font, ink
@@ -227,7 +227,7 @@ def _draw_places(sheet: Sheet, scene: Scene, pose: int, places: list[Place]) -> 
         if place.fixed:
             symbols.support(sheet, center, f"support-{place.letter}")
         if place.pinned:
-            names = "-".join(joint.name for joint in place.joints)
+            names = "-".join(joint.name for joint in place.joints if joint.kind in PINNED)
             symbols.pin(sheet, center, f"joint-{names}-pin")
     for reference in free_points(scene, pose):
         symbols.dot(sheet, sheet.at(scene.place(reference, pose)), f"point-{reference}")
@@ -328,15 +328,13 @@ def length_text(length: float) -> str:
 
 def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[str, Any]:
     """Return a text and its font so that it fits: smaller by a quarter at most, then cut."""
+    width = float(ink(text, font(size, families))[1][0])
+    size *= float(np.clip(room / width, 0.75, 1.0)) if width > 0 else 1.0
     chosen = font(size, families)
-    while True:
-        width = float(ink(text, chosen)[1][0])
-        if width <= room or len(text) < 5:
-            return text, chosen
-        if chosen.get_size_in_points() > 0.75 * size:
-            chosen = font(max(0.75 * size, chosen.get_size_in_points() - 0.5), families)
-        else:
-            text = text[:-2].rstrip(" …") + "…"
+    keep = len(text)
+    while keep > 3 and (width := float(ink(text[:keep], chosen)[1][0])) > room:
+        keep = min(keep - 1, int(keep * room / width))
+    return (text if keep == len(text) else text[: keep - 1].rstrip() + "…"), chosen
 
 
 def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> None:

@@ -17,8 +17,6 @@ from mechdae.draw.sheet import Sheet, font, ink, unit
 
 AIR = 2.5
 """Room kept around letters."""
-ROUND_AIR = 7.0
-"""More room around the numbers of wheels, which must not seem to be at another wheel."""
 LEADER = 15.0
 """A number farther than this from its link gets a thin line to it."""
 
@@ -157,14 +155,12 @@ def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, l
         return label, sides
     if name in links.wheels:
         center, radius = links.wheels[name]
-        wide += ROUND_AIR
-        label = layout.around(center, wide, wide, radius + 2.5 - ROUND_AIR / 2, (0.7, 0.7))
-        inner = max(radius - wide - 3.0 + ROUND_AIR / 2, 0.0)
-        inside = layout.around(center, wide, wide, inner, (0.7, 0.7), (0.0,))
+        label = layout.around(center, wide, wide, radius + 2.0, (0.7, 0.7))
+        inside = layout.inside(center, wide, radius - style.DISC - 3.0, (0.7, 0.7))
         ring = [
             center + radius * np.array([np.cos(a), np.sin(a)]) for a in np.arange(48) * np.pi / 24
         ]
-        return layout.merge(inside, label, 2.0), list(zip(ring, [*ring[1:], ring[0]], strict=True))
+        return layout.merge(inside, label, 4.0), list(zip(ring, [*ring[1:], ring[0]], strict=True))
     spot = links.points[name]
     return layout.around(spot, wide, wide, style.PIN + 2.0), [(spot, spot)]
 

@@ -67,12 +67,13 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
         for label in labels
     ]
     chosen: list[int | None] = [None] * len(labels)
+    rivals = _rivals(labels)
     order = sorted(range(len(labels)), key=lambda i: -round(float(fixed[i].min()), 6))
     for _ in range(ROUNDS):
         before = list(chosen)
         for i in order:
-            cost = fixed[i] + _covering(labels, chosen, i)
-            chosen[i] = int(np.argmin(np.round(cost, 9)))
+            taken = [(labels[j], pick) for j in rivals[i] if (pick := chosen[j]) is not None]
+            chosen[i] = int(np.argmin(np.round(fixed[i] + _covering(labels[i], taken), 9)))
         if chosen == before:
             break
     spots = [label.places[pick or 0] for label, pick in zip(labels, chosen, strict=True)]
@@ -100,6 +101,13 @@ def around(
             places.append(middle + reach * out)
             costs.append(0.35 * step + 1.2 * (1.0 - float(favour @ out)))
     return Label(width, height, np.array(places), np.array(costs))
+
+
+def inside(anchor: ArrayLike, width: float, radius: float, favour: ArrayLike) -> Label:
+    """Return a square label with places on a circle, best on the side `favour`."""
+    out = np.stack([np.cos(np.arange(24) * np.pi / 12), np.sin(np.arange(24) * np.pi / 12)], -1)
+    places = np.asarray(anchor, dtype=float) + max(radius, 0.0) * out
+    return Label(width, width, places, 1.2 * (1.0 - out @ np.asarray(favour, dtype=float)))
 
 
 def along(
@@ -192,19 +200,26 @@ def _static(label: Label, segments: Array, boxes: Array, size: Array) -> Array:
     return cost
 
 
-def _covering(labels: Sequence[Label], chosen: Sequence[int | None], own: int) -> Array:
-    """Return what each place of one label covers of the labels placed so far."""
-    taken = [
-        (*(labels[i].places[pick]), labels[i].width / 2, labels[i].height / 2)
-        for i, pick in enumerate(chosen)
-        if pick is not None and i != own
-    ]
-    low, high = _corners(labels[own])
+def _rivals(labels: Sequence[Label]) -> list[list[int]]:
+    """Return for each label the others that could overlap it somewhere."""
+    if not labels:
+        return []
+    corners = [_corners(label) for label in labels]
+    floor = np.array([low.min(axis=0) for low, _ in corners])
+    ceiling = np.array([high.max(axis=0) for _, high in corners])
+    meet = np.all((floor[:, None] < ceiling) & (ceiling[:, None] > floor), axis=-1)
+    np.fill_diagonal(meet, False)
+    return [np.flatnonzero(row).tolist() for row in meet]
+
+
+def _covering(label: Label, taken: Sequence[tuple[Label, int]]) -> Array:
+    """Return what each place of a label covers of labels placed so far."""
     if not taken:
-        return np.zeros(len(low))
-    others = np.array(taken)
-    covered = overlap(low, high, others[:, :2] - others[:, 2:], others[:, :2] + others[:, 2:])
-    share = covered / (labels[own].width * labels[own].height)
+        return np.zeros(len(label.places))
+    middles = np.array([other.places[pick] for other, pick in taken])
+    halves = np.array([(other.width, other.height) for other, _ in taken]) / 2
+    covered = overlap(*_corners(label), middles - halves, middles + halves)
+    share = covered / (label.width * label.height)
     cost: Array = ((share > 0) * OVERLAP * (0.2 + share)).sum(axis=1)
     return cost
 

@@ -55,7 +55,9 @@ class Scene:
 
     def place(self, reference: str, pose: int) -> Array:
         """Return the position of ``body.point`` in one pose."""
-        position: Array = self.track(reference)[pose]
+        body = reference.split(".")[0]
+        angle = self.angles[body][pose : pose + 1]
+        position: Array = self.origins[body][pose] + turned(angle, self.local(reference))[0]
         return position
 
     def direction(self, body: str, angle: float, pose: int) -> Array:

@@ -8,6 +8,7 @@ by labels is kept as segments and boxes for `mechdae.draw.layout`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -230,6 +231,7 @@ def font(
     return FontProperties(family=list(families), size=size, math_fontfamily="stix", **options)
 
 
+@lru_cache(maxsize=1024)
 def ink(text: str, font: FontProperties) -> tuple[Array, Array]:
     """Return the corners of the ink of a text whose line starts at the origin."""
     if not text.strip():

@@ -54,7 +54,7 @@ def support(sheet: Sheet, center: Array, gid: str) -> None:
     half, height = style.SUPPORT
     left, right = center - np.array([half, height]), center + np.array([half, -height])
     sheet.area([center, left, right], z=style.Z_GROUND, edge=style.GROUND, gid=gid)
-    sheet.box(left, center + np.array([half, 0.0]))
+    sheet.box(left + np.array([half / 2, 0.0]), center + np.array([half / 2, 0.0]))
     reach = np.array([4.5, 0.0])
     hatch(sheet, left - reach, right + reach, DOWN)
 

@@ -283,10 +283,11 @@ def _check_square(
     coarse_cols: Sequence[int],
 ) -> None:
     """Raise when the structure leaves bodies free or equations over."""
-    loose = colperm[coarse_cols[0] : coarse_cols[2]]
-    over = rowperm[coarse_rows[2] : coarse_rows[4]]
-    missing = coarse_cols[1] - coarse_cols[0]
-    extra = coarse_rows[4] - coarse_rows[3]
+    # casadi keeps the parts of the transposed pattern: unmatched rows first, columns last
+    loose = colperm[coarse_cols[2] : coarse_cols[4]]
+    over = rowperm[coarse_rows[0] : coarse_rows[2]]
+    missing = coarse_cols[4] - coarse_cols[3]
+    extra = coarse_rows[1] - coarse_rows[0]
     if not missing and not extra:
         return
     free = list(dict.fromkeys(model.q_names[j][0] for j in loose))

@@ -1,0 +1,96 @@
+"""Verification of the values a problem file expects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.solve import solve
+from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import evaluate_all
+from mechdae.describe.problem import Expected, Problem
+from mechdae.errors import InputError, MechdaeError
+from mechdae.results import Result
+
+SERIES = ("drivers", "bodies", "points", "joints", "efforts", "bound", "condition", "status")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One expected value against ours: largest deviation, allowed one, and the sentence."""
+
+    expected: Expected
+    value: Any
+    deviation: float
+    allowed: float
+    note: str = ""
+
+    @property
+    def met(self) -> bool:
+        return not self.note and self.deviation <= self.allowed
+
+
+def check(problem: Problem) -> list[Verdict]:
+    """Return a verdict for each ``[[expected]]`` entry of the problem."""
+    results: dict[str, Result | MechdaeError] = {}
+    known = evaluate_all(problem.mechanism.parameters)
+    verdicts = []
+    for entry in problem.expected:
+        if entry.task not in results:
+            try:
+                results[entry.task] = solve(problem, entry.task)
+            except MechdaeError as error:
+                results[entry.task] = error
+        result = results[entry.task]
+        if isinstance(result, MechdaeError):
+            verdicts.append(Verdict(entry, None, np.inf, 0.0, str(result)))
+            continue
+        try:
+            verdicts.append(_verdict(entry, result, known))
+        except InputError as error:
+            verdicts.append(Verdict(entry, None, np.inf, 0.0, str(error)))
+    return verdicts
+
+
+def _verdict(entry: Expected, result: Result, known: dict[str, float]) -> Verdict:
+    found = result.value(entry.what)
+    if entry.what.split("/")[0] in SERIES and isinstance(found, list):
+        found = found[_pose(entry, result, known)]
+    wanted = _numbers(entry.value, known)
+    if isinstance(found, bool | str) or isinstance(entry.value, bool):
+        met = found == entry.value
+        return Verdict(entry, found, 0.0 if met else np.inf, 0.0)
+    ours = np.array(found, dtype=float)
+    if ours.shape != wanted.shape:
+        raise InputError(f"{entry.what} has shape {ours.shape}, expected {wanted.shape}")
+    deviation = float(np.max(np.abs(ours - wanted), initial=0.0))
+    deviation = deviation if np.isfinite(deviation) else np.inf
+    size = float(np.max(np.abs(wanted), initial=0.0))
+    allowed = max(float(entry.abs or 0.0), float(entry.rel or 0.0) * size)
+    return Verdict(entry, found, deviation, allowed)
+
+
+def _numbers(value: Any, known: dict[str, float]) -> Any:
+    if isinstance(value, tuple):
+        return np.array([_numbers(item, known) for item in value], dtype=float)
+    if isinstance(value, bool):
+        return np.array(0.0)
+    if isinstance(value, str | int | float):
+        return np.array(evaluate(value, known))
+    raise InputError("an expected value is a number or a list of numbers")
+
+
+def _pose(entry: Expected, result: Result, known: dict[str, float]) -> int:
+    """Return the row of the pose that ``at`` names; the only one without it."""
+    position = next(iter(result.drivers.values())).position
+    if entry.at is None:
+        if len(position) != 1:
+            raise InputError(f"{entry.what} has {len(position)} poses: say which one with 'at'")
+        return 0
+    at = evaluate(entry.at, known)
+    row = int(np.argmin(np.abs(position - at)))
+    if abs(position[row] - at) > 1e-9 * max(1.0, abs(at)):
+        raise InputError(f"no pose at {at:.12g}, the nearest is at {position[row]:.12g}")
+    return row

@@ -1,0 +1,149 @@
+"""The structure of a problem for `show`: mobility by count and by rank, groups, unknowns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.modes import Assembler
+from mechdae.analysis.numbers import mechanism_scale
+from mechdae.analysis.outputs import Outputs
+from mechdae.analysis.plan import plan, sketch_angles
+from mechdae.analysis.start import start_values
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Driven, Sweep
+from mechdae.errors import MechdaeError
+from mechdae.kernels.graphs import Graphs
+from mechdae.model.model import Model
+from mechdae.model.reduction import Scene, scene
+from mechdae.model.structure import ROMAN, Group, count_mobility, formula
+
+RANK_TOLERANCE = 1e-9
+
+
+def structure(problem: Problem) -> dict[str, Any]:
+    """Return what `show` prints, as plain data.
+
+    ``mobility`` has n, p5, p4 and W by Chebyshev's formula and by rank at the sketched pose;
+    ``formulas`` one entry for each distinct set of drivers of the tasks; ``tasks`` what each
+    will build.
+    """
+    mechanism = problem.mechanism
+    model = Model(mechanism)
+    result: dict[str, Any] = {
+        "problem": problem.name,
+        "title": problem.title,
+        "source": problem.source,
+        "bodies": {name: list(body.points) for name, body in mechanism.bodies.items()},
+        "joints": {
+            name: {"kind": joint.kind, "between": [joint.first, joint.second]}
+            for name, joint in mechanism.joints.items()
+        },
+        "parameters": mechanism.values(),
+        "mobility": {**count_mobility(mechanism), "rank": None},
+        "formulas": [],
+        "tasks": {},
+        "groups": [],
+    }
+    seen: dict[tuple[str, ...], dict[str, Any]] = {}
+    for name, task in problem.tasks.items():
+        if not isinstance(task, Driven):
+            result["tasks"][name] = {"kind": task.kind}
+            continue
+        key = tuple(driver.coordinate for driver in task.all_drivers)
+        if key not in seen:
+            seen[key] = _driven(problem, task, model)
+            result["formulas"].append(seen[key])
+            if result["mobility"]["rank"] is None:
+                result["mobility"]["rank"] = seen[key].pop("rank", None)
+            seen[key].pop("rank", None)
+            result["groups"] = result["groups"] or seen[key].get("groups", [])
+        result["tasks"][name] = _task(problem, task, model)
+    return result
+
+
+def _driven(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
+    entry: dict[str, Any] = {"drivers": [driver.coordinate for driver in task.all_drivers]}
+    try:
+        numbers = plan(problem.mechanism, task)
+        whole = scene(model, numbers.coordinates)
+    except MechdaeError as error:
+        return {**entry, "error": str(error)}
+    entry |= {
+        "formula": formula(whole.groups),
+        "groups": [group_entry(group) for group in whole.groups],
+        "coordinates": len(model.q_names),
+        "unknowns": len(whole.x_names),
+        "blocks": [len(block.x) for block in whole.blocks],
+    }
+    try:
+        graphs = Graphs(whole, Outputs(whole).expression, 0)
+        assembler = Assembler(graphs, sketch_angles(problem.mechanism))
+        u = start_values(numbers)
+        x, failure, _ = assembler.from_sketch(u)
+        if failure is None:
+            entry["rank"] = rank_mobility(whole, assembler.coordinates(x, u))
+    except MechdaeError as error:
+        entry["error"] = str(error)
+    return entry
+
+
+def group_entry(group: Group) -> dict[str, Any]:
+    """Return a group as in the contract of the JSON."""
+    return {
+        "name": group.name,
+        "bodies": list(group.bodies),
+        "joints": list(group.joints),
+        "class": ROMAN[min(group.class_, 10)],
+        "order": group.order,
+        "kind": group.kind,
+        "after": list(group.after),
+        "higher_pairs": group.higher_pairs,
+    }
+
+
+def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, Any]:
+    """Return the mobility by the rank of the joints' Jacobian at a pose.
+
+    Rows and columns are equilibrated (lengths by the mechanism's size). ``superfluous``
+    names the joints that share a dependent equation.
+    """
+    model = whole.model
+    scale = mechanism_scale(model.mechanism)
+    values = np.array([q[name] for name in model.q_names])
+    function = ca.Function("J", [model.q, model.p], [ca.densify(model.phi_q)])
+    jacobian = np.array(function(values, model.p_values))
+    jacobian = jacobian * np.array([1.0 if n == "angle" else scale for _, n in model.q_names])
+    size = np.linalg.norm(jacobian, axis=1)
+    jacobian = jacobian / np.where(size > 0, size, 1.0)[:, None]
+    left, sigma, _ = np.linalg.svd(jacobian)
+    rank = int(np.sum(sigma > RANK_TOLERANCE * sigma[0]))
+    shares = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
+    owners = [row.owner for row, share in zip(model.rows, shares, strict=True) if share > 1e-6]
+    return {
+        "mobility": len(values) - rank,
+        "rank": rank,
+        "equations": len(model.rows),
+        "superfluous": list(dict.fromkeys(owners)),
+    }
+
+
+def _task(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
+    entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
+    try:
+        numbers = plan(problem.mechanism, task)
+        pruned = scene(model, numbers.coordinates, task.outputs)
+    except MechdaeError as error:
+        return {**entry, "error": str(error)}
+    entry |= {
+        "drivers": [c.text for c in numbers.coordinates],
+        "unknowns": len(pruned.x_names),
+        "blocks": [len(block.x) for block in pruned.blocks],
+        "not_in_scene": pruned.not_in_scene,
+    }
+    if isinstance(task, Sweep):
+        entry["builds"] = ["positions", "velocities", "accelerations"][: task.derivatives + 1]
+        entry["poses"] = numbers.poses
+    return entry

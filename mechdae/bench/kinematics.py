@@ -1,0 +1,144 @@
+"""Sweeps against the yardstick: medians of interleaved runs, error beside time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.sweep import Setting, prepare, run
+from mechdae.bench.extended import true_error
+from mechdae.bench.yardstick import yardstick
+from mechdae.describe.problem import Problem, load
+from mechdae.describe.tasks import Driver, Sweep
+from mechdae.errors import InputError
+
+SIZES = (1_000, 10_000, 100_000)
+QUICK_SIZES = (1_000, 10_000)
+SAMPLES = 400
+
+
+@dataclass(frozen=True)
+class Work:
+    """A sweep to be measured: a problem, the interval of its driver, what is asked for."""
+
+    name: str
+    problem: Problem
+    task: Sweep
+
+
+def standard() -> list[Work]:
+    """Return the standard works: four-bar, seven-link, Jansen leg."""
+    return [
+        work("four-bar-crank-rocker", "crank.angle", 0.0, 2 * np.pi, ("coupler.angle", "rocker.angle")),
+        work("gorshkov-seven-link", "crank.angle", -0.8, 0.8, None),
+        work("jansen-leg", "crank.angle", 0.0, 2 * np.pi, None),
+    ]
+
+
+def work(
+    name: str, driver: str, low: float, high: float, outputs: tuple[str, ...] | None
+) -> Work:
+    """Return the sweep of a problem; without outputs the angles of all its bodies."""
+    problem = load(name)
+    if outputs is None:
+        outputs = tuple(
+            f"{body}.angle" for body in problem.mechanism.bodies if f"{body}.angle" != driver
+        )
+    return Work(name, problem, Sweep(Driver(driver, from_=low, to=high), outputs=outputs))
+
+
+def work_of(problem: Problem) -> Work:
+    """Return the first sweep of a problem with a single driver, as it is."""
+    for name, task in problem.tasks.items():
+        if type(task) is Sweep and len(task.all_drivers) == 1 and task.all_drivers[0].at is None:
+            return Work(f"{problem.name} {name}", problem, task)
+    raise InputError(f"problem '{problem.name}' has no sweep of one driver to measure")
+
+
+def measure(item: Work, sizes: tuple[int, ...], repeats: int = 7) -> list[dict[str, Any]]:
+    """Return one record per size: work, n, ratio, yardstick, error, seconds.
+
+    ``seconds`` is the median of a sweep with its kernels built: path, poses, velocities,
+    accelerations, certificates and bounds. ``first`` adds the building; ``error`` is the
+    largest true error of an unknown [rad] (or m) over a sample of the poses, ``allowed``
+    two units in the last place of it plus 1e-15, ``bound`` the certified bound.
+    """
+    records = []
+    for n in sizes:
+        task = replace(item.task, poses=n)
+        start = time.perf_counter()
+        setting = prepare(item.problem, task)
+        result = run(setting, task)
+        first = time.perf_counter() - start
+        u = np.linspace(0, 2 * np.pi, n)
+        ours, theirs = _interleaved(lambda t=task, s=setting: run(s, t), lambda a=u: yardstick(a), repeats)
+        poses = result.poses
+        error, allowed = _error(setting, poses, result)
+        records.append(
+            {
+                "work": item.name,
+                "n": n,
+                "ratio": ours / theirs,
+                "yardstick": theirs,
+                "error": error,
+                "seconds": ours,
+                "first": first,
+                "allowed": allowed,
+                "bound": float(np.nanmax(poses.error)) if poses.error.size else 0.0,
+                "not_ok": int((~poses.alive.all(axis=1)).sum()),
+            }
+        )
+    return records
+
+
+def _interleaved(
+    ours: Callable[[], Any], theirs: Callable[[], Any], repeats: int
+) -> tuple[float, float]:
+    times: tuple[list[float], list[float]] = ([], [])
+    for _ in range(repeats):
+        for function, kept in zip((ours, theirs), times, strict=True):
+            start = time.perf_counter()
+            function()
+            kept.append(time.perf_counter() - start)
+    return median(times[0]), median(times[1])
+
+
+def _error(setting: Setting, poses: Any, result: Any) -> tuple[float, float]:
+    rows = np.flatnonzero(poses.alive.all(axis=1) & ~poses.at_limit)
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, min(SAMPLES, len(rows))).astype(int))]
+    x, u = poses.x[rows], poses.s[rows, None]
+    if not x.shape[1]:
+        return 0.0, 1e-15
+    error = true_error(setting.graphs, x, u, setting.assembler.p)
+    allowed = 2 * np.spacing(np.maximum(1.0, np.abs(x))) + 1e-15
+    worst = np.unravel_index(np.argmax(error / allowed), error.shape)
+    return float(error[worst]), float(allowed[worst])
+
+
+def table(records: list[dict[str, Any]]) -> str:
+    """Return the records as text."""
+    lines = [
+        f"{'work':28} {'poses':>8} {'ms':>9} {'ns/pose':>9} {'x yardstick':>12} "
+        f"{'first ms':>9} {'error':>9} {'bound':>9}"
+    ]
+    for r in records:
+        lines.append(
+            f"{r['work']:28} {r['n']:8d} {r['seconds'] * 1e3:9.2f} "
+            f"{r['seconds'] / r['n'] * 1e9:9.0f} {r['ratio']:12.2f} {r['first'] * 1e3:9.1f} "
+            f"{r['error']:9.1e} {r['bound']:9.1e}"
+        )
+    last = records[-1]
+    lines.append(
+        f"yardstick: closed-form four-bar in NumPy, {last['yardstick'] / last['n'] * 1e9:.0f} ns/pose "
+        f"at {last['n']} poses; medians of interleaved runs"
+    )
+    lines.append(
+        "each sweep: positions, velocities, accelerations, certificates and bounds; "
+        "'first' builds the kernels too"
+    )
+    return "\n".join(lines)

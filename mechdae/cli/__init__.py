@@ -1,0 +1,76 @@
+"""The command line: parse, import what the subcommand uses, print, return an exit code.
+
+0 done; 1 computed, but the answer has a fault; 2 bad usage or bad file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from mechdae import __version__
+from mechdae.errors import MechdaeError, SolveError
+
+COMMANDS = {
+    "list": "the predefined problems",
+    "show": "structure of a problem: groups, mobility, what its tasks build",
+    "check": "validate files and verify the values they expect",
+    "solve": "run the tasks of a problem",
+    "plot": "pictures of a problem",
+    "bench": "speed against error",
+    "schema": "JSON Schema of the problem file",
+    "new": "a commented problem file to start from",
+}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    parser = argparse.ArgumentParser(
+        prog="mechdae", description="Mechanisms from symbolic constraints.", allow_abbrev=False
+    )
+    parser.add_argument("--version", action="version", version=f"mechdae {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="command", required=True)
+    asked = next((word for word in words if not word.startswith("-")), None)
+    for name, title in COMMANDS.items():
+        command = commands.add_parser(name, help=title, description=title, allow_abbrev=False)
+        command.add_argument("--quiet", action="store_true", help="no messages, only results")
+        command.add_argument("--debug", action="store_true", help="tracebacks of errors")
+        if name == asked:
+            _module(name).arguments(command)
+    try:
+        arguments = parser.parse_args(words)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    try:
+        return int(_module(arguments.command).run(arguments))
+    except MechdaeError as error:
+        if arguments.debug:
+            raise
+        print(f"mechdae: {error}", file=sys.stderr)
+        return 1 if isinstance(error, SolveError) else 2
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        if arguments.debug:
+            raise
+        place = f"{error.filename}: " if error.filename else ""
+        print(f"mechdae: {place}{error.strerror or error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("mechdae: interrupted", file=sys.stderr)
+        return 130
+
+
+def _module(command: str):  # type: ignore[no-untyped-def]
+    return importlib.import_module(f"mechdae.cli.{command}")
+
+
+def message(text: str, quiet: bool) -> None:
+    """Print a message to stderr."""
+    if not quiet:
+        print(text, file=sys.stderr)

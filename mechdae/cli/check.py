@@ -1,0 +1,42 @@
+"""``mechdae check P...``."""
+
+from __future__ import annotations
+
+import argparse
+
+from mechdae.cli import message
+from mechdae.errors import MechdaeError
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("problems", nargs="*", metavar="P", help="names or files (default: all)")
+
+
+def run(options: argparse.Namespace) -> int:
+    from mechdae.analysis.check import check
+    from mechdae.describe import library
+    from mechdae.describe.problem import load
+
+    code = 0
+    for name in options.problems or library.names():
+        try:
+            problem = load(name)
+        except MechdaeError as error:
+            message(f"mechdae: {error}", False)
+            code = 2
+            continue
+        verdicts = check(problem)
+        missed = [verdict for verdict in verdicts if not verdict.met]
+        print(f"{problem.name}: {len(verdicts) - len(missed)} of {len(verdicts)} expected values met")
+        for verdict in missed:
+            entry = verdict.expected
+            print(f"  {entry.task} {entry.what}: {verdict.note or _difference(verdict)}")
+        code = max(code, 1 if missed else 0)
+    return code
+
+
+def _difference(verdict) -> str:  # type: ignore[no-untyped-def]
+    return (
+        f"ours {verdict.value}, expected {verdict.expected.value}, "
+        f"deviation {verdict.deviation:.3g}, allowed {verdict.allowed:.3g}"
+    )

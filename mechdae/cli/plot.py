@@ -1,0 +1,54 @@
+"""``mechdae plot P``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from mechdae.cli import message
+from mechdae.cli.solve import settings
+from mechdae.errors import InputError, UnknownName
+
+FORMATS = ("svg", "png", "pdf")
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")
+    parser.add_argument("--task", metavar="T", help="the task to draw (default: the first sweep)")
+    parser.add_argument("--kind", default="diagram", metavar="K", help="diagram")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="change a parameter"
+    )
+    parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
+    parser.add_argument("--pose", type=int, metavar="K", help="number of the pose drawn, from 0")
+    parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
+    parser.add_argument("--format", default="svg", metavar="F", help=", ".join(FORMATS))
+
+
+def run(options: argparse.Namespace) -> int:
+    from mechdae.analysis.solve import solve
+    from mechdae.describe.problem import load
+    from mechdae.draw import plot, save
+
+    if options.format not in FORMATS:
+        raise UnknownName("format", options.format, FORMATS)
+    problem = load(options.problem).with_values(settings(options.set))
+    name = options.task
+    if name is None:
+        drawn = [n for n, task in problem.tasks.items() if task.available]
+        sweeps = [n for n in drawn if problem.tasks[n].kind == "sweep"]
+        if not drawn:
+            raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
+        name = (sweeps or drawn)[0]
+    result = solve(problem, name, mode=options.mode)
+    extra = {} if options.pose is None else {"pose": options.pose}
+    axes = plot(result, options.kind, **extra)
+    folder = Path(options.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{problem.name}-{name}-{options.kind}.{options.format}"
+    save(axes, path)
+    print(path)
+    if result.fault:
+        message(f"mechdae: task {name}: {result.fault}", False)
+        return 1
+    return 0

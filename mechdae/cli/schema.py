@@ -1,0 +1,18 @@
+"""``mechdae schema``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    del parser
+
+
+def run(options: argparse.Namespace) -> int:
+    del options
+    from mechdae.describe.schema import schema
+
+    print(json.dumps(schema(), indent=1))
+    return 0

@@ -1,0 +1,91 @@
+"""``mechdae show P``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from mechdae.cli.solve import settings
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="change a parameter"
+    )
+    parser.add_argument("--json", action="store_true", help="one JSON object")
+
+
+def run(options: argparse.Namespace) -> int:
+    from mechdae.analysis.structure import structure
+    from mechdae.describe.problem import load
+    from mechdae.results import plain
+
+    data = structure(load(options.problem).with_values(settings(options.set)))
+    if options.json:
+        print(json.dumps(plain(data), ensure_ascii=False))
+    else:
+        print("\n".join(_lines(data)))
+    return 1 if any("error" in entry for entry in data["formulas"]) else 0
+
+
+def _lines(data: dict[str, Any]) -> list[str]:
+    count = data["mobility"]
+    lines = [f"{data['problem']}: {data['title']}"]
+    if data["source"]:
+        lines.append(f"source: {data['source']}")
+    lines += ["", "bodies"]
+    lines += [f"  {name}: points {', '.join(points)}" for name, points in data["bodies"].items()]
+    lines += ["joints"]
+    for name, joint in data["joints"].items():
+        lines.append(f"  {name}: {joint['kind']}, {' - '.join(joint['between'])}")
+    lines += ["", "mobility"]
+    lines.append(
+        f"  by count: W = 3*{count['n']} - 2*{count['p5']} - {count['p4']} = {count['W']}"
+        f"   (n = {count['n']}, p5 = {count['p5']}, p4 = {count['p4']})"
+    )
+    rank = count["rank"]
+    if rank:
+        lines.append(
+            f"  by rank at the sketched pose: {rank['mobility']}"
+            f"   ({rank['rank']} independent of {rank['equations']} equations)"
+        )
+        if rank["superfluous"]:
+            lines.append(f"  superfluous among: {', '.join(rank['superfluous'])}")
+    for entry in data["formulas"]:
+        lines += ["", f"driven by {', '.join(entry['drivers'])}"]
+        if "formula" in entry:
+            lines.append(f"  {entry['formula']}")
+            lines.append(
+                f"  {entry['coordinates']} coordinates -> {entry['unknowns']} unknowns"
+                f" in blocks {entry['blocks']}"
+            )
+            for group in entry["groups"]:
+                lines.append(_group(group))
+        if "error" in entry:
+            lines.append(f"  {entry['error']}")
+    lines += ["", "tasks"]
+    lines += [f"  {name}: {_task(task)}" for name, task in data["tasks"].items()]
+    return lines
+
+
+def _group(group: dict[str, Any]) -> str:
+    text = f"    {group['name']}: {', '.join(group['bodies'])}; joints {', '.join(group['joints'])}"
+    return f"{text}; order {group['order']}" if group["class"] not in ("0", "I") else text
+
+
+def _task(task: dict[str, Any]) -> str:
+    if "error" in task:
+        return f"{task['kind']}: {task['error']}"
+    parts = [task["kind"]]
+    if not task.get("available", False):
+        return f"{task['kind']}, not computed by this version"
+    if "poses" in task:
+        parts.append(f"{task['poses']} poses")
+    if "builds" in task:
+        parts.append(" + ".join(task["builds"]))
+    parts.append(f"{task['unknowns']} unknowns in blocks {task['blocks']}")
+    if task["not_in_scene"]:
+        parts.append(f"not in the scene: {', '.join(task['not_in_scene'])}")
+    return ", ".join(parts)

@@ -1,0 +1,97 @@
+"""``mechdae solve P``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from mechdae.cli import message
+from mechdae.errors import InputError, SolveError
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")
+    parser.add_argument("--task", action="append", metavar="T", help="run this task only")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="change a parameter"
+    )
+    parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode: +,-,+")
+    parser.add_argument("--poses", type=int, metavar="N", help="number of poses of a sweep")
+    parser.add_argument("--out", metavar="DIR", help="write CSV, JSON and NPZ there")
+    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
+
+
+def settings(pairs: list[str]) -> dict[str, float | str]:
+    """Return the values of ``--set NAME=VALUE``; a value may be an expression."""
+    values: dict[str, float | str] = {}
+    for pair in pairs:
+        name, equals, text = pair.partition("=")
+        if not equals or not name.strip() or not text.strip():
+            raise InputError(f"'{pair}' is not NAME=VALUE", where="--set")
+        try:
+            values[name.strip()] = float(text)
+        except ValueError:
+            values[name.strip()] = text.strip()
+    return values
+
+
+def run(options: argparse.Namespace) -> int:
+    from mechdae.analysis.solve import solve
+    from mechdae.describe.problem import load
+    from mechdae.export import json_text, save
+    from mechdae.tables import table
+
+    problem = load(options.problem).with_values(settings(options.set))
+    if options.task is None:
+        names = [name for name, task in problem.tasks.items() if task.available]
+        for name, task in problem.tasks.items():
+            if not task.available:
+                message(
+                    f"mechdae: task {name} skipped: kind '{task.kind}' is not computed by this version",
+                    options.quiet,
+                )
+        if not names:
+            raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
+    else:
+        names = list(dict.fromkeys(options.task))
+        for name in names:
+            problem.task(name)
+    if options.poses is not None and options.poses < 1:
+        raise InputError("a whole number above 0 is needed", where="--poses")
+    code = 0
+    results = []
+    for name in names:
+        kind = problem.tasks[name].kind
+        try:
+            result = solve(
+                problem,
+                name,
+                mode=options.mode if kind != "modes" or options.task else None,
+                poses=options.poses if kind == "sweep" or options.task else None,
+            )
+        except SolveError as error:
+            message(f"mechdae: task {name}: {error}", False)
+            code = 1
+            continue
+        results.append(result)
+        if not options.json:
+            print(table(result, terminal=sys.stdout.isatty()))
+        if result.fault:
+            message(f"mechdae: task {name}: {result.fault}", False)
+            code = 1
+    if options.json:
+        print(json_text(results) if results else _empty(problem.name))
+    if options.out:
+        for result in results:
+            for path in save(result, Path(options.out)):
+                message(f"written: {path}", options.quiet)
+    return code
+
+
+def _empty(name: str) -> str:
+    import json
+
+    from mechdae import __version__
+
+    return json.dumps({"mechdae": __version__, "problem": name, "tasks": {}})

@@ -1,0 +1,121 @@
+"""The JSON Schema of the problem file, from the same fields that read it."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from mechdae.describe.joints import JOINTS
+from mechdae.describe.loads import LOADS
+from mechdae.describe.mechanism import Body, Ground
+from mechdae.describe.problem import SCHEMA, TOP, Expected
+from mechdae.describe.reading import UNITS
+from mechdae.describe.tasks import TASKS, Driven, Driver
+from mechdae.describe.values import NAME, Value, required
+
+NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
+NAMES = NAME.pattern.replace("\\Z", "$").join(["^", ""])
+_KINDS: dict[str, dict[str, Any]] = {
+    "number": NUMBER,
+    "name": {"type": "string", "pattern": NAMES},
+    "text": {"type": "string"},
+    "whole": {"type": "integer", "minimum": 1},
+    "natural": {"type": "integer", "minimum": 0},
+    "flag": {"type": "boolean"},
+    "numbers": {"type": "array", "items": NUMBER},
+    "pair": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
+    "names": {"type": "array", "items": {"type": "string"}},
+    "outline": {"type": "array", "items": {"type": "string"}},
+    "points": {
+        "type": "object",
+        "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
+    },
+    "reference": {"type": "string", "pattern": r"^\w+\.\w+$"},
+    "free": {},
+}
+WITH_UNIT = ("number", "numbers", "pair", "points", "free")
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of schema 1."""
+    numbers = {"type": "object", "additionalProperties": NUMBER}
+    properties: dict[str, Any] = {
+        "schema": {"const": SCHEMA},
+        "title": {"type": "string"},
+        "source": {"type": "string"},
+        "dimension": {"const": 2},
+        "gravity": _KINDS["pair"],
+        "parameters": numbers,
+        "sizes": {"type": "object", "additionalProperties": {"type": "integer"}},
+        "ground": _object(Ground),
+        "bodies": {"type": "object", "additionalProperties": _object(Body, ("name",))},
+        "joints": {"type": "object", "additionalProperties": {"oneOf": _joints()}},
+        "sketch": numbers,
+        "loads": {
+            "type": "object",
+            "additionalProperties": {
+                "oneOf": [_object(kind, ("name",), kind=word) for word, kind in LOADS.items()]
+            },
+        },
+        "outputs": {"type": "object", "additionalProperties": {"type": "string"}},
+        "tasks": {"type": "object", "additionalProperties": {"oneOf": _tasks()}},
+        "expected": {"type": "array", "items": _object(Expected)},
+        "repeat": {"type": "object"},
+    }
+    assert set(properties) == set(TOP)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "mechdae problem file",
+        "type": "object",
+        "required": ["schema", "bodies", "joints"],
+        "additionalProperties": False,
+        "properties": properties,
+    }
+
+
+def _joints() -> list[dict[str, Any]]:
+    between = {"type": "array", "items": _KINDS["reference"], "minItems": 2, "maxItems": 2}
+    entries = []
+    for word, kind in JOINTS.items():
+        entry = _object(kind, ("name", "first", "second"), kind=word)
+        entry["properties"]["between"] = between
+        entry["required"].append("between")
+        entries.append(entry)
+    return entries
+
+
+def _tasks() -> list[dict[str, Any]]:
+    entries = []
+    for word, kind in TASKS.items():
+        entry = _object(kind, kind=word)
+        if issubclass(kind, Driven):
+            entry["properties"]["driver"] = _object(Driver)
+            entry["properties"]["drivers"] = {"type": "array", "items": _object(Driver)}
+        entries.append(entry)
+    return entries
+
+
+def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = "") -> dict[str, Any]:
+    properties: dict[str, Any] = {"kind": {"const": kind}} if kind else {}
+    needed = ["kind"] if kind else []
+    for entry in fields(description):
+        word = entry.metadata.get("kind")
+        if entry.name in skip or word is None:
+            continue
+        name = entry.name.rstrip("_")
+        value = dict(_KINDS[word])
+        if entry.metadata["doc"]:
+            value["description"] = entry.metadata["doc"]
+        if entry.metadata["choices"]:
+            value["enum"] = list(entry.metadata["choices"])
+        properties[name] = value
+        if word in WITH_UNIT:
+            properties |= {f"{name}{suffix}": value for suffix in UNITS}
+        elif required(entry):
+            needed.append(name)
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": needed,
+        "additionalProperties": False,
+    }

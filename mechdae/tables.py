@@ -1,0 +1,179 @@
+"""Results as text that fits a terminal."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from typing import Any
+
+import numpy as np
+
+from mechdae.results import Result
+
+ROWS = 19
+WIDE = 100
+
+
+def table(result: Result, terminal: bool = False) -> str:
+    """Return the text of a result: a head, a table of poses, what to know about it."""
+    width = shutil.get_terminal_size((WIDE, 40)).columns if terminal else WIDE
+    lines = [f"{result.problem} / {result.task} ({result.kind})  {result.title}".rstrip()]
+    if result.kind == "modes":
+        lines += _modes(result, width)
+    elif len(result) == 1:
+        lines += _single(result)
+    else:
+        lines += _sweep(result, width)
+    lines += _facts(result)
+    return "\n".join(lines) + "\n"
+
+
+def _single(result: Result) -> list[str]:
+    """Return one quantity per line."""
+    lines = []
+    points = set(_distinct_points(result))
+    for kind in ("drivers", "bodies", "points", "joints"):
+        for part, series in getattr(result, kind).items():
+            if kind == "points" and part not in points:
+                continue
+            for name, array in series.items():
+                value = array[0]
+                text = (
+                    f"({value[0]: .12g}, {value[1]: .12g})" if np.ndim(value) else f"{value: .15g}"
+                )
+                if "nan" in text:
+                    text = " -"
+                turns = name == "angle" or (name == "position" and part.endswith(".angle"))
+                degrees = f"   {math.degrees(value):.9g} deg" if turns else ""
+                lines.append(f"  {part:18} {name:20} {text}{degrees}")
+    lines.append(f"  {'status':39} {result.status[0]}")
+    for name, array in result.bound.items():
+        if np.isfinite(array[0]):
+            lines.append(f"  bound {name:33} {array[0]:.2g}")
+    return lines
+
+
+def _sweep(result: Result, width: int) -> list[str]:
+    columns = [("status", [str(text) for text in result.status])]
+    for coordinate, series in result.drivers.items():
+        angle = coordinate.endswith(".angle")
+        values = np.degrees(series.position) if angle else series.position
+        unit = "deg" if angle else "m"
+        columns.append((f"{coordinate} [{unit}]", [f"{value:.6g}" for value in values]))
+    driven = set(result.drivers)
+    points = set(_distinct_points(result))
+    for kind in ("points", "joints", "bodies"):
+        for part, series in getattr(result, kind).items():
+            if f"{part}.angle" in driven or (kind == "points" and part not in points):
+                continue
+            columns += _columns(kind, part, series)
+    rows = np.unique(np.linspace(0, len(result) - 1, min(ROWS, len(result))).round().astype(int))
+    chosen, used = [], 2
+    for title, cells in columns:
+        size = max(len(title), *(len(cells[k]) for k in rows)) + 2
+        if used + size > width and len(chosen) > 3:
+            break
+        chosen.append((title, cells, size))
+        used += size
+    lines = ["  " + "".join(f"{title:>{size}}" for title, _, size in chosen)]
+    for k in rows:
+        lines.append("  " + "".join(f"{cells[k]:>{size}}" for _, cells, size in chosen))
+    hidden = len(columns) - len(chosen)
+    notes = []
+    if len(rows) < len(result):
+        notes.append(f"{len(rows)} of {len(result)} poses")
+    if hidden > 0:
+        notes.append(f"{len(chosen)} of {len(columns)} columns")
+    if notes:
+        lines.append(f"  ({', '.join(notes)} shown; --out DIR writes all, --json prints all)")
+    return lines
+
+
+def _distinct_points(result: Result) -> list[str]:
+    """Return the points that move, each place once."""
+    kept: list[str] = []
+    for name, series in result.points.items():
+        places = series.position
+        moves = "velocity" not in series or np.nanmax(np.abs(series.velocity), initial=0.0) > 0
+        if moves and not any(
+            np.array_equal(places, result.points[other].position, equal_nan=True) for other in kept
+        ):
+            kept.append(name)
+    return kept
+
+
+def _columns(kind: str, part: str, series: Any) -> list[tuple[str, list[str]]]:
+    entries = []
+    if kind == "points":
+        for i, axis in enumerate("xy"):
+            entries.append((f"{part}.{axis} [m]", _cells(series.position[:, i])))
+    elif kind == "bodies":
+        entries.append((f"{part} [deg]", _cells(np.degrees(series.angle))))
+        if "angular_velocity" in series:
+            entries.append((f"{part} [rad/s]", _cells(series.angular_velocity)))
+    elif "slide" in series:
+        entries.append((f"{part}.slide [m]", _cells(series.slide)))
+    return entries
+
+
+def _cells(values: Any) -> list[str]:
+    return [f"{value:.6g}" if np.isfinite(value) else "-" for value in values]
+
+
+def _modes(result: Result, width: int) -> list[str]:
+    summary = result.summary
+    how = "proven" if summary["proven"] else "found, not proven"
+    lines = [f"  {summary['count']} assembly mode(s), {how}; labels of {', '.join(summary['groups'])}"]
+    for label, sketch in zip(result.labels or (), summary["sketches"], strict=True):
+        text = "  ".join(f"{name} = {value:g}" for name, value in sketch.items())
+        lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
+    if "free" in summary:
+        lines.append(f"  not counted: modes in which {', '.join(summary['free'])} moves by itself")
+    return lines
+
+
+def _facts(result: Result) -> list[str]:
+    summary, lines = result.summary, []
+    is_angle = all(c.endswith(".angle") for c in result.drivers)
+    if summary.get("formula"):
+        lines.append(f"  formula   {summary['formula']}")
+    if summary.get("mode"):
+        lines.append(f"  mode      {summary['mode']}")
+    if summary.get("limits"):
+        ends = [_driver(value, is_angle) for value in summary["limits"]]
+        lines.append(f"  limits    {ends[0]} .. {ends[1]}")
+    for word, unit in (("swing", "deg"), ("stroke", "m")):
+        for name, value in summary.get(word, {}).items():
+            shown = math.degrees(value) if word == "swing" else value
+            lines.append(f"  {word:9} {name}: {shown:.12g} {unit}")
+    if result.kind == "sweep":
+        counts = ", ".join(f"{count} {status}" for status, count in summary["status"].items())
+        lines.append(f"  status    {counts}")
+        fine = np.asarray(result.status) == "ok"
+        bounds = [
+            f"{name} {array[fine].max():.1e} {'m' if name == 'length' else 'rad'}"
+            for name, array in result.bound.items()
+            if fine.any()
+        ]
+        if bounds:
+            worst = np.nanmax(result.condition[np.isfinite(result.condition)], initial=1.0)
+            lines.append(f"  error <=  {', '.join(bounds)} (proved); condition {worst:.3g}")
+    for event in result.events:
+        if event["in_range"]:
+            word = event["kind"].replace("_", " ")
+            lines.append(
+                f"  {word:9} {_driver(event['at'], is_angle)}: group {event['name']}, joint {event['joint']}"
+            )
+    for entry in summary.get("failed", []):
+        place = f"{_driver(entry['from'], is_angle)} .. {_driver(entry['to'], is_angle)}"
+        group = f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
+        lines.append(f"  no pose   {place}{group}")
+    if summary.get("not_in_scene"):
+        lines.append(f"  not in the scene, not checked: {', '.join(summary['not_in_scene'])}")
+    return lines
+
+
+def _driver(value: float | None, is_angle: bool) -> str:
+    if value is None:
+        return "none"
+    return f"{math.degrees(value):.12g} deg" if is_angle else f"{value:.12g} m"
