@@ -13,7 +13,7 @@ from mechdae.analysis.path import Limit, Path
 from mechdae.kernels.batch import Batch
 from mechdae.kernels.graphs import Graphs
 
-H_LIMIT = 0.25
+H_LIMIT = 0.2
 """Largest Newton-Kantorovich number of a certified pose."""
 ROUNDS = 8
 TINY = 1e-17
@@ -110,10 +110,9 @@ class Evaluator:
         g, constants = self.graphs, path.constants
         consts = constants.vector()
         results = self._call(path, guess, s, consts)
-        h, beta = results[4], results[3]
         moved = np.zeros(len(s), bool)
         for _ in range(ROUNDS):
-            size = np.where(constants.kappa > 0, h * h / (constants.kappa * beta + 1e-300), 0.0)
+            size = constants.kappa * results[3] * results[4]
             live = alive[:, self.block_group]
             again = np.flatnonzero((live & ~(size < TINY)).any(axis=1))
             again = np.array([k for k in again if k not in limits], int)
@@ -124,7 +123,8 @@ class Evaluator:
             for whole, new in zip(results, part, strict=True):
                 whole[again] = new
             moved[again] = True
-        good = (h <= H_LIMIT) & np.isfinite(h)
+        h = constants.kappa * results[3] * np.sqrt(results[4])
+        good = h <= H_LIMIT
         if path.sign is not None:
             good &= np.sign(results[2]) == path.sign
         near = np.abs(results[0] - guess) < 1e-3 * np.maximum(1.0, np.abs(guess))

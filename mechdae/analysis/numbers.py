@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.kernels.graphs import Graphs
+from mechdae.kernels.graphs import ROUNDOFF, Graphs
 
 
 class Constants:
@@ -35,7 +35,8 @@ class Constants:
 
     def vector(self) -> Any:
         """Return the input ``consts`` of the kernels."""
-        return np.concatenate([self.p, [self.scale], self.kappa, self.rho])
+        grain = ROUNDOFF * self.size_x
+        return np.concatenate([self.p, [self.scale], self.kappa, self.rho, grain])
 
     def cover(self, x: Any) -> bool:
         """Return whether the bounds hold for unknowns as large as in `x` (n, nx)."""

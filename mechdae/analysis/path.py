@@ -434,8 +434,11 @@ def _quintic(S: Any, X: Any, V: Any, A: Any, k: Any, s: Any) -> Any:
     c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
     c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
     c5 = 6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0)
+    pieces = np.stack([c5, c4, c3, 0.5 * a0, v0, x0], axis=1).take(k, axis=0)
     t = ((s - S[k]) / h[k, 0])[:, None]
-    result = c5[k]
-    for coefficient in (c4, c3, 0.5 * a0, v0, x0):
-        result = result * t + coefficient[k]
+    result = pieces[:, 0] * t
+    for order in range(1, 5):
+        result += pieces[:, order]
+        result *= t
+    result += pieces[:, 5]
     return result

@@ -16,8 +16,8 @@ from mechdae.draw.guides import curve_points, draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
 from mechdae.draw.places import PINNED, Place, free_points, places_of
 from mechdae.draw.scene import Array, Scene, choose_pose, read_scene
-from mechdae.draw.shapes import draw_body, draw_ghost, shape_of
-from mechdae.draw.sheet import Sheet, font, ink
+from mechdae.draw.shapes import Piece, draw_body, draw_ghost, shape_of
+from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.wheels import circles, draw_wheels, rack_span
 
 FAR = 1.5
@@ -77,7 +77,7 @@ def draw(
     drivers = drivers_of(scene, result)
     colors = dict.fromkeys(driven_bodies(scene, drivers), style.DRIVEN)
     links = _draw_links(sheet, scene, index, size, colors)
-    _draw_places(sheet, scene, index, places)
+    _draw_places(sheet, scene, index, places, links)
     draw_drivers(sheet, scene, result, index, drivers, places)
     _draw_frame(sheet, scene, result, index)
     if labels:
@@ -164,7 +164,7 @@ def _draw_traces(sheet: Sheet, scene: Scene) -> None:
             width=style.THIN,
             z=style.Z_TRACE,
             gid=f"trace-{reference}",
-            weight=1.5,
+            weight=style.PATH,
         )
 
 
@@ -215,12 +215,12 @@ def _draw_links(
     return links
 
 
-def _draw_places(sheet: Sheet, scene: Scene, pose: int, places: list[Place]) -> None:
+def _draw_places(sheet: Sheet, scene: Scene, pose: int, places: list[Place], links: Links) -> None:
     for place in places:
         center = sheet.at(scene.place(place.references[0], pose))
-        _draw_bridges(sheet, scene, pose, place, center)
+        _draw_bridges(sheet, scene, pose, place, center, links)
         for joint in place.joints:
-            if joint.kind == "weld":
+            if joint.kind == "weld" and not (place.fixed and GROUND in joint.bodies):
                 symbols.weld(
                     sheet, center, _weld_arms(sheet, scene, pose, place), f"joint-{joint.name}-weld"
                 )
@@ -247,31 +247,44 @@ def _weld_arms(sheet: Sheet, scene: Scene, pose: int, place: Place) -> list[Arra
     return arms
 
 
-def _draw_bridges(sheet: Sheet, scene: Scene, pose: int, place: Place, center: Array) -> None:
+def _draw_bridges(
+    sheet: Sheet, scene: Scene, pose: int, place: Place, center: Array, links: Links
+) -> None:
     """Mark the bars that run past this pin without a break."""
-    if not place.pinned:
-        return
-    for reference in place.references:
+    bodies = [name for name in place.bodies if name != GROUND]
+    for reference in place.references if place.pinned else ():
         body = reference.split(".")[0]
-        if body == GROUND:
+        if body == GROUND or body in links.polygons:
             continue
-        shape = shape_of(scene, body)
-        local = scene.local(reference)
-        middles = [scene.local(f"{body}.{other}") for other in shape.points[1:-1]]
-        if shape.kind != "bar" or not any(np.hypot(*(local - m)) <= 1e-12 for m in middles):
+        arms = _drawn_arms(links.bars.get(body, []), center)
+        along = next((arm for arm in arms if any(arm @ other < -0.99 for other in arms)), None)
+        if along is None:
             continue
-        ends = [sheet.at(scene.place(f"{body}.{end}", pose)) for end in shape.points]
-        along = ends[-1] - ends[0]
         others = sum(
             (
                 sheet.at(scene.place(f"{name}.{end}", pose)) - center
-                for name in place.bodies
-                if name not in (body, GROUND)
+                for name in bodies
+                if name != body
                 for end in scene.mechanism.body(name).points
             ),
             np.array([0.0, -1e-6]),
         )
         symbols.bridge(sheet, center, along, -np.asarray(others), f"bridge-{reference}", style.INK)
+
+
+def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
+    """Return the directions in which the lines of a body leave a place."""
+    arms = []
+    for start, end in bars:
+        offsets = np.array([start - center, end - center])
+        along = unit(end - start)
+        if abs(float(offsets[0] @ normal(along))) < 1.0:
+            low, high = (float(offset @ along) for offset in offsets)
+            if low < 1.0 and high > 1.0:
+                arms.append(along)
+            if low < -1.0 and high > -1.0:
+                arms.append(-along)
+    return arms
 
 
 def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int) -> None:
@@ -299,11 +312,14 @@ def note_text(scene: Scene, result: Any, pose: int) -> str:
     """Return which bodies are not drawn, and why."""
     outside = set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
     missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
-    absent = [name for name in missing if name in outside or name not in scene.origins]
-    unsolved = [name for name in missing if name not in absent]
+    absent = [name for name in missing if name in outside]
+    unasked = [name for name in missing if name not in scene.origins and name not in outside]
+    unsolved = [name for name in missing if name not in {*absent, *unasked}]
     parts = []
     if absent:
         parts.append(f"not in the scene: {', '.join(absent)}")
+    if unasked:
+        parts.append(f"not in the result: {', '.join(unasked)}")
     if unsolved:
         parts.append(f"{scene.status[pose]}, not drawn: {', '.join(unsolved)}")
     elif scene.status[pose] != "ok":

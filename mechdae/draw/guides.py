@@ -9,7 +9,7 @@ from mechdae.describe.joints import Curve, Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style, symbols
 from mechdae.draw.scene import Array, Scene
-from mechdae.draw.shapes import Gap, pieces, shape_of
+from mechdae.draw.shapes import Gap, edges, pieces, shape_of
 from mechdae.draw.sheet import Sheet, normal, unit
 
 REACH = 2.5
@@ -87,6 +87,13 @@ def _draw_prismatic(
     margin = (style.BLOCK[0] + 7.0) * axis
     if joint.first_body == GROUND:
         side = guide_side(axis, center, sheet.at(_middle(scene, pose)))
+        others = _other_bars(sheet, scene, joint.second_body, pose)
+        side = min(
+            (side, -side),
+            key=lambda way: _crossings(
+                start - margin + style.BLOCK[1] * way, end + margin + style.BLOCK[1] * way, others
+            ),
+        )
         shift = style.BLOCK[1] * side
         symbols.hatch(
             sheet, start - margin + shift, end + margin + shift, side, f"joint-{joint.name}-guide"
@@ -152,6 +159,27 @@ def guide_side(axis: Array, center: Array, middle: Array) -> Array:
     elif side[1] > 0:
         side = -side
     return side
+
+
+def _other_bars(sheet: Sheet, scene: Scene, own: str, pose: int) -> list[tuple[Array, Array]]:
+    """Return the lines of all bodies but one."""
+    return [
+        (sheet.at(scene.place(f"{name}.{a}", pose)), sheet.at(scene.place(f"{name}.{b}", pose)))
+        for name in scene.mechanism.bodies
+        if name != own and scene.shown(name, pose)
+        for a, b in edges(shape_of(scene, name))
+    ]
+
+
+def _crossings(start: Array, end: Array, lines: list[tuple[Array, Array]]) -> int:
+    """Return how many lines a stretch of guide crosses."""
+    out = normal(end - start)
+    count = 0
+    for a, b in lines:
+        across = float((a - start) @ out) * float((b - start) @ out)
+        beyond = float((start - a) @ normal(b - a)) * float((end - a) @ normal(b - a))
+        count += across < 0 and beyond < 0
+    return count
 
 
 def _middle(scene: Scene, pose: int) -> Array:

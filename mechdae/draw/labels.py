@@ -12,11 +12,13 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.draw import layout, style
 from mechdae.draw.places import Place, free_points, written
 from mechdae.draw.scene import Array, Scene
-from mechdae.draw.shapes import Piece
+from mechdae.draw.shapes import Piece, inside
 from mechdae.draw.sheet import Sheet, font, ink, unit
 
 AIR = 2.5
 """Room kept around letters."""
+STRANGE = 15.0
+"""Cost of a place inside the polygon of another link or behind its bar."""
 LEADER = 15.0
 """A number farther than this from its link gets a thin line to it."""
 
@@ -68,7 +70,9 @@ def draw_labels(
     )
     for entry, spot in zip(writings, spots, strict=True):
         if entry.kind == "number":
-            _write_number(sheet, entry, spot)
+            body = entry.gid.removeprefix("number-")
+            within = body in links.polygons and inside(spot, links.polygons[body])
+            _write_number(sheet, entry, spot, leader=not within)
         else:
             sheet.text(spot, entry.text, entry.font, style.INK, entry.gid)
     return [
@@ -130,11 +134,25 @@ def _numbers(scene: Scene, pose: int, links: Links) -> list[Writing]:
     for name, number in numbers_of(scene.mechanism).items():
         if scene.shown(name, pose):
             label, anchors = _number_label(name, links, 2 * style.DISC)
-            weight = 8.0 if name in links.wheels and not links.bars.get(name) else 12.0
+            weight = (
+                style.RING if name in links.wheels and not links.bars.get(name) else style.SOLID
+            )
             own = np.array([(*a, *b, weight) for a, b in anchors]).reshape(-1, 5)
-            label = replace(label, own=own)
+            label = replace(
+                label, own=own, costs=label.costs + _strange(label, name, links, anchors), rank=1
+            )
             result.append(Writing(str(number), "number", f"number-{name}", chosen, label, anchors))
     return result
+
+
+def _strange(label: layout.Label, name: str, links: Links, anchors: Sequence[Piece]) -> Array:
+    """Return what it costs to put a number in the polygon or behind the bar of another link."""
+    others = [corners for other, corners in links.polygons.items() if other != name]
+    within = [any(inside(spot, corners) for corners in others) for spot in label.places]
+    bars = [(*a, *b) for other, rows in links.bars.items() if other != name for a, b in rows]
+    feet = np.array([_nearest(spot, anchors) for spot in label.places])
+    behind = layout.cuts(label.places, feet, np.array(bars, dtype=float).reshape(-1, 4))
+    return STRANGE * (np.array(within, dtype=float) + behind)
 
 
 def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, list[Piece]]:
@@ -142,9 +160,11 @@ def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, l
     wide = size + 2.0
     bars = links.bars.get(name, [])
     if name in links.polygons:
-        middle = links.polygons[name].mean(axis=0)
-        label = layout.Label(wide, wide, middle[None, :], np.zeros(1))
-        return layout.merge(label, layout.along(bars, wide, wide, 3.0), 2.0), bars
+        corners = links.polygons[name]
+        middle = corners.mean(axis=0)
+        places = np.vstack([middle + share * (corners - middle) for share in (0.0, 0.2, 0.4)])
+        label = layout.Label(wide, wide, places, np.repeat([0.0, 1.0, 2.0], len(corners)))
+        return layout.merge(label, layout.along(bars, wide, wide, 3.0), 8.0), bars
     if bars:
         return layout.along(bars, wide, wide, 3.0), bars
     if name in links.blocks:
@@ -156,19 +176,18 @@ def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, l
     if name in links.wheels:
         center, radius = links.wheels[name]
         label = layout.around(center, wide, wide, radius + 2.0, (0.7, 0.7))
-        inside = layout.inside(center, wide, radius - style.DISC - 3.0, (0.7, 0.7))
+        within = layout.inside(center, wide, radius - style.DISC - 3.0, (0.7, 0.7))
         ring = [
             center + radius * np.array([np.cos(a), np.sin(a)]) for a in np.arange(48) * np.pi / 24
         ]
-        return layout.merge(inside, label, 4.0), list(zip(ring, [*ring[1:], ring[0]], strict=True))
+        return layout.merge(within, label, 4.0), list(zip(ring, [*ring[1:], ring[0]], strict=True))
     spot = links.points[name]
     return layout.around(spot, wide, wide, style.PIN + 2.0), [(spot, spot)]
 
 
-def _write_number(sheet: Sheet, entry: Writing, spot: Array) -> None:
-    feet = [_foot(spot, a, b) for a, b in entry.anchors]
-    if feet:
-        foot = min(feet, key=lambda place: round(float(np.hypot(*(place - spot))), 6))
+def _write_number(sheet: Sheet, entry: Writing, spot: Array, leader: bool) -> None:
+    if entry.anchors and leader:
+        foot = _nearest(spot, entry.anchors)
         distance = float(np.hypot(*(foot - spot)))
         if distance > style.DISC + LEADER:
             edge = spot + style.DISC * unit(foot - spot)
@@ -183,6 +202,12 @@ def _write_number(sheet: Sheet, entry: Writing, spot: Array) -> None:
         weight=0,
     )
     sheet.text(spot, entry.text, entry.font, style.INK)
+
+
+def _nearest(spot: Array, anchors: Sequence[Piece]) -> Array:
+    """Return the nearest place on the lines of a link."""
+    feet = [_foot(spot, a, b) for a, b in anchors]
+    return min(feet, key=lambda place: round(float(np.hypot(*(place - spot))), 6))
 
 
 def _foot(spot: Array, start: Array, end: Array) -> Array:

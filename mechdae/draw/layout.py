@@ -1,13 +1,14 @@
 """Places for labels where they cover neither the drawing nor each other.
 
-Greedy and deterministic: each label takes the cheapest of its candidate places, the
-hardest labels first, and then all are reconsidered until nothing changes. Lengths are in
+Greedy and deterministic: each label takes the cheapest of its candidate places, the first
+ranks before the others and the hardest labels first; then all are reconsidered until
+nothing changes, and a label that came off badly may push others aside. Lengths are in
 units of the sheet.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,14 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-HALO = 5.0
+HALO = 4.0
 """More room that a label with segments of its own keeps to those of others,"""
-STRANGER = 0.25
+STRANGER = 0.12
 """at this share of their weight."""
 OVERLAP = 400.0
 """Cost of covering another label."""
 OUTSIDE = 1000.0
 """Cost of leaving the sheet."""
+WORTH = 3.0
+"""A label that could be so much cheaper is put there, and its rivals move, if that pays."""
 ROUNDS = 4
 
 
@@ -46,6 +49,8 @@ class Label:
     costs: Array
     own: Array | None = None
     """Rows of the segments the label belongs to; it keeps more room to all others."""
+    rank: int = 0
+    """Labels of lower rank choose first."""
 
 
 def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: ArrayLike) -> Array:
@@ -54,7 +59,7 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     Parameters
     ----------
     labels
-        What is to be placed, the more important ones first.
+        What is to be placed.
     segments, boxes
         What should stay visible: rows (x0, y0, x1, y1, weight).
     size
@@ -66,16 +71,40 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
         label.costs + _static(label, lines, blocks, np.asarray(size, dtype=float))
         for label in labels
     ]
-    chosen: list[int | None] = [None] * len(labels)
     rivals = _rivals(labels)
-    order = sorted(range(len(labels)), key=lambda i: -round(float(fixed[i].min()), 6))
-    for _ in range(ROUNDS):
-        before = list(chosen)
-        for i in order:
+    chosen: list[int | None] = [None] * len(labels)
+    order = sorted(
+        range(len(labels)), key=lambda i: (labels[i].rank, -round(float(fixed[i].min()), 6))
+    )
+
+    def settle(members: Sequence[int]) -> None:
+        for i in members:
             taken = [(labels[j], pick) for j in rivals[i] if (pick := chosen[j]) is not None]
             chosen[i] = int(np.argmin(np.round(fixed[i] + _covering(labels[i], taken), 9)))
+
+    def total(members: Iterable[int]) -> float:
+        cost = 0.0
+        for i in members:
+            taken = [(labels[j], pick) for j in rivals[i] if (pick := chosen[j]) is not None]
+            pick = chosen[i] or 0
+            cost += float((fixed[i] + _covering(labels[i], taken))[pick])
+        return cost
+
+    for _ in range(ROUNDS):
+        before = list(chosen)
+        settle(order)
         if chosen == before:
             break
+    for i in order:
+        best = int(np.argmin(np.round(fixed[i], 9)))
+        if float(fixed[i][chosen[i] or 0] - fixed[i][best]) < WORTH:
+            continue
+        before, affected = list(chosen), {i, *rivals[i], *(k for j in rivals[i] for k in rivals[j])}
+        cost = total(sorted(affected))
+        chosen[i] = best
+        settle([j for j in order if j in rivals[i]])
+        if total(sorted(affected)) > cost - 1e-6:
+            chosen[:] = before
     spots = [label.places[pick or 0] for label, pick in zip(labels, chosen, strict=True)]
     return np.array(spots).reshape(-1, 2)
 
@@ -86,7 +115,7 @@ def around(
     height: float,
     gap: float,
     away: ArrayLike = (0.0, 1.0),
-    steps: Sequence[float] = (0.0, 4.0, 9.0, 16.0),
+    steps: Sequence[float] = (0.0, 3.0, 6.0, 10.0, 15.0, 21.0, 28.0, 36.0),
 ) -> Label:
     """Return a label with places around a point, best on the side `away`.
 
@@ -99,7 +128,7 @@ def around(
             out = np.array([np.cos(angle), np.sin(angle)])
             reach = (gap + step) + _support(width, height, out)
             places.append(middle + reach * out)
-            costs.append(0.35 * step + 1.2 * (1.0 - float(favour @ out)))
+            costs.append(0.6 * step + 1.2 * (1.0 - float(favour @ out)))
     return Label(width, height, np.array(places), np.array(costs))
 
 
@@ -125,7 +154,7 @@ def along(
         side = np.array([-(b - a)[1], (b - a)[0]]) / length
         shorter = 3.0 * (1.0 - length / max(lengths))
         for share in (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74, 0.18, 0.82):
-            for step in (0.0, 4.0, 10.0, 18.0):
+            for step in (0.0, 3.0, 7.0, 12.0, 18.0, 25.0, 33.0):
                 for sign in (1.0, -1.0):
                     reach = gap + step + _support(width, height, side)
                     places.append(a + share * (b - a) + sign * reach * side)
@@ -162,6 +191,23 @@ def crossing(segments: Array, low: Array, high: Array) -> Array:
         enter, leave = np.maximum(enter, near), np.minimum(leave, far)
     length: Array = np.clip(leave - enter, 0.0, None) * np.hypot(step[:, 0], step[:, 1])
     return length
+
+
+def cuts(starts: Array, ends: Array, segments: Array) -> Array:
+    """Return how many of the segments each line from start to end crosses, (lines,)."""
+
+    def side(a: Array, b: Array, c: Array) -> Array:
+        result: Array = np.sign(
+            (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
+            - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+        )
+        return result
+
+    a, b = starts[:, None], ends[:, None]
+    c, d = segments[None, :, 0:2], segments[None, :, 2:4]
+    apart = (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
+    count: Array = apart.sum(axis=1).astype(float)
+    return count
 
 
 def overlap(low: Array, high: Array, other_low: Array, other_high: Array) -> Array:

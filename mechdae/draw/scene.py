@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 
 FOLDED = np.cos(np.deg2rad(12.0))
 """Two links closer than this at their common pin are hard to tell apart."""
+CROWDED = 0.08
+"""Joints closer than this share of the longest travel are hard to tell apart."""
 SHORT = 4
 """Of so many poses or fewer the first one is drawn."""
 
@@ -79,6 +81,16 @@ class Scene:
             if self.shown(joint.first_body, pose) and self.shown(joint.second_body, pose)
         ]
 
+    def fixed_bodies(self) -> set[str]:
+        """Return the ground and the bodies welded to it."""
+        fixed = {GROUND}
+        welds = [joint for joint in self.mechanism.joints.values() if joint.kind == "weld"]
+        for _ in welds:
+            for joint in welds:
+                if fixed & {joint.first_body, joint.second_body}:
+                    fixed |= {joint.first_body, joint.second_body}
+        return fixed
+
     def assembled(self) -> list[int]:
         """Return the poses that are assembled."""
         return [
@@ -132,6 +144,10 @@ def read_scene(result: Any) -> Scene:
     for body in mechanism.bodies:
         if body in result.bodies:
             angles[body] = np.asarray(result.bodies[body].angle, dtype=float)
+    for text, driver in (getattr(result, "drivers", None) or {}).items():
+        body, _, rest = text.partition(".")
+        if rest == "angle" and body in mechanism.bodies and body not in angles:
+            angles[body] = np.asarray(driver.position, dtype=float)
     known = {
         reference: np.asarray(entry.position, dtype=float)
         for reference, entry in result.points.items()
@@ -190,8 +206,8 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
     """Return the index of the pose to draw.
 
     Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
-    longer sweep the middle assembled one, or the nearest to it in which no two links lie
-    on each other.
+    longer sweep the middle assembled one, or the nearest to it in which neither two links
+    nor two joints lie on each other.
 
     Raises
     ------
@@ -209,8 +225,8 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
     if kind == "modes" or len(assembled) <= SHORT:
         return assembled[0]
     middle = assembled[len(assembled) // 2]
-    folded = _folded(scene)
-    clear = [index for index in assembled if not folded[index]]
+    unclear = _folded(scene) | _crowded(scene)
+    clear = [index for index in assembled if not unclear[index]]
     return min(clear, key=lambda index: abs(index - middle), default=middle)
 
 
@@ -226,6 +242,26 @@ def _folded(scene: Scene) -> NDArray[np.bool_]:
         for first in sides[0]:
             for second in sides[1]:
                 result |= np.einsum("ij,ij->i", first, second) > FOLDED
+    return result
+
+
+def _crowded(scene: Scene) -> NDArray[np.bool_]:
+    """Return in which poses two joints that are apart elsewhere come together."""
+    joints = [
+        joint
+        for joint in scene.mechanism.joints.values()
+        if {joint.first_body, joint.second_body} <= set(scene.origins)
+    ]
+    result = np.zeros(len(scene.status), dtype=bool)
+    known = scene.assembled()
+    if len(joints) < 2 or not known:
+        return result
+    tracks = np.array([scene.track(joint.second)[known] for joint in joints])
+    reach = CROWDED * float(np.ptp(tracks, axis=1).max())
+    for i, track in enumerate(tracks[:-1]):
+        apart = np.hypot(*np.moveaxis(track - tracks[i + 1 :], -1, 0))
+        moving = apart.max(axis=1) > reach
+        result[known] |= (apart[moving] < reach).any(axis=0)
     return result
 
 

@@ -158,7 +158,7 @@ def draw_body(
         nearest = min(
             shape.points, key=lambda corner: float(np.hypot(*(spots[corner] - spots[point])))
         )
-        if name != GROUND and not _inside(spots[point], corners):
+        if name != GROUND and not inside(spots[point], corners):
             drawn += pieces(spots[point], spots[nearest], gaps)
     for start, end in drawn:
         sheet.line([start, end], color=color, width=style.BAR, z=z, gid=f"body-{name}-bar")
@@ -170,15 +170,20 @@ def draw_ghost(sheet: Sheet, scene: Scene, name: str, pose: int) -> None:
     for first, second in edges(shape_of(scene, name)):
         ends = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in (first, second)]
         sheet.line(
-            ends, color=style.GHOST, width=style.LINE, z=style.Z_GHOST, gid="ghost", weight=0.5
+            ends,
+            color=style.GHOST,
+            width=style.LINE,
+            z=style.Z_GHOST,
+            gid="ghost",
+            weight=style.SHADE,
         )
 
 
-def _inside(point: Array, corners: Array) -> bool:
+def inside(point: Array, corners: Array) -> bool:
     """Return whether a point is inside a polygon (rays to the right)."""
-    inside = False
+    result = False
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if (a[1] > point[1]) != (b[1] > point[1]):
             reach = a[0] + (point[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
-            inside ^= bool(point[0] < reach)
-    return inside
+            result ^= bool(point[0] < reach)
+    return result

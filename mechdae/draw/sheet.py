@@ -91,7 +91,7 @@ class Sheet:
         z: float = style.Z_MARK,
         dash: Dash | None = None,
         gid: str | None = None,
-        weight: float = 12.0,
+        weight: float = style.SOLID,
     ) -> None:
         """Draw an open line; labels keep off it as strongly as `weight` says."""
         places = np.asarray(points, dtype=float)
@@ -120,7 +120,7 @@ class Sheet:
         width: float = style.LINE,
         z: float = style.Z_MARK,
         gid: str | None = None,
-        weight: float = 12.0,
+        weight: float = style.SOLID,
     ) -> None:
         """Draw a filled polygon."""
         places = np.asarray(points, dtype=float)
@@ -148,7 +148,7 @@ class Sheet:
         z: float = style.Z_MARK,
         dash: Dash | None = None,
         gid: str | None = None,
-        weight: float = 12.0,
+        weight: float = style.SOLID,
     ) -> None:
         """Draw a circle; a filled one keeps labels off its whole area."""
         middle = np.asarray(center, dtype=float)
@@ -188,12 +188,12 @@ class Sheet:
             gid=gid,
         )
 
-    def box(self, low: ArrayLike, high: ArrayLike, weight: float = 12.0) -> None:
+    def box(self, low: ArrayLike, high: ArrayLike, weight: float = style.SOLID) -> None:
         """Keep labels off a box."""
         a, b = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
         self.boxes.append((float(a[0]), float(a[1]), float(b[0]), float(b[1]), weight))
 
-    def keep(self, points: ArrayLike, weight: float = 12.0) -> None:
+    def keep(self, points: ArrayLike, weight: float = style.SOLID) -> None:
         """Keep labels off a line."""
         places = np.asarray(points, dtype=float)
         if weight > 0:

@@ -125,12 +125,14 @@ def pitch_circle(
     sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL
 ) -> None:
     """Draw a toothed wheel by its pitch circle."""
-    sheet.circle(center, radius, edge=color, z=style.Z_MARK, dash=style.DASH_DOT, gid=gid, weight=8)
+    sheet.circle(
+        center, radius, edge=color, z=style.Z_MARK, dash=style.DASH_DOT, gid=gid, weight=style.RING
+    )
 
 
 def rim(sheet: Sheet, center: Array, radius: float, gid: str, color: str = style.WHEEL) -> None:
     """Draw a smooth wheel, a pulley or a roller."""
-    sheet.circle(center, radius, edge=color, z=style.Z_MARK, gid=gid, weight=8)
+    sheet.circle(center, radius, edge=color, z=style.Z_MARK, gid=gid, weight=style.RING)
 
 
 def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> None:
@@ -148,7 +150,12 @@ def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> Non
 def toothed_line(sheet: Sheet, start: Array, end: Array, side: Array, gid: str) -> None:
     """Draw a rack: its pitch line, and its body on the `side` away from the wheel."""
     sheet.line(
-        [start, end], color=style.WHEEL, dash=style.DASH_DOT, z=style.Z_MARK, gid=gid, weight=8
+        [start, end],
+        color=style.WHEEL,
+        dash=style.DASH_DOT,
+        z=style.Z_MARK,
+        gid=gid,
+        weight=style.RING,
     )
     along, depth = unit(end - start), 5.0
     count = max(int(np.hypot(*(end - start)) / 7.0), 2)

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from mechdae.describe.joints import Belt, Joint
-from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style, symbols
 from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import Sheet, normal, unit
@@ -72,6 +71,7 @@ def draw_wheels(
     """
     seen: set[tuple[str, float]] = set()
     largest: dict[str, tuple[Array, float]] = {}
+    fixed = scene.fixed_bodies()
     for joint in scene.joints(pose):
         if joint.kind == "belt":
             assert isinstance(joint, Belt)
@@ -87,7 +87,7 @@ def draw_wheels(
             color = colors.get(body, style.WHEEL)
             draw = symbols.rim if joint.kind == "belt" else symbols.pitch_circle
             draw(sheet, center, radius, f"joint-{joint.name}-{joint.kind}", color)
-            if body == GROUND:
+            if body in fixed:
                 inner = scene.numbers.get(f"{joint.name}.ratio", -1.0) > 0
                 symbols.fixed_rim(sheet, center, radius, 1.0 if inner else -1.0)
             else:

@@ -1,5 +1,7 @@
-"""casadi functions on arrays of poses: one row per pose, through buffers.
+"""casadi functions on arrays of poses: one row per pose.
 
+Few poses go through casadi's virtual machine and its buffers, many through a straight line
+of NumPy operations, which computes the same.
 `Function.map` takes one column per pose, which is one C-ordered row; `Function.buffer`
 holds bare pointers, so the arrays it points to live as long as the adapter.
 """
@@ -11,7 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.kernels.straight import Straight
+
 CHUNK = 512
+MANY = 512
+"""Poses from which the straight line of NumPy operations is faster."""
 
 
 class Batch:
@@ -31,6 +37,7 @@ class Batch:
         self.rows_in = [function.size1_in(i) for i in range(function.n_in())]
         self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
         self.limit = chunk
+        self._straight: Straight | None = None
         self._mapped: dict[int, tuple[Any, Any, list[Any], list[Any]]] = {}
         self.evaluations = 0
 
@@ -44,6 +51,9 @@ class Batch:
             for i, value in enumerate(inputs)
         ]
         n = next(len(a) for i, a in enumerate(arrays) if i not in self.shared)
+        self.evaluations += n
+        if n >= MANY and self.straight is not None:
+            return self.straight(arrays)
         results = [np.empty((n, rows)) for rows in self.rows_out]
         if n == 0:
             return results
@@ -61,8 +71,14 @@ class Batch:
                 result[start : start + count] = staged[:count]
         if buffer.ret():
             raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
-        self.evaluations += n
         return results
+
+    @property
+    def straight(self) -> Straight | None:
+        """The NumPy form of the function, None where there is none."""
+        if self._straight is None and Straight.supports(self.function):
+            self._straight = Straight(self.function, sorted(self.shared))
+        return self._straight
 
     def _checked(self, i: int, array: Any) -> Any:
         shape = (self.rows_in[i],)

@@ -17,6 +17,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.kernels.replay import with_trig
 from mechdae.model.reduction import Block, Scene
 
 SX = ca.SX
@@ -45,35 +46,52 @@ class BlockGraph:
         self.first = ca.jtimes(F, every, rates)
         self.second = ca.jtimes(self.first, every, rates)
         pushed = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.az, self.au))
-        at = [xb, z, u, p]
         rate = [self.vx, self.vz, self.vu, self.az, self.au]
-        self._value = ca.Function("value", at, [F, self.J, self.Fz])
-        self._rates = ca.Function("rates", [*at, *rate], [-self.drift, -(self.second + pushed)])
+        names = scene.x_names
+        self._angles = [i for i in (*self.own, *self.uses) if names[i][1] == "angle"]
+        angles = scene.x[self._angles] if self._angles else SX(0, 1)
+        sines, cosines = SX.sym("sin", angles.numel()), SX.sym("cos", angles.numel())
+        parts = [F, self.J, self.Fz, -self.drift, -(self.second + pushed)]
+        F, J, Fz, r1, r2 = with_trig(parts, angles, sines, cosines)
+        at = [xb, z, u, p, sines, cosines]
+        self._value = ca.Function("value", at, [F, J, Fz])
+        self._rates = ca.Function("rates", [*at, *rate], [r1, r2])
 
-    def value(self, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
-        """Return F, J and F_z with the unknown vector `x` of the whole scene."""
-        result: tuple[Any, Any, Any] = self._value(self._own(x), self._used(x), u, p)
+    def _at(self, x: Any, u: Any, p: Any, trig: Any) -> list[Any]:
+        sines, cosines = trig
+        nothing = SX(0, 1)
+        chosen = [v[self._angles] if self._angles else nothing for v in (sines, cosines)]
+        return [x[self.own], x[self.uses] if self.uses else nothing, u, p, *chosen]
+
+    def value(self, x: Any, u: Any, p: Any, trig: Any = None) -> tuple[Any, Any, Any]:
+        """Return F, J and F_z with the unknown vector `x` of the whole scene.
+
+        `trig` holds sin x and cos x where the caller has them.
+        """
+        trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
+        result: tuple[Any, Any, Any] = self._value(*self._at(x, u, p, trig))
         return result
 
     def value_at(self, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
         """Return F (n,), J (n, n) and F_z (n, nz) as arrays at one pose."""
         z = x[self.uses] if self.uses else np.zeros(0)
-        F, J, Fz = self._value(x[self.own], z, u, p)
+        turned = x[self._angles]
+        F, J, Fz = self._value(x[self.own], z, u, p, np.sin(turned), np.cos(turned))
         return np.array(F).ravel(), np.array(J), np.array(Fz)
 
-    def first_rate(self, x: Any, u: Any, p: Any, v: Any, du: Any) -> Any:
+    def first_rate(self, x: Any, u: Any, p: Any, v: Any, du: Any, trig: Any) -> Any:
         """Return the right-hand side of J x' (entries of `v` up to this block are known)."""
         zero, nothing = SX.zeros(self.size), SX.zeros(self.az.numel())
         no_u = SX.zeros(self.au.numel())
-        return self._rates(
-            self._own(x), self._used(x), u, p, zero, self._used(v), du, nothing, no_u
-        )[0]
+        rates = (zero, self._used(v), du, nothing, no_u)
+        return self._rates(*self._at(x, u, p, trig), *rates)[0]
 
-    def second_rate(self, x: Any, u: Any, p: Any, v: Any, du: Any, a: Any, ddu: Any) -> Any:
+    def second_rate(
+        self, x: Any, u: Any, p: Any, v: Any, du: Any, a: Any, ddu: Any, trig: Any
+    ) -> Any:
         """Return the right-hand side of J x''."""
-        return self._rates(
-            self._own(x), self._used(x), u, p, self._own(v), self._used(v), du, self._used(a), ddu
-        )[1]
+        rates = (self._own(v), self._used(v), du, self._used(a), ddu)
+        return self._rates(*self._at(x, u, p, trig), *rates)[1]
 
     def _own(self, x: Any) -> Any:
         return x[self.own]
@@ -86,7 +104,7 @@ def inverse(J: Any) -> tuple[Any, Any]:
     """Return the inverse and the determinant (1 above 4 x 4, where it is not used)."""
     if J.shape[0] <= ADJUGATE_LIMIT:
         det = ca.det(J)
-        return ca.adj(J) / det, det
+        return ca.adj(J) * (1 / det), det
     eye = SX.eye(J.shape[0])
     guess = ca.solve(J, eye)
     for _ in range(2):

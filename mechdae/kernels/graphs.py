@@ -46,8 +46,9 @@ class Graphs:
         self.single = self.nu == 1
         self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
         self.scale = SX.sym("scale")
-        self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nx)
-        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho)
+        self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nb)
+        self.grain = SX.sym("grain", self.nx)
+        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain)
         if self.single:
             self.du, self.ddu = SX(1), SX(0)
         else:
@@ -67,9 +68,9 @@ class Graphs:
         rows = ca.vertcat(*[self.scale if unit == "m" else one for unit in block.units])
         return columns, rows
 
-    def _solve(self, b: int, x: Any, u: Any) -> tuple[Any, Any, Any, Any, Any]:
+    def _solve(self, b: int, x: Any, u: Any, trig: Any) -> tuple[Any, Any, Any, Any, Any]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
-        F, J, Fz = self.blocks[b].value(x, u, self.p)
+        F, J, Fz = self.blocks[b].value(x, u, self.p, trig)
         inv, det = inverse(J)
         w, r = self._weights(b)
         beta = norm(ca.diag(1 / w) @ inv @ ca.diag(r))
@@ -80,30 +81,49 @@ class Graphs:
 
     # -- Newton and rates ------------------------------------------------------------------
 
-    def newton(self, x: Any, u: Any) -> tuple[Any, list[Any], list[Any]]:
-        """Return x after one Newton step block by block, |step| and beta at the guess."""
-        eta, betas = [], []
-        for b, graph in enumerate(self.blocks):
-            F, _, inv, _, beta = self._solve(b, x, u)
-            step = inv @ F
-            x = _put(x, graph.own, x[graph.own] - step)
-            eta.append(self._length(b, step))
-            betas.append(beta)
-        return x, eta, betas
+    def newton(self, x: Any, u: Any) -> tuple[Any, list[Any], Any]:
+        """Return x after one Newton step block by block, |step|^2 of each, and sin x, cos x.
 
-    def rates(self, x: Any, u: Any, du: Any, ddu: Any, order: int) -> dict[str, Any]:
+        Sine and cosine are carried along to second order in the step, exact to rounding for
+        steps below 1e-5: a later block sees its earlier unknowns as they are after the step.
+        """
+        eta = []
+        sines, cosines = ca.sin(x), ca.cos(x)
+        for b, graph in enumerate(self.blocks):
+            F, J, _ = graph.value(x, u, self.p, (sines, cosines))
+            step = inverse(J)[0] @ F
+            own = graph.own
+            s, c, half = sines[own], cosines[own], step * step / 2
+            x = _put(x, own, x[own] - step)
+            sines = _put(sines, own, s - (step * c + half * s))
+            cosines = _put(cosines, own, c + (step * s - half * c))
+            eta.append(ca.sumsqr(step / self._weights(b)[0]))
+        return x, eta, (sines, cosines)
+
+    def rates(
+        self,
+        x: Any,
+        u: Any,
+        du: Any,
+        ddu: Any,
+        order: int,
+        trig: Any = None,
+        eta: list[Any] | None = None,
+    ) -> dict[str, Any]:
         """Return x', x'' and the certificate's parts at a solved pose."""
         v, a = SX.zeros(self.nx), SX.zeros(self.nx)
         error = SX.zeros(self.nx)
         dets, betas = [], []
+        trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
         for b, graph in enumerate(self.blocks):
-            _, Fz, inv, det, beta = self._solve(b, x, u)
+            _, Fz, inv, det, beta = self._solve(b, x, u, trig)
             own = graph.own
             if order >= 1:
-                v = _put(v, own, inv @ graph.first_rate(x, u, self.p, v, du))
+                v = _put(v, own, inv @ graph.first_rate(x, u, self.p, v, du, trig))
             if order >= 2:
-                a = _put(a, own, inv @ graph.second_rate(x, u, self.p, v, du, a, ddu))
-            local = ca.fabs(inv) @ self.rho[own] + ROUNDOFF * ca.fabs(x[own])
+                a = _put(a, own, inv @ graph.second_rate(x, u, self.p, v, du, a, ddu, trig))
+            left = 2 * self.kappa[b] * eta[b] if eta else 0
+            local = beta * (self.rho[b] + left) * self._weights(b)[0] + self.grain[own]
             if graph.uses:
                 local += ca.fabs(inv @ Fz) @ error[graph.uses]
             error = _put(error, own, local)
@@ -115,19 +135,15 @@ class Graphs:
     def pose(self) -> Any:
         """One Newton step and everything that is reported at a pose.
 
-        (x, u[, du, ddu], consts) -> x, error, det, beta, h, y, y', y''; `error` bounds the
-        distance of each unknown from the exact solution, the term h eta included.
+        (x, u[, du, ddu], consts) -> x, error, det, beta, eta^2, y, y', y''; `error` bounds
+        the distance of each unknown from the exact solution, the term h eta included. beta
+        is taken after the step: before it, it is at most beta / (1 - h).
         """
-        x, eta, betas = self.newton(self.x, self.u)
-        parts = self.rates(x, self.u, self.du, self.ddu, max(self.derivatives, 0))
-        h = [self.kappa[b] * betas[b] * eta[b] for b in range(self.nb)]
-        error = parts["error"]
-        for b, graph in enumerate(self.blocks):
-            w, _ = self._weights(b)
-            error = _put(error, graph.own, error[graph.own] + 2 * h[b] * eta[b] * w)
+        x, eta, trig = self.newton(self.x, self.u)
+        parts = self.rates(x, self.u, self.du, self.ddu, self.derivatives, trig, eta)
         outputs = self._output_rates(x, parts)
         inputs = [self.x, self.u, *([] if self.single else [self.du, self.ddu]), self.consts]
-        results = [x, error, parts["det"], parts["beta"], _column(h), *outputs]
+        results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
         return ca.Function("pose", inputs, results, OPTIONS)
 
     def _output_rates(self, x: Any, parts: dict[str, Any]) -> list[Any]:
@@ -149,8 +165,8 @@ class Graphs:
     def constants(self) -> Any:
         """Bounds that hold for a whole sweep.
 
-        (|x|, |u|, p, scale) -> kappa (nb,), rho (nx,), mu (nb,): Lipschitz constant of J,
-        rounding of F, bound of |J|. Raises `NoMajorant` where an operation has no bound.
+        (|x|, |u|, p, scale) -> kappa, rho, mu (nb,): Lipschitz constant of J, rounding of F
+        (norm of its rows), bound of |J|. Raises `NoMajorant` where an operation has no bound.
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving = [self.scene.x, self.scene.u]
@@ -163,7 +179,7 @@ class Graphs:
             pairs = ca.reshape(square, graph.size, graph.size * graph.size)
             kappas.append(norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w))))
             _, rounding = majorant(graph.F, moving, sizes, self.p)
-            rhos.append(ROUNDOFF * rounding)
+            rhos.append(ROUNDOFF * norm(rounding / r))
             bound, _ = majorant(graph.J, moving, sizes, self.p)
             square = ca.reshape(bound, graph.size, graph.size)
             mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
@@ -201,13 +217,13 @@ class Graphs:
         ahead = s + ds if self.single else u0 + (s + ds) * d
         new = x + v * ds + a * ds * ds / 2
         for _ in range(2):
-            new, eta, betas = self.newton(new, ahead)
+            new, eta, _ = self.newton(new, ahead)
         parts = self.rates(new, ahead, direction, SX.zeros(self.nu), 2)
         bend = ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
         tests, misses = [], []
         for b in range(nb):
             test, radius = self._tube(b, x, v, bend, u, direction, beta[b], ca.fabs(ds))
-            last = self.kappa[b] * betas[b] * eta[b] / 0.25
+            last = self.kappa[b] * parts["beta"][b] * ca.sqrt(eta[b]) / 0.2
             own = self.blocks[b].own
             miss = self._length(b, new[own] - x[own] - v[own] * ds)
             tests.append(ca.fmax(test, last))
@@ -244,7 +260,7 @@ class Graphs:
         turned = ca.jtimes(ca.vec(graph.J), every, rates)
         tau, _ = majorant(graph.second, moving, limits, self.p)
         sigma, _ = majorant(turned, moving, limits, self.p)
-        residual = ds * ds * tau / 2 + self.rho[own]
+        residual = ds * ds * tau / 2
         change = ds * ca.reshape(sigma, graph.size, graph.size)
         if uses:
             deviation = ds * ds * bend[uses]
@@ -256,7 +272,7 @@ class Graphs:
             change += ca.reshape(moved, graph.size, graph.size)
         delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))
         grown = beta / ca.fmax(1 - delta, 1e-9)
-        eta = grown * norm(residual / r)
+        eta = grown * (norm(residual / r) + self.rho[b])
         h = grown * self.kappa[b] * eta
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
         return ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius

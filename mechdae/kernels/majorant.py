@@ -9,10 +9,12 @@ Algorithms, 2002, 3.3).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
+
+from mechdae.kernels.replay import SYMBOLIC, replay
 
 SX = ca.SX
 
@@ -44,62 +46,17 @@ def majorant(
     NoMajorant
     """
     function = ca.Function("f", [*moving, parameters], [ca.vec(ca.densify(expressions))])
-    limits = [ca.vec(bound).elements() for bound in bounds]
-    fixed = parameters.elements()
-    work: dict[int, tuple[Any, Any, Any]] = {}  # register -> (magnitude, error, value or None)
-    size = expressions.numel()
-    magnitude, error = [SX(0)] * size, [SX(0)] * size
-    for k in range(function.n_instructions()):
-        code = function.instruction_id(k)
-        into = function.instruction_output(k)
-        out_of = function.instruction_input(k)
-        if code == ca.OP_INPUT:
-            source, entry = out_of
-            if source < len(limits):
-                work[into[0]] = (limits[source][entry], SX(0), None)
-            else:
-                value = fixed[entry]
-                work[into[0]] = (ca.fabs(value), SX(0), value)
-        elif code == ca.OP_CONST:
-            constant = SX(function.instruction_constant(k))
-            work[into[0]] = (ca.fabs(constant), SX(0), constant)
-        elif code == ca.OP_OUTPUT:
-            _, entry = into
-            magnitude[entry], error[entry], _ = work[out_of[0]]
-        else:
-            work[into[0]] = _step(code, [work[i] for i in out_of])
-    return ca.vertcat(*magnitude), ca.vertcat(*error)
+    inputs = [[(m, SX(0), None) for m in ca.vec(bound).elements()] for bound in bounds]
+    inputs.append([(ca.fabs(p), SX(0), p) for p in parameters.elements()])
+    found = replay(function, inputs, _step, _constant)[0]
+    if not found:
+        return SX(0, 1), SX(0, 1)
+    return ca.vertcat(*[f[0] for f in found]), ca.vertcat(*[f[1] for f in found])
 
 
-_FIXED: dict[int, Callable[..., Any]] = {
-    ca.OP_ADD: lambda a, b: a + b,
-    ca.OP_SUB: lambda a, b: a - b,
-    ca.OP_MUL: lambda a, b: a * b,
-    ca.OP_DIV: lambda a, b: a / b,
-    ca.OP_NEG: lambda a: -a,
-    ca.OP_SIN: ca.sin,
-    ca.OP_COS: ca.cos,
-    ca.OP_TAN: ca.tan,
-    ca.OP_SQ: lambda a: a * a,
-    ca.OP_SQRT: ca.sqrt,
-    ca.OP_TWICE: lambda a: 2 * a,
-    ca.OP_INV: lambda a: 1 / a,
-    ca.OP_POW: lambda a, b: a**b,
-    ca.OP_CONSTPOW: lambda a, b: a**b,
-    ca.OP_EXP: ca.exp,
-    ca.OP_LOG: ca.log,
-    ca.OP_ASIN: ca.asin,
-    ca.OP_ACOS: ca.acos,
-    ca.OP_ATAN: ca.atan,
-    ca.OP_ATAN2: ca.atan2,
-    ca.OP_SINH: ca.sinh,
-    ca.OP_COSH: ca.cosh,
-    ca.OP_TANH: ca.tanh,
-    ca.OP_FABS: ca.fabs,
-    ca.OP_SIGN: ca.sign,
-    ca.OP_FMIN: ca.fmin,
-    ca.OP_FMAX: ca.fmax,
-}
+def _constant(number: float) -> tuple[Any, Any, Any]:
+    value = SX(number)
+    return ca.fabs(value), SX(0), value
 
 
 def _step(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]:
@@ -107,9 +64,9 @@ def _step(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]
     magnitudes = [m for m, _, _ in inputs]
     errors = [e for _, e, _ in inputs]
     if all(value is not None for _, _, value in inputs):
-        if code not in _FIXED:
+        if code not in SYMBOLIC:
             raise NoMajorant
-        value = _FIXED[code](*[value for _, _, value in inputs])
+        value = SYMBOLIC[code](*[value for _, _, value in inputs])
         size = ca.fabs(value)
         return size, 4 * size if code not in (ca.OP_NEG, ca.OP_TWICE) else errors[0], value
     a, ea = magnitudes[0], errors[0]

@@ -1,0 +1,1259 @@
+"""Write ``articles.md``: two published kinematic analyses, recomputed number by number.
+
+Typed here are only the numbers the articles print, with their place, and sentences; every
+other number of the page is computed when the page is made, by mechdae or by arithmetic on
+the printed ones. Run ``python docs/make_articles.py`` to write the page, with ``--check`` to
+compare it with the one on disk (exit code 1 when they differ).
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import mechdae as md
+
+PAGE = Path(__file__).with_name("articles.md")
+NOISE = 1e-14
+"""Relative change of a number that must not change the page."""
+
+SEVEN, FIVE = "gorshkov-seven-link", "geared-five-bar"
+
+
+# -- numbers as text ---------------------------------------------------------------------------
+
+
+def text(value: float, digits: int = 12, noise: float = NOISE) -> str:
+    """Return a number to so many significant digits, fewer where noise would change them."""
+    value = float(value)
+    if abs(value) < 1e-13:
+        return "0"
+    while digits > 1 and len({f"{value * (1 + s * noise):.{digits}g}" for s in (-1, 1)}) > 1:
+        digits -= 1
+    return f"{value:.{digits}g}".replace("-", "−")
+
+
+def fixed(value: float, places: int) -> str:
+    """Return a number to so many decimal places."""
+    return f"{value:.{places}f}".replace("-", "−")
+
+
+def percent(printed: float, true: float) -> str:
+    """Return a signed deviation in per cent with three decimals."""
+    return f"{100 * (printed - true) / true:+.3f}".replace("-", "−")
+
+
+def sign(printed: str) -> str:
+    """Return a printed number with a true minus sign."""
+    return printed.replace("-", "−")
+
+
+def below(value: float, limit: float) -> str:
+    """Return the limit a residual stays below; it is an error when it does not.
+
+    Raises
+    ------
+    ArithmeticError
+        The residual is larger.
+    """
+    if not value < limit:
+        raise ArithmeticError(f"{value} is not below {limit}")
+    return f"below 10⁻{superscript(round(-np.log10(limit)))}"
+
+
+def superscript(number: int) -> str:
+    return str(number).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def table(head: str, rows: list[list[str]]) -> list[str]:
+    """Return the lines of a table; `head` has the titles separated by bars."""
+    titles = [title.strip() for title in head.split("|")]
+    lines = ["| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
+    return lines + ["| " + " | ".join(row) + " |" for row in rows] + [""]
+
+
+def unit_of(printed: str) -> float:
+    """Return the unit of the last printed digit."""
+    return 10.0 ** -(len(printed.split(".")[1]) if "." in printed else 0)
+
+
+def verdict(printed: str, true: float) -> str:
+    """Return the verdict on a printed number by the rule stated on the page."""
+    gap = abs(float(printed) - true)
+    if gap <= 0.5 * unit_of(printed) * (1 + 1e-9):
+        return "exact to print"
+    if gap <= 2 * unit_of(printed) and gap <= 0.01 * abs(true):
+        return "rounding"
+    return "**deviates**"
+
+
+def cosd(angle: float) -> float:
+    return float(np.cos(np.radians(angle)))
+
+
+def sind(angle: float) -> float:
+    return float(np.sin(np.radians(angle)))
+
+
+def unit(angle: float) -> Any:
+    """Return the unit vector at an angle in degrees."""
+    return np.array([cosd(angle), sind(angle)])
+
+
+# -- article 000: what is printed --------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Row:
+    """One printed number: name, place in the article, key of ours, value, drawing, reason."""
+
+    name: str
+    key: str
+    printed: str
+    drawn: str = ""
+    why: str = ""
+
+
+SLIP = "F is given at 0.8727 and used at 0.8725"
+FROM_EB = "follows from the wrong v_EB"
+FROM_E = "follows from the wrong v_E"
+FROM_BOTH = "follows from the wrong v_EB and v_E"
+
+PRINTED: dict[str, list[Row]] = {
+    "positions of the joints, Fig. 3": [
+        Row("x_A", "xA", "0.135"),
+        Row("y_A", "yA", "0.106"),
+        Row("φ2, deg", "phi2", "13.237", why="slip of the pen: the article goes on with 13.239"),
+        Row("φ2, deg, later on", "phi2", "13.239"),
+        Row("φ2, deg, in the angle of a_A3t", "phi2", "13.329", why="two digits exchanged: 13.239"),
+        Row("φ3, deg", "phi3", "38.664", why="two digits exchanged: 38.644"),
+        Row("x_B", "xB", "0.191"),
+        Row("y_B", "yB", "0.344"),
+        Row("OB", "OB", "0.394"),
+        Row("φ4, deg", "phi4", "60.962"),
+        Row("φ5, deg", "phi5", "41.64"),
+        Row("φ6, deg", "phi6", "77.398"),
+        Row("x_C", "xC", "0.578"),
+    ],
+    "coordinates of E": [
+        Row("P1", "P1", "0.137"),
+        Row("P1 inside q", "P1", "0.173", why="two digits exchanged: 0.137"),
+        Row("P2", "P2", "-0.67"),
+        Row("a1", "a1", "-1.173"),
+        Row("a1 inside q", "a1", "-1.73", why="a digit dropped: −1.173"),
+        Row("b1", "b1", "-1.98"),
+        Row("p_k", "pk", "-0.649"),
+        Row("q", "qk", "0.416"),
+        Row("E_x", "xE", "0.725"),
+        Row("E_y", "yE", "0.263"),
+        Row("δ, deg", "delta", "60.66", why=SLIP),
+        Row("γ, deg", "gamma", "8.677", why=SLIP),
+    ],
+    "group 2-3, velocities": [
+        Row("v_A", "vA", "0.6864"),
+        Row("v_A, in the projections", "vA", "0.686"),
+        Row("v_Ax", "vAx", "0.424"),
+        Row("v_Ay", "vAy", "-0.54"),
+        Row("cos φ2", "cos2", "0.973"),
+        Row("sin φ2", "sin2", "0.229"),
+        Row("v_A3", "vA3", "0.536"),
+        Row("v_A1A3", "vSlide", "0.429"),
+        Row("ω3", "w3", "0.909"),
+    ],
+    "group 2-3, accelerations": [
+        Row("a_A", "aA", "2.7456"),
+        Row("a_A, in the projections", "aA", "2.746"),
+        Row("a_A3 Coriolis", "aCor", "0.780"),
+        Row("its angle, deg", "angCor", "346.761"),
+        Row("its x", "aCorx", "0.759"),
+        Row("its y", "aCory", "-0.179"),
+        Row("a_A3n", "aA3n", "0.487"),
+        Row("GA inside a_A3n", "s", "0.5859", why="two digits exchanged: 0.5895"),
+        Row("angle of the rod, deg", "th3", "76.761"),
+        Row("a_A3n x, as in the sum", "aA3nx", "0.112"),
+        Row("a_A3n y, as in the sum", "aA3ny", "0.474"),
+        Row("angle of a_A, deg", "angA", "218.117"),
+        Row("a_A x", "aAx", "-2.16"),
+        Row("a_A y", "aAy", "-1.695"),
+        Row("sum x", "PrX23", "-1.289"),
+        Row("sum y", "PrY23", "-1.399"),
+        Row("a_A3t", "aA3t", "0.934"),
+        Row("a_A3t, at the solution", "aA3t", "9.934", why="a 9 for the leading 0"),
+        Row("a_32 relative", "a32r", "1.657"),
+        Row("ε3", "e3", "1.584"),
+        Row("a_A3", "aA3", "1.054"),
+        Row(
+            "angle of a_A3, deg",
+            "angA3",
+            "194.316",
+            why="arccos of a quotient of rounded numbers",
+        ),
+    ],
+    "group 4-5, velocities": [
+        Row("v_B", "vB", "0.758"),
+        Row("v_Bx", "vBx", "0.738"),
+        Row("v_By", "vBy", "-0.174"),
+        Row("v_C", "vC", "0.893"),
+        Row("v_CB", "vCB", "0.232"),
+        Row("ω4", "w4", "0.448"),
+    ],
+    "group 4-5, accelerations": [
+        Row("a_B; drawn in Fig. 7", "aB", "1.491", "1.55"),
+        Row("a_B x", "aBx", "-1.445"),
+        Row("a_B y, Table 1", "aBy", "-0.349", why="arithmetic error; Table 2 has −0.369"),
+        Row("a_B y, Table 2", "aBy", "-0.369"),
+        Row("a_CBn", "aCBn", "0.104"),
+        Row("its angle, deg", "angCBn", "138.36"),
+        Row("a_CBn x", "aCBnx", "-0.078"),
+        Row("a_CBn x, in the sum", "aCBnx", "-0.079", why="last digit; its table has −0.078"),
+        Row("a_CBn y", "aCBny", "0.069"),
+        Row("angle of a_CBt, deg", "angCBt", "48.36"),
+        Row("sum x", "PrX45", "-1.522"),
+        Row("sum y", "PrY45", "-0.28", why="follows from a_By = −0.349"),
+        Row("a_CBt", "aCBt", "1.096", why="arithmetic error: breaks the article's own equation"),
+        Row("a_C", "aC", "1.256"),
+        Row("a_CB", "aCB", "1.01", why="follows from a_CBt, with a second slip"),
+    ],
+    "group 6-7, velocities": [
+        Row("v_EB", "vEB", "0.621", "0.63", "arithmetic error: breaks the article's own equations"),
+        Row("v_E", "vE", "0.932", "0.95", "arithmetic error: breaks the article's own equations"),
+        Row("ω6", "w6", "1.15", "1.17", FROM_EB),
+        Row("ω7", "w7", "3.093", "3.17", FROM_E),
+    ],
+    "group 6-7, accelerations": [
+        Row("a_EFn", "aEFn", "2.883", "3.02", FROM_E),
+        Row("its angle, deg", "angEFn", "119.34", why=SLIP),
+        Row("a_EFn x, as in the sum", "aEFnx", "-1.413", why=FROM_E),
+        Row("a_EFn y, as in the sum", "aEFny", "2.513", why=FROM_E),
+        Row("angle of a_EFt, deg", "angEFt", "29.34", why=SLIP),
+        Row("a_EBn", "aEBn", "0.714", "0.74", FROM_EB),
+        Row("its angle, deg", "angEBn", "171.323", why=SLIP),
+        Row("a_EBn x", "aEBnx", "-0.706", why=FROM_EB),
+        Row("a_EBn y", "aEBny", "0.108", why=FROM_EB),
+        Row("angle of a_EBt, deg", "angEBt", "261.323", why=SLIP),
+        Row("sum x", "PrX67", "-3.563", why=FROM_BOTH),
+        Row("sum y", "PrY67", "2.252", why=FROM_BOTH),
+        Row("a_EBt", "aEBt", "4.708", "4.65", FROM_BOTH),
+        Row("a_EFt", "aEFt", "4.924", "4.95", FROM_BOTH + ", and one digit off"),
+        Row("a_E", "aE", "5.706", "5.80", FROM_BOTH),
+    ],
+}
+
+GIVEN = {"OA": 0.1716, "GA": 0.5895, "GB": 0.8342, "BC": 0.5179, "BE": 0.54, "EF": 0.3013}
+GIVEN |= {"OF": 0.8727, "phi1": 38.117, "omega1": 4.0}
+USED_OF = 0.8725
+"""The abscissa of F in the formulas for E; the list of data has 0.8727."""
+
+
+def quantities(result: Any) -> dict[str, float]:
+    """Return the article's quantities at the first pose of a result, magnitudes as there."""
+    p = result.mechanism.values()
+    point = {
+        name: tuple(np.array(series[k][0]) for k in ("position", "velocity", "acceleration"))
+        for name, series in result.points.items()
+    }
+    body = {
+        name: tuple(
+            float(series[k][0]) for k in ("angle", "angular_velocity", "angular_acceleration")
+        )
+        for name, series in result.bodies.items()
+    }
+    slot = result.joints["slot"]
+    (A, vA, aA), (B, vB, aB) = point["crank.A"], point["rod.B"]
+    (C, vC, aC), (E, vE, aE) = point["slider.C"], point["coupler.E"]
+    phi1 = np.degrees(body["crank"][0])
+    th3 = np.degrees(body["rod"][0])
+    (w3, e3), (w4, e4) = body["rod"][1:], body["connecting_rod"][1:]
+    (w6, e6), (w7, e7) = body["coupler"][1:], body["rocker"][1:]
+    s = float(slot.slide[0])
+    phi2 = 90 - th3
+    phi5 = np.degrees(np.arcsin(B[1] / p["BC"]))
+    phi4 = np.degrees(np.arccos(B[0] / np.hypot(*B)))
+    delta = np.degrees(np.arcsin(E[1] / p["EF"]))
+    gamma = np.degrees(np.arcsin((B[1] - E[1]) / p["BE"]))
+    P1 = p["BE"] ** 2 - B @ B
+    P2 = p["EF"] ** 2 - p["OF"] ** 2
+    a1, b1 = (P1 - P2) / (2 * (0 - B[1])), (p["OF"] - B[0]) / (0 - B[1])
+    cor = -np.array(slot.coriolis[0])  # the article has A3 move relative to A1
+    aA3n, aA3t = w3**2 * s, abs(e3) * s
+    n23, nCB = aA3n * unit(th3), w4**2 * p["BC"] * unit(180 - phi5)
+    nEF = w7**2 * p["EF"] * unit(180 - delta)
+    nEB = w6**2 * p["BE"] * unit(180 - gamma)
+    sum23, sum45, sum67 = aA + n23 + cor, aB + nCB, aB + nEF + nEB
+    aCBn, aCBt = np.hypot(*nCB), abs(e4) * p["BC"]
+    values = {
+        "xA": A[0], "yA": A[1], "xB": B[0], "yB": B[1], "xC": C[0], "xE": E[0], "yE": E[1],
+        "phi2": phi2, "phi3": th3 - phi1, "phi4": phi4, "phi5": phi5, "phi6": 180 - phi4 - phi5,
+        "OB": np.hypot(*B), "P1": P1, "P2": P2, "a1": a1, "b1": b1,
+        "pk": (b1 * B[1] - B[0] - a1 * b1) / (1 + b1**2),
+        "qk": (a1**2 - 2 * a1 * B[1] - P1) / (1 + b1**2), "delta": delta, "gamma": gamma,
+        "vA": np.hypot(*vA), "vAx": vA[0], "vAy": vA[1], "cos2": cosd(phi2), "sin2": sind(phi2),
+        "vA3": abs(w3) * s, "vSlide": abs(float(slot.slide_velocity[0])), "w3": abs(w3), "s": s,
+        "aA": np.hypot(*aA), "aCor": np.hypot(*cor), "aCorx": cor[0], "aCory": cor[1],
+        "angCor": 360 - phi2, "th3": th3, "aA3n": aA3n, "aA3nx": n23[0], "aA3ny": n23[1],
+        "angA": phi1 + 180, "aAx": aA[0], "aAy": aA[1], "PrX23": sum23[0], "PrY23": sum23[1],
+        "aA3t": aA3t, "a32r": abs(float(slot.slide_acceleration[0])), "e3": abs(e3),
+        "aA3": np.hypot(aA3n, aA3t), "angA3": np.degrees(np.arctan2(aB[1], aB[0])) % 360,
+        "vB": np.hypot(*vB), "vBx": vB[0], "vBy": vB[1], "vC": abs(vC[0]),
+        "vCB": abs(w4) * p["BC"], "w4": abs(w4), "aB": np.hypot(*aB), "aBx": aB[0], "aBy": aB[1],
+        "aCBn": aCBn, "aCBnx": nCB[0], "aCBny": nCB[1], "angCBn": 180 - phi5,
+        "angCBt": 90 - phi5, "PrX45": sum45[0], "PrY45": sum45[1], "aCBt": aCBt,
+        "aC": abs(aC[0]), "aCB": np.hypot(aCBn, aCBt), "vEB": abs(w6) * p["BE"],
+        "vE": np.hypot(*vE), "w6": abs(w6), "w7": abs(w7), "aEFn": np.hypot(*nEF),
+        "aEFnx": nEF[0], "aEFny": nEF[1], "angEFn": 180 - delta, "angEFt": 90 - delta,
+        "aEBn": np.hypot(*nEB), "aEBnx": nEB[0], "aEBny": nEB[1], "angEBn": 180 - gamma,
+        "angEBt": 270 - gamma, "PrX67": sum67[0], "PrY67": sum67[1], "aEBt": abs(e6) * p["BE"],
+        "aEFt": abs(e7) * p["EF"], "aE": np.hypot(*aE),
+    }  # fmt: skip
+    return {key: float(value) for key, value in values.items()}
+
+
+@cache
+def seven() -> Any:
+    return md.load(SEVEN)
+
+
+@cache
+def pose(**changes: float) -> Any:
+    """Return the article's pose, with parameters changed."""
+    return md.solve(seven(), "pose", set=changes or None)
+
+
+def printed_value(key: str, last: bool = False) -> float:
+    """Return what the article prints for a quantity, its first or last print."""
+    found = [row for rows in PRINTED.values() for row in rows if row.key == key]
+    return float(found[-1 if last else 0].printed)
+
+
+# -- article 000: the page ---------------------------------------------------------------------
+
+
+def every_number() -> list[str]:
+    """Return the table of all printed numbers."""
+    ours = quantities(pose())
+    lines = []
+    counts = {"exact to print": 0, "rounding": 0, "**deviates**": 0}
+    for place, rows in PRINTED.items():
+        body = []
+        for row in rows:
+            true = ours[row.key]
+            judged = verdict(row.printed, true)
+            counts[judged] += 1
+            if (judged == "**deviates**") != bool(row.why):
+                raise ArithmeticError(f"{row.name}: {judged}, reason '{row.why}'")
+            body.append(
+                [
+                    row.name,
+                    sign(row.printed),
+                    row.drawn,
+                    text(true),
+                    percent(float(row.printed), true),
+                    percent(float(row.drawn), true) if row.drawn else "",
+                    f"{judged}: {row.why}" if row.why else judged,
+                ]
+            )
+        lines += [f"**{place[0].upper()}{place[1:]}**", ""]
+        head = "quantity | printed | drawn | mechdae | printed, % | drawn, % | verdict"
+        lines += table(head, body)
+    summary = (
+        f"{sum(counts.values())} numbers: {counts['exact to print']} exact to print, "
+        f"{counts['rounding']} within rounding, {counts['**deviates**']} deviate."
+    )
+    return [*lines, summary, ""]
+
+
+def solve2(first: Any, second: Any, right: Any) -> tuple[float, float]:
+    """Return the factors of two vectors whose sum is a third one."""
+    x, y = np.linalg.solve(np.array([first, second], float).T, np.array(right, float))
+    return float(x), float(y)
+
+
+def as_printed(first: float, second: float, right: Any) -> tuple[float, float]:
+    """Return what a system gives with the printed matrix: (cos, sin) in the second column."""
+    swapped = np.array([sind(second), cosd(second)])
+    return solve2(unit(first), swapped, right)
+
+
+def pair(values: tuple[float, float], places: int = 3) -> str:
+    return f"({fixed(values[0], places)}, {fixed(values[1], places)})"
+
+
+def reasons() -> list[str]:
+    """Return the deviations traced to their origin, by the article's own equations."""
+    P = printed_value
+    ours, slipped = quantities(pose()), quantities(pose(OF=USED_OF))
+    of = sign(str(USED_OF))
+    vB = np.array([P("vBx"), P("vBy")])
+    own_v = solve2(unit(90 - P("gamma")), -unit(90 - P("delta")), -vB)
+    residual = vB + P("vEB") * unit(90 - P("gamma")) - P("vE") * unit(90 - P("delta"))
+    right45 = -np.array([P("PrX45"), P("PrY45")])
+    own45 = solve2(unit(P("angCBt")), -unit(0), right45)
+    row1 = (-P("PrX45") - P("aC")) / cosd(P("angCBt"))
+    right67 = -np.array([P("PrX67"), P("PrY67")])
+    own67 = solve2(unit(P("angEBt")), -unit(P("angEFt")), right67)
+    right23 = -np.array([P("PrX23"), P("PrY23")])
+    own23 = solve2(unit(-P("phi2", True) + 90), -unit(-13.239), right23)
+    low, high = (
+        180 + np.degrees(np.arccos((P("aA3t") + s * 5e-4) / (P("aA3") - s * 5e-4))) - 13.239
+        for s in (1, -1)
+    )
+    chain: list[tuple[str, str, float, str]] = [
+        ("φ2", "13.237", np.degrees(np.arcsin(GIVEN["OA"] * cosd(GIVEN["phi1"]) / GIVEN["GA"])),
+         "the arcsine with the data as printed"),
+        ("φ3", "38.664", 90 - GIVEN["phi1"] - 13.239, "90° less φ1 and the printed 13.239°"),
+        ("δ", "60.66", slipped["delta"], f"mechdae with `set={{\"OF\": {of}}}`"),
+        ("γ", "8.677", slipped["gamma"], f"mechdae with `set={{\"OF\": {of}}}`"),
+        ("a_By", "-0.349", P("aB") * sind(P("angA3")), "its own a_B and angle 194.316°"),
+        ("sum y, 4-5", "-0.28", P("aBy") + P("aCBny"), "−0.349 + 0.069"),
+        ("a_CBt", "1.096", row1, "first row of its system with its sum x and a_C = 1.256"),
+        ("a_CB", "1.01", np.hypot(P("aCBt"), P("aCBn")), "its own root of 1.096² + 0.104²"),
+        ("v_EB", "0.621", own_v[0], "its own system with its v_B, γ and δ"),
+        ("v_E", "0.932", own_v[1], "its own system with its v_B, γ and δ"),
+        ("ω6", "1.15", P("vEB") / GIVEN["BE"], "0.621/0.54"),
+        ("ω7", "3.093", P("vE") / GIVEN["EF"], "0.932/0.3013"),
+        ("a_EFn", "2.883", P("vE") ** 2 / GIVEN["EF"], "0.932²/0.3013"),
+        ("a_EFn x", "-1.413", P("aEFn") * cosd(P("angEFn")), "2.883 at 119.34°"),
+        ("a_EFn y", "2.513", P("aEFn") * sind(P("angEFn")), "2.883 at 119.34°"),
+        ("a_EBn", "0.714", P("vEB") ** 2 / GIVEN["BE"], "0.621²/0.54"),
+        ("a_EBn x", "-0.706", P("aEBn") * cosd(P("angEBn")), "0.714 at 171.323°"),
+        ("a_EBn y", "0.108", P("aEBn") * sind(P("angEBn")), "0.714 at 171.323°"),
+        ("sum x, 6-7", "-3.563", P("aBx") + P("aEFnx") + P("aEBnx"), "its three addends"),
+        ("sum y, 6-7", "2.252", P("aBy", True) + P("aEFny") + P("aEBny"), "its three addends"),
+        ("a_EBt", "4.708", own67[0], "its own system, the matrix with the right signs"),
+        ("a_EFt", "4.924", own67[1], "its own system, the matrix with the right signs"),
+        ("a_E", "5.706", np.hypot(P("aEFt"), P("aEFn")), "root of 4.924² + 2.883²"),
+    ]  # fmt: skip
+    rows = []
+    for name, printed, value, how in chain:
+        gap = abs(value - float(printed))
+        hit = "yes" if gap <= 1.5 * unit_of(printed) else "**no**"
+        rows.append([name, sign(printed), text(value, 6), how, hit])
+    lines = table("quantity | printed | recomputed | from | reproduces the print", rows)
+    with_349 = solve2(unit(P("angCBt")), -unit(0), -np.array([P("PrX45"), P("aBy") + P("aCBny")]))
+    y369 = P("aBy", True) + P("aCBny")
+    with_369 = solve2(unit(P("angCBt")), -unit(0), -np.array([P("PrX45"), y369]))
+    lines += [
+        "The three errors everything else hangs on are those this table marks with a plain *no* "
+        "in the velocities of group 6-7, in a_By and in a_CBt.",
+        "",
+        f"* **v_EB and v_E.** Put into the two scalar equations they belong to, the printed "
+        f"values leave {fixed(abs(residual[0]), 3)} m/s and {fixed(abs(residual[1]), 3)} m/s "
+        f"unbalanced; the same equations, with the rounded inputs of the article, are solved by "
+        f"{fixed(own_v[0], 3)} and {fixed(own_v[1], 3)} m/s. mechdae: {fixed(ours['vEB'], 3)} and "
+        f"{fixed(ours['vE'], 3)} m/s. How the printed values came about cannot be told from the "
+        f"text. Both angular velocities, both normal accelerations (they take the square) and "
+        f"the whole acceleration plan of the group inherit them.",
+        f"* **a_By.** With −0.349 the article's system would give a_C = {fixed(with_349[1], 3)}; "
+        f"with the −0.369 of its Table 2 it gives {fixed(with_369[1], 3)}. Printed is 1.256: the "
+        f"right number was used and the wrong one printed.",
+        f"* **a_CBt.** The system as printed in numbers is solved by {fixed(own45[0], 3)}, with "
+        f"−0.369 by {fixed(with_369[0], 3)}; mechdae has {fixed(ours['aCBt'], 3)}. The printed "
+        f"1.096 is "
+        f"none of them, and the printed total 1.01 is not even the root of its own squares.",
+        f"* **F.** Replacing 0.8727 by {USED_OF} moves δ from {fixed(ours['delta'], 4)}° to "
+        f"{fixed(slipped['delta'], 4)}°, γ from {fixed(ours['gamma'], 4)}° to "
+        f"{fixed(slipped['gamma'], 4)}°, v_EB to {text(slipped['vEB'], 8)}, v_E to "
+        f"{text(slipped['vE'], 8)} and a_E from {text(ours['aE'], 8)} to {text(slipped['aE'], 8)}: "
+        f"the slip explains the angles, not the velocities.",
+        f"* **Angle of a_A3.** Half a unit in the last digit of 0.934 and of 1.054 moves the "
+        f"arccosine from {fixed(low, 2)}° to {fixed(high, 2)}°; the direction of the acceleration "
+        f"of B, taken from its components, is {fixed(ours['angA3'], 3)}°.",
+        "",
+    ]
+    drawn = [row for rows in PRINTED.values() for row in rows if row.drawn and row.key != "aB"]
+    closer = [
+        row.name
+        for row in drawn
+        if abs(float(row.drawn) - ours[row.key]) < abs(float(row.printed) - ours[row.key])
+    ]
+    rest = [row.name for row in drawn if row.name not in closer]
+    lines += [
+        f"**What the comparison of methods shows.** Group 6-7 has {len(drawn)} quantities both "
+        f"calculated and measured on the drawing. In {len(closer)} of them ({', '.join(closer)}) "
+        f"the *drawing* is closer to the truth than the calculation; the exception is "
+        f"{', '.join(rest)}. What the article compares is therefore its own slip in v_EB and "
+        f"v_E, not two methods. (The drawn values are legible for Fig. 7 only; that of a_EFt is "
+        f"82 mm at 0.0604 (m/s²)/mm, the one scale the other lengths agree with: 77 mm give "
+        f"{fixed(77 * 0.0604, 2)}, 82 mm {fixed(82 * 0.0604, 2)}, 96 mm {fixed(96 * 0.0604, 2)}.)",
+        "",
+        "**The matrices.** The systems are printed with a sine above a cosine in the second "
+        "column, at angles for which the cosine belongs above. Solved as printed they give:",
+        "",
+    ]
+    printed_systems = [
+        ["2-3, accelerations", pair(as_printed(-13.239, P("th3"), right23)),
+         pair((own23[1], own23[0])), "(0.934, 1.657)"],
+        ["4-5, accelerations", pair(as_printed(P("angCBt"), 0.0, right45)), pair(own45),
+         "(1.096, 1.256)"],
+        ["6-7, velocities", pair(as_printed(90 - P("gamma"), 90 + P("delta"), -vB)), pair(own_v),
+         "(0.621, 0.932)"],
+        ["6-7, accelerations", pair(as_printed(P("angEBt"), P("angEFt"), right67)), pair(own67),
+         "(4.708, 4.924)"],
+    ]  # fmt: skip
+    lines += table(
+        "system | matrix as printed | vectors as in the equation | printed answer", printed_systems
+    )
+    lines += [
+        "The printed answers of 2-3 and 6-7 come from the right matrix, so the misprint is in "
+        "the formula only. (The velocity system of 2-3 is right as printed: its second vector "
+        "does stand at 90° less the angle named.)",
+        "",
+    ]
+    return lines
+
+
+def errata() -> list[str]:
+    """Return the errata list of article 000."""
+    P = printed_value
+    p2, q = P("pk"), P("qk")
+    rough = -p2 + np.sqrt(max(p2**2 - q, 0.0))
+    ours = quantities(pose())
+    return [
+        "1. v_EB, v_E and all that follows from them in group 6-7.",
+        "2. a_CBt and a_CB; a_C is right, so the article's own first equation is violated.",
+        "3. a_By in Table 1 and the sum y of group 4-5; a_C was computed with the right value.",
+        f"4. F: 0.8727 in the data, {USED_OF} in every formula for E.",
+        "5. The second columns of the acceleration systems and of the velocity system of 6-7.",
+        "6. Signs that magnitudes hide (ω1 is clockwise): the rod turns at "
+        f"{fixed(float(pose().bodies['rod'].angular_velocity[0]), 3)} rad/s and is accelerated by "
+        f"{fixed(float(pose().bodies['rod'].angular_acceleration[0]), 3)} rad/s², so a_A3t points "
+        "against v_A3; the block slides towards G at "
+        f"{fixed(float(pose().joints['slot'].slide_velocity[0]), 3)} m/s; a_C is "
+        f"{fixed(float(pose().points['slider.C'].acceleration[0, 0]), 3)} m/s², towards O.",
+        "7. a_CBn is said to point from B to C; the angle 138.36° that is used points from C to B, "
+        "which is right.",
+        "8. Misprints: 13.237 and 13.329 for 13.239; 38.664 for 38.644; 0.5859 for 0.5895; 9.934 "
+        "for 0.934; 0.173 for 0.137; −1.73 for −1.173; cosines where the y components take sines; "
+        "the fraction of ω6 is left over from ω4 (0.232/0.5179) and its value is not; a metre as "
+        "the unit of ω7; the equations for a_C and a_E are announced as those of A3.",
+        f"9. E_x is found as the difference of nearly equal squares: from the printed p and q "
+        f"it is {fixed(rough, 3)}, not the printed 0.725 (mechdae {fixed(ours['xE'], 4)}); more "
+        "digits were carried than are shown.",
+        "10. The crank is no crank: with bodies 6 and 7 attached the mechanism does not turn "
+        "fully (below).",
+        "",
+    ]
+
+
+def crank_task(*, poses: int = 361, outputs: tuple[str, ...] | None = None) -> Any:
+    driver = md.Driver(coordinate="crank.angle", from_=0, to=2 * np.pi, speed="omega1")
+    return md.Sweep(driver=driver, poses=poses, outputs=outputs)
+
+
+def crank_at(angle: float, outputs: tuple[str, ...] | None = None) -> Any:
+    driver = md.Driver(coordinate="crank.angle", at=(float(angle),), speed="omega1")
+    return md.solve(seven(), md.Sweep(driver=driver, outputs=outputs))
+
+
+def crank_modes(angle_deg: float, outputs: tuple[str, ...] | None = None) -> Any:
+    driver = md.Driver(coordinate="crank.angle", at=(float(np.radians(angle_deg)),))
+    return md.solve(seven(), md.Modes(driver=driver, outputs=outputs))
+
+
+def revolution() -> list[str]:
+    """Return the section on the full revolution of article 000."""
+    window = md.solve(seven(), "window")
+    low, high = (np.degrees(v) for v in window.summary["limits"])
+    turn = md.solve(seven(), crank_task())
+    lost, failed = turn.summary["status"]["unassembled"], turn.summary["failed"][0]
+    chain = ("rod", "slider.C", "slot", "guide")
+    part = md.solve(seven(), crank_task(outputs=chain))
+    p = seven().mechanism.values()
+    tilt = float(np.arcsin(p["OA"] / p["OG"]))
+    right, left = crank_at(-tilt), crank_at(np.pi + tilt, chain)
+    B = {name: np.array(r.points["rod.B"].position[0]) for name, r in
+         (("right", right), ("left", left))}  # fmt: skip
+    F = np.array([p["OF"], 0.0])
+    far, near = (float(np.hypot(*(B[name] - F))) for name in ("left", "right"))
+    reach = p["BE"] + p["EF"]
+    widest = float(np.sqrt(reach**2 - B["left"][1] ** 2) - abs(B["left"][0]))
+    inside = md.solve(seven(), "window", set={"OF": float(np.floor(widest * 1e6) / 1e6)})
+    outside = md.solve(seven(), "window", set={"OF": float(np.ceil(widest * 1e6) / 1e6)})
+    if inside.summary["limits"] != [None, None] or None in outside.summary["limits"]:
+        raise ArithmeticError("the bound of F does not separate full turns from windows")
+    rates = [right.points["slider.C"].velocity[0, 0]] + [
+        right.bodies[name].angular_velocity[0]
+        for name in ("rod", "connecting_rod", "coupler", "rocker")
+    ]
+    stretched = md.solve(seven(), "window", poses=3)
+    gaps = [
+        abs(np.sin(stretched.bodies["coupler"].angle[k] - stretched.bodies["rocker"].angle[k]))
+        for k in (0, -1)
+    ]
+    found = md.solve(seven(), "modes")
+    xC = sorted({round(float(v), 9) for v in found.points["slider.C"].position[:, 0]})
+    counted = [(a, crank_modes(a), crank_modes(a, ("slider.C",))) for a in range(0, 360, 30)]
+    rows = [
+        [f"{angle}°", str(full.summary["count"]), str(sub.summary["count"])]
+        for angle, full, sub in counted
+    ]
+    proven = all(r.summary["proven"] for _, *both in counted for r in both)
+    if not (proven and found.summary["proven"]):
+        raise ArithmeticError("a number of modes is not proven")
+    E, rocker = right.points["coupler.E"].position[0], right.bodies["rocker"].angle[0]
+    lines = [
+        "The article computes one pose. Over a whole turn of the crank mechdae finds:",
+        "",
+        f"* **Window.** The mechanism assembles for {text(low, 12)}° ≤ φ1 ≤ {text(high, 12)}°, "
+        f"that is {text(high - low, 10)}° of 360°. Of {len(turn)} poses over a turn {lost} do not "
+        f"assemble; named are the group {failed['name']} and its joint {failed['joint']}. At both "
+        f"ends B, E and F lie on one line (sine of the angle at E "
+        f"{below(max(gaps), 1e-6)}): the "
+        "angular velocities of 6 and 7 grow without bound there.",
+        f"* **Bodies 1-5 turn fully.** Without 6 and 7 all {len(part)} poses of the turn "
+        "assemble.",
+        f"* **What a full turn would take.** B is between {text(near, 9)} m and {text(far, 9)} m "
+        f"from F, the dyad spans from {fixed(p['BE'] - p['EF'], 4)} to {fixed(reach, 4)} m. Needed "
+        f"are BE + EF of at least {text(far, 9)} m, or F (on the x axis) within {text(widest, 9)} "
+        "m of O.",
+        f"* **Extremes of the rod and of C.** Crank and rod are square at φ1 = "
+        f"{text(-np.degrees(tilt), 12)}° and {text(180 + np.degrees(tilt), 12)}°: the rod stands "
+        f"at {text(np.degrees(right.bodies['rod'].angle[0]), 12)}° and "
+        f"{text(np.degrees(left.bodies['rod'].angle[0]), 12)}°, C at "
+        f"{text(right.points['slider.C'].position[0, 0], 12)} m and "
+        f"{text(left.points['slider.C'].position[0, 0], 12)} m. Only the first lies inside the "
+        f"window; there the rates of C and of bodies 3, 4, 6, 7 vanish together (largest "
+        f"{below(float(np.abs(rates).max()), 1e-12)}), E is at ({text(E[0], 12)}, "
+        f"{text(E[1], 12)}) and the rocker at {text(np.degrees(rocker), 12)}°.",
+        f"* **Swing, stroke, time ratio** (of bodies 1-5): the rod swings "
+        f"{text(np.degrees(part.summary['swing']['rod']), 11)}°, C has a stroke of "
+        f"{text(part.summary['stroke']['guide'], 11)} m, the block slides "
+        f"{text(part.summary['stroke']['slot'], 11)} m along the rod; the time ratio is "
+        f"{text((np.pi + 2 * tilt) / (np.pi - 2 * tilt), 12)}.",
+        f"* **Assembly modes** at the article's pose: {found.summary['count']}, proven "
+        f"(1 for the rod, 2 for C at {' and '.join(text(v, 9) for v in xC)} m, 2 for E). The other "
+        "way to assemble 6-7 puts E at "
+        f"({', '.join(text(v, 12) for v in _lower(found))}).",
+        "",
+        "Number of modes over the turn (all proven):",
+        "",
+    ]
+    return lines + table("φ1 | all bodies | bodies 1-5", rows)
+
+
+def _lower(found: Any) -> Any:
+    """Return E on the mode with the right C and the lower E."""
+    label = found.labels.index(("+", "+", "+"))
+    return found.points["coupler.E"].position[label]
+
+
+# -- article 004 -------------------------------------------------------------------------------
+
+EXAMPLE = (0.1, 0.048, 0.09, 0.08)
+SETS: dict[str, tuple[float, ...]] = {
+    "the article's example": EXAMPLE,
+    "double crank": (0.04, 0.09, 0.08, 0.1),
+    "short coupler": (0.1, 0.09, 0.03, 0.08),
+    "shortest l3": (0.1, 0.09, 0.08, 0.04),
+    "no Grashof": (0.11, 0.06, 0.05, 0.08),
+}
+RATIOS = [
+    Fraction(p, q)
+    for p, q in (
+        (-1, 1), (-2, 1), (-1, 2), (2, 1), (1, 2), (3, 1), (1, 3), (-3, 1), (-1, 3), (3, 2), (2, 3)
+    )
+]  # fmt: skip
+"""i24 as in the article's equation (12)."""
+PRINTED_SWING = "1.344"
+
+
+@cache
+def five() -> Any:
+    return md.load(FIVE)
+
+
+def changes(lengths: tuple[float, ...], i42: Fraction) -> dict[str, Any]:
+    return dict(zip(("l0", "l1", "l2", "l3"), lengths, strict=True)) | {"i42": str(i42)}
+
+
+@cache
+def wheel_modes(lengths: tuple[float, ...], i42: Fraction, phi4: float) -> Any:
+    task = md.Modes(driver=md.Driver(coordinate="wheel.angle", at=(phi4,)))
+    return md.solve(five(), task, set=changes(lengths, i42))
+
+
+@cache
+def wheel_window(
+    lengths: tuple[float, ...], i42: Fraction, mode: str | None = None, poses: int = 361
+) -> Any:
+    driver = md.Driver(coordinate="wheel.angle", range="assembled", speed=1.0)
+    task = md.Sweep(driver=driver, poses=poses)
+    return md.solve(five(), task, set=changes(lengths, i42), mode=mode)
+
+
+def coupler_rate(lengths: tuple[float, ...], phi1: Any, side: int) -> tuple[Any, Any]:
+    """Return φ2 and dφ2/dφ1 of the four-bar in closed form; `side` is the assembly."""
+    l0, l1, l2, l3 = lengths
+    d = l0 + l1 * np.exp(1j * phi1)
+    phi2 = np.angle(d) + side * np.arccos((np.abs(d) ** 2 + l2**2 - l3**2) / (2 * np.abs(d) * l2))
+    phi3 = np.angle(d - l2 * np.exp(1j * phi2))
+    return phi2, l1 * np.sin(phi1 - phi3) / (l2 * np.sin(phi2 - phi3))
+
+
+def refined(function: Callable[[float], float], a: float, b: float) -> float:
+    """Return the root of a function between two arguments with different signs."""
+    fa = function(a)
+    for _ in range(200):
+        m = 0.5 * (a + b)
+        fm = function(m)
+        if (fm > 0) == (fa > 0):
+            a, fa = m, fm
+        else:
+            b = m
+    return 0.5 * (a + b)
+
+
+def roots(function: Callable[[Any], Any], count: int = 3600) -> list[float]:
+    """Return the roots of a function of an angle over one turn."""
+    grid = np.linspace(-np.pi, np.pi, count + 1)
+    values = function(grid)
+    return [
+        refined(function, float(grid[k]), float(grid[k + 1]))
+        for k in np.flatnonzero(values[:-1] * values[1:] < 0)
+    ]
+
+
+def rate_range(lengths: tuple[float, ...]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return least and largest dφ2/dφ1 of the + assembly, each with its φ1."""
+
+    def slope(phi1: Any, h: float = 1e-4) -> Any:
+        ahead, back = (coupler_rate(lengths, phi1 + s * h, 1)[1] for s in (1, -1))
+        return (ahead - back) / (2 * h)
+
+    found = [(float(coupler_rate(lengths, a, 1)[1]), a) for a in roots(slope)]
+    return min(found), max(found)
+
+
+def real_roots(lengths: tuple[float, ...], i24: Fraction, phi4: Any) -> Any:
+    """Return the number of real roots of (12) at every wheel angle, φ1 over q turns.
+
+    With φ1 = qt the equation is a trigonometric polynomial in t, an algebraic one in exp(it);
+    the roots on the unit circle are counted.
+    """
+    l0, l1, l2, l3 = lengths
+    p, q = i24.numerator, i24.denominator
+    n = max(abs(p), abs(q), abs(p - q))
+    phi4 = np.atleast_1d(phi4)
+    c = np.zeros((len(phi4), 2 * n + 1), complex)
+    c[:, n] = l0**2 + l1**2 + l2**2 - l3**2
+    turned = np.exp(1j * float(i24) * phi4)
+    for order, phase, size in (
+        (q, np.ones_like(turned), l0 * l1),
+        (p - q, 1 / turned, -l0 * l2),
+        (p, 1 / turned, -l1 * l2),
+    ):
+        c[:, n + order] += size * phase
+        c[:, n - order] += size / phase
+    companion = np.zeros((len(phi4), 2 * n, 2 * n), complex)
+    companion[:, np.arange(1, 2 * n), np.arange(2 * n - 1)] = 1
+    companion[:, :, -1] = -c[:, :-1] / c[:, -1:]
+    z = np.linalg.eigvals(companion)
+    return (np.abs(np.abs(z) - 1) < 1e-6).sum(axis=1)
+
+
+def middles(counts: Any, phi4: Any) -> dict[int, float]:
+    """Return for every count that occurs the wheel angle in the middle of its widest interval."""
+    edges = [0, *(np.flatnonzero(np.diff(counts)) + 1).tolist(), len(counts)]
+    best: dict[int, tuple[int, float]] = {}
+    for a, b in pairwise(edges):
+        count = int(counts[a])
+        if b - a > best.get(count, (0, 0.0))[0]:
+            best[count] = (b - a, float(phi4[(a + b - 1) // 2]))
+    return {count: angle for count, (_, angle) in sorted(best.items())}
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Angle and its derivatives by the wheel's angle, of one body over wheel angles."""
+
+    angle: Any
+    speed: Any
+    acceleration: Any
+
+
+def assembled(phi4: Any, side: str) -> dict[str, Turning]:
+    """Return the example's bodies at wheel angles on one assembly (+ or −), followed from 0."""
+    at = (0.0, *np.atleast_1d(phi4).tolist())
+    task = md.Sweep(driver=md.Driver(coordinate="wheel.angle", at=at, speed=1.0))
+    bodies = md.solve(five(), task, mode=label(side)).bodies
+    names = ("angle", "angular_velocity", "angular_acceleration")
+    return {b: Turning(*(series[n][1:] for n in names)) for b, series in bodies.items()}
+
+
+@cache
+def label(side: str) -> str:
+    """Return mechdae's label of an assembly of the example at wheel angle 0."""
+    found = wheel_modes(EXAMPLE, Fraction(-1), 0.0)
+    crank = found.bodies["crank"].angle
+    for k, labels in enumerate(found.labels):
+        if abs(crank[k]) < 1 and (crank[k] > 0) == (side == "+"):
+            return ",".join(labels)
+    raise ArithmeticError("no such assembly")
+
+
+def equations() -> list[str]:
+    """Return the verdicts on equations (1) to (16)."""
+    l0, l1, l2, l3 = EXAMPLE
+    i42 = -1.0
+    i24 = 1 / i42
+    phi4 = np.arange(16) * np.pi / 4
+    motion = [assembled(phi4, side) for side in "+−"]
+    names = ("crank", "coupler", "rocker", "wheel")
+    f1, f2, f3, f4 = (np.concatenate([run[b].angle for run in motion]) for b in names)
+    w1, w2, _, w4 = (np.concatenate([run[b].speed for run in motion]) for b in names)
+    a0, a1, a2, a3 = l0**2 + l1**2 + l2**2 - l3**2, 2 * l0 * l1, 2 * l0 * l2, 2 * l1 * l2
+    A, B = a3 * np.cos(i24 * f4), a3 * np.sin(i24 * f4)
+    C, D = a2 * np.cos(i24 * f4), a2 * np.sin(i24 * f4)
+    K, F = a1 - A, C + a0
+    c1, s1 = np.cos(f1), np.sin(f1)
+    x = np.tan(f1 / 2)
+    quartic = coefficients(f4)
+    powers = np.array([x**k for k in (4, 3, 2, 1, 0)])
+    terms = np.array(quartic) * powers
+    e = {
+        1: np.abs(l0 + l1 * np.exp(1j * f1) - l2 * np.exp(1j * f2) - l3 * np.exp(1j * f3)) / l0,
+        2: (l0**2 + l1**2 + l2**2 + a1 * c1 - a2 * np.cos(f2) - a3 * np.cos(f1 - f2) - l3**2)
+        / a0,
+        4: (a1 * c1 - a2 * np.cos(f2) - a3 * np.cos(f1 - f2) + a0) / a0,
+        5: (c1 * (a1 - a3 * np.cos(f2)) - a2 * np.cos(f2) - a3 * s1 * np.sin(f2) + a0) / a0,
+        6: (w4 - w1) / (w2 - w1) - i42,
+        7: w4 - w2 * i42 - w1 * (1 - i42),
+        8: w4 / w1 - (w2 / w1 * i42 + 1 - i42),
+        10: f4 - (i42 * f2 + (1 - i42) * f1),
+        11: f2 - (i24 * f4 - (i24 - 1) * f1),
+        12: (a1 * c1 - A * np.cos(i24 * f1) - B * np.sin(i24 * f1) - C * np.cos((i24 - 1) * f1)
+             - D * np.sin((i24 - 1) * f1) + a0) / a0,
+        13: (K * c1 + B * s1 - C * np.cos(2 * f1) + D * np.sin(2 * f1) + a0) / a0,
+        14: (K * c1 + B * s1 - 2 * C * c1**2 + 2 * D * c1 * s1 + F) / a0,
+        15: terms.sum(axis=0) / np.abs(terms).sum(axis=0),
+    }  # fmt: skip
+    left = {n: below(float(np.abs(v).max()), 1e-12) for n, v in e.items()}
+    one = wheel_modes(EXAMPLE, Fraction(1), 1.0).summary
+    num = l1 * np.sin(f1) - l2 * np.sin(f2)
+    wrong = num**2 + (l0 + l2 * np.cos(f2) - l1 * c1) ** 2 - l3**2
+    rule = 4 * l0 * (l2 * np.cos(f2) - l1 * c1)
+    if np.abs(wrong - rule).max() > 1e-15:
+        raise ArithmeticError("the misfit of (16) is not 4 l0 (l2 cos φ2 − l1 cos φ1)")
+    ways = "right"
+    rows = [
+        ["(1)", ways, f"loop closed, {left[1]} of l0"],
+        ["(2), (3)", ways, left[2]],
+        ["(4)", ways, left[4]],
+        ["(5)", ways, left[5]],
+        ["(6)", ways, f"ratio of the speeds, and minus for an external mesh: {left[6]}"],
+        ["(7)", ways, left[7]],
+        ["(8), (9)", ways, left[8]],
+        ["(10)", "right, constant of integration dropped",
+         f"{left[10]} with the constant 0; the announced φ40 is never used"],
+        ["(11)", ways, left[11]],
+        ["(12)", "right, its exception is none",
+         f"{left[12]}. Only a gear pair with i24 = 1 cannot be built; the equation then has "
+         f"{one['count']} roots (at φ4 = 1)"],
+        ["(13)", ways, left[13]],
+        ["(14)", ways, left[14]],
+        ["(15)", ways, f"{left[15]} of the sum of its terms; coefficients below"],
+        ["(16)", "**wrong**", "signs in the denominator, and arctan for a two-argument "
+         "arctangent; below"],
+    ]  # fmt: skip
+    lines = [
+        f"Residuals at {len(f4)} poses of mechdae: φ4 = kπ/4 over two turns of the wheel, both "
+        "assemblies.",
+        "",
+        *table("equation | verdict | residual", rows),
+        "**Coefficients of (15).** At one wheel angle the four modes of mechdae give four roots "
+        "tan(φ1/2). The monic quartic with these roots, times the article's *a*, against the "
+        "article's coefficients:",
+        "",
+    ]
+    body = []
+    for k, value in enumerate((0.7, 2.0, 4.0)):
+        crank = wheel_modes(EXAMPLE, Fraction(-1), value).bodies["crank"].angle
+        printed = np.array([float(c) for c in coefficients(value)])
+        ours = printed[0] * np.poly(np.tan(crank / 2))
+        gap = float(np.abs(ours - printed).max() / np.abs(printed).max())
+        for which, numbers in (("article", printed), ("mechdae", ours)):
+            shown = [text(v, 9, 1e-13) for v in numbers]
+            body.append([f"{value:g}", which, *shown, below(gap, 1e-11) if which > "b" else ""])
+        if len(crank) != 4 or k > 3:
+            raise ArithmeticError("four roots expected")
+    lines += table("φ4 | | a | b | c | d | e | difference", body)
+    arc = np.arctan(num / (l0 + l2 * np.cos(f2) - l1 * c1))
+    good = np.arctan2(num, l0 + l1 * c1 - l2 * np.cos(f2))
+    agrees = below(float(np.abs(np.exp(1j * good) - np.exp(1j * f3)).max()), 1e-12)
+    body = [
+        [f"{text(f4[k] / np.pi, 3)}π", "+", text(f3[k], 12), text(arc[k], 12), text(good[k], 12)]
+        for k in range(0, 8)
+    ]
+    lines += [
+        "**Formula (16).** By (1) the denominator is l0 + l1 cos φ1 − l2 cos φ2. As printed, "
+        "numerator and denominator are not even the legs of a triangle with the hypotenuse l3: "
+        "their squares miss l3² by 4 l0 (l2 cos φ2 − l1 cos φ1), at these poses by up to "
+        f"{text(float(np.abs(wrong).max() / l3**2), 6)} l3². With the right denominator and both "
+        f"signs kept it agrees with mechdae ({agrees}).",
+        "",
+        *table("φ4 | assembly | φ3, mechdae | (16) as printed | (16) corrected", body),
+    ]
+    return lines
+
+
+def coefficients(phi4: Any) -> tuple[Any, ...]:
+    """Return a to e of the article's equation (15)."""
+    l0, l1, l2, l3 = EXAMPLE
+    a0, a1, a2, a3 = l0**2 + l1**2 + l2**2 - l3**2, 2 * l0 * l1, 2 * l0 * l2, 2 * l1 * l2
+    A, B = a3 * np.cos(-phi4), a3 * np.sin(-phi4)
+    C, D = a2 * np.cos(-phi4), a2 * np.sin(-phi4)
+    K, F = a1 - A, C + a0
+    return -K - 2 * C + F, 2 * B - 4 * D, 4 * C + 2 * F, 2 * B + 4 * D, K - 2 * C + F
+
+
+def four_roots() -> list[str]:
+    """Return the section on the number of real roots."""
+    angles = [float(v) for v in np.arange(24) * np.pi / 12]
+    found = [wheel_modes(EXAMPLE, Fraction(-1), v) for v in angles]
+    counts = sorted({r.summary["count"] for r in found})
+    if counts != [4] or not all(r.summary["proven"] for r in found):
+        raise ArithmeticError("four proven modes expected")
+    (least, _), (most, _) = rate_range(EXAMPLE)
+    here, ahead = assembled([1.0, 1.0 + 2 * np.pi], "+")["crank"].angle
+    modes = wheel_modes(EXAMPLE, Fraction(-1), 1.0)
+    crank = np.sort(np.mod(modes.bodies["crank"].angle, 2 * np.pi))
+    both = all(np.abs(np.exp(1j * crank) - np.exp(1j * v)).min() < 1e-12 for v in (here, ahead))
+    if not both:
+        raise ArithmeticError("the + assembly one wheel turn on is not among the modes")
+    lines = [
+        f"**False for the article's own example**: at each of {len(angles)} wheel angles (15° "
+        "apart) mechdae finds 4 modes and proves the number. The reason: dφ4/dφ1 = 2 − φ2′ stays "
+        f"between {text(2 - most, 9, 1e-12)} and {text(2 - least, 9, 1e-12)} and averages 2, so "
+        "one turn of the crank takes two of the wheel, and each of the two assemblies passes the "
+        "same wheel position twice, at different crank angles. At φ4 = 1 the roots are φ1 = "
+        f"{', '.join(text(v, 9) for v in crank)}; the + assembly has {text(here, 9)} there and "
+        f"{text(ahead, 9)} one wheel turn later. Picking *the two real roots* is not a rule; a "
+        "root has to be followed.",
+        "",
+        "Number of real roots for other ratios and link lengths (l0, l1, l2, l3). With i24 = p/q "
+        "in lowest terms equation (12) has 2 max(|p|, |q|, |p − q|) roots over q turns of φ1. "
+        "Every number was found over 720 wheel angles from the polynomial, and is the number of "
+        "assembly modes mechdae finds, and proves, in the middle of the widest interval that has "
+        "it.",
+        "",
+    ]
+    grid = np.arange(720) * 2 * np.pi / 720
+    body = []
+    for i24 in RATIOS:
+        p, q = i24.numerator, i24.denominator
+        row = [sign(str(i24)), sign(str(1 / i24)), str(2 * max(abs(p), abs(q), abs(p - q)))]
+        for lengths in SETS.values():
+            spots = middles(real_roots(lengths, i24, grid), grid)
+            for count, angle in spots.items():
+                modes = wheel_modes(lengths, 1 / i24, angle)
+                if modes.summary["count"] != count or not modes.summary["proven"]:
+                    raise ArithmeticError(f"{i24}, {lengths}, {angle}: {count} roots")
+            seen = [str(count) for count in spots]
+            row.append("/".join(seen) if len(seen) > 1 else f"**{seen[0]}**")
+        body.append(row)
+    titles = [
+        f"{name} ({', '.join(f'{v:g}' for v in lengths)})" for name, lengths in SETS.items()
+    ]
+    lines += table(" | ".join(["i24", "i42", "roots", *titles]), body)
+    lines += [
+        "Bold: the same at every wheel angle. *Two* is right for i24 = −1 in the double crank and "
+        "with the short coupler, for the article's crank-rocker it is right at no angle.",
+        "",
+    ]
+    return lines
+
+
+def dead_points(lengths: tuple[float, ...], i42: Fraction) -> list[float]:
+    """Return the wheel angles (within a turn) at which dφ4/dφ1 = 0, in closed form."""
+    i = float(i42)
+    found = []
+    for side in (1, -1):
+        for phi1 in roots(lambda a, s=side: coupler_rate(lengths, a, s)[1] - (1 - 1 / i)):
+            phi2, _ = coupler_rate(lengths, phi1, side)
+            found.append(i * float(phi2) + (1 - i) * phi1)
+    return found
+
+
+def full_turns() -> list[str]:
+    """Return the section on the full rotatability of the input wheel."""
+    (least, at_least), (most, at_most) = rate_range(EXAMPLE)
+    crank2 = SETS["double crank"]
+    (low2, _), (high2, _) = rate_range(crank2)
+    cases = [(EXAMPLE, "example", 1 / i24, least, most) for i24 in RATIOS]
+    cases += [(crank2, "double crank", Fraction(i), low2, high2) for i in (-1, -2, -3)]
+    body = []
+    for lengths, name, i42, low, high in sorted(cases, key=lambda c: (c[1] != "example", c[2])):
+        i = float(i42)
+        mode = None
+        if lengths != EXAMPLE:
+            mode = ",".join(wheel_modes(lengths, i42, 0.0).labels[0])
+        run = wheel_window(lengths, i42, mode)
+        predicted = not low < 1 - 1 / i < high
+        ends = run.summary["limits"]
+        if predicted != (ends == [None, None]):
+            raise ArithmeticError(f"{name}, i42 = {i42}: limits {ends}, predicted {predicted}")
+        if predicted:
+            # the range of dφ4/dφ1 is monotone in φ2′
+            a, b = sorted((1 - i * (1 - low), 1 - i * (1 - high)))
+            turns = round(abs(np.ptp(run.drivers["wheel.angle"].position)) / (2 * np.pi))
+            said = f"turns fully; closes after {turns} turn{'s' if turns > 1 else ''} of the wheel"
+            shown = f"{text(a, 6, 1e-9)} … {text(b, 6, 1e-9)}"
+        else:
+            # whole turns of crank and coupler shift φ4 by parts of a turn
+            known = np.array(dead_points(lengths, i42)) * i42.denominator
+            gap = max(
+                float(np.abs(np.exp(1j * known) - np.exp(1j * i42.denominator * end)).min())
+                for end in ends
+            )
+            below(gap, 1e-9)
+            said = "dead points at φ4 = " + " and ".join(
+                f"{fixed(np.degrees(end), 6)}°" for end in ends
+            )
+            shown = "changes sign"
+        body.append(
+            [name, sign(str(i42)), text(1 - 1 / i, 6), "yes" if predicted else "no", shown, said]
+        )
+    lines = [
+        "With i = i42 and φ2′ = dφ2/dφ1, dφ4/dφ1 = 1 − i (1 − φ2′): the input wheel has a dead "
+        "point where φ2′ = 1 − 1/i, and turns fully where φ2′ never takes that value. In the "
+        f"example φ2′ runs from {text(least, 10, 1e-12)} (φ1 = {text(at_least, 6, 1e-9)}) to "
+        f"{text(most, 10, 1e-12)} (φ1 = {text(at_most, 6, 1e-9)}), in the double crank of the "
+        f"table above from {text(low2, 8, 1e-12)} to {text(high2, 8, 1e-12)}. So an external pair "
+        "(i < 0) with the shortest link as the crank of a Grashof four-bar always turns, because "
+        "φ2′ < 1; with an internal pair it depends on the numbers. The last column is mechdae "
+        "following the motion; every dead point it meets agrees with the closed form (difference "
+        "below 10⁻⁹ rad).",
+        "",
+        *table("links | i42 | 1 − 1/i | turns | dφ4/dφ1 | mechdae", body),
+    ]
+    short = SETS["short coupler"]
+    mode = ",".join(wheel_modes(short, Fraction(-1), 0.0).labels[0])
+    rocks = wheel_window(short, Fraction(-1), mode)
+    if rocks.summary["limits"] != [None, None]:
+        raise ArithmeticError("the wheel of the short coupler should turn fully")
+    lines += [
+        "The crank need not be a crank: with the short coupler and i = −1 the wheel turns fully "
+        f"(swing {text(rocks.summary['swing']['wheel'] / np.pi, 6)}π, no dead point), the coupler "
+        f"turns with it, and link 1 only rocks by {text(rocks.summary['swing']['crank'], 11)} rad.",
+        "",
+    ]
+    return lines
+
+
+def biggest_turn() -> tuple[float, float, float]:
+    """Return the largest and the least crank turn over one wheel turn, and where the first is."""
+    step = 4 * np.pi / 720
+    grid = np.arange(1081) * step
+    speed = assembled(grid, "+")["crank"].speed
+    gap = speed[360:] - speed[:-360]
+
+    def difference(s: float) -> float:
+        w = assembled([s, s + 2 * np.pi], "+")["crank"].speed
+        return float(w[1] - w[0])
+
+    found = []
+    for k in np.flatnonzero(gap[:-1] * gap[1:] < 0):
+        a, b, fa, fb = grid[k], grid[k + 1], gap[k], gap[k + 1]
+        for _ in range(4):
+            s = b - fb * (b - a) / (fb - fa)
+            a, fa, b, fb = b, fb, s, difference(s)
+            if abs(fb) < 1e-13:
+                break
+        angle = assembled([b, b + 2 * np.pi], "+")["crank"].angle
+        found.append((float(angle[1] - angle[0]), float(b)))
+    return max(found)[0], min(found)[0], max(found)[1]
+
+
+def swing_and_claims() -> list[str]:
+    """Return the example's numbers and the conclusions with verdicts."""
+    l0, l1, l2, l3 = EXAMPLE
+    run = md.solve(five(), "turns")
+    swing = run.summary["swing"]["rocker"]
+    closed = np.arccos((l0**2 + l3**2 - (l1 + l2) ** 2) / (2 * l0 * l3)) - np.arccos(
+        (l0**2 + l3**2 - (l2 - l1) ** 2) / (2 * l0 * l3)
+    )
+    below(abs(swing - closed), 1e-12)
+    one = md.Sweep(driver=md.Driver(coordinate="wheel.angle", from_=0, to=2 * np.pi), poses=361)
+    half = {
+        side: md.solve(five(), one, mode=label(side)).summary["swing"]["rocker"] for side in "+−"
+    }
+    (_, at_least), (_, at_most) = rate_range(EXAMPLE)
+    rates = []
+    for phi1 in (at_least, at_most):
+        phi2, _ = coupler_rate(EXAMPLE, phi1, 1)
+        at = float(-phi2 + 2 * phi1) % (4 * np.pi)
+        rates.append(float(assembled(at, "+")["crank"].speed[0]))
+        phi2_rate = coupler_rate(EXAMPLE, phi1, 1)[1]
+        below(abs(rates[-1] - 1 / (2 - float(phi2_rate))), 1e-12)
+    grid = np.arange(16) * np.pi / 4
+    motion = assembled(grid, "+")
+    w1, w2 = (motion[b].speed for b in ("crank", "coupler"))
+    e1, e2 = (motion[b].acceleration for b in ("crank", "coupler"))
+    slope = w2 / w1
+    bend = (e2 - slope * e1) / w1**2
+    below(float(np.abs(w1 - 1 / (-slope + 2)).max()), 1e-12)
+    exact = below(float(np.abs(e1 - bend / (2 - slope) ** 3).max()), 1e-12)
+    top, bottom, where = biggest_turn()
+    obeying = (0.075, 0.06, 0.1, 0.07)
+    mode = ",".join(wheel_modes(obeying, Fraction(-1), 0.0).labels[0])
+    stuck = wheel_window(obeying, Fraction(-1), mode).summary["limits"]
+    if None in stuck:
+        raise ArithmeticError("the non-Grashof set should have dead points")
+    long, rest = obeying[1] + obeying[2], obeying[0] + obeying[3]
+    lines = [
+        f"**Swing of link 3.** Printed {PRINTED_SWING} rad; mechdae {text(swing, 14)} rad "
+        f"({text(np.degrees(swing), 12)}°), and the difference of the two arccosines of the "
+        f"four-bar's extreme positions gives the same. Deviation "
+        f"{percent(float(PRINTED_SWING), swing)} %. The swing belongs to the four-bar and does not "
+        f"depend on the wheels; over a single turn of the wheel from φ4 = 0 link 3 covers only "
+        f"{text(half['+'], 8)} rad (+) or {text(half['−'], 8)} rad (−). "
+        f"{PRINTED_SWING} rad is {fixed(np.degrees(float(PRINTED_SWING)), 2)}°: probably 77° "
+        "read off a graph.",
+        "",
+        f"**Full turn with variable speed.** Right, but it takes two turns of the input: dφ1/dφ4 "
+        f"runs from {text(min(rates), 10, 1e-12)} to {text(max(rates), 10, 1e-12)}, mean 0.5.",
+        "",
+        "**Notation.** The ratio is i42 in (6), i24 from (11) on and i12 in the example and in "
+        "the last conclusion; harmless only because −1 is its own reciprocal.",
+        "",
+        "**Conclusions**",
+        "",
+    ]
+    rows = [
+        ["1. The position function is not explicit", "**too strong**",
+         "a quartic has roots in radicals, and the inverse is explicit: "
+         "φ4 = iφ2(φ1) + (1 − i)φ1. Hence φ1′ = 1/(iφ2′ + 1 − i) and "
+         f"φ1″ = −iφ2″/(iφ2′ + 1 − i)³ without any differencing; mechdae agrees, {exact}"],
+        ["2. Positions only as a table", "**false**",
+         "same reason: for every φ1 the wheel angle, and for every wheel angle the derivatives, "
+         "are formulas"],
+        ["3. The wheel turns fully when l1 < l3 < l0 < l2", "**false**",
+         f"not necessary: the example itself has l0 = {l0:g} > l2 = {l2:g} and turns, so does the "
+         f"double crank. Not sufficient: ({', '.join(f'{v:g}' for v in obeying)}) obeys it, but "
+         f"shortest and longest make {long:g} > {rest:g}, and mechdae meets dead points at φ4 = "
+         f"{' and '.join(fixed(np.degrees(v), 3) + '°' for v in stuck)} (i = −1). Of lengths drawn "
+         "at random half fail: l → 1 − l turns the inequality round. Right is: link 1 the "
+         "shortest of a Grashof four-bar, or a bound on φ2′ as above"],
+        ["3b. The crank must be coaxial with the wheel", "**not necessary**",
+         "the short coupler above: the wheel turns, link 1 rocks"],
+        ["4. Largest crank turn per input turn 0.5(1 − i12)", "**false**",
+         "gives 1 for i = −1, in no unit that fits. The mean turn is 2π/(1 − i) = π; over one turn "
+         f"of the wheel the crank makes at most {text(top, 12, 1e-13)} rad (from φ4 = "
+         f"{text(where, 6, 1e-8)}, assembly +) and at least {text(bottom, 12, 1e-13)} rad"],
+        ["Unevenness of the driven crank", "right", "see the range of dφ1/dφ4"],
+    ]  # fmt: skip
+    return lines + table("claim | verdict | why", rows)
+
+
+# -- the page ----------------------------------------------------------------------------------
+
+
+def page() -> str:
+    """Return the page."""
+    joints, bodies = len(seven().mechanism.joints), len(seven().mechanism.bodies)
+    lines = [
+        "# Two articles, number by number",
+        "",
+        "Written by `docs/make_articles.py`; do not edit. The printed numbers are typed into "
+        "that script, all others are computed when the page is made.",
+        "",
+        "**Verdicts.** *Exact to print*: within half a unit of the last printed digit of what "
+        "mechdae computes. *Rounding*: within two units of it and within 1 %, as rounded "
+        "intermediate results explain. *Deviates*: anything else, with the reason. Deviations are "
+        "(printed − computed)/computed.",
+        "",
+        "## Seven-link lever mechanism",
+        "",
+        "A. D. Gorshkov, V. E. Primostka, *Application of the analytical method in the kinematic "
+        "analysis of planar multi-link mechanisms*, European research (article 000). Problem "
+        f"`{SEVEN}`: `mechdae solve {SEVEN}`.",
+        "",
+        f"Structure: {bodies} moving bodies, {joints} joints of one freedom, "
+        f"W = 3·{bodies} − 2·{joints} = {3 * bodies - 2 * joints}; "
+        f"{pose().summary['formula']}. Both last dyads hang on the pin B of the rod, side by side; "
+        "the article's formula has them in a row.",
+        "",
+        f"Two things the data leave open. l_GA = {GIVEN['GA']} m is no length of a body but the "
+        "distance at this pose: it gives G = (0, −OG) with OG = √(l_GA² − (OA cos φ1)²) − "
+        f"OA sin φ1 = {text(_og(), 12)} m. And the direction of v_A makes the crank turn "
+        "clockwise (ω1 = −4 rad/s), which magnitudes alone do not show.",
+        "",
+        "### Every printed number",
+        "",
+        *every_number(),
+        "### Where the deviations come from",
+        "",
+        "Each deviating number recomputed from what the article itself prints. Where the result "
+        "is the printed one (within 1.5 units), the number is inherited or explained; where it "
+        "is not, the slip was made there.",
+        "",
+        *reasons(),
+        "### Errata",
+        "",
+        *errata(),
+        "### The full revolution",
+        "",
+        *revolution(),
+        "## Geared five-bar",
+        "",
+        "R. V. Ambartsumyants, A. P. Lipin, S. A. Romashkevich, *Kinematic research of the geared "
+        f"five-bar linkages mechanism*, 2018 (article 004). Problem `{FIVE}`: l0 = 0.1, "
+        "l1 = 0.048, l2 = 0.09, l3 = 0.08 m, i42 = −1; D at the origin, A at (l0, 0), the input is "
+        "the wheel on A.",
+        "",
+        "### Equations (1) to (16)",
+        "",
+        *equations(),
+        "### \"Of the four roots only two can be real\"",
+        "",
+        *four_roots(),
+        "### When the input wheel turns fully",
+        "",
+        *full_turns(),
+        "### Example and conclusions",
+        "",
+        *swing_and_claims(),
+    ]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _og() -> float:
+    phi1 = np.radians(GIVEN["phi1"])
+    across, up = GIVEN["OA"] * np.cos(phi1), GIVEN["OA"] * np.sin(phi1)
+    og = float(np.sqrt(GIVEN["GA"] ** 2 - across**2) - up)
+    below(abs(og - seven().mechanism.values()["OG"]), 1e-12)
+    return og
+
+
+def differences(new: str, old: str) -> list[str]:
+    """Return the lines in which two pages differ."""
+    a, b = new.splitlines(), old.splitlines()
+    size = max(len(a), len(b))
+    a, b = a + [""] * (size - len(a)), b + [""] * (size - len(b))
+    return [f"{k + 1}: {y!r} should be {x!r}" for k, (x, y) in enumerate(zip(a, b, strict=True))
+            if x != y]  # fmt: skip
+
+
+def main(arguments: list[str]) -> int:
+    """Write or check the page; return the exit code."""
+    new = page()
+    if "--check" not in arguments:
+        PAGE.write_text(new, encoding="utf-8")
+        return 0
+    old = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    found = differences(new, old)
+    for line in found[:20]:
+        print(line, file=sys.stderr)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,115 @@
+"""A casadi SX function evaluated with other arithmetic than its own.
+
+The instruction list is walked once; what an operation means is up to the caller: symbols
+with replaced parts, upper bounds, 80-bit floats.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import casadi as ca
+
+FORMULAS: dict[int, Callable[..., Any]] = {
+    ca.OP_ASSIGN: lambda a: a,
+    ca.OP_ADD: lambda a, b: a + b,
+    ca.OP_SUB: lambda a, b: a - b,
+    ca.OP_MUL: lambda a, b: a * b,
+    ca.OP_DIV: lambda a, b: a / b,
+    ca.OP_NEG: lambda a: -a,
+    ca.OP_SQ: lambda a: a * a,
+    ca.OP_TWICE: lambda a: 2 * a,
+    ca.OP_INV: lambda a: 1 / a,
+    ca.OP_POW: lambda a, b: a**b,
+    ca.OP_CONSTPOW: lambda a, b: a**b,
+}
+"""Operations that mean the same for symbols and for arrays."""
+NAMES: dict[int, tuple[str, str]] = {
+    ca.OP_SIN: ("sin", "sin"),
+    ca.OP_COS: ("cos", "cos"),
+    ca.OP_TAN: ("tan", "tan"),
+    ca.OP_SQRT: ("sqrt", "sqrt"),
+    ca.OP_EXP: ("exp", "exp"),
+    ca.OP_LOG: ("log", "log"),
+    ca.OP_ASIN: ("asin", "arcsin"),
+    ca.OP_ACOS: ("acos", "arccos"),
+    ca.OP_ATAN: ("atan", "arctan"),
+    ca.OP_ATAN2: ("atan2", "arctan2"),
+    ca.OP_SINH: ("sinh", "sinh"),
+    ca.OP_COSH: ("cosh", "cosh"),
+    ca.OP_TANH: ("tanh", "tanh"),
+    ca.OP_FABS: ("fabs", "abs"),
+    ca.OP_SIGN: ("sign", "sign"),
+    ca.OP_FMIN: ("fmin", "minimum"),
+    ca.OP_FMAX: ("fmax", "maximum"),
+}
+"""The names of the other operations in casadi and in NumPy."""
+SYMBOLIC = {**FORMULAS, **{code: getattr(ca, names[0]) for code, names in NAMES.items()}}
+
+
+def replay(
+    function: Any,
+    inputs: Sequence[Sequence[Any]],
+    operation: Callable[[int, list[Any]], Any],
+    constant: Callable[[float], Any],
+) -> list[list[Any]]:
+    """Return the dense outputs, as lists of scalars, for inputs given as lists of scalars.
+
+    Parameters
+    ----------
+    function
+        SX function with dense inputs and outputs.
+    operation
+        Gets an operation code and the values of its arguments.
+    constant
+        Makes a value of a number.
+    """
+    work: dict[int, Any] = {}
+    results: list[list[Any]] = [
+        [None] * function.numel_out(i) for i in range(function.n_out())
+    ]
+    for k in range(function.n_instructions()):
+        code = function.instruction_id(k)
+        into, out_of = function.instruction_output(k), function.instruction_input(k)
+        if code == ca.OP_INPUT:
+            work[into[0]] = inputs[out_of[0]][out_of[1]]
+        elif code == ca.OP_CONST:
+            work[into[0]] = constant(function.instruction_constant(k))
+        elif code == ca.OP_OUTPUT:
+            results[into[0]][into[1]] = work[out_of[0]]
+        else:
+            work[into[0]] = operation(code, [work[i] for i in out_of])
+    return results
+
+
+def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> list[Any]:
+    """Return the dense expressions with sin and cos of the given symbols replaced.
+
+    Parameters
+    ----------
+    expressions : list of SX
+    angles, sines, cosines : SX (n,)
+    """
+    others = [s for s in ca.symvar(ca.veccat(*expressions)) if not _among(s, angles)]
+    rest = ca.vertcat(*others) if others else ca.SX(0, 1)
+    dense = [ca.densify(expression) for expression in expressions]
+    function = ca.Function("f", [angles, rest], dense)
+    symbols = angles.elements()
+    place = {id(symbol): i for i, symbol in enumerate(symbols)}
+    table = {ca.OP_SIN: sines.elements(), ca.OP_COS: cosines.elements()}
+
+    def operation(code: int, values: list[Any]) -> Any:
+        if code in table and id(values[0]) in place:
+            return table[code][place[id(values[0])]]
+        return SYMBOLIC[code](*values)
+
+    results = replay(function, [symbols, rest.elements()], operation, ca.SX)
+    return [
+        ca.reshape(ca.vertcat(*values), *expression.shape) if values else expression
+        for values, expression in zip(results, dense, strict=True)
+    ]
+
+
+def _among(symbol: Any, symbols: Any) -> bool:
+    return any(ca.is_equal(symbol, other) for other in symbols.elements())
