@@ -48,7 +48,8 @@ def fixed(value: float, places: int) -> str:
 
 def percent(printed: float, true: float) -> str:
     """Return a signed deviation in per cent with three decimals."""
-    return f"{100 * (printed - true) / true:+.3f}".replace("-", "−")
+    shown = f"{100 * (printed - true) / true:+.3f}"
+    return "0.000" if float(shown) == 0 else shown.replace("-", "−")
 
 
 def sign(printed: str) -> str:
@@ -242,7 +243,7 @@ PRINTED: dict[str, list[Row]] = {
         Row("sum x", "PrX67", "-3.563", why=FROM_BOTH),
         Row("sum y", "PrY67", "2.252", why=FROM_BOTH),
         Row("a_EBt", "aEBt", "4.708", "4.65", FROM_BOTH),
-        Row("a_EFt", "aEFt", "4.924", "4.95", FROM_BOTH + ", and one digit off"),
+        Row("a_EFt", "aEFt", "4.924", "4.95", FROM_BOTH + ", and its own sums give 4.90"),
         Row("a_E", "aE", "5.706", "5.80", FROM_BOTH),
     ],
 }
@@ -400,7 +401,7 @@ def reasons() -> list[str]:
     right67 = -np.array([P("PrX67"), P("PrY67")])
     own67 = solve2(unit(P("angEBt")), -unit(P("angEFt")), right67)
     right23 = -np.array([P("PrX23"), P("PrY23")])
-    own23 = solve2(unit(-P("phi2", True) + 90), -unit(-13.239), right23)
+    own23 = solve2(-unit(-13.239), unit(P("th3")), right23)
     low, high = (
         180 + np.degrees(np.arccos((P("aA3t") + s * 5e-4) / (P("aA3") - s * 5e-4))) - 13.239
         for s in (1, -1)
@@ -428,7 +429,7 @@ def reasons() -> list[str]:
         ("sum x, 6-7", "-3.563", P("aBx") + P("aEFnx") + P("aEBnx"), "its three addends"),
         ("sum y, 6-7", "2.252", P("aBy", True) + P("aEFny") + P("aEBny"), "its three addends"),
         ("a_EBt", "4.708", own67[0], "its own system, the matrix with the right signs"),
-        ("a_EFt", "4.924", own67[1], "its own system, the matrix with the right signs"),
+        ("a_EFt", "4.924", abs(own67[1]), "its own system, the matrix with the right signs"),
         ("a_E", "5.706", np.hypot(P("aEFt"), P("aEFn")), "root of 4.924² + 2.883²"),
     ]  # fmt: skip
     rows = []
@@ -441,8 +442,7 @@ def reasons() -> list[str]:
     y369 = P("aBy", True) + P("aCBny")
     with_369 = solve2(unit(P("angCBt")), -unit(0), -np.array([P("PrX45"), y369]))
     lines += [
-        "The three errors everything else hangs on are those this table marks with a plain *no* "
-        "in the velocities of group 6-7, in a_By and in a_CBt.",
+        "Apart from misprints, four slips carry all the rest: v_EB with v_E, a_By, a_CBt, and F.",
         "",
         f"* **v_EB and v_E.** Put into the two scalar equations they belong to, the printed "
         f"values leave {fixed(abs(residual[0]), 3)} m/s and {fixed(abs(residual[1]), 3)} m/s "
@@ -464,8 +464,9 @@ def reasons() -> list[str]:
         f"{text(slipped['vE'], 8)} and a_E from {text(ours['aE'], 8)} to {text(slipped['aE'], 8)}: "
         f"the slip explains the angles, not the velocities.",
         f"* **Angle of a_A3.** Half a unit in the last digit of 0.934 and of 1.054 moves the "
-        f"arccosine from {fixed(low, 2)}° to {fixed(high, 2)}°; the direction of the acceleration "
-        f"of B, taken from its components, is {fixed(ours['angA3'], 3)}°.",
+        f"result from {fixed(low, 2)}° to {fixed(high, 2)}°, which is why its 194.316° has three "
+        f"digits too many; the components of the acceleration of B give "
+        f"{fixed(ours['angA3'], 3)}°.",
         "",
     ]
     drawn = [row for rows in PRINTED.values() for row in rows if row.drawn and row.key != "aB"]
@@ -490,7 +491,7 @@ def reasons() -> list[str]:
     ]
     printed_systems = [
         ["2-3, accelerations", pair(as_printed(-13.239, P("th3"), right23)),
-         pair((own23[1], own23[0])), "(0.934, 1.657)"],
+         pair(own23), "(0.934, 1.657)"],
         ["4-5, accelerations", pair(as_printed(P("angCBt"), 0.0, right45)), pair(own45),
          "(1.096, 1.256)"],
         ["6-7, velocities", pair(as_printed(90 - P("gamma"), 90 + P("delta"), -vB)), pair(own_v),
@@ -608,8 +609,7 @@ def revolution() -> list[str]:
         f"ends B, E and F lie on one line (sine of the angle at E "
         f"{below(max(gaps), 1e-6)}): the "
         "angular velocities of 6 and 7 grow without bound there.",
-        f"* **Bodies 1-5 turn fully.** Without 6 and 7 all {len(part)} poses of the turn "
-        "assemble.",
+        f"* **Bodies 1-5 turn fully.** Without 6 and 7 all {len(part)} poses of the turn assemble.",
         f"* **What a full turn would take.** B is between {text(near, 9)} m and {text(far, 9)} m "
         f"from F, the dyad spans from {fixed(p['BE'] - p['EF'], 4)} to {fixed(reach, 4)} m. Needed "
         f"are BE + EF of at least {text(far, 9)} m, or F (on the x axis) within {text(widest, 9)} "
@@ -653,7 +653,7 @@ SETS: dict[str, tuple[float, ...]] = {
     "double crank": (0.04, 0.09, 0.08, 0.1),
     "short coupler": (0.1, 0.09, 0.03, 0.08),
     "shortest l3": (0.1, 0.09, 0.08, 0.04),
-    "no Grashof": (0.11, 0.06, 0.05, 0.08),
+    "non-Grashof": (0.11, 0.06, 0.05, 0.08),
 }
 RATIOS = [
     Fraction(p, q)
@@ -959,9 +959,7 @@ def four_roots() -> list[str]:
             seen = [str(count) for count in spots]
             row.append("/".join(seen) if len(seen) > 1 else f"**{seen[0]}**")
         body.append(row)
-    titles = [
-        f"{name} ({', '.join(f'{v:g}' for v in lengths)})" for name, lengths in SETS.items()
-    ]
+    titles = [f"{name} ({', '.join(f'{v:g}' for v in lengths)})" for name, lengths in SETS.items()]
     lines += table(" | ".join(["i24", "i42", "roots", *titles]), body)
     lines += [
         "Bold: the same at every wheel angle. *Two* is right for i24 = −1 in the double crank and "
@@ -1109,7 +1107,7 @@ def swing_and_claims() -> list[str]:
         raise ArithmeticError("the non-Grashof set should have dead points")
     long, rest = obeying[1] + obeying[2], obeying[0] + obeying[3]
     lines = [
-        f"**Swing of link 3.** Printed {PRINTED_SWING} rad; mechdae {text(swing, 14)} rad "
+        f"**Swing of link 3.** Printed {PRINTED_SWING} rad; mechdae {text(swing, 13)} rad "
         f"({text(np.degrees(swing), 12)}°), and the difference of the two arccosines of the "
         f"four-bar's extreme positions gives the same. Deviation "
         f"{percent(float(PRINTED_SWING), swing)} %. The swing belongs to the four-bar and does not "
@@ -1142,12 +1140,16 @@ def swing_and_claims() -> list[str]:
          f"{' and '.join(fixed(np.degrees(v), 3) + '°' for v in stuck)} (i = −1). Of lengths drawn "
          "at random half fail: l → 1 − l turns the inequality round. Right is: link 1 the "
          "shortest of a Grashof four-bar, or a bound on φ2′ as above"],
+        ["Text after (15): speeds of link 1 by differencing the table", "**unnecessary**",
+         "the two formulas of conclusion 1 are exact and no longer than the table"],
         ["3b. The crank must be coaxial with the wheel", "**not necessary**",
          "the short coupler above: the wheel turns, link 1 rocks"],
         ["4. Largest crank turn per input turn 0.5(1 − i12)", "**false**",
-         "gives 1 for i = −1, in no unit that fits. The mean turn is 2π/(1 − i) = π; over one turn "
-         f"of the wheel the crank makes at most {text(top, 12, 1e-13)} rad (from φ4 = "
-         f"{text(where, 6, 1e-8)}, assembly +) and at least {text(bottom, 12, 1e-13)} rad"],
+         "the formula has no link lengths in it, and a largest turn depends on them. In units of π "
+         "it is the mean turn 2π/(1 − i), but for i = −1 and i = 3 only. Over one turn of the "
+         f"wheel the crank makes at most {text(top, 12, 1e-13)} rad (from φ4 = "
+         f"{text(where, 6, 1e-8)}, assembly +), at least {text(bottom, 12, 1e-13)} rad and in the "
+         "mean π"],
         ["Unevenness of the driven crank", "right", "see the range of dφ1/dφ4"],
     ]  # fmt: skip
     return lines + table("claim | verdict | why", rows)
@@ -1174,7 +1176,7 @@ def page() -> str:
         "",
         "A. D. Gorshkov, V. E. Primostka, *Application of the analytical method in the kinematic "
         "analysis of planar multi-link mechanisms*, European research (article 000). Problem "
-        f"`{SEVEN}`: `mechdae solve {SEVEN}`.",
+        f"`{SEVEN}`.",
         "",
         f"Structure: {bodies} moving bodies, {joints} joints of one freedom, "
         f"W = 3·{bodies} − 2·{joints} = {3 * bodies - 2 * joints}; "
@@ -1212,7 +1214,7 @@ def page() -> str:
         "### Equations (1) to (16)",
         "",
         *equations(),
-        "### \"Of the four roots only two can be real\"",
+        '### "Of the four roots only two can be real"',
         "",
         *four_roots(),
         "### When the input wheel turns fully",

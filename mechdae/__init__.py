@@ -21,7 +21,6 @@ _HOMES = {
     "mechdae.describe.problem": "Problem Expected load",
     "mechdae.describe.writing": "dump dumps",
     "mechdae.analysis.solve": "solve",
-    "mechdae.analysis.function": "function",
     "mechdae.results": "Result",
     "mechdae.draw": "plot",
 }

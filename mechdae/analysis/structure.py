@@ -11,7 +11,7 @@ from mechdae.analysis.modes import Assembler
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.plan import plan, sketch_angles
-from mechdae.analysis.start import start_values
+from mechdae.analysis.start import not_assembled, start_values
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Driven, Sweep
 from mechdae.errors import MechdaeError
@@ -85,6 +85,8 @@ def _driven(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
         x, failure, _ = assembler.from_sketch(u)
         if failure is None:
             entry["rank"] = rank_mobility(whole, assembler.coordinates(x, u))
+        else:
+            entry["assembly"] = str(not_assembled(whole, failure, u))
     except MechdaeError as error:
         entry["error"] = str(error)
     return entry

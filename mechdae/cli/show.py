@@ -63,8 +63,7 @@ def _lines(data: dict[str, Any]) -> list[str]:
             )
             for group in entry["groups"]:
                 lines.append(_group(group))
-        if "error" in entry:
-            lines.append(f"  {entry['error']}")
+        lines += [f"  {entry[word]}" for word in ("error", "assembly") if word in entry]
     lines += ["", "tasks"]
     lines += [f"  {name}: {_task(task)}" for name, task in data["tasks"].items()]
     return lines

@@ -26,6 +26,8 @@ OUTSIDE = 1000.0
 """Cost of leaving the sheet."""
 WORTH = 3.0
 """A label that could be so much cheaper is put there, and its rivals move, if that pays."""
+MANY = 60
+"""With more labels that is left out, for its cost."""
 ROUNDS = 4
 
 
@@ -95,7 +97,7 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
         settle(order)
         if chosen == before:
             break
-    for i in order:
+    for i in order if len(labels) <= MANY else ():
         best = int(np.argmin(np.round(fixed[i], 9)))
         if float(fixed[i][chosen[i] or 0] - fixed[i][best]) < WORTH:
             continue

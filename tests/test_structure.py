@@ -1,0 +1,220 @@
+"""Assur groups, formula, mobility: right, and independent of the order of writing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.analysis.structure import structure
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.errors import MechanismError
+from mechdae.model.model import Model
+from mechdae.model.reduction import scene
+from mechdae.model.structure import count_mobility, formula
+
+SEVEN = "I(1) -> II.3 RPR(2,3) -> {II.2 RRP(4,5); II.1 RRR(6,7)}"
+
+
+def scene_of(mechanism: Mechanism, *drivers: str, outputs=None):
+    return scene(Model(mechanism), [coordinate(mechanism, d) for d in drivers], outputs)
+
+
+def moved(problem: md.Problem, random: np.random.Generator) -> md.Problem:
+    """Return the problem with shuffled bodies and joints and other frame origins.
+
+    Frames of bodies that no task drives are turned as well.
+    """
+    mechanism = problem.mechanism
+    values = mechanism.values()
+    driven = {c.coordinate.split(".")[0] for t in problem.tasks.values() for c in t.all_drivers}
+    shift = {name: random.normal(size=2) * 0.3 for name in mechanism.bodies}
+    turn = {n: 0.0 if n in driven else random.uniform(-3, 3) for n in mechanism.bodies}
+    turn[GROUND] = 0.0
+    bodies = []
+    for name, body in mechanism.bodies.items():
+        points = {}
+        for point in body.points:
+            old = np.array([values[f"{name}.{point}.x"], values[f"{name}.{point}.y"]])
+            c, s = math.cos(turn[name]), math.sin(turn[name])
+            new = np.array([[c, s], [-s, c]]) @ (old + shift[name])
+            points[point] = tuple(new)
+        bodies.append(replace(body, points=points))
+    joints = []
+    for name, joint in mechanism.joints.items():
+        first, second = turn[joint.first_body], turn[joint.second_body]
+        changes = {}
+        if joint.kind in ("prismatic", "pin-in-slot"):
+            changes["axis"] = values[f"{name}.axis"] - first
+        if joint.kind == "prismatic":
+            changes["turn"] = values[f"{name}.turn"] + second - first
+        if joint.kind == "gear":
+            carrier = turn[joint.carrier] if joint.carrier else 0.0
+            ratio = values[f"{name}.ratio"]
+            changes["phase"] = (
+                values[f"{name}.phase"] + first - carrier - ratio * (second - carrier)
+            )
+        joints.append(replace(joint, **changes))
+    random.shuffle(bodies)
+    random.shuffle(joints)
+    known = {n: v for n, v in mechanism.sketch.items()}
+    sketch = {n: v + turn.get(n, 0.0) for n, v in known.items()}
+    new = replace(
+        mechanism,
+        bodies={b.name: b for b in bodies},
+        joints={j.name: j for j in joints},
+        sketch=sketch,
+    )
+    return replace(problem, mechanism=new)
+
+
+@pytest.mark.parametrize(
+    ("name", "task", "expected", "unknowns", "count"),
+    [
+        ("gorshkov-seven-link", "pose", SEVEN, 4, 70),
+        ("scotch-yoke", "turn", "I(1) -> II.5 RPP(2)", 1, 65),
+        ("geared-five-bar", "turns", "I(4) -> III 3 links(1,2,3)", 2, 65),
+    ],
+)
+def test_structure_does_not_depend_on_the_order(name, task, expected, unknowns, count) -> None:
+    problem = md.load(name)
+    poses = None if task == "pose" else 7
+    reference = md.solve(problem, task, poses=poses)
+    modes = md.solve(problem, "modes").summary["count"]
+    random = np.random.default_rng(7)
+    for k in range(count):
+        other = moved(problem, random)
+        whole = scene_of(other.mechanism, *reference.drivers)
+        assert formula(whole.groups) == expected
+        assert len(whole.x_names) == unknowns
+        if k % 5:
+            continue
+        result = md.solve(other, task, poses=poses)
+        assert result.summary["formula"] == expected
+        assert list(result.status) == list(reference.status)
+        assert md.solve(other, "modes").summary["count"] == modes
+        for point, series in reference.points.items():
+            for kind in ("position", "velocity", "acceleration"):
+                ours = result.points[point][kind]
+                size = np.abs(series[kind]).max() + 1e-3
+                assert np.abs(ours - series[kind]).max() < 1e-11 * size, (point, kind)
+
+
+def test_unknowns_after_reduction() -> None:
+    four = md.load("four-bar-crank-rocker").mechanism
+    whole = scene_of(four, "crank.angle")
+    assert (len(Model(four).q_names), len(whole.x_names)) == (9, 2)
+    seven = md.load("gorshkov-seven-link").mechanism
+    whole = scene_of(seven, "crank.angle")
+    assert [len(block.x) for block in whole.blocks] == [1, 1, 2]
+
+
+def test_pruning_only_for_named_outputs() -> None:
+    seven = md.load("gorshkov-seven-link").mechanism
+    assert scene_of(seven, "crank.angle").not_in_scene == []
+    pruned = scene_of(seven, "crank.angle", outputs=("slider.C",))
+    assert pruned.not_in_scene == ["coupler", "rocker"]
+    assert [len(block.x) for block in pruned.blocks] == [1, 1]
+    result = md.solve("gorshkov-seven-link", "turn", poses=13)
+    assert result.summary["not_in_scene"] == ["coupler", "rocker"]
+    assert result.summary["work"]["unknowns"] == 2
+    assert "coupler.E" not in result.points
+    assert set(result.points) == {"slider.C"}
+
+
+def test_the_formula_depends_on_the_driver() -> None:
+    seven = md.load("gorshkov-seven-link").mechanism
+    slide = scene_of(seven, "guide.slide")
+    assert formula(slide.groups) == "I(5) -> II.1 RRR(3,4) -> {II.2 RRP(1,2); II.1 RRR(6,7)}"
+    rocker = scene_of(seven, "rocker.angle")
+    names = [group.name for group in rocker.groups]
+    assert names[0] == "I(7)"
+    assert {"II.1 RRR(3,6)"} <= set(names)
+    coupler = scene_of(md.load("four-bar-crank-rocker").mechanism, "coupler.angle")
+    assert coupler.groups[0].driven
+    assert coupler.groups[0].bodies == ("crank", "coupler", "rocker")
+
+
+def triad() -> Mechanism:
+    """Return a platform on three legs, one of them the driven crank (class III)."""
+    return md.Mechanism(
+        ground=md.Ground({"O": (0, 0), "P": (1.0, 0), "R": (0.3, 1.0)}),
+        bodies=[
+            md.Body("crank", {"O": (0, 0), "A": (0.1, 0)}),
+            md.Body("leg1", {"A": (0, 0), "D": (0.5, 0)}),
+            md.Body("leg2", {"P": (0, 0), "E": (0.5, 0)}),
+            md.Body("leg3", {"R": (0, 0), "F": (0.5, 0)}),
+            md.Body("plate", {"D": (0, 0), "E": (0.3, 0), "F": (0.1, 0.3)}),
+        ],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Revolute("A", "crank.A", "leg1.A"),
+            md.Revolute("P", "ground.P", "leg2.P"),
+            md.Revolute("R", "ground.R", "leg3.R"),
+            md.Revolute("D", "leg1.D", "plate.D"),
+            md.Revolute("E", "leg2.E", "plate.E"),
+            md.Revolute("F", "leg3.F", "plate.F"),
+        ],
+    )
+
+
+def test_class_and_order_of_a_triad() -> None:
+    whole = scene_of(triad(), "crank.angle")
+    group = whole.groups[-1]
+    assert (group.class_, group.order, len(group.bodies)) == (3, 3, 4)
+    assert len(whole.x_names) == 4
+
+
+def test_jansen_has_two_dyads_in_parallel() -> None:
+    data = structure(md.load("jansen-leg"))
+    assert data["formulas"][0]["formula"] == (
+        "I(1) -> {II.1 RRR(2,3); II.1 RRR(4,5)} -> II.1 RRR(6,7)"
+    )
+    assert data["mobility"]["W"] == 1
+    assert data["mobility"]["rank"]["mobility"] == 1
+    assert all(group["class"] == "II" for group in data["groups"][1:])
+
+
+def test_count_of_mobility() -> None:
+    assert count_mobility(md.load("geared-five-bar").mechanism) == {
+        "n": 4,
+        "p5": 5,
+        "p4": 1,
+        "W": 1,
+    }
+
+
+def without(name: str, joint: str) -> Mechanism:
+    mechanism = md.load(name).mechanism
+    return replace(mechanism, joints={n: j for n, j in mechanism.joints.items() if n != joint})
+
+
+def test_missing_constraints_name_what_moves() -> None:
+    with pytest.raises(MechanismError, match="2 constraints missing: coupler, rocker can still"):
+        scene_of(without("gorshkov-seven-link", "F"), "crank.angle")
+
+
+def test_superfluous_constraints_are_named() -> None:
+    mechanism = md.load("four-bar-crank-rocker").mechanism
+    extra = md.Distance("brace", "crank.B", "rocker.C", length=0.1)
+    braced = replace(mechanism, joints={**mechanism.joints, "brace": extra})
+    with pytest.raises(MechanismError, match=r"1 constraint superfluous among .*brace"):
+        scene_of(braced, "crank.angle")
+    with pytest.raises(MechanismError, match="superfluous"):
+        scene_of(mechanism, "crank.angle", "rocker.angle")
+
+
+def test_show_survives_a_mechanism_that_does_not_assemble() -> None:
+    data = structure(md.load("four-bar-crank-rocker").with_values({"b": 0.001}))
+    assert "cannot be assembled: joint" in data["formulas"][0]["assembly"]
+    assert data["mobility"]["rank"] is None
+
+
+def test_rank_names_the_superfluous_constraint() -> None:
+    text = md.load("slider-crank")
+    count = structure(text)["mobility"]
+    assert (count["W"], count["rank"]["mobility"], count["rank"]["superfluous"]) == (1, 1, [])
