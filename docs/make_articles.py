@@ -1139,9 +1139,7 @@ def swing_and_claims() -> list[str]:
          f"shortest and longest make {long:g} > {rest:g}, and mechdae meets dead points at φ4 = "
          f"{' and '.join(fixed(np.degrees(v), 3) + '°' for v in stuck)} (i = −1). Of lengths drawn "
          "at random half fail: l → 1 − l turns the inequality round. Right is: link 1 the "
-         "shortest of a Grashof four-bar, or a bound on φ2′ as above"],
-        ["Text after (15): speeds of link 1 by differencing the table", "**unnecessary**",
-         "the two formulas of conclusion 1 are exact and no longer than the table"],
+         "shortest of a Grashof four-bar and an external pair, or a bound on φ2′ as above"],
         ["3b. The crank must be coaxial with the wheel", "**not necessary**",
          "the short coupler above: the wheel turns, link 1 rocks"],
         ["4. Largest crank turn per input turn 0.5(1 − i12)", "**false**",
@@ -1150,6 +1148,8 @@ def swing_and_claims() -> list[str]:
          f"wheel the crank makes at most {text(top, 12, 1e-13)} rad (from φ4 = "
          f"{text(where, 6, 1e-8)}, assembly +), at least {text(bottom, 12, 1e-13)} rad and in the "
          "mean π"],
+        ["Text after (15): rates of link 1 by differencing its table", "**unnecessary**",
+         "the two formulas beside conclusion 1 are exact"],
         ["Unevenness of the driven crank", "right", "see the range of dφ1/dφ4"],
     ]  # fmt: skip
     return lines + table("claim | verdict | why", rows)

@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
         if not drawn:
             raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
         name = (sweeps or drawn)[0]
-    result = solve(problem, name, mode=options.mode)
+    result = _with_all_bodies(problem, solve(problem, name, mode=options.mode), options.mode)
     extra = {} if options.pose is None else {"pose": options.pose}
     axes = plot(result, options.kind, **extra)
     folder = Path(options.out)
@@ -52,3 +52,18 @@ def run(options: argparse.Namespace) -> int:
         message(f"mechdae: task {name}: {result.fault}", False)
         return 1
     return 0
+
+
+def _with_all_bodies(problem, result, mode):  # type: ignore[no-untyped-def]
+    """Return a result that holds every body of its scene, for a task that names outputs."""
+    from dataclasses import replace
+
+    from mechdae.analysis.solve import solve
+
+    if result.definition.outputs is None:
+        return result
+    left_out = result.summary["not_in_scene"]
+    bodies = tuple(body for body in problem.mechanism.bodies if body not in left_out)
+    task = replace(result.definition, outputs=bodies)
+    whole = problem.with_task(result.task, task)
+    return solve(whole, result.task, mode=mode)

@@ -25,7 +25,6 @@ from mechdae.errors import (
     ProblemFileError,
     UnavailableError,
     UnknownName,
-    nearest,
 )
 
 SCHEMA = 1
@@ -80,6 +79,10 @@ class Problem:
         if name not in self.tasks:
             raise UnknownName("task", name, self.tasks)
         return self.tasks[name]
+
+    def with_task(self, name: str, task: Task) -> Problem:
+        """Return the problem with a task put under `name`."""
+        return replace(self, tasks=self.tasks.with_(name, task))
 
     def with_values(self, changes: Mapping[str, Number]) -> Problem:
         """Return the problem with parameters set; keys may carry a unit (``phi1_deg``)."""
@@ -317,7 +320,3 @@ def _check_driver(driver: Driver, known: Mapping[str, float]) -> None:
             if used not in known:
                 raise UnknownName("parameter", used, known, where="driver")
 
-
-def suggest(word: str, known: list[str]) -> str:
-    """Return 'a or b' of the names nearest to `word`."""
-    return " or ".join(nearest(word, known))

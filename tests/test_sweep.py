@@ -1,0 +1,389 @@
+"""Sweeps against closed forms: values, bounds, limits, work."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from closed_forms import MECHANISMS, motion
+
+import mechdae as md
+from mechdae.analysis.plan import plan
+from mechdae.analysis.sweep import prepare, run
+from mechdae.bench.extended import true_error
+
+LONG = np.longdouble
+
+
+def dimensions(problem: md.Problem, function) -> dict:
+    return {}
+
+
+SWEEPS = [
+    ("four-bar-crank-rocker", "turn"),
+    ("four-bar-double-rocker", "window"),
+    ("geared-five-bar", "turns"),
+    ("gorshkov-seven-link", "window"),
+    ("jansen-leg", "turn"),
+    ("peaucellier", "window"),
+    ("planetary-gear-train", "turn"),
+    ("scotch-yoke", "turn"),
+    ("slider-crank", "turn"),
+    ("slider-crank-offset", "turn"),
+    ("watt-six-bar", "turn"),
+    ("whitworth-quick-return", "turn"),
+]
+
+
+@pytest.mark.parametrize(("name", "task"), SWEEPS)
+def test_whole_sweep_against_the_closed_form(name: str, task: str) -> None:
+    problem = md.load(name)
+    result = md.solve(problem, task, poses=97)
+    assert set(result.status) <= {"ok", "limit"}
+    coordinate, driver = next(iter(result.drivers.items()))
+    u = np.asarray(driver.position, dtype=LONG)
+    speed, fine = driver.velocity[0], np.asarray(result.status) == "ok"
+    closed = motion(MECHANISMS[name], u, speed)
+    compared = 0
+    condition = result.condition[fine]
+    for part, series in [*result.points.items(), *result.bodies.items()]:
+        if part not in closed[0]:
+            continue
+        for order, kind in enumerate(list(series)[:3]):
+            theirs = np.asarray(closed[order][part])
+            ours = series[kind]
+            ours = ours[:, 0] + 1j * ours[:, 1] if np.ndim(ours) == 2 else ours
+            rows = fine if order else np.ones(len(u), bool)
+            gap = np.abs(ours - theirs)[rows].astype(float)
+            if order == 0:
+                bound = result.bound.length if np.iscomplexobj(ours) else result.bound.angle
+                slack = 4e-16 * (1 + np.abs(theirs[rows]).astype(float))
+                assert np.all(gap <= bound[rows] + slack), (part, kind)
+            else:
+                size = float(np.nanmax(np.abs(theirs[rows])))
+                allowed = 1e-14 * condition ** (2 * order - 1) * (size + abs(speed) ** order)
+                assert np.all(gap <= allowed), (part, kind)
+            compared += 1
+    assert compared > 3
+
+
+def test_pose_and_long_sweep_agree() -> None:
+    """The same driver value gives the same pose from 5 poses and from 40 000."""
+    few = md.solve("four-bar-crank-rocker", "turn", poses=5)
+    many = md.solve("four-bar-crank-rocker", "turn", poses=40001)
+    for kind in ("position", "velocity", "acceleration"):
+        a = few.points["coupler.P"][kind]
+        b = many.points["coupler.P"][kind][::10000]
+        assert np.abs(a - b).max() <= 4e-16 * max(1.0, np.abs(b).max()) * 40
+
+
+@pytest.mark.parametrize("name", ["four-bar-crank-rocker", "jansen-leg", "gorshkov-seven-link"])
+def test_the_bound_holds_in_extended_precision(name: str) -> None:
+    problem = md.load(name)
+    task = md.Sweep(md.Driver("crank.angle", from_=-0.8, to=0.8), poses=301)
+    setting = prepare(problem, task)
+    poses = run(setting, task).poses
+    error = true_error(setting.graphs, poses.x, poses.s[:, None], setting.assembler.p)
+    assert np.all(error <= poses.error)
+    assert error.max() > 1e-17
+
+
+def test_errors_do_not_grow_with_turns() -> None:
+    problem = md.load("geared-five-bar")
+    task = md.Sweep(md.Driver("wheel.angle", from_=0, to=400 * math.pi), poses=801)
+    result = md.solve(problem, task)
+    assert np.all(result.status == "ok")
+    first = md.solve(problem, md.Sweep(md.Driver("wheel.angle", from_=0, to=4 * math.pi), poses=9))
+    B = result.points["crank.B"].position
+    for k in range(9):
+        again = B[k::8]
+        assert np.abs(again - first.points["crank.B"].position[k]).max() < 5e-13
+    assert result.bodies["crank"].angle[-1] == pytest.approx(
+        result.bodies["crank"].angle[0] + 200 * math.pi, rel=1e-14
+    )
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
+def test_micrometres_and_kilometres_give_the_same_digits(scale: float) -> None:
+    base = md.load("four-bar-double-rocker")
+    reference = md.solve(base, "window", poses=33)
+    values = base.mechanism.values()
+    lengths = [n for n in base.mechanism.parameters if n in "abcd" or n.startswith("p")]
+    assert len(lengths) >= 4
+    scaled = base.with_values({name: values[name] * scale for name in lengths})
+    result = md.solve(scaled, "window", poses=33)
+    assert result.summary["limits"] == pytest.approx(reference.summary["limits"], rel=1e-13)
+    fine = np.asarray(reference.status) == "ok"
+    for point, series in reference.points.items():
+        gap = result.points[point].position[fine] / scale - series.position[fine]
+        assert np.abs(gap).max() < 1e-11 * np.abs(series.position[fine]).max() + 1e-13
+
+
+# -- limits --------------------------------------------------------------------------------------
+
+
+def four_bar(a: float, b: float, c: float, d: float, **sketch: float) -> md.Mechanism:
+    return md.Mechanism(
+        ground=md.Ground({"A": (0, 0), "D": (d, 0)}),
+        bodies=[
+            md.Body("crank", {"A": (0, 0), "B": (a, 0)}),
+            md.Body("coupler", {"B": (0, 0), "C": (b, 0)}),
+            md.Body("rocker", {"D": (0, 0), "C": (c, 0)}),
+        ],
+        joints=[
+            md.Revolute("A", "ground.A", "crank.A"),
+            md.Revolute("B", "crank.B", "coupler.B"),
+            md.Revolute("C", "coupler.C", "rocker.C"),
+            md.Revolute("D", "ground.D", "rocker.D"),
+        ],
+        sketch=sketch,
+    )
+
+
+TOGGLE = four_bar(5, 3, 4.5, 7, crank=0.6, coupler=0.9, rocker=1.8)
+TOGGLE_LIMIT = 1.314425749573080455380067264318397235054
+
+
+def toggle_limit() -> float:
+    """Return the crank angle at which coupler and rocker are in line."""
+    return math.acos((5**2 + 7**2 - 7.5**2) / (2 * 5 * 7))
+
+
+def test_limit_of_a_toggle_linkage() -> None:
+    assert toggle_limit() == pytest.approx(TOGGLE_LIMIT, rel=1e-15)
+    result = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", range="assembled"), poses=41))
+    assert result.summary["limits"] == pytest.approx([-TOGGLE_LIMIT, TOGGLE_LIMIT], rel=1e-14)
+    assert list(result.status[[0, -1]]) == ["limit", "limit"]
+    assert np.all(result.status[1:-1] == "ok")
+    assert result.fault is None
+    assert np.isnan(result.bodies["rocker"].angular_velocity[[0, -1]]).all()
+    assert np.isfinite(result.bodies["rocker"].angle).all()
+    kinds = [event["kind"] for event in result.events]
+    assert kinds == ["limit", "limit"]
+    assert result.events[1]["joint"] == "C"
+    assert result.events[1]["group"] == ["coupler", "rocker"]
+
+
+@pytest.mark.parametrize("delta", [1e-3, 1e-6, 1e-9])
+def test_close_to_a_limit_the_rates_are_right(delta: float) -> None:
+    u = TOGGLE_LIMIT - delta
+    result = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", at=[u])))
+    assert result.status[0] == "ok"
+    t = LONG(u)
+    ax, ay = 5 * np.cos(t), 5 * np.sin(t)
+    e2 = (7 - ax) ** 2 + ay**2
+    cosine = (e2 + LONG("20.25") - 9) / (2 * LONG("4.5") * np.sqrt(e2))
+    branch = 1 if result.bodies["rocker"].angle[0] > math.atan2(float(ay), float(ax - 7)) else -1
+    t4 = np.arctan2(ay, ax - 7) + branch * np.arccos(cosine)
+    t3 = np.arctan2(LONG("4.5") * np.sin(t4) - ay, 7 + LONG("4.5") * np.cos(t4) - ax)
+    w4 = 5 * np.sin(t - t3) / (LONG("4.5") * np.sin(t4 - t3))
+    allowed = 8 * np.finfo(float).eps * u / (2 * delta)
+    assert result.bodies["rocker"].angular_velocity[0] == pytest.approx(float(w4), rel=allowed)
+    assert result.condition[0] > 1 / math.sqrt(delta) / 10
+
+
+@pytest.mark.parametrize("beyond", [1e-9, 1e-6, 1e-3, 0.1])
+def test_beyond_a_limit_nothing_is_made_up(beyond: float) -> None:
+    at = [TOGGLE_LIMIT - 0.1, TOGGLE_LIMIT + beyond]
+    result = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", at=at)))
+    assert list(result.status) == ["ok", "unassembled"]
+    assert "1.31443" in result.fault or "75.311" in result.fault
+    assert result.summary["failed"][0]["joint"] == "C"
+    assert np.isnan(result.bodies["rocker"].angle[1])
+    assert result.bodies["crank"].angle[1] == at[1]
+    assert np.isnan(result.bound.angle[1])
+
+
+def test_a_sweep_over_a_full_turn_reports_the_arc_without_pose() -> None:
+    driver = md.Driver("crank.angle", from_=0, to=2 * math.pi)
+    result = md.solve(TOGGLE, md.Sweep(driver, poses=361))
+    lost = result.summary["failed"]
+    assert len(lost) == 1
+    assert lost[0]["from"] == pytest.approx(TOGGLE_LIMIT, rel=1e-13)
+    assert lost[0]["to"] == pytest.approx(2 * math.pi - TOGGLE_LIMIT, rel=1e-13)
+    assert result.fault is not None
+    back = result.bodies["rocker"].angle[-1]
+    assert back == pytest.approx(result.bodies["rocker"].angle[0], abs=1e-14)
+
+
+def test_the_other_circuit_is_not_entered() -> None:
+    """A Grashof double rocker has two arcs of the driven link; only one is reached."""
+    mechanism = four_bar(4, 2, 5, 5.5, crank=1.0, coupler=0.4, rocker=2.0)
+    whole = md.solve(mechanism, md.Sweep(md.Driver("crank.angle", range="assembled"), poses=5))
+    low, high = whole.summary["limits"]
+    assert 0 < low < high < math.pi
+    mirrored = -(low + high) / 2
+    assert md.solve(mechanism, md.Modes(md.Driver("crank.angle", at=[mirrored]))).summary[
+        "count"
+    ] == 2
+    result = md.solve(mechanism, md.Sweep(md.Driver("crank.angle", at=[mirrored])))
+    assert result.status[0] == "unassembled"
+    assert "no motion from the sketch leads to it" in result.fault
+    assert "[sketch] crank_deg" in result.fault
+
+
+def test_named_poses_in_any_order() -> None:
+    at = [0.5, -1.2, 1.3, 0.0, -0.5]
+    result = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", at=at)))
+    for k, value in enumerate(at):
+        single = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", at=[value])))
+        assert result.bodies["rocker"].angle[k] == pytest.approx(
+            single.bodies["rocker"].angle[0], rel=1e-14
+        )
+
+
+def test_start_on_another_mode() -> None:
+    modes = md.solve("gorshkov-seven-link", "modes")
+    assert modes.labels == (("+", "+", "+"), ("+", "+", "-"), ("+", "-", "+"), ("+", "-", "-"))
+    for k, labels in enumerate(modes.labels):
+        result = md.solve("gorshkov-seven-link", "pose", mode=",".join(labels))
+        for point in ("slider.C", "coupler.E"):
+            assert result.points[point].position[0] == pytest.approx(
+                modes.points[point].position[k], abs=1e-14
+            )
+        assert result.summary["mode"] == ",".join(labels)
+    with pytest.raises(md.UnknownName, match="the modes here are"):
+        md.solve("gorshkov-seven-link", "pose", mode="-,-,-")
+
+
+# -- drivers -------------------------------------------------------------------------------------
+
+
+def test_a_slide_drives() -> None:
+    mechanism = md.load("slider-crank").mechanism
+    turn = md.solve("slider-crank", "turn", poses=25)
+    k = 4
+    slide = turn.joints["guide"].slide[k]
+    rate = turn.joints["guide"].slide_velocity[k]
+    second = turn.joints["guide"].slide_acceleration[k]
+    sketch = {"crank": turn.bodies["crank"].angle[k] + 0.1, "rod": turn.bodies["rod"].angle[k]}
+    driven = replace(mechanism, sketch={**sketch, "guide": slide + 0.001})
+    driver = md.Driver("guide.slide", at=[slide], speed=rate, acceleration=second)
+    result = md.solve(driven, md.Sweep(driver))
+    assert result.status[0] == "ok"
+    crank = result.bodies["crank"]
+    assert crank.angle[0] == pytest.approx(turn.bodies["crank"].angle[k], rel=1e-13)
+    speed = turn.drivers["crank.angle"].velocity[k]
+    assert crank.angular_velocity[0] == pytest.approx(speed, rel=1e-12)
+    assert crank.angular_acceleration[0] == pytest.approx(0.0, abs=1e-9 * speed**2)
+
+
+def five_bar() -> md.Mechanism:
+    return md.Mechanism(
+        ground=md.Ground({"A": (0, 0), "E": (0.2, 0)}),
+        bodies=[
+            md.Body("left", {"A": (0, 0), "B": (0.2, 0)}),
+            md.Body("right", {"E": (0, 0), "D": (0.2, 0)}),
+            md.Body("fore", {"B": (0, 0), "C": (0.25, 0)}),
+            md.Body("aft", {"D": (0, 0), "C": (0.25, 0)}),
+        ],
+        joints=[
+            md.Revolute("A", "ground.A", "left.A"),
+            md.Revolute("E", "ground.E", "right.E"),
+            md.Revolute("B", "left.B", "fore.B"),
+            md.Revolute("D", "right.D", "aft.D"),
+            md.Revolute("C", "fore.C", "aft.C"),
+        ],
+        sketch={"left": 2.0, "right": 1.0, "fore": 0.9, "aft": 2.2},
+    )
+
+
+def test_two_drivers() -> None:
+    drivers = [
+        md.Driver("left.angle", from_=2.0, to=2.4, speed=0.4, acceleration=0.3),
+        md.Driver("right.angle", from_=1.0, to=0.7, speed=-0.3, acceleration=0.1),
+    ]
+    result = md.solve(five_bar(), md.Sweep(drivers=drivers, poses=9))
+    assert np.all(result.status == "ok")
+    s = np.linspace(0, 1, 9)
+
+    def tip(a, b):
+        p, q = 0.2 * np.exp(1j * a), 0.2 + 0.2 * np.exp(1j * b)
+        half = (q - p) / 2
+        height = np.sqrt(0.25**2 - np.abs(half) ** 2)
+        return p + half + 1j * half / np.abs(half) * height
+
+    C = tip(2.0 + 0.4 * s, 1.0 - 0.3 * s)
+    ours = result.points["fore.C"].position
+    assert np.abs(ours[:, 0] + 1j * ours[:, 1] - C).max() < 1e-15
+    h = 1e-4
+
+    def at(t):
+        return tip(2.0 + 0.4 * s + 0.4 * t + 0.15 * t * t, 1.0 - 0.3 * s - 0.3 * t + 0.05 * t * t)
+
+    velocity = (8 * (at(h) - at(-h)) - at(2 * h) + at(-2 * h)) / (12 * h)
+    acceleration = (at(h) - 2 * at(0) + at(-h)) / h**2
+    v, a = result.points["fore.C"].velocity, result.points["fore.C"].acceleration
+    assert np.abs(v[:, 0] + 1j * v[:, 1] - velocity).max() < 1e-11
+    assert np.abs(a[:, 0] + 1j * a[:, 1] - acceleration).max() < 1e-6
+
+
+def test_derivatives_only_as_asked() -> None:
+    task = md.Sweep(md.Driver("crank.angle", at=[0.5]), derivatives=0)
+    result = md.solve("slider-crank", task)
+    assert set(result.points["rod.C"]) == {"position"}
+    assert "velocity" not in result.drivers["crank.angle"]
+
+
+# -- work ----------------------------------------------------------------------------------------
+
+
+def test_work_of_a_turn() -> None:
+    """A turn takes about 128 path steps and one Newton step per pose, however many poses."""
+    for poses in (10, 2000):
+        result = md.solve("four-bar-crank-rocker", "turn", poses=poses)
+        work = result.summary["work"]
+        assert work["path_steps"] <= 140
+        assert work["rejected_steps"] <= 5
+        assert work["refined_poses"] <= 5
+        assert work["pose_evaluations"] <= poses + 200
+
+
+def test_work_near_a_limit_grows_with_the_logarithm() -> None:
+    result = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", range="assembled"), poses=41))
+    assert result.summary["work"]["path_steps"] < 500
+
+
+def test_a_pose_builds_no_other_group() -> None:
+    setting = prepare(
+        md.load("gorshkov-seven-link"), md.load("gorshkov-seven-link").tasks["turn"]
+    )
+    assert [group.name for group in setting.scene.groups] == [
+        "I(1)",
+        "II.3 RPR(2,3)",
+        "II.2 RRP(4,5)",
+    ]
+
+
+# -- faults in the description -------------------------------------------------------------------
+
+
+def test_sketch_that_does_not_assemble() -> None:
+    problem = md.load("gorshkov-seven-link").with_values({"BE": 0.1})
+    with pytest.raises(md.AssemblyError, match=r"II\.1 RRR\(6,7\).*joint E stays open by 0\.36"):
+        md.solve(problem, "pose")
+
+
+def test_sketch_that_does_not_tell_the_mode() -> None:
+    problem = md.load("gorshkov-seven-link")
+    sketch = {"crank": 0.7, "rod": 1.3, "connecting_rod": -0.7}
+    poor = replace(problem, mechanism=replace(problem.mechanism, sketch=sketch))
+    with pytest.raises(md.MechanismError, match=r"coupler_deg or rocker_deg"):
+        md.solve(poor, "pose")
+
+
+def test_bodies_that_are_not_sketched_are_solved_for() -> None:
+    result = md.solve("gorshkov-seven-link", "pose")
+    assert "block" not in md.load("gorshkov-seven-link").mechanism.sketch
+    assert result.bodies["block"].angle[0] == pytest.approx(result.bodies["rod"].angle[0])
+
+
+def test_plan_refuses_nonsense() -> None:
+    mechanism = md.load("slider-crank").mechanism
+    same = md.Sweep(md.Driver("crank.angle", from_=1, to=1))
+    with pytest.raises(md.InputError, match="same value"):
+        plan(mechanism, same)
+    with pytest.raises(md.InputError, match="at most"):
+        plan(mechanism, md.Sweep(md.Driver("crank.angle", from_=0, to=1), poses=90_000_000))
