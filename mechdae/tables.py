@@ -68,7 +68,8 @@ def _sweep(result: Result, width: int) -> list[str]:
                 continue
             columns += _columns(kind, part, series)
     rows = np.unique(np.linspace(0, len(result) - 1, min(ROWS, len(result))).round().astype(int))
-    chosen, used = [], 2
+    chosen: list[tuple[str, list[str], int]] = []
+    used = 2
     for title, cells in columns:
         size = max(len(title), *(len(cells[k]) for k in rows)) + 2
         if used + size > width and len(chosen) > 3:
@@ -123,7 +124,9 @@ def _cells(values: Any) -> list[str]:
 def _modes(result: Result, width: int) -> list[str]:
     summary = result.summary
     how = "proven" if summary["proven"] else "found, not proven"
-    lines = [f"  {summary['count']} assembly mode(s), {how}; labels of {', '.join(summary['groups'])}"]
+    lines = [
+        f"  {summary['count']} assembly mode(s), {how}; labels of {', '.join(summary['groups'])}"
+    ]
     for label, sketch in zip(result.labels or (), summary["sketches"], strict=True):
         text = "  ".join(f"{name} = {value:g}" for name, value in sketch.items())
         lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
@@ -161,12 +164,13 @@ def _facts(result: Result) -> list[str]:
     for event in result.events:
         if event["in_range"]:
             word = event["kind"].replace("_", " ")
-            lines.append(
-                f"  {word:9} {_driver(event['at'], is_angle)}: group {event['name']}, joint {event['joint']}"
-            )
+            place = _driver(event["at"], is_angle)
+            lines.append(f"  {word:9} {place}: group {event['name']}, joint {event['joint']}")
     for entry in summary.get("failed", []):
         place = f"{_driver(entry['from'], is_angle)} .. {_driver(entry['to'], is_angle)}"
-        group = f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
+        group = (
+            f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
+        )
         lines.append(f"  no pose   {place}{group}")
     if summary.get("not_in_scene"):
         lines.append(f"  not in the scene, not checked: {', '.join(summary['not_in_scene'])}")

@@ -9,7 +9,7 @@ import tomllib
 import pytest
 
 import mechdae as md
-from mechdae.cli.new import FOLDER, families
+from mechdae.cli.commands.new import FOLDER, families
 from mechdae.describe import library
 from mechdae.describe.expression import MAX_LENGTH, evaluate
 from mechdae.describe.problem import from_dict
@@ -143,11 +143,17 @@ def test_units_are_not_part_of_the_name() -> None:
         ('"coupler.C"', '"couplr.C"', ["joints.C", "coupler"]),
         ('"coupler.C"', '"rocker.D"', ["joints.C", "itself"]),
         ('"coupler.C"', '"C"', ["joints.C", "body.point"]),
-        ('kind = "revolute", between = ["ground.D"', 'kind = "revolut", between = ["ground.D"',
-         ["joints.D.kind", "revolute"]),
+        (
+            'kind = "revolute", between = ["ground.D"',
+            'kind = "revolut", between = ["ground.D"',
+            ["joints.D.kind", "revolute"],
+        ),
         ('between = ["ground.D", "rocker.D"]', 'betwen = ["ground.D", "rocker.D"]', ["between"]),
-        ('between = ["ground.D", "rocker.D"]', 'between = ["ground.D", "rocker.D"], axis = 1',
-         ["joints.D", "axis"]),
+        (
+            'between = ["ground.D", "rocker.D"]',
+            'between = ["ground.D", "rocker.D"], axis = 1',
+            ["joints.D", "axis"],
+        ),
         ('["a", 0]', "[0, 0]", ["bodies.crank", "zero length"]),
         ('kind = "sweep"', 'kind = "sweeep"', ["tasks.pose.kind", "sweep"]),
         ('at = ["phi"]', "at = []", ["tasks.pose", "empty"]),
@@ -203,7 +209,9 @@ def test_round_trip(name: str, tmp_path) -> None:
 
 
 def test_every_table_round_trips(tmp_path) -> None:
-    text = FOUR_BAR + """
+    text = (
+        FOUR_BAR
+        + """
 [outputs]
 mu = "rocker.angle - coupler.angle"
 [loads.load]
@@ -229,6 +237,7 @@ what = "bodies/crank/angle"
 value_deg = 30
 rel = 1e-12
 """
+    )
     problem = load(text)
     assert problem.expected[0].value == math.radians(30)
     assert problem.tasks["design"].goal["steps"] == (math.radians(10), math.radians(20))

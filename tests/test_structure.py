@@ -61,7 +61,7 @@ def moved(problem: md.Problem, random: np.random.Generator) -> md.Problem:
         joints.append(replace(joint, **changes))
     random.shuffle(bodies)
     random.shuffle(joints)
-    known = {n: v for n, v in mechanism.sketch.items()}
+    known = dict(mechanism.sketch.items())
     sketch = {n: v + turn.get(n, 0.0) for n, v in known.items()}
     new = replace(
         mechanism,

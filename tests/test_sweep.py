@@ -17,10 +17,6 @@ from mechdae.bench.extended import true_error
 LONG = np.longdouble
 
 
-def dimensions(problem: md.Problem, function) -> dict:
-    return {}
-
-
 SWEEPS = [
     ("four-bar-crank-rocker", "turn"),
     ("four-bar-double-rocker", "window"),
@@ -42,7 +38,7 @@ def test_whole_sweep_against_the_closed_form(name: str, task: str) -> None:
     problem = md.load(name)
     result = md.solve(problem, task, poses=97)
     assert set(result.status) <= {"ok", "limit"}
-    coordinate, driver = next(iter(result.drivers.items()))
+    _coordinate, driver = next(iter(result.drivers.items()))
     u = np.asarray(driver.position, dtype=LONG)
     speed, fine = driver.velocity[0], np.asarray(result.status) == "ok"
     closed = motion(MECHANISMS[name], u, speed)
@@ -55,7 +51,7 @@ def test_whole_sweep_against_the_closed_form(name: str, task: str) -> None:
             theirs = np.asarray(closed[order][part])
             ours = series[kind]
             ours = ours[:, 0] + 1j * ours[:, 1] if np.ndim(ours) == 2 else ours
-            rows = fine if order else np.ones(len(u), bool)
+            rows = fine if order else np.isfinite(theirs)
             gap = np.abs(ours - theirs)[rows].astype(float)
             if order == 0:
                 bound = result.bound.length if np.iscomplexobj(ours) else result.bound.angle
@@ -215,9 +211,9 @@ def test_the_other_circuit_is_not_entered() -> None:
     low, high = whole.summary["limits"]
     assert 0 < low < high < math.pi
     mirrored = -(low + high) / 2
-    assert md.solve(mechanism, md.Modes(md.Driver("crank.angle", at=[mirrored]))).summary[
-        "count"
-    ] == 2
+    assert (
+        md.solve(mechanism, md.Modes(md.Driver("crank.angle", at=[mirrored]))).summary["count"] == 2
+    )
     result = md.solve(mechanism, md.Sweep(md.Driver("crank.angle", at=[mirrored])))
     assert result.status[0] == "unassembled"
     assert "no motion from the sketch leads to it" in result.fault
@@ -292,7 +288,7 @@ def five_bar() -> md.Mechanism:
 
 def test_two_drivers() -> None:
     drivers = [
-        md.Driver("left.angle", from_=2.0, to=2.4, speed=0.4, acceleration=0.3),
+        md.Driver("left.angle", from_=2.0, to=2.3, speed=0.4, acceleration=0.3),
         md.Driver("right.angle", from_=1.0, to=0.7, speed=-0.3, acceleration=0.1),
     ]
     result = md.solve(five_bar(), md.Sweep(drivers=drivers, poses=9))
@@ -305,13 +301,13 @@ def test_two_drivers() -> None:
         height = np.sqrt(0.25**2 - np.abs(half) ** 2)
         return p + half + 1j * half / np.abs(half) * height
 
-    C = tip(2.0 + 0.4 * s, 1.0 - 0.3 * s)
+    C = tip(2.0 + 0.3 * s, 1.0 - 0.3 * s)
     ours = result.points["fore.C"].position
     assert np.abs(ours[:, 0] + 1j * ours[:, 1] - C).max() < 1e-15
     h = 1e-4
 
     def at(t):
-        return tip(2.0 + 0.4 * s + 0.4 * t + 0.15 * t * t, 1.0 - 0.3 * s - 0.3 * t + 0.05 * t * t)
+        return tip(2.0 + 0.3 * s + 0.4 * t + 0.15 * t * t, 1.0 - 0.3 * s - 0.3 * t + 0.05 * t * t)
 
     velocity = (8 * (at(h) - at(-h)) - at(2 * h) + at(-2 * h)) / (12 * h)
     acceleration = (at(h) - 2 * at(0) + at(-h)) / h**2
@@ -343,13 +339,25 @@ def test_work_of_a_turn() -> None:
 
 def test_work_near_a_limit_grows_with_the_logarithm() -> None:
     result = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", range="assembled"), poses=41))
-    assert result.summary["work"]["path_steps"] < 500
+    assert result.summary["work"]["path_steps"] < 400
+
+
+def test_two_drivers_stop_at_a_limit() -> None:
+    drivers = [
+        md.Driver("left.angle", from_=2.0, to=2.4),
+        md.Driver("right.angle", from_=1.0, to=0.7),
+    ]
+    result = md.solve(five_bar(), md.Sweep(drivers=drivers, poses=9))
+    assert list(result.status) == ["ok"] * 8 + ["unassembled"]
+    assert result.events[0]["kind"] == "limit"
+    s = result.events[0]["at"]
+    p = 0.2 * np.exp(1j * (2.0 + 0.4 * s))
+    q = 0.2 + 0.2 * np.exp(1j * (1.0 - 0.3 * s))
+    assert abs(p - q) == pytest.approx(0.5, rel=1e-13)
 
 
 def test_a_pose_builds_no_other_group() -> None:
-    setting = prepare(
-        md.load("gorshkov-seven-link"), md.load("gorshkov-seven-link").tasks["turn"]
-    )
+    setting = prepare(md.load("gorshkov-seven-link"), md.load("gorshkov-seven-link").tasks["turn"])
     assert [group.name for group in setting.scene.groups] == [
         "I(1)",
         "II.3 RPR(2,3)",

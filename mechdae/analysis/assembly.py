@@ -56,6 +56,7 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         c.text: Series({"position": np.full(len(found), u[k])})
         for k, c in enumerate(numbers.coordinates)
     }
+    tables: dict[str, Any] = outputs.named([y])
     return Result(
         problem.name,
         name,
@@ -68,7 +69,7 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         summary=summary,
         fault=fault,
         definition=task,
-        **outputs.named([y]),
+        **tables,
     )
 
 

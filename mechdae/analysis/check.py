@@ -58,6 +58,8 @@ def _verdict(entry: Expected, result: Result, known: dict[str, float]) -> Verdic
     found = result.value(entry.what)
     if entry.what.split("/")[0] in SERIES and isinstance(found, list):
         found = found[_pose(entry, result, known)]
+    if isinstance(found, dict):
+        raise InputError(f"{entry.what} is a table; name one of {', '.join(found)}")
     wanted = _numbers(entry.value, known)
     if isinstance(found, bool | str) or isinstance(entry.value, bool):
         met = found == entry.value

@@ -148,7 +148,7 @@ class BlockSolver:
             return x
 
         found = self._roots(close, alpha, complete, doubled=2)
-        if not len(found.x):
+        if not len(found.x) and not found.free:
             angles = np.linspace(0, self.period(alpha), 721)
             reach = np.hypot(*rest(angles).T)
             return Solutions(found.x, found.proven, float(np.abs(reach - size).min()))

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.outputs import Outputs
-from mechdae.analysis.path import Limit, Path
+from mechdae.analysis.path import SMALLEST, Limit, Path
 from mechdae.kernels.batch import Batch
 from mechdae.kernels.graphs import Graphs
 
@@ -24,7 +24,9 @@ class Poses:
     """Evaluated poses; columns of unknowns or outputs of lost groups are nan.
 
     ``alive`` (n, groups) tells which groups have a pose, ``at_limit`` (n,) which poses are
-    limit positions, ``y`` holds outputs and their rates with respect to time.
+    limit positions, ``uncertain`` that a certificate failed, ``singular`` that a group's
+    path stops at the pose for another reason than a limit; ``y`` holds outputs and their
+    rates with respect to time.
     """
 
     s: Any
@@ -32,6 +34,7 @@ class Poses:
     alive: Any
     at_limit: Any
     uncertain: Any
+    singular: Any
     error: Any
     condition: Any
     y: list[Any]
@@ -60,9 +63,22 @@ class Evaluator:
         alive = np.stack([path.reach[g].contains(s) for g in self.groups], axis=1)
         guess = path.guess(s) if self.graphs.nx else np.zeros((len(s), 0))
         limits = self._limits(path, s)
+        stops = self._stops(path, s)
         if not alive.all() and self.graphs.single:
             self._turn_round(path, s, guess, alive)
-        return self._solve(path, s, guess, alive, limits)
+        poses = self._solve(path, s, guess, alive, limits)
+        poses.singular = stops & ~poses.alive.all(axis=1)
+        return poses
+
+    @staticmethod
+    def _stops(path: Path, s: Any) -> Any:
+        """Return which poses are where a path stops at a change or dead point."""
+        result = np.zeros(len(s), bool)
+        for reach in path.reach.values():
+            for end in (reach.low, reach.high):
+                if end is not None and end.kind != "limit":
+                    result |= np.abs(s - end.s) <= 4 * SMALLEST * path.largest
+        return result
 
     def _limits(self, path: Path, s: Any) -> dict[int, list[Limit]]:
         """Return the poses that are limit positions, with their limits."""
@@ -181,13 +197,15 @@ class Evaluator:
             spread = np.abs(limit.v) * np.sqrt(slack / abs(limit.c))
             results[1][k, columns] = np.maximum(results[1][k, columns], spread[columns])
         results[0][k] = x
-        results[3][k, [b for b, j in enumerate(self.block_group) if self.groups[j] in ended]] = np.inf
+        results[3][k, [b for b, j in enumerate(self.block_group) if self.groups[j] in ended]] = (
+            np.inf
+        )
         u = np.array([s]) if g.single else path.u0 + s * path.d
         results[5][k] = np.array(self._value(x, u, path.constants.p)).ravel()
         for order in range(6, len(results)):
             results[order][k] = np.nan
-        for j, group in enumerate(self.groups):
-            if group in ended:
+        for j, index in enumerate(self.groups):
+            if index in ended:
                 alive[k, j] = True
 
     @property
@@ -207,11 +225,13 @@ class Evaluator:
             dead = ~alive[:, groups].all(axis=1)
             if dead.any():
                 for array in y:
-                    array[np.ix_(np.flatnonzero(dead), entry.columns)] = np.nan
+                    array[np.ix_(np.flatnonzero(dead), np.array(entry.columns))] = np.nan
         with np.errstate(invalid="ignore"):
             each = np.where(alive[:, self.block_group], constants.mu * beta, np.nan)
         condition = np.fmax.reduce(each, axis=1, initial=1.0) if each.shape[1] else np.ones(len(s))
-        return Poses(s, x, alive, at_limit, uncertain.any(axis=1), error, condition, y)
+        nowhere = np.zeros(len(s), bool)
+        lost = uncertain.any(axis=1)
+        return Poses(s, x, alive, at_limit, lost, nowhere, error, condition, y)
 
     def _time_rates(self, values: list[Any]) -> list[Any]:
         """Return y, dy/dt, d2y/dt2 from the derivatives with respect to the single driver."""

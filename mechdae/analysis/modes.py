@@ -195,7 +195,7 @@ class Assembler:
             abs(np.remainder(d + period / 2, period) - period / 2) if period else abs(d)
             for d, period in ((a[j] - b[j], solver.period(j)) for j in range(len(a)))
         ]
-        return max(gaps) < 1e-7
+        return bool(max(gaps) < 1e-7)
 
     # -- labels ----------------------------------------------------------------------------
 
@@ -238,9 +238,7 @@ class Assembler:
         angles = [self._first_angle(group, x, u) for x in poses]
         labels = []
         for k, sign in enumerate(signs):
-            rank = 1 + sum(
-                other == sign and angles[i] < angles[k] for i, other in enumerate(signs)
-            )
+            rank = 1 + sum(other == sign and angles[i] < angles[k] for i, other in enumerate(signs))
             labels.append(f"{sign}{rank}")
         return labels
 
@@ -308,7 +306,7 @@ class Assembler:
             Groups whose mode the sketch does not tell.
         """
         x = np.zeros(self.graphs.nx)
-        doubtful = []
+        doubtful: list[Group] = []
         for group in self.scene.groups:
             poses, _, failure = self.candidates(group, x, u)
             if failure is not None:

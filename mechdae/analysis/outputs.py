@@ -84,7 +84,7 @@ class Outputs:
             if entry.name == "guide":
                 continue
             series = tables[entry.kind].setdefault(entry.part, {})
-            names = RATES[entry.name]
+            names: tuple[str, ...] = RATES[entry.name]
             if entry.kind == "joints" and entry.name == "angle":
                 names = names[:1]
             for order, name in enumerate(names[: len(values)]):
@@ -102,9 +102,7 @@ class Outputs:
 
     def _coriolis(self, slide: Entry, values: list[Any]) -> Any:
         """Return 2 omega x v_rel of the second body's point, (n, 2)."""
-        guide = next(
-            (e for e in self.entries if e.part == slide.part and e.name == "guide"), None
-        )
+        guide = next((e for e in self.entries if e.part == slide.part and e.name == "guide"), None)
         n = len(values[0])
         if guide is None:
             return np.where(np.isnan(values[1][:, slide.columns]), np.nan, np.zeros((n, 2)))

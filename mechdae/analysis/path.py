@@ -132,8 +132,8 @@ class Path:
         state = np.array(self.state)
         return np.array(self.s), state[:, :n], state[:, n : 2 * n], state[:, 2 * n : 3 * n]
 
-    def extend(self, to: float, needed: Iterable[int] | None = None) -> None:
-        """Follow the path until `to`, or until all `needed` groups have ended."""
+    def extend(self, to: float, needed: Iterable[int] | None = None, first: bool = False) -> None:
+        """Follow the path until `to`, or until all `needed` groups (or the `first`) have ended."""
         if not self.s:
             raise SolveError("the path has no start")
         up = to > self.s[-1]
@@ -141,15 +141,17 @@ class Path:
             return
         sense = 1.0 if up else -1.0
         ended = {i for i in self.groups if (self.reach[i].high if up else self.reach[i].low)}
-        wanted = set(self.groups if needed is None else needed)
+        wanted = set(self.block_group if needed is None else needed)
         step = self.largest
-        while wanted - ended:
+        while wanted - ended and not (first and wanted & ended):
             s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             rest = sense * (to - s)
             if rest <= 0:
                 return
             if rest > 4 * step:
-                held = self._stride(s, state, sense * step, int(min(STRIDE, rest // step)), ended, up)
+                held = self._stride(
+                    s, state, sense * step, int(min(STRIDE, rest // step)), ended, up
+                )
                 if held:
                     step = min(2 * step, self.largest) if held > 4 else step / 2
                     continue
@@ -189,7 +191,14 @@ class Path:
             self.state.insert(0, state)
 
     def _careful(
-        self, s: float, state: Any, sense: float, step: float, rest: float, ended: set[int], up: bool
+        self,
+        s: float,
+        state: Any,
+        sense: float,
+        step: float,
+        rest: float,
+        ended: set[int],
+        up: bool,
     ) -> float:
         """Take one step, halved until it is proved; return the step to try next."""
         alive = self._alive(ended)
@@ -219,8 +228,8 @@ class Path:
                 s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             if step < SMALLEST * self.largest:
                 x = state[: self.graphs.nx]
-                group = self.block_group[b]
-                self._end(Limit(s, b, group, "change_point", x=x), ended, up)
+                kind = self._singular_kind(b, s, x)
+                self._end(Limit(s, b, self.block_group[b], kind, x=x), ended, up)
                 return self.largest
 
     # -- limit positions -----------------------------------------------------------------
@@ -314,15 +323,7 @@ class Path:
             return None
         system, slope, J, F_y, bend = (np.array(part) for part in function(y, self.whole))
         left = np.linalg.svd(J * weights)[0][:, -1]
-        # total derivative of F_b with respect to s, earlier unknowns following
-        earlier = [k for k in range(len(chain)) if k not in own]
-        total = F_y[:, len(chain)].copy()
-        if earlier:
-            block_rows = len(chain) - len(own)
-            follow = -np.linalg.solve(
-                slope[:block_rows, earlier], slope[:block_rows, len(chain)]
-            )
-            total += F_y[:, earlier] @ follow
+        total = _total(slope, F_y, len(chain), own)
         push = float(left @ total)
         curve = float(left @ bend.ravel())
         if push == 0 or curve == 0:
@@ -332,8 +333,30 @@ class Path:
         if c * sense >= 0:
             return None
         whole, full = self._at_limit(x, chain, y, found, ended, b, v)
-        limit = Limit(found, b, self.block_group[b], "limit", tuple(g.blocks[b].own), whole, full, c)
+        limit = Limit(
+            found, b, self.block_group[b], "limit", tuple(g.blocks[b].own), whole, full, c
+        )
         return limit if _leads_to(limit, x, s, 0.5) else None
+
+    def _singular_kind(self, b: int, s: float, x: Any) -> str:
+        """Return what a singular pose that is no limit position is.
+
+        "change_point": the driver's push lies in the range of J, branches meet;
+        "dead_point": it does not, the group's speed ratio is infinite there.
+        """
+        J, total = self._push(b, s, x)
+        left = np.linalg.svd(J)[0][:, -1]
+        size = float(np.linalg.norm(total)) or 1.0
+        return "change_point" if abs(left @ total) < 1e-2 * size else "dead_point"
+
+    def _push(self, b: int, s: float, x: Any) -> tuple[Any, Any]:
+        """Return J_b (weighted) and dF_b/ds with the earlier unknowns following."""
+        g = self.graphs
+        chain = [i for k in g.ancestors(b) for i in g.blocks[k].own]
+        own = [chain.index(i) for i in g.blocks[b].own]
+        y = np.concatenate([x[chain], [s], np.zeros(len(own))])
+        _, slope, J, F_y, _ = (np.array(part) for part in self._folds[b](y, self.whole))
+        return J * self._weights(b), _total(slope, F_y, len(chain), own)
 
     def _at_limit(
         self, x: Any, chain: list[int], y: Any, s: float, ended: set[int], b: int, v: Any
@@ -378,18 +401,30 @@ class Path:
         k = np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
         result = _quintic(S, X, V, A, k, s)
         for group, reach in self.reach.items():
-            columns = [i for b, g in enumerate(self.graphs.blocks) for i in g.own
-                       if self.block_group[b] == group]
+            columns = [
+                i
+                for b, g in enumerate(self.graphs.blocks)
+                for i in g.own
+                if self.block_group[b] == group
+            ]
             for limit, side in ((reach.low, -1), (reach.high, 1)):
                 if limit is not None and limit.v is not None and columns:
                     self._near_limit(result, s, S, X, V, limit, side, columns)
         return result
 
     def _near_limit(
-        self, result: Any, s: Any, S: Any, X: Any, V: Any, limit: Limit, side: int, columns: list[int]
+        self,
+        result: Any,
+        s: Any,
+        S: Any,
+        X: Any,
+        V: Any,
+        limit: Limit,
+        side: int,
+        columns: list[int],
     ) -> None:
         """Overwrite guesses between the last node before a limit and the limit."""
-        inside = np.flatnonzero((S < limit.s) if side > 0 else (S > limit.s))
+        inside = np.flatnonzero((limit.s > S) if side > 0 else (limit.s < S))
         if not inside.size:
             return
         last = inside[-1] if side > 0 else inside[0]
@@ -406,7 +441,7 @@ class Path:
         a = rise / reach - b * reach
         value = limit.x + a * sigma[:, None] + b * sigma[:, None] ** 2
         rows = np.flatnonzero(between)
-        result[np.ix_(rows, columns)] = value[:, columns]
+        result[np.ix_(rows, np.array(columns))] = value[:, columns]
 
 
 def _leads_to(limit: Limit, x: Any, s: float, tolerance: float) -> bool:
@@ -416,6 +451,17 @@ def _leads_to(limit: Limit, x: Any, s: float, tolerance: float) -> bool:
     sigma = np.sign(offset @ v) * np.sqrt(max((s - limit.s) / limit.c, 0.0))
     far = float(np.max(np.abs(offset)))
     return bool(far > 0 and np.max(np.abs(offset - v * sigma)) <= tolerance * far)
+
+
+def _total(slope: Any, F_y: Any, count: int, own: list[int]) -> Any:
+    """Return dF/ds of a block, its ancestors' unknowns following the path."""
+    total = F_y[:, count].copy()
+    earlier = [k for k in range(count) if k not in own]
+    if earlier:
+        rows = count - len(own)
+        follow = -np.linalg.solve(slope[:rows, earlier], slope[:rows, count])
+        total += F_y[:, earlier] @ follow
+    return total
 
 
 def _equilibrated(matrix: Any, right: Any) -> tuple[Any, Any]:

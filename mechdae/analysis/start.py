@@ -86,7 +86,9 @@ def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
 
 def where(scene: Scene, u: Any) -> str:
     """Return the driver values for a message."""
-    return ", ".join(f"{c.text} = {shown(c.is_angle, v)}" for c, v in zip(scene.drivers, u, strict=True))
+    return ", ".join(
+        f"{c.text} = {shown(c.is_angle, v)}" for c, v in zip(scene.drivers, u, strict=True)
+    )
 
 
 def shown(is_angle: bool, value: float) -> str:

@@ -25,6 +25,10 @@ from mechdae.model.structure import Group, formula
 from mechdae.results import Named, Result, Series
 
 MAX_TURNS = 1000
+STOPS = {
+    "change_point": "a change point, two branches meet there",
+    "dead_point": "a dead point of the driver, the speed ratio is infinite there",
+}
 
 
 @dataclass
@@ -103,9 +107,7 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
     scale = mechanism_scale(setting.scene.model.mechanism)
     largest = 2 * np.pi / NODES_PER_TURN * (1.0 if is_angle else scale)
     span = np.array([[u[0]]]) if plan.values is None else np.vstack([plan.values, [u]])
-    path = Path(
-        graphs, _constants(setting, span + 4 * np.pi), np.zeros(1), np.ones(1), largest
-    )
+    path = Path(graphs, _constants(setting, span + 4 * np.pi), np.zeros(1), np.ones(1), largest)
     path.begin(x, float(u[0]))
     evaluator = Evaluator(graphs, setting.outputs, plan.speed, plan.acceleration)
     summary: dict[str, Any] = {}
@@ -149,8 +151,8 @@ def _assembled(
     span = 2 * np.pi if is_angle else 4 * scale
     while True:
         turns += 1
-        path.extend(s + turns * span)
-        path.extend(s - turns * span)
+        path.extend(s + turns * span, first=True)
+        path.extend(s - turns * span, first=True)
         low, high = _ends(path)
         if low is not None and high is not None:
             grid = low + (high - low) * (np.arange(count) / max(count - 1, 1))
@@ -159,8 +161,9 @@ def _assembled(
         if is_angle and low is None and high is None and _closed(path, s, turns):
             return 2 * np.pi * turns * np.arange(count) / max(count - 1, 1), [None, None]
         if turns >= (MAX_TURNS if is_angle else 25):
-            edge = [low if low is not None else s - span, high if high is not None else s + span]
-            return np.linspace(*edge, count), [low, high]
+            first = low if low is not None else s - span
+            last = high if high is not None else s + span
+            return np.linspace(first, last, count), [low, high]
 
 
 def _closed(path: Path, s: float, turns: int) -> bool:
@@ -247,6 +250,7 @@ def _joined(parts: list[Poses], n: int) -> Poses:
         together([p.alive for p in parts], False),
         together([p.at_limit for p in parts], False),
         together([p.uncertain for p in parts], False),
+        together([p.singular for p in parts], False),
         together([p.error for p in parts], np.nan),
         together([p.condition for p in parts], np.nan),
         [together([p.y[k] for p in parts], np.nan) for k in range(len(first.y))],
@@ -282,7 +286,7 @@ def _limit_events(setting: Setting, path: Path, low: float, high: float) -> list
 def _result(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> Result:
     plan, poses, outputs = setting.plan, run.poses, setting.outputs
     status = _status(poses)
-    named = outputs.named(poses.y)
+    named: dict[str, Any] = outputs.named(poses.y)
     certified = np.isin(status, ("ok", "limit"))
     bounds = output_bounds(setting.graphs, outputs, run.path.constants, poses)
     for bound in bounds.values():
@@ -290,7 +294,9 @@ def _result(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run
     failed = _failed(setting, run, status)
     summary = dict(run.summary)
     summary["poses"] = len(status)
-    summary["status"] = {str(k): int(v) for k, v in zip(*np.unique(status, return_counts=True), strict=True)}
+    summary["status"] = {
+        str(k): int(v) for k, v in zip(*np.unique(status, return_counts=True), strict=True)
+    }
     summary["formula"] = formula(setting.scene.groups)
     summary["mode"] = _mode(setting, run)
     summary["not_in_scene"] = setting.scene.not_in_scene
@@ -348,7 +354,7 @@ def _status(poses: Poses) -> Any:
     status = np.full(len(poses.s), "ok", dtype="<U11")
     dead = ~poses.alive.all(axis=1)
     status[dead] = "unassembled"
-    status[poses.uncertain] = "singular"
+    status[poses.uncertain | poses.singular] = "singular"
     status[poses.at_limit & ~dead] = "limit"
     return status
 
@@ -423,8 +429,9 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     entry = failed[0]
     c = setting.plan.coordinates[0]
     lost = int(np.isin(status, ("unassembled", "singular")).sum())
-    text = f"{lost} of {len(status)} poses do not assemble"
-    if "name" in entry:
+    stopped = any(event["kind"] in STOPS for event in run.events)
+    text = f"{lost} of {len(status)} poses {'are not reached' if stopped else 'do not assemble'}"
+    if "name" in entry and not stopped:
         text += f": group {entry['name']} opens at joint {entry['joint']}"
     interval = [start.shown(c.is_angle, entry[end]) for end in ("from", "to")]
     text += f", first at {c.text} = {interval[0]}" + (
@@ -437,8 +444,10 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     ]
     if ends:
         text += f"; limit position{'s' if len(ends) > 1 else ''} at {c.text} = {', '.join(ends)}"
-    if status[0] in ("unassembled", "singular"):
+    for event in run.events:
+        if event["kind"] in STOPS:
+            place = start.shown(c.is_angle, event["at"]) if setting.graphs.single else event["at"]
+            text += f"; the motion stops at {place}: {STOPS[event['kind']]}"
+    if status[0] == "unassembled":
         text += _modes_at_start(setting, run)
-    if any(event["kind"] == "change_point" for event in run.events):
-        text += "; the motion stops at a change point, where two branches meet"
     return text

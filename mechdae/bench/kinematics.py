@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from statistics import median
 from typing import Any
 
@@ -34,15 +35,19 @@ class Work:
 def standard() -> list[Work]:
     """Return the standard works: four-bar, seven-link, Jansen leg."""
     return [
-        work("four-bar-crank-rocker", "crank.angle", 0.0, 2 * np.pi, ("coupler.angle", "rocker.angle")),
+        work(
+            "four-bar-crank-rocker",
+            "crank.angle",
+            0.0,
+            2 * np.pi,
+            ("coupler.angle", "rocker.angle"),
+        ),
         work("gorshkov-seven-link", "crank.angle", -0.8, 0.8, None),
         work("jansen-leg", "crank.angle", 0.0, 2 * np.pi, None),
     ]
 
 
-def work(
-    name: str, driver: str, low: float, high: float, outputs: tuple[str, ...] | None
-) -> Work:
+def work(name: str, driver: str, low: float, high: float, outputs: tuple[str, ...] | None) -> Work:
     """Return the sweep of a problem; without outputs the angles of all its bodies."""
     problem = load(name)
     if outputs is None:
@@ -76,7 +81,7 @@ def measure(item: Work, sizes: tuple[int, ...], repeats: int = 7) -> list[dict[s
         result = run(setting, task)
         first = time.perf_counter() - start
         u = np.linspace(0, 2 * np.pi, n)
-        ours, theirs = _interleaved(lambda t=task, s=setting: run(s, t), lambda a=u: yardstick(a), repeats)
+        ours, theirs = _interleaved(partial(run, setting, task), partial(yardstick, u), repeats)
         poses = result.poses
         error, allowed = _error(setting, poses, result)
         records.append(
@@ -134,8 +139,9 @@ def table(records: list[dict[str, Any]]) -> str:
         )
     last = records[-1]
     lines.append(
-        f"yardstick: closed-form four-bar in NumPy, {last['yardstick'] / last['n'] * 1e9:.0f} ns/pose "
-        f"at {last['n']} poses; medians of interleaved runs"
+        f"yardstick: closed-form four-bar in NumPy, "
+        f"{last['yardstick'] / last['n'] * 1e9:.0f} ns/pose at {last['n']} poses; "
+        f"medians of interleaved runs"
     )
     lines.append(
         "each sweep: positions, velocities, accelerations, certificates and bounds; "

@@ -67,7 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _module(command: str):  # type: ignore[no-untyped-def]
-    return importlib.import_module(f"mechdae.cli.{command}")
+    return importlib.import_module(f"mechdae.cli.commands.{command}")
 
 
 def message(text: str, quiet: bool) -> None:

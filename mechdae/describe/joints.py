@@ -51,7 +51,8 @@ class Joint(Value):
 
     def with_number(self, entry: str, number: Number) -> Joint:
         """Return the joint with one of its numbers replaced."""
-        return replace(self, **{entry: number})
+        changes: dict[str, Any] = {entry: number}
+        return replace(self, **changes)
 
     def check(self, values: Mapping[str, float]) -> None:
         """Raise `MechanismError` for values that make no joint."""
@@ -140,17 +141,14 @@ class Gear(Joint):
         super().__post_init__()
         place = f"joints.{self.name}"
         if (self.ratio is None) == (self.teeth is None):
-            raise MechanismError(
-                "a gear needs either 'ratio' or 'teeth' with 'mesh'", where=place
-            )
+            raise MechanismError("a gear needs either 'ratio' or 'teeth' with 'mesh'", where=place)
         if self.teeth is not None and self.mesh is None:
             raise MechanismError(
-                "'teeth' needs mesh = \"external\" or \"internal\"", where=f"{place}.mesh"
+                '\'teeth\' needs mesh = "external" or "internal"', where=f"{place}.mesh"
             )
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
-        for entry, value in super().numbers():
-            yield entry, value
+        yield from super().numbers()
         if self.teeth is not None:
             first, second = self.teeth
             sign = "-" if self.mesh == "external" else ""

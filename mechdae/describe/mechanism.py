@@ -113,7 +113,8 @@ class Mechanism:
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
         """Yield every number of bodies and joints with its automatic name."""
-        for name, body in [(GROUND, self.ground), *self.bodies.items()]:
+        parts: list[tuple[str, Body | Ground]] = [(GROUND, self.ground), *self.bodies.items()]
+        for name, body in parts:
             for point, position in body.points.items():
                 for axis, number in zip(self.AXES, position, strict=False):
                     yield f"{name}.{point}.{axis}", number
@@ -282,9 +283,7 @@ def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
         )
     carrier = getattr(joint, "carrier", None)
     if carrier is not None and carrier != GROUND and carrier not in mechanism.bodies:
-        raise UnknownName(
-            "body", carrier, [GROUND, *mechanism.bodies], where=f"{place}.carrier"
-        )
+        raise UnknownName("body", carrier, [GROUND, *mechanism.bodies], where=f"{place}.carrier")
     if carrier in (joint.first_body, joint.second_body):
         raise MechanismError("the carrier is one of the two wheels", where=f"{place}.carrier")
 
@@ -320,9 +319,7 @@ def _check_values(mechanism: Mechanism) -> None:
         _check_links(mechanism, name, body, values)
 
 
-def _check_links(
-    mechanism: Mechanism, name: str, body: Body, values: Mapping[str, float]
-) -> None:
+def _check_links(mechanism: Mechanism, name: str, body: Body, values: Mapping[str, float]) -> None:
     """Raise for a link whose two pins fall on one point."""
     pins: dict[str, str] = {}
     for joint in mechanism.joints.values():

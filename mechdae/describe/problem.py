@@ -92,7 +92,9 @@ class Problem:
             base, suffix = (name, "") if name in known else split_unit(name)
             try:
                 plain_changes[base] = number(to_si(value, suffix))
-                self = replace(self, mechanism=self.mechanism.with_values({base: plain_changes[base]}))
+                self = replace(
+                    self, mechanism=self.mechanism.with_values({base: plain_changes[base]})
+                )
             except MechdaeError as problem:
                 raise problem.inside(f"set {name}") from None
         return self
@@ -150,9 +152,7 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
         if entry not in TOP:
             raise UnknownName("key", entry, TOP)
     if data.get("schema", None) != SCHEMA or isinstance(data["schema"], bool):
-        raise InputError(
-            f"schema = {SCHEMA} is needed at the top of the file", where="schema"
-        )
+        raise InputError(f"schema = {SCHEMA} is needed at the top of the file", where="schema")
     for entry in ("title", "source"):
         if not isinstance(data.get(entry, ""), str):
             raise InputError("a text is needed", where=entry)
@@ -260,7 +260,8 @@ def _read_task(name: str, table: Any) -> Task:
             if not isinstance(rest["drivers"], list):
                 raise InputError("a list of drivers is needed", where=f"{place}.drivers")
             rest["drivers"] = [
-                read(Driver, item, f"{place}.drivers[{i}]") for i, item in enumerate(rest["drivers"])
+                read(Driver, item, f"{place}.drivers[{i}]")
+                for i, item in enumerate(rest["drivers"])
             ]
     task: Task = read(kind, rest, place)
     return task
@@ -319,4 +320,3 @@ def _check_driver(driver: Driver, known: Mapping[str, float]) -> None:
         for used in sorted(names_in(entry)) if isinstance(entry, str) else ():
             if used not in known:
                 raise UnknownName("parameter", used, known, where="driver")
-

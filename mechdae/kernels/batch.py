@@ -91,8 +91,8 @@ class Batch:
         if size not in self._mapped:
             mapped = self.function.map(size) if size > 1 else self.function
             buffer, trigger = mapped.buffer()
-            staged_in = [np.zeros((size, rows)) for rows in self.rows_in]
-            staged_out = [np.zeros((size, rows)) for rows in self.rows_out]
+            staged_in: list[Any] = [np.zeros((size, rows)) for rows in self.rows_in]
+            staged_out: list[Any] = [np.zeros((size, rows)) for rows in self.rows_out]
             for i, array in enumerate(staged_in):
                 if not array.size:
                     continue

@@ -277,7 +277,6 @@ class Graphs:
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
         return ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius
 
-
     # -- limit positions -------------------------------------------------------------------
 
     def ancestors(self, b: int) -> list[int]:

@@ -66,9 +66,7 @@ def replay(
         Makes a value of a number.
     """
     work: dict[int, Any] = {}
-    results: list[list[Any]] = [
-        [None] * function.numel_out(i) for i in range(function.n_out())
-    ]
+    results: list[list[Any]] = [[None] * function.numel_out(i) for i in range(function.n_out())]
     for k in range(function.n_instructions()):
         code = function.instruction_id(k)
         into, out_of = function.instruction_output(k), function.instruction_input(k)

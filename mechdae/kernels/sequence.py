@@ -16,8 +16,11 @@ class Sequence:
         self.state = np.zeros(advance.size1_in(0))
         self.steps = np.zeros((count, 2))
         self.consts = np.zeros((count, advance.size1_in(2)))
-        self.results = [np.zeros((count, advance.size1_out(i))) for i in range(advance.n_out())]
-        for i, array in enumerate((self.state, self.steps, self.consts)):
+        self.results: list[Any] = [
+            np.zeros((count, advance.size1_out(i))) for i in range(advance.n_out())
+        ]
+        inputs: list[Any] = [self.state, self.steps, self.consts]
+        for i, array in enumerate(inputs):
             self.buffer.set_arg(i, memoryview(array))
         for i, array in enumerate(self.results):
             self.buffer.set_res(i, memoryview(array))

@@ -92,9 +92,7 @@ class Model:
         self.ends = {
             name: Ends(joint, self.frame, self.numbers) for name, joint in mechanism.joints.items()
         }
-        self.rows = [
-            Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)
-        ]
+        self.rows = [Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)]
 
     def _make_parameters(self) -> None:
         mechanism = self.mechanism

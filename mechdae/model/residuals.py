@@ -68,7 +68,7 @@ def same_turn(ends: Ends) -> Rows:
 
 
 def on_line(ends: Ends) -> Rows:
-    """n . (P2 - P1) = 0."""
+    """N . (P2 - P1) = 0."""
     return [("n", ca.dot(ends.normal(), ends.gap), "m")]
 
 
@@ -79,7 +79,7 @@ def distance(ends: Ends) -> Rows:
 
 
 def gear(ends: Ends) -> Rows:
-    """ratio (theta2 - thetac) + phase - (theta1 - thetac) = 0, angles unwrapped."""
+    """Ratio (theta2 - thetac) + phase - (theta1 - thetac) = 0, angles unwrapped."""
     carrier = ends.carrier_angle
     turned = ends.number("ratio") * (ends.second.angle - carrier) + ends.number("phase")
     return [("mesh", turned - (ends.first.angle - carrier), "rad")]

@@ -10,6 +10,7 @@ replace it.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -228,7 +229,7 @@ def _contour(bodies: set[str], joints: list[Joint]) -> int:
     for joint in joints:
         ends = [b for b in (joint.first_body, joint.second_body) if b in bodies]
         path = ends if joint.lower else [ends[0], f"link of {joint.name}", *ends[1:]]
-        for a, b in zip(path, path[1:], strict=False):
+        for a, b in itertools.pairwise(path):
             for one, other in ((a, b), (b, a)):
                 neighbours.setdefault(one, set()).add(other)
                 pairs[one] = pairs.get(one, 0) + 1
@@ -260,7 +261,9 @@ def formula(groups: Sequence[Group]) -> str:
     levels: dict[int, list[str]] = {}
     for group in groups:
         levels.setdefault(group.level, []).append(group.name)
-    parts = [names[0] if len(names) == 1 else "{" + "; ".join(names) + "}" for names in levels.values()]
+    parts = [
+        names[0] if len(names) == 1 else "{" + "; ".join(names) + "}" for names in levels.values()
+    ]
     return " -> ".join(parts)
 
 

@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from mechdae.cli.solve import settings
+from mechdae.cli.commands.solve import settings
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

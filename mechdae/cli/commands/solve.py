@@ -47,10 +47,8 @@ def run(options: argparse.Namespace) -> int:
         names = [name for name, task in problem.tasks.items() if task.available]
         for name, task in problem.tasks.items():
             if not task.available:
-                message(
-                    f"mechdae: task {name} skipped: kind '{task.kind}' is not computed by this version",
-                    options.quiet,
-                )
+                reason = f"kind '{task.kind}' is not computed by this version"
+                message(f"mechdae: task {name} skipped: {reason}", options.quiet)
         if not names:
             raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
     else:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from mechdae.cli import message
-from mechdae.cli.solve import settings
+from mechdae.cli.commands.solve import settings
 from mechdae.errors import InputError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
@@ -54,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _with_all_bodies(problem, result, mode):  # type: ignore[no-untyped-def]
+def _with_all_bodies(problem: Any, result: Any, mode: str | None) -> Any:
     """Return a result that holds every body of its scene, for a task that names outputs."""
     from dataclasses import replace
 

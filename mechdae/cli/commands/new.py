@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mechdae.errors import UnknownName
 
-FOLDER = Path(__file__).resolve().parent.parent / "templates"
+FOLDER = Path(__file__).resolve().parent.parent.parent / "templates"
 
 
 def families() -> list[str]:

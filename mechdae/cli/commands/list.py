@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import tomllib
+from typing import Any
 
 from mechdae.describe import library
 
@@ -24,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _entry(name: str) -> dict[str, object]:
+def _entry(name: str) -> dict[str, Any]:
     data = tomllib.loads(library.find(name).read_text(encoding="utf-8"))
     kinds = sorted({str(task.get("kind", "")) for task in data.get("tasks", {}).values()})
     return {"name": name, "kinds": kinds, "title": data.get("title", "")}

@@ -27,7 +27,9 @@ def run(options: argparse.Namespace) -> int:
             continue
         verdicts = check(problem)
         missed = [verdict for verdict in verdicts if not verdict.met]
-        print(f"{problem.name}: {len(verdicts) - len(missed)} of {len(verdicts)} expected values met")
+        print(
+            f"{problem.name}: {len(verdicts) - len(missed)} of {len(verdicts)} expected values met"
+        )
         for verdict in missed:
             entry = verdict.expected
             print(f"  {entry.task} {entry.what}: {verdict.note or _difference(verdict)}")

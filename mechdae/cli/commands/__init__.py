@@ -1,0 +1,1 @@
+"""One module for each subcommand: ``arguments(parser)`` and ``run(options) -> exit code``."""

@@ -1,0 +1,120 @@
+"""Assembly modes: counts against brute force, labels, what is said when nothing is proven."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_structure import triad
+from test_sweep import four_bar
+
+import mechdae as md
+
+
+def counts(mechanism: md.Mechanism, coordinate: str, value: float) -> tuple[int, bool]:
+    summary = md.solve(mechanism, md.Modes(md.Driver(coordinate, at=[value]))).summary
+    return summary["count"], summary["proven"]
+
+
+def test_four_bar_has_two_mirrored_modes() -> None:
+    mechanism = four_bar(4, 12, 8, 10, crank=1.0, coupler=0.4, rocker=1.0)
+    result = md.solve(mechanism, md.Modes(md.Driver("crank.angle", at=[1.0])))
+    assert result.labels == (("+",), ("-",))
+    B = 4 * np.exp(1j)
+    C = result.points["coupler.C"].position
+    C = C[:, 0] + 1j * C[:, 1]
+    assert np.abs(C - B) == pytest.approx([12, 12], rel=1e-14)
+    assert np.abs(C - 10) == pytest.approx([8, 8], rel=1e-14)
+    turned = np.imag(np.conj(C - B) * (10 - C))
+    assert turned[0] > 0 > turned[1]
+
+
+@pytest.mark.parametrize(("crank", "count"), [(0.2, 2), (1.3, 2), (1.4, 0), (3.0, 0)])
+def test_no_mode_beyond_the_limit(crank: float, count: int) -> None:
+    mechanism = four_bar(5, 3, 4.5, 7, crank=0.6, coupler=0.9, rocker=1.8)
+    assert counts(mechanism, "crank.angle", crank) == (count, True)
+    if not count:
+        result = md.solve(mechanism, md.Modes(md.Driver("crank.angle", at=[crank])))
+        e = abs(5 * np.exp(1j * crank) - 7)
+        assert "joint C stays open" in result.fault
+        assert f"{e - 7.5:.4g}"[:5] in result.fault
+
+
+def geared_roots(ratio: float, turns: int, lengths: tuple[float, ...], wheel: float) -> int:
+    """Return the number of crank angles over `turns` turns that close the loop (dense scan)."""
+    l0, l1, l2, l3 = lengths
+    a = np.linspace(0, 2 * np.pi * turns, 200_001)
+    b = a + (wheel - a) / ratio
+    gap = np.abs(l0 + l1 * np.exp(1j * a) - l2 * np.exp(1j * b)) ** 2 - l3**2
+    return int(np.sum(gap[:-1] * gap[1:] < 0))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "turns"), [("-1", 1), ("-1/2", 1), ("-2", 2), ("2/3", 2), ("3", 3), ("-3/2", 3)]
+)
+@pytest.mark.parametrize("wheel", [0.3, 4.0])
+def test_geared_five_bar_against_a_scan(ratio: str, turns: int, wheel: float) -> None:
+    problem = md.load("geared-five-bar").with_values({"i42": ratio})
+    number = float(eval(ratio))
+    lengths = (0.1, 0.048, 0.09, 0.08)
+    driver = md.Driver("wheel.angle", at=[wheel])
+    result = md.solve(problem.mechanism, md.Modes(driver))
+    assert result.summary["proven"]
+    assert result.summary["count"] == geared_roots(number, turns, lengths, wheel)
+    signs = [label[0][0] for label in result.labels]
+    ranks = [int(label[0][1:]) for label in result.labels]
+    for sign in "+-":
+        own = [rank for rank, s in zip(ranks, signs, strict=True) if s == sign]
+        assert own == list(range(1, len(own) + 1))
+
+
+def test_an_irrational_ratio_has_infinitely_many_modes() -> None:
+    problem = md.load("geared-five-bar").with_values({"i42": "-sqrt(2)"})
+    result = md.solve(problem, "modes")
+    assert not result.summary["proven"]
+    assert "infinitely many" in result.fault
+
+
+def test_a_group_whose_outer_pins_meet_is_said_to_be_free() -> None:
+    result = md.solve("peaucellier", "modes")
+    assert not result.summary["proven"]
+    assert result.summary["free"] == ["II.1 RRR(6,7)"]
+    assert result.summary["count"] == 4
+
+
+def test_triads_are_found_not_proven() -> None:
+    mechanism = triad()
+    sketch = {"crank": 0.3, "leg1": 0.6, "leg2": 2.0, "leg3": -1.0, "plate": 0.3}
+    sketched = replace(mechanism, sketch=sketch)
+    result = md.solve(sketched, md.Modes(md.Driver("crank.angle", at=[0.3])))
+    assert not result.summary["proven"]
+    assert result.summary["count"] in (2, 4, 6)
+    for k in range(result.summary["count"]):
+        for a, b in (("leg1.D", "plate.D"), ("leg2.E", "plate.E"), ("leg3.F", "plate.F")):
+            gap = result.points[a].position[k] - result.points[b].position[k]
+            assert np.abs(gap).max() < 1e-12
+
+
+def test_the_sketch_chooses_the_nearest_mode() -> None:
+    for degrees in (-20, 0, 20):
+        shift = math.radians(degrees)
+        upper = four_bar(4, 12, 8, 10, crank=1.0, coupler=0.47 + shift, rocker=1.6 - shift)
+        lower = four_bar(4, 12, 8, 10, crank=1.0, coupler=-0.9 + shift, rocker=-1.9 + shift)
+        task = md.Sweep(md.Driver("crank.angle", at=[1.0]))
+        high = md.solve(upper, task).points["coupler.C"].position[0, 1]
+        low = md.solve(lower, task).points["coupler.C"].position[0, 1]
+        assert high > 0 > low
+
+
+def test_modes_need_one_pose() -> None:
+    mechanism = four_bar(4, 12, 8, 10, crank=1.0, coupler=0.4, rocker=1.0)
+    with pytest.raises(md.InputError, match="one pose"):
+        md.solve(mechanism, md.Modes(md.Driver("crank.angle", at=[1.0, 2.0])))
+
+
+def test_limit_cuts_the_list() -> None:
+    result = md.solve("jansen-leg", "modes")
+    task = replace(result.definition, limit=3)
+    assert len(md.solve("jansen-leg", task)) == 3

@@ -1,0 +1,65 @@
+"""Every predefined problem meets the values its file expects."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+import mechdae as md
+from mechdae.analysis.check import check
+from mechdae.describe import library
+from mechdae.errors import InputError
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_expected_values(name: str) -> None:
+    verdicts = check(md.load(name))
+    assert len(verdicts) >= 5
+    for verdict in verdicts:
+        entry = verdict.expected
+        assert verdict.met, f"{entry.task} {entry.what}: {verdict}"
+        assert entry.source, "an expected value says where it comes from"
+        assert entry.value == verdict.value or verdict.allowed <= 1e-8
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_every_file_has_title_source_and_tasks(name: str) -> None:
+    problem = md.load(name)
+    assert problem.title
+    assert problem.source
+    assert {task.kind for task in problem.tasks.values()} >= {"sweep", "modes"}
+
+
+def test_a_wrong_expected_value_is_missed() -> None:
+    problem = md.load("slider-crank")
+    text = library.find("slider-crank").read_text()
+    first = problem.expected[0]
+    data = tomllib.loads(text)
+    data["expected"][0]["value"] = 1.01 * float(data["expected"][0]["value"])
+    from mechdae.describe.problem import from_dict
+
+    verdicts = check(from_dict(data))
+    assert [verdict.met for verdict in verdicts].count(False) == 1
+    assert not verdicts[0].met
+    assert first.value != data["expected"][0]["value"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"what": "points/none/position"}, {"at": 0.12345}, {"what": "points/rod.C"}, {"at": None}],
+)
+def test_a_bad_path_is_said(changes: dict) -> None:
+    from dataclasses import replace
+
+    problem = md.load("slider-crank")
+    entry = next(e for e in problem.expected if e.what == "points/slider.C/velocity")
+    bad = replace(problem, expected=(replace(entry, **changes),))
+    verdict = check(bad)[0]
+    assert not verdict.met
+    assert verdict.note
+
+
+def test_the_problem_that_is_not_there() -> None:
+    with pytest.raises(InputError, match="unknown problem"):
+        md.load("no-such-problem")
