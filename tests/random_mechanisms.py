@@ -234,9 +234,11 @@ class Case:
             intervals.append(tuple(ends))
         return intervals
 
-    def _disc(self, k, s):
-        _, _, disc, slope = self.close(np.atleast_1d(np.asarray(s, LD)), order=1)
-        return disc[k][0], slope[k][0]
+    def _section(self, k, a, b):
+        """Return 65 places from a to b with the discriminant and its slope."""
+        s = a + (b - a) * np.linspace(0, 1, 65).astype(LD)
+        _, _, disc, slope = self.close(s, order=1)
+        return s, disc[k], slope[k]
 
     def _first_root(self, k, grid, disc, slope, sense):
         i = int(np.argmin(np.abs(grid - LD(self.s0))))
@@ -247,30 +249,31 @@ class Case:
                 return None
             if db <= 0:
                 return self._bisect(k, a, b)
-            if slope[i] * sense < 0 < slope[i + sense] * sense:  # a dip in between
-                lo, hi = a, b
-                for _ in range(80):
-                    mid = (lo + hi) / 2
-                    value, grade = self._disc(k, mid)
-                    if value <= 0:
-                        return self._bisect(k, a, mid)
-                    lo, hi = (mid, hi) if grade * sense < 0 else (lo, mid)
-                if self.dyads[k].kind == "prp" and value < 1e-13:
-                    return mid, "pole"
-                if value < 1e-13:
-                    return "doubtful"
-                self.dip = min(self.dip, float(value))
+            steep = 4 * max(abs(slope[i]), abs(slope[i + sense])) * abs(b - a)
+            if slope[i] * sense < 0 < slope[i + sense] * sense and min(disc[i], db) < steep:
+                lo, hi = a, b  # a dip in between
+                for _ in range(13):
+                    s, value, grade = self._section(k, lo, hi)
+                    below = np.flatnonzero(value <= 0)
+                    if below.size:
+                        return self._bisect(k, lo, s[below[0]])
+                    j = int(np.flatnonzero(grade * sense < 0)[-1])
+                    lo, hi = s[j], s[min(j + 1, 64)]
+                lowest = float(value.min())
+                if lowest < 1e-13:
+                    return (lo, "pole") if self.dyads[k].kind == "prp" else "doubtful"
+                self.dip = min(self.dip, lowest)
             i += sense
         return None
 
     def _bisect(self, k, good, bad):
-        for _ in range(90):
-            mid = (good + bad) / 2
-            if self._disc(k, mid)[0] > 0:
-                good = mid
-            else:
-                bad = mid
-        return good, True
+        for _ in range(13):
+            s, value, _ = self._section(k, good, bad)
+            j = int(np.flatnonzero(value <= 0)[0])
+            if j == 0 or s[j - 1] == s[j]:
+                break
+            good, bad = s[j - 1], s[j]
+        return good, "pole" if self.dyads[k].kind == "prp" else True
 
     @property
     def angular(self):
