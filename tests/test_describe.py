@@ -287,6 +287,38 @@ def test_python_values_are_checked(make, words: str) -> None:
         make()
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[loads.f]\nkind = "force"\npoint = "coupler.X"\nvalue = [0, 1]', ["loads.f.point"]),
+        (
+            '[loads.f]\nkind = "force"\npoint = "coupler.C"\nvalue = [0, "q"]',
+            ["loads.f.value", "q"],
+        ),
+        ('[loads.f]\nkind = "torque"\nbody = "crnk"\nvalue = 1', ["loads.f.body", "crank"]),
+        ('[loads.f]\nkind = "resistance"\ncoordinate = "A.slide"', ["loads.f.coordinate"]),
+        ('[loads.f]\nkind = "spring"\nstiffness = 1', ["loads.f", "between"]),
+        ('[loads.f]\nkind = "wind"', ["loads.f.kind", "force"]),
+        ('[outputs]\nmu = "rocker.angel"', ["outputs.mu", "rocker.angle"]),
+        ("[outputs]\nmu = 3", ["outputs.mu"]),
+        ("gravity = [0]", ["gravity"]),
+    ],
+)
+def test_bad_loads_and_outputs_name_the_place(text: str, words: list[str]) -> None:
+    if text.startswith("gravity"):
+        refused(FOUR_BAR.replace("schema = 1", "schema = 1\n" + text), *words)
+    else:
+        refused(FOUR_BAR + text, *words)
+
+
+def test_loads_may_use_coordinates_speeds_and_time() -> None:
+    load(
+        FOUR_BAR
+        + '[loads.f]\nkind = "torque"\nbody = "crank"\nvalue = "-a*crank.angle.speed + sin(t)"\n'
+        + '[outputs]\nmu = "rocker.angle - coupler.angle"'
+    )
+
+
 def test_negative_friction_is_refused() -> None:
     text = FOUR_BAR.replace('"rocker.D"] }', '"rocker.D"], friction = -0.1 }')
     with pytest.raises(MechanismError, match=r"joints\.D\.friction"):

@@ -16,7 +16,10 @@ from mechdae.kernels.graphs import Graphs
 H_LIMIT = 0.2
 """Largest Newton-Kantorovich number of a certified pose."""
 ROUNDS = 8
+ATTEMPTS = 6
 TINY = 1e-17
+"""Left-over distance to the solution below which no further Newton step is taken [rad]."""
+HALF_TURN = 1.5
 
 
 @dataclass
@@ -55,6 +58,13 @@ class Evaluator:
         self.block_group = np.array(
             [self.groups.index(graph.block.group) for graph in graphs.blocks], int
         )
+        names = graphs.scene.x_names
+        self.angles = np.array([name == "angle" for _, name in names], bool)
+        self.lengths = np.array(
+            [all(names[i][1] != "angle" for i in graph.own) for graph in graphs.blocks], bool
+        )
+        dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
+        self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.refined = 0
 
     def at(self, path: Path, s: Any) -> Poses:
@@ -123,39 +133,63 @@ class Evaluator:
     def _solve(
         self, path: Path, s: Any, guess: Any, alive: Any, limits: dict[int, list[Limit]]
     ) -> Poses:
-        g, constants = self.graphs, path.constants
+        constants = path.constants
+        results, first = self._converged(path, guess, s)
+        ordinary = np.ones(len(s), bool)
+        ordinary[list(limits)] = False
+        live = alive[:, self.block_group]
+        for _ in range(ATTEMPTS):
+            good = self._good(path, guess, results, first)
+            rows = np.flatnonzero((live & ~good).any(axis=1) & ordinary)
+            if not rows.size or not path.insert(s[rows]):
+                break
+            guess[rows] = path.guess(s[rows])
+            part, first[rows] = self._converged(path, guess[rows], s[rows])
+            for whole, new in zip(results, part, strict=True):
+                whole[rows] = new
+        uncertain = live & ~good & ordinary[:, None]
+        self._drop(alive, uncertain)
+        at_limit = ~ordinary
+        for k, found in limits.items():
+            self._put_limit(path, k, s[k], found, alive, results)
+        return self._poses(s, results, alive, at_limit, uncertain, constants)
+
+    def _converged(self, path: Path, guess: Any, s: Any) -> tuple[list[Any], Any]:
+        """Return the pose kernel's results after as many steps as needed.
+
+        The second value tells which blocks were certified from the guess itself.
+        """
+        constants = path.constants
         consts = constants.vector()
         results = self._call(path, guess, s, consts)
-        moved = np.zeros(len(s), bool)
+        first = constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
+        tiny = TINY * np.where(self.lengths, constants.scale, 1.0)
         for _ in range(ROUNDS):
-            size = constants.kappa * results[3] * results[4]
-            live = alive[:, self.block_group]
-            again = np.flatnonzero((live & ~(size < TINY)).any(axis=1))
-            again = np.array([k for k in again if k not in limits], int)
+            left = constants.kappa * results[3] * results[4]
+            again = np.flatnonzero((left > tiny).any(axis=1))
             if not again.size:
                 break
             self.refined += len(again)
             part = self._call(path, results[0][again], s[again], consts)
             for whole, new in zip(results, part, strict=True):
                 whole[again] = new
-            moved[again] = True
-        h = constants.kappa * results[3] * np.sqrt(results[4])
-        good = h <= H_LIMIT
+        return results, first
+
+    def _good(self, path: Path, guess: Any, results: list[Any], first: Any) -> Any:
+        """Return which blocks are certified to be on the path's branch, (n, nb).
+
+        Newton-Kantorovich from the guess, which lies in the proved neighbourhood of the path;
+        in a dyad the sign of the determinant alone tells the two branches apart.
+        """
+        h = path.constants.kappa * results[3] * np.sqrt(results[4])
+        good = (h <= H_LIMIT) & (first | self.sign_tells)
         if path.sign is not None:
             good &= np.sign(results[2]) == path.sign
-        near = np.abs(results[0] - guess) < 1e-3 * np.maximum(1.0, np.abs(guess))
-        for b, graph in enumerate(g.blocks):
-            good[:, b] &= near[:, graph.own].all(axis=1)
-        live = alive[:, self.block_group]
-        uncertain = live & ~good
-        for k in limits:
-            uncertain[k] = False
-        self._drop(alive, uncertain)
-        at_limit = np.zeros(len(s), bool)
-        for k, found in limits.items():
-            self._put_limit(path, k, s[k], found, alive, results)
-            at_limit[k] = True
-        return self._poses(s, results, alive, at_limit, uncertain, constants)
+        with np.errstate(invalid="ignore"):
+            far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
+        for b, graph in enumerate(self.graphs.blocks):
+            good[:, b] &= ~far[:, graph.own].any(axis=1)
+        return good
 
     def _drop(self, alive: Any, uncertain: Any) -> None:
         """Take away groups with an uncertified block, and the groups attached to them."""

@@ -157,6 +157,26 @@ class Path:
                     continue
             step = self._careful(s, state, sense, min(step, rest), rest, ended, up)
 
+    def insert(self, places: Any, most: int = 64) -> int:
+        """Put further nodes where guesses were too poor; return how many were proved."""
+        wanted = np.unique(places)
+        if len(wanted) > most:
+            wanted = wanted[np.linspace(0, len(wanted) - 1, most).astype(int)]
+        inserted = 0
+        for place in wanted:
+            s = np.array(self.s)
+            k = int(np.searchsorted(s, place)) - 1
+            if k < 0 or k + 1 >= len(s) or place in (s[k], s[k + 1]):
+                continue
+            ended = {i for i in self.groups if not self.reach[i].contains(place)}
+            alive = self._alive(ended)
+            state, test, det, miss = self._step(self.state[k], s[k], float(place - s[k]))
+            if self._good(test[alive], det[alive], miss[alive], alive):
+                self.s.insert(k + 1, float(place))
+                self.state.insert(k + 1, state)
+                inserted += 1
+        return inserted
+
     def _alive(self, ended: set[int]) -> Any:
         """Return which blocks belong to groups that have not ended."""
         return np.array([group not in ended for group in self.block_group], bool)

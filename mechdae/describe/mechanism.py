@@ -100,7 +100,10 @@ class Mechanism:
             except MechdaeError as problem:
                 raise problem.inside(name) from None
         if self.gravity is not None:
-            put("gravity", values.pair(self.gravity))
+            try:
+                put("gravity", values.pair(self.gravity))
+            except MechdaeError as problem:
+                raise problem.inside("gravity") from None
         _check(self)
 
     def body(self, name: str) -> Body | Ground:

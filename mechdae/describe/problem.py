@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.describe import library
+from mechdae.describe.checks import check_loads, check_outputs
 from mechdae.describe.coordinates import coordinate, selection
 from mechdae.describe.expression import names_in
 from mechdae.describe.joints import JOINTS, SPATIAL, Joint
@@ -62,6 +63,8 @@ class Problem:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", Table(self.tasks))
+        check_loads(self.mechanism)
+        check_outputs(self.mechanism)
         for name, task in self.tasks.items():
             _check_task(self.mechanism, name, task)
         for position, entry in enumerate(self.expected):
@@ -170,7 +173,7 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
         loads=[_read_load(n, t) for n, t in _table(data, "loads").items()],  # type: ignore[arg-type]
         parameters=_plain(data, "parameters"),  # type: ignore[arg-type]
         sketch=_plain(data, "sketch"),  # type: ignore[arg-type]
-        outputs=Table({n: str(t) for n, t in _table(data, "outputs").items()}),
+        outputs=_outputs(_table(data, "outputs")),
         gravity=data.get("gravity"),
     )
     tasks = {n: _read_task(n, t) for n, t in _table(data, "tasks").items()}
@@ -185,6 +188,13 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
         data.get("title", ""),
         data.get("source", ""),
     )
+
+
+def _outputs(table: Mapping[str, Any]) -> Table[str]:
+    for name, expression in table.items():
+        if not isinstance(expression, str):
+            raise InputError("an expression in quotes is needed", where=f"outputs.{name}")
+    return Table(table)
 
 
 def _table(data: Mapping[str, Any], entry: str) -> Mapping[str, Any]:

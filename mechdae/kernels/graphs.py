@@ -216,7 +216,7 @@ class Graphs:
         u = s if self.single else u0 + s * d
         ahead = s + ds if self.single else u0 + (s + ds) * d
         new = x + v * ds + a * ds * ds / 2
-        for _ in range(2):
+        for _ in range(3):
             new, eta, _ = self.newton(new, ahead)
         parts = self.rates(new, ahead, direction, SX.zeros(self.nu), 2)
         bend = ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
@@ -238,7 +238,7 @@ class Graphs:
     ) -> tuple[Any, Any]:
         """Return the test (<= 1 passes) and the radius around the tangent over a step.
 
-        Along x + v t, 0 <= t <= ds, the residual is at most ds^2 tau / 2 + l, the Jacobian
+        Along x + v t, 0 <= t <= ds, the residual is at most |F| + ds^2 tau / 2 + l, the Jacobian
         differs from its start by at most ds sigma + k; l and k hold the deviation of the
         earlier unknowns from their tangents, taken as twice ds^2 |x''| / 2.
         """
@@ -260,7 +260,7 @@ class Graphs:
         turned = ca.jtimes(ca.vec(graph.J), every, rates)
         tau, _ = majorant(graph.second, moving, limits, self.p)
         sigma, _ = majorant(turned, moving, limits, self.p)
-        residual = ds * ds * tau / 2
+        residual = ds * ds * tau / 2 + ca.fabs(graph.value(x, u, self.p)[0])
         change = ds * ca.reshape(sigma, graph.size, graph.size)
         if uses:
             deviation = ds * ds * bend[uses]

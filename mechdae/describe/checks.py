@@ -1,0 +1,95 @@
+"""Checks that need the whole mechanism: what loads and named outputs refer to."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from mechdae.describe.coordinates import coordinate, coordinate_names
+from mechdae.describe.expression import names_in
+from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.errors import InputError, MechdaeError, UnknownName
+
+RATES = (".speed", ".acceleration")
+
+
+def check_loads(mechanism: Mechanism) -> None:
+    """Raise for a load on something that does not exist.
+
+    Raises
+    ------
+    UnknownName, InputError
+        With the load's key path.
+    """
+    for name, load in mechanism.loads.items():
+        try:
+            _check_load(mechanism, load)
+            for entry in fields(load):
+                for number in _numbers(getattr(load, entry.name), entry.metadata["kind"]):
+                    check_expression(mechanism, number, entry.name)
+        except MechdaeError as problem:
+            raise problem.inside(f"loads.{name}") from None
+
+
+def check_outputs(mechanism: Mechanism) -> None:
+    """Raise for a named output that is no expression of the mechanism's coordinates."""
+    for name, text in mechanism.outputs.items():
+        check_expression(mechanism, text, f"outputs.{name}")
+
+
+def check_expression(mechanism: Mechanism, text: Any, place: str) -> None:
+    """Raise for an expression with names that are no parameter, coordinate, rate or time."""
+    if not isinstance(text, str):
+        return
+    try:
+        for used in sorted(names_in(text)):
+            base = next((used.removesuffix(rate) for rate in RATES if used.endswith(rate)), used)
+            if used == "t" or used in mechanism.parameters or used in mechanism.outputs:
+                continue
+            if base not in coordinate_names(mechanism):
+                known = [*mechanism.parameters, *coordinate_names(mechanism), "t"]
+                raise UnknownName("name", used, known)
+    except MechdaeError as problem:
+        raise problem.inside(place) from None
+
+
+def _check_load(mechanism: Mechanism, load: Load) -> None:
+    if isinstance(load, Force):
+        _point(mechanism, load.point, "point")
+        if load.frame != "world":
+            _body(mechanism, load.frame, "frame")
+    elif isinstance(load, Torque):
+        _body(mechanism, load.body, "body")
+    elif isinstance(load, Spring):
+        if (load.between is None) == (load.coordinate is None):
+            raise InputError("a spring needs 'between' or 'coordinate'")
+        for reference in load.between or ():
+            _point(mechanism, reference, "between")
+        if load.between is not None and len(load.between) != 2:
+            raise InputError("two points are needed", where="between")
+    elif isinstance(load, TableLoad) and load.body is not None:
+        _body(mechanism, load.body, "body")
+    if isinstance(load, Resistance | Spring | TableLoad) and load.coordinate is not None:
+        try:
+            coordinate(mechanism, load.coordinate)
+        except MechdaeError as problem:
+            raise problem.inside("coordinate") from None
+
+
+def _point(mechanism: Mechanism, reference: str, place: str) -> None:
+    parts: list[tuple[str, Any]] = [(GROUND, mechanism.ground), *mechanism.bodies.items()]
+    known = [f"{name}.{point}" for name, body in parts for point in body.points]
+    if reference not in known:
+        raise UnknownName("point", reference, known, where=place)
+
+
+def _body(mechanism: Mechanism, name: str, place: str) -> None:
+    if name not in mechanism.bodies:
+        raise UnknownName("body", name, mechanism.bodies, where=place)
+
+
+def _numbers(value: Any, kind: str) -> list[Any]:
+    if kind == "number":
+        return [value]
+    return list(value) if kind in ("pair", "numbers") and value is not None else []
