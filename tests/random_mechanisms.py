@@ -813,7 +813,7 @@ def check(case, result, reach=None, ratios=None):
     wrong = []
     low, high = float(u.min()), float(u.max())
     margin = TURN if case.angular else 0.0
-    reach = reach or case.reaches(low - margin, high + margin)
+    reach = reach or case.reaches(min(low, case.s0) - margin, max(high, case.s0) + margin)
     if reach is None:
         return wrong
     status = np.asarray(result.status)
@@ -931,7 +931,9 @@ def _values(case, result, u, status, usable, points, angles, inside, edge, ratio
             )
         for order, name in ((1, "angular_velocity"), (2, "angular_acceleration")):
             error = np.abs(result.bodies[body][name] - values[order]).astype(float)
-            allowed = 30 * spread[body, order].astype(float) + 200 * EPS * size_a[order]
+            allowed = 30 * spread[body, order].astype(float) + 200 * EPS * (
+                size_a[order] + size[order] / case.scale
+            )
             bad = ok & ~(error <= allowed)
             if bad.any():
                 i = int(np.argmax(np.where(bad, error / allowed, 0)))

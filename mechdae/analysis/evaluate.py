@@ -44,11 +44,14 @@ class Poses:
 
 
 class Evaluator:
-    """Evaluates poses of one scene; speeds and accelerations of the drivers are constant."""
+    """Evaluates poses of one scene.
 
-    def __init__(self, graphs: Graphs, outputs: Outputs, speed: Any, acceleration: Any) -> None:
+    With one driver the rates are with respect to it (see `in_time`); several drivers need
+    their speeds and accelerations, and the rates are with respect to time.
+    """
+
+    def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
         self.graphs, self.outputs = graphs, outputs
-        self.speed, self.acceleration = np.asarray(speed), np.asarray(acceleration)
         shared = [2] if graphs.single else [4]
         self.pose = Batch(graphs.pose, shared=shared)
         self.groups = [group.index for group in graphs.scene.groups]
@@ -67,16 +70,21 @@ class Evaluator:
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.refined = 0
 
-    def at(self, path: Path, s: Any) -> Poses:
-        """Return the poses at path parameters `s` (n,)."""
+    def at(self, path: Path, s: Any, rates: tuple[Any, Any] | None = None) -> Poses:
+        """Return the poses at path parameters `s` (n,).
+
+        `rates` are speeds and accelerations (n, nd) of several drivers, zero by default.
+        """
         s = np.asarray(s, float)
+        nothing = np.zeros((len(s), self.graphs.nu))
+        rates = rates if rates is not None else (nothing, nothing)
         alive = np.stack([path.reach[g].contains(s) for g in self.groups], axis=1)
         guess = path.guess(s) if self.graphs.nx else np.zeros((len(s), 0))
         limits = self._limits(path, s)
         stops = self._stops(path, s)
         if not alive.all() and self.graphs.single:
             self._turn_round(path, s, guess, alive)
-        poses = self._solve(path, s, guess, alive, limits)
+        poses = self._solve(path, s, guess, alive, limits, rates)
         poses.singular = stops & ~poses.alive.all(axis=1)
         return poses
 
@@ -131,10 +139,16 @@ class Evaluator:
             alive[rows, j] = True
 
     def _solve(
-        self, path: Path, s: Any, guess: Any, alive: Any, limits: dict[int, list[Limit]]
+        self,
+        path: Path,
+        s: Any,
+        guess: Any,
+        alive: Any,
+        limits: dict[int, list[Limit]],
+        rates: tuple[Any, Any],
     ) -> Poses:
         constants = path.constants
-        results, first = self._converged(path, guess, s)
+        results, first = self._converged(path, guess, s, rates)
         ordinary = np.ones(len(s), bool)
         ordinary[list(limits)] = False
         live = alive[:, self.block_group]
@@ -144,7 +158,7 @@ class Evaluator:
             if not rows.size or not path.insert(s[rows]):
                 break
             guess[rows] = path.guess(s[rows])
-            part, first[rows] = self._converged(path, guess[rows], s[rows])
+            part, first[rows] = self._converged(path, guess[rows], s[rows], _rows(rates, rows))
             for whole, new in zip(results, part, strict=True):
                 whole[rows] = new
         uncertain = live & ~good & ordinary[:, None]
@@ -154,14 +168,16 @@ class Evaluator:
             self._put_limit(path, k, s[k], found, alive, results)
         return self._poses(s, results, alive, at_limit, uncertain, constants)
 
-    def _converged(self, path: Path, guess: Any, s: Any) -> tuple[list[Any], Any]:
+    def _converged(
+        self, path: Path, guess: Any, s: Any, rates: tuple[Any, Any]
+    ) -> tuple[list[Any], Any]:
         """Return the pose kernel's results after as many steps as needed.
 
         The second value tells which blocks were certified from the guess itself.
         """
         constants = path.constants
         consts = constants.vector()
-        results = self._call(path, guess, s, consts)
+        results = self._call(path, guess, s, rates, consts)
         first = constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
         tiny = TINY * np.where(self.lengths, constants.scale, 1.0)
         for _ in range(ROUNDS):
@@ -170,7 +186,7 @@ class Evaluator:
             if not again.size:
                 break
             self.refined += len(again)
-            part = self._call(path, results[0][again], s[again], consts)
+            part = self._call(path, results[0][again], s[again], _rows(rates, again), consts)
             for whole, new in zip(results, part, strict=True):
                 whole[again] = new
         return results, first
@@ -201,13 +217,13 @@ class Evaluator:
                 lost[:, j] |= lost[:, self.groups.index(other)]
         alive &= ~lost
 
-    def _call(self, path: Path, guess: Any, s: Any, consts: Any) -> list[Any]:
+    def _call(
+        self, path: Path, guess: Any, s: Any, rates: tuple[Any, Any], consts: Any
+    ) -> list[Any]:
         if self.graphs.single:
             return self.pose(guess, s[:, None], consts)
         u = path.u0 + s[:, None] * path.d
-        n = len(s)
-        speed, acceleration = (np.tile(v, (n, 1)) for v in (self.speed, self.acceleration))
-        return self.pose(guess, u, speed, acceleration, consts)
+        return self.pose(guess, u, *rates, consts)
 
     def _put_limit(
         self, path: Path, k: int, s: float, limits: list[Limit], alive: Any, results: list[Any]
@@ -251,7 +267,7 @@ class Evaluator:
         self, s: Any, results: list[Any], alive: Any, at_limit: Any, uncertain: Any, constants: Any
     ) -> Poses:
         x, error, beta = results[0], results[1], results[3]
-        y = self._time_rates(results[5:])
+        y = list(results[5:])
         x[~alive[:, self.column_group]] = np.nan
         error[~alive[:, self.column_group]] = np.nan
         for entry in self.outputs.entries:
@@ -267,14 +283,19 @@ class Evaluator:
         lost = uncertain.any(axis=1)
         return Poses(s, x, alive, at_limit, lost, nowhere, error, condition, y)
 
-    def _time_rates(self, values: list[Any]) -> list[Any]:
-        """Return y, dy/dt, d2y/dt2 from the derivatives with respect to the single driver."""
-        if not self.graphs.single:
-            return list(values)
-        w, a = float(self.speed[0]), float(self.acceleration[0])
-        rates = list(values)
-        if len(values) > 2:
-            rates[2] = values[2] * (w * w) + (values[1] * a if a else 0.0)
-        if len(values) > 1:
-            rates[1] = values[1] * w + 0.0
-        return rates
+
+def _rows(rates: tuple[Any, Any], rows: Any) -> tuple[Any, Any]:
+    return rates[0][rows], rates[1][rows]
+
+
+def in_time(values: list[Any], speed: Any, acceleration: Any) -> list[Any]:
+    """Return y, dy/dt, d2y/dt2 from y and its derivatives with respect to a single driver.
+
+    `speed` and `acceleration` of the driver are (n, 1) arrays.
+    """
+    rates = list(values)
+    if len(values) > 2:
+        rates[2] = values[2] * (speed * speed) + values[1] * acceleration
+    if len(values) > 1:
+        rates[1] = values[1] * speed + 0.0
+    return rates

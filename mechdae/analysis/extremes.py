@@ -54,11 +54,9 @@ def _stationary(evaluator: Evaluator, path: Path, nodes: Poses, entry: Entry) ->
     a, b = nodes.s[bracket], nodes.s[bracket + 1]
     fa, fb = rate[bracket], rate[bracket + 1]
     s = a - fa * (b - a) / (fb - fa)
-    speed = float(evaluator.speed[0]) or 1.0
     for _ in range(ITERATIONS):
         here = evaluator.at(path, s)
-        slope = here.y[1][:, column] / speed
-        bend = here.y[2][:, column] / speed**2
+        slope, bend = here.y[1][:, column], here.y[2][:, column]
         with np.errstate(invalid="ignore", divide="ignore"):
             step = np.where(bend != 0, slope / bend, 0.0)
         s = np.clip(s - np.nan_to_num(step), a, b)

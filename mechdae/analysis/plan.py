@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import Coordinate, coordinate
-from mechdae.describe.expression import evaluate
+from mechdae.describe.expression import build, evaluate
 from mechdae.describe.mechanism import Mechanism, evaluate_all
 from mechdae.describe.tasks import DEFAULT_POSES, Driven, Driver, Sweep
-from mechdae.errors import InputError, MechdaeError, UnavailableError
+from mechdae.errors import InputError, MechdaeError
+from mechdae.model.model import FUNCTIONS
 
 MAX_POSES = 5_000_000
 
@@ -21,7 +23,8 @@ class Plan:
     """Driver values of a task.
 
     ``values`` is (n, nd), None for the whole assembled arc; ``named`` tells that the file
-    names each pose (``at``); ``sketch`` is the drivers' values in the sketch, nan without.
+    names each pose (``at``, or a law at given times); ``sketch`` is the drivers' values in
+    the sketch, nan without. ``speed`` and ``acceleration`` are (1, nd), or (n, nd) by a law.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -53,28 +56,26 @@ def plan(mechanism: Mechanism, task: Driven) -> Plan:
         assembled = [driver.range is not None for driver in drivers]
         if any(assembled) and len(drivers) > 1:
             raise InputError('range = "assembled" needs a single driver')
-        if any(driver.law is not None for driver in drivers):
-            raise UnavailableError("drivers by a law of time are not computed by this version")
-        columns = None if any(assembled) else [_values(d, poses, known) for d in drivers]
-        rates = [
-            [evaluate(value if value is not None else default, known) for value in values]
-            for default, values in (
-                (1.0, [driver.speed for driver in drivers]),
-                (0.0, [driver.acceleration for driver in drivers]),
-            )
-        ]
+        laws = [_moved(driver, poses, known) for driver in drivers]
+        columns = None if any(assembled) else [law[0] for law in laws]
+        speed, acceleration = (
+            np.stack(np.broadcast_arrays(*[law[order] for law in laws]), axis=1) for order in (1, 2)
+        )
     except MechdaeError as problem:
         raise problem.inside("driver") from None
     sketch = [_sketched(mechanism, c, known) for c in coordinates]
     values = None if columns is None else np.stack(columns, axis=1)
-    named = all(driver.at is not None for driver in drivers)
-    return Plan(
-        coordinates, values, poses, named, np.array(rates[0]), np.array(rates[1]), np.array(sketch)
-    )
+    named = any(driver.at is not None or driver.law is not None for driver in drivers)
+    return Plan(coordinates, values, poses, named, speed, acceleration, np.array(sketch))
 
 
 def _pose_count(task: Driven) -> int:
-    counts = {len(driver.at) for driver in task.all_drivers if driver.at is not None}
+    counts = {
+        len(listed)
+        for driver in task.all_drivers
+        for listed in (driver.at, driver.times)
+        if listed is not None
+    }
     asked = task.poses if isinstance(task, Sweep) else None
     if len(counts) > 1:
         raise InputError(f"drivers name different numbers of poses: {sorted(counts)}")
@@ -84,6 +85,35 @@ def _pose_count(task: Driven) -> int:
     if count > MAX_POSES:
         raise InputError(f"{count} poses, at most {MAX_POSES} are computed at once")
     return count
+
+
+def _moved(driver: Driver, poses: int, known: dict[str, float]) -> tuple[Any, Any, Any]:
+    """Return values (n,), speeds and accelerations (1,) or (n,) of one driver."""
+    if driver.law is not None:
+        return _law(driver, known)
+    speed = evaluate(driver.speed if driver.speed is not None else 1.0, known)
+    acceleration = evaluate(driver.acceleration if driver.acceleration is not None else 0.0, known)
+    values = np.zeros(0) if driver.range is not None else _values(driver, poses, known)
+    return values, np.array([speed]), np.array([acceleration])
+
+
+def _law(driver: Driver, known: dict[str, float]) -> tuple[Any, Any, Any]:
+    """Return u(t), u'(t), u''(t) at the times of a law."""
+    assert driver.law is not None
+    if driver.times is None:
+        raise InputError("'times' is missing: the law is evaluated there", where="times")
+    if driver.speed is not None or driver.acceleration is not None:
+        raise InputError("a law of time gives speed and acceleration itself", where="speed")
+    t = ca.SX.sym("t")
+    u = ca.SX(build(driver.law, {**known, "t": t}, FUNCTIONS))
+    first = ca.jacobian(u, t)
+    function = ca.Function("law", [t], [u, first, ca.jacobian(first, t)])
+    times = np.array([evaluate(value, known) for value in driver.times])
+    rows = [[float(part) for part in function(time)] for time in times]
+    if not np.all(np.isfinite(rows)):
+        raise InputError("the law has no finite value at some time", where="law")
+    values, speed, acceleration = np.array(rows).T
+    return values, speed, acceleration
 
 
 def _values(driver: Driver, poses: int, known: dict[str, float]) -> Any:

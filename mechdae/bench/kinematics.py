@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.sweep import Setting, prepare, run
+from mechdae.analysis.setting import Setting, prepare
+from mechdae.analysis.sweep import run
 from mechdae.bench.extended import true_error
 from mechdae.bench.yardstick import yardstick
 from mechdae.describe.problem import Problem, load

@@ -179,6 +179,11 @@ class Rack(Joint):
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False
 
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["radius"] == 0:
+            raise MechanismError("radius is zero", where=f"joints.{self.name}.radius")
+
 
 @dataclass(frozen=True)
 class Belt(Joint):
@@ -193,6 +198,13 @@ class Belt(Joint):
 
     kind: ClassVar[str] = "belt"
     lower: ClassVar[bool] = False
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["ratio"] <= 0:
+            raise MechanismError(
+                "ratio must be above 0", where=f"joints.{self.name}.ratio", hint="use 'crossed'"
+            )
 
 
 @dataclass(frozen=True)

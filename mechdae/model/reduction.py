@@ -110,7 +110,7 @@ def reduce(scene: Scene) -> None:
     nonzero = [
         model.numbers[f"{name}.ratio"]
         for name, joint in model.mechanism.joints.items()
-        if joint.kind == "gear"
+        if joint.kind in ("gear", "belt")
     ]
     found: list[Any] = []
     pending: list[tuple[int, list[Any], list[Equation]]] = []
@@ -182,7 +182,11 @@ def _best_pivot(jacobian: Any, nonzero: Sequence[Any]) -> tuple[int, int, Any] |
     for i, j, entry in zip(rows, columns, entries, strict=True):
         if entry.is_constant() and float(entry) != 0:
             rank = (in_row[i], abs(float(entry)) != 1, i, j)
-        elif any(ca.is_equal(entry, ratio, 3) for ratio in nonzero if not ratio.is_constant()):
+        elif any(
+            ca.is_equal(entry, ratio, 3) or ca.is_equal(-entry, ratio, 3)
+            for ratio in nonzero
+            if not ratio.is_constant()
+        ):
             rank = (in_row[i], True, i, j)
         else:
             continue

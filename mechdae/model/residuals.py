@@ -85,6 +85,22 @@ def gear(ends: Ends) -> Rows:
     return [("mesh", turned - (ends.first.angle - carrier), "rad")]
 
 
+def rack(ends: Ends) -> Rows:
+    """axis2 . (P2 - P1) - radius (theta1 - thetac) - phase = 0, angles unwrapped."""
+    a = ends.number("axis")
+    axis = ends.second.direction(ca.vertcat(ca.cos(a), ca.sin(a)))
+    rolled = ends.number("radius") * (ends.first.angle - ends.carrier_angle)
+    return [("mesh", ca.dot(axis, ends.gap) - rolled - ends.number("phase"), "m")]
+
+
+def belt(ends: Ends) -> Rows:
+    """+-ratio (theta2 - thetac) + phase - (theta1 - thetac) = 0; minus when crossed."""
+    carrier = ends.carrier_angle
+    sense = -1 if getattr(ends.joint, "crossed", False) else 1
+    turned = sense * ends.number("ratio") * (ends.second.angle - carrier) + ends.number("phase")
+    return [("belt", turned - (ends.first.angle - carrier), "rad")]
+
+
 RESIDUALS: dict[str, tuple[Callable[[Ends], Rows], ...]] = {
     "revolute": (coincide,),
     "prismatic": (on_line, same_turn),
@@ -92,6 +108,8 @@ RESIDUALS: dict[str, tuple[Callable[[Ends], Rows], ...]] = {
     "weld": (coincide, same_turn),
     "distance": (distance,),
     "gear": (gear,),
+    "rack": (rack,),
+    "belt": (belt,),
 }
 
 

@@ -195,7 +195,7 @@ def _classify(
     if len(bodies) + higher == 2:
         kind = _dyad_kind(bodies, inner, outer)
         return {"class_": 2, "order": 2, "kind": kind, **common}
-    if all(j.kind == "gear" or j.kind == "revolute" for j in joints) and len(bodies) == higher:
+    if all(j.kind in ("gear", "belt", "revolute") for j in joints) and len(bodies) == higher:
         # wheels on fixed or known centres: each closed by its own mesh
         return {"class_": 2, "order": len(outer), "kind": "gears", **common}
     kind = f"{len(bodies)} links"

@@ -1,0 +1,223 @@
+"""From evaluated poses to a result: status, events, what failed and where."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis import start
+from mechdae.analysis.bounds import output_bounds
+from mechdae.analysis.evaluate import Poses
+from mechdae.analysis.path import Path
+from mechdae.analysis.plan import Plan
+from mechdae.analysis.setting import Run, Setting
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Sweep
+from mechdae.model.structure import Group, formula
+from mechdae.results import Named, Result, Series
+
+STOPS = {
+    "change_point": "a change point, two branches meet there",
+    "dead_point": "a dead point of the driver, the speed ratio is infinite there",
+}
+
+
+def ends(path: Path) -> list[float | None]:
+    """Return the limits nearest to the start over all groups."""
+    lows = [reach.low.s for reach in path.reach.values() if reach.low is not None]
+    highs = [reach.high.s for reach in path.reach.values() if reach.high is not None]
+    return [max(lows) if lows else None, min(highs) if highs else None]
+
+
+def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[dict[str, Any]]:
+    events = []
+    seen = set()
+    groups = {group.index: group for group in setting.scene.groups}
+    for reach in path.reach.values():
+        for limit in (reach.low, reach.high):
+            if limit is None or (limit.s, limit.group) in seen:
+                continue
+            seen.add((limit.s, limit.group))
+            group = groups[limit.group]
+            events.append(
+                {
+                    "kind": limit.kind,
+                    "at": limit.s,
+                    "group": list(group.bodies),
+                    "joint": group.key_joint,
+                    "name": group.name,
+                    "in_range": bool(low <= limit.s <= high),
+                }
+            )
+    return sorted(events, key=lambda event: event["at"])
+
+
+def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> Result:
+    plan, poses, outputs = setting.plan, run.poses, setting.outputs
+    status = _status(poses)
+    named: dict[str, Any] = outputs.named(poses.y)
+    certified = np.isin(status, ("ok", "limit"))
+    bounds = output_bounds(setting.graphs, outputs, run.path.constants, poses)
+    for bound in bounds.values():
+        bound[~certified] = np.nan
+    failed = _failed(setting, run, status)
+    summary = dict(run.summary)
+    summary["poses"] = len(status)
+    summary["status"] = {
+        str(k): int(v) for k, v in zip(*np.unique(status, return_counts=True), strict=True)
+    }
+    summary["formula"] = formula(setting.scene.groups)
+    summary["mode"] = _mode(setting, run)
+    summary["not_in_scene"] = setting.scene.not_in_scene
+    summary["bound"] = "proved"
+    if failed:
+        summary["failed"] = failed
+    counts = run.path.counts
+    summary["work"] = {
+        "unknowns": setting.graphs.nx,
+        "blocks": [graph.size for graph in setting.graphs.blocks],
+        "path_steps": counts.steps,
+        "rejected_steps": counts.rejected,
+        "pose_evaluations": run.evaluator.pose.evaluations,
+        "refined_poses": run.evaluator.refined,
+    }
+    return Result(
+        problem.name,
+        name,
+        task.kind,
+        problem.mechanism,
+        problem.title,
+        drivers=_drivers(plan, run.values, task),
+        status=status,
+        bound=Series(bounds),
+        condition=_condition(poses, certified),
+        events=tuple(run.events),
+        summary=summary,
+        fault=_fault(setting, run, status, failed),
+        definition=task,
+        **named,
+    )
+
+
+def _modes_at_start(setting: Setting, run: Run) -> str:
+    """Return the modes at the first pose as sketches, for a start no motion reaches."""
+    u = run.values[0]
+    modes, _, _ = setting.assembler.modes(u, limit=8)
+    if not modes:
+        return "; no assembly mode exists at the first pose"
+    text = "\n  it can be assembled there, but no motion from the sketch leads to it; its modes:"
+    for mode in modes:
+        sketch = start.as_sketch(setting.assembler, mode, u)
+        lines = ", ".join(f"{name} = {value:g}" for name, value in sketch.items())
+        text += f"\n  mode {mode.label}: [sketch] {lines}"
+    return text
+
+
+def _condition(poses: Poses, certified: Any) -> Any:
+    condition = poses.condition.copy()
+    condition[~certified] = np.nan
+    return condition
+
+
+def _status(poses: Poses) -> Any:
+    status = np.full(len(poses.s), "ok", dtype="<U11")
+    dead = ~poses.alive.all(axis=1)
+    status[dead] = "unassembled"
+    status[poses.uncertain | poses.singular] = "singular"
+    status[poses.at_limit & ~dead] = "limit"
+    return status
+
+
+def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
+    n = len(values)
+    table = {}
+    for k, c in enumerate(plan.coordinates):
+        series = {"position": values[:, k]}
+        if task.derivatives >= 1:
+            series["velocity"] = np.broadcast_to(plan.speed[:, k], n).copy()
+        if task.derivatives >= 2:
+            series["acceleration"] = np.broadcast_to(plan.acceleration[:, k], n).copy()
+        table[c.text] = Series(series)
+    return Named("driver", table)
+
+
+def _mode(setting: Setting, run: Run) -> str:
+    """Return the label of the assembly mode the path starts on."""
+    s, x = run.path.origin
+    u = np.array([s]) if setting.graphs.single else run.path.u0 + s * run.path.d
+    return setting.assembler.label(x, u)
+
+
+def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
+    """Return the intervals of poses that have none: from, to, group and joint."""
+    lost = np.isin(status, ("unassembled", "singular"))
+    if not lost.any():
+        return []
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
+    values = run.values[:, 0]
+    intervals = []
+    for a, b in zip(edges[::2], edges[1::2], strict=True):
+        group = _first_lost(setting, run.poses.alive[a])
+        first, last = float(values[a]), float(values[b - 1])
+        if setting.graphs.single and not setting.plan.named:
+            before = float(values[a - 1]) if a else first
+            after = float(values[b]) if b < len(values) else last
+            first = _between(run.path, before, first)
+            last = _between(run.path, last, after, default=last)
+        entry: dict[str, Any] = {"from": first, "to": last}
+        if group is not None:
+            entry |= {"group": list(group.bodies), "joint": group.key_joint, "name": group.name}
+        intervals.append(entry)
+    return intervals
+
+
+def _between(path: Path, a: float, b: float, default: float | None = None) -> float:
+    """Return the limit position between two driver values, whole turns aside."""
+    low, high = min(a, b), max(a, b)
+    for reach in path.reach.values():
+        for limit in (reach.low, reach.high):
+            if limit is None:
+                continue
+            for s in (limit.s, limit.s + 2 * np.pi, limit.s - 2 * np.pi):
+                if low <= s <= high:
+                    return float(s)
+    return b if default is None else default
+
+
+def _first_lost(setting: Setting, alive: Any) -> Group | None:
+    for j, group in enumerate(setting.scene.groups):
+        if not alive[j]:
+            return group
+    return None
+
+
+def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]) -> str | None:
+    """Return what is wrong with the answer in one sentence, None when nothing is."""
+    if not failed:
+        return None
+    entry = failed[0]
+    c = setting.plan.coordinates[0]
+    lost = int(np.isin(status, ("unassembled", "singular")).sum())
+    stopped = any(event["kind"] in STOPS for event in run.events)
+    text = f"{lost} of {len(status)} poses {'are not reached' if stopped else 'do not assemble'}"
+    if "name" in entry and not stopped:
+        text += f": group {entry['name']} opens at joint {entry['joint']}"
+    interval = [start.shown(c.is_angle, entry[end]) for end in ("from", "to")]
+    text += f", first at {c.text} = {interval[0]}" + (
+        f" to {interval[1]}" if interval[0] != interval[1] else ""
+    )
+    ends = [
+        start.shown(c.is_angle, event["at"])
+        for event in run.events
+        if event["kind"] == "limit" and setting.graphs.single
+    ]
+    if ends:
+        text += f"; limit position{'s' if len(ends) > 1 else ''} at {c.text} = {', '.join(ends)}"
+    for event in run.events:
+        if event["kind"] in STOPS:
+            place = start.shown(c.is_angle, event["at"]) if setting.graphs.single else event["at"]
+            text += f"; the motion stops at {place}: {STOPS[event['kind']]}"
+    if status[0] == "unassembled":
+        text += _modes_at_start(setting, run)
+    return text

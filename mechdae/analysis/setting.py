@@ -1,0 +1,92 @@
+"""A task's scene with everything that is needed to evaluate it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis import start
+from mechdae.analysis.evaluate import Evaluator, Poses
+from mechdae.analysis.modes import Assembler
+from mechdae.analysis.numbers import Constants
+from mechdae.analysis.outputs import Outputs
+from mechdae.analysis.path import Path
+from mechdae.analysis.plan import Plan, plan, sketch_angles
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Sweep
+from mechdae.errors import SolveError
+from mechdae.kernels.graphs import Graphs
+from mechdae.model.model import Model
+from mechdae.model.reduction import Scene, scene
+
+GROWTHS = 8
+
+
+@dataclass
+class Setting:
+    """A scene with everything that is needed to evaluate it."""
+
+    plan: Plan
+    scene: Scene
+    outputs: Outputs
+    graphs: Graphs
+    assembler: Assembler
+
+
+@dataclass
+class Run:
+    """Evaluated poses with the driver values they belong to."""
+
+    path: Path
+    evaluator: Evaluator
+    poses: Poses
+    values: Any
+    events: list[dict[str, Any]]
+    summary: dict[str, Any]
+
+
+def prepare(problem: Problem, task: Sweep) -> Setting:
+    """Return scene and kernels of a task; nothing is evaluated yet."""
+    mechanism = problem.mechanism
+    numbers = plan(mechanism, task)
+    model = Model(mechanism)
+    the_scene = scene(model, numbers.coordinates, task.outputs)
+    outputs = Outputs(the_scene)
+    graphs = Graphs(the_scene, outputs.expression, min(task.derivatives, 2))
+    assembler = Assembler(graphs, sketch_angles(mechanism))
+    return Setting(numbers, the_scene, outputs, graphs, assembler)
+
+
+def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
+    """Return driver values and unknowns of the pose the path starts from."""
+    if task.mode is None:
+        return start.sketched_pose(setting.assembler, setting.plan)
+    first = setting.plan.values[0] if setting.plan.values is not None else None
+    u = first if first is not None else start.start_values(setting.plan)
+    return u, start.mode_by_label(setting.assembler, u, task.mode).x
+
+
+def covered(
+    follow: Callable[[Constants], tuple[Path, Any]], setting: Setting, span: Any, margin: float
+) -> tuple[Path, Any]:
+    """Return what `follow` gives with bounds that hold for the path it found.
+
+    The bounds of a sweep need the size of unknowns and drivers before they are known: they
+    are assumed, and enlarged where the path went further.
+    """
+    size_u = np.max(np.abs(np.asarray(span, float)), axis=0) + margin
+    size_x = None
+    for _ in range(GROWTHS):
+        numbers = Constants(setting.graphs, size_u, size_x)
+        path, values = follow(numbers)
+        places, states, _, _ = path.arrays()
+        drivers = np.abs(path.u0 + places[:, None] * path.d)
+        if numbers.cover(states) and np.all(drivers <= size_u):
+            return path, values
+        size_u = np.maximum(size_u, 1.5 * drivers.max(axis=0))
+        finite = np.where(np.isfinite(states), np.abs(states), 0.0)
+        size_x = np.maximum(numbers.size_x, 1.5 * finite.max(axis=0, initial=0.0))
+    raise SolveError("an unknown grows without bound along the path")
