@@ -8,8 +8,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.limits import Limit
 from mechdae.analysis.outputs import Outputs
-from mechdae.analysis.path import SMALLEST, Limit, Path
+from mechdae.analysis.path import SMALLEST, Path
 from mechdae.kernels.batch import Batch
 from mechdae.kernels.graphs import Graphs
 

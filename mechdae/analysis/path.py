@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.interpolate import near_limit, quintic
+from mechdae.analysis.limits import CLOSE, Limit, LimitFinder
 from mechdae.analysis.numbers import Constants
 from mechdae.errors import SolveError
 from mechdae.kernels.batch import Batch
@@ -28,24 +30,6 @@ SHRUNK = 1 / 32
 SMALLEST = 1e-9
 APPROACH = 1e-6
 """Share of the largest step at which the path hands over to the limit's own expansion."""
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Where a group's motion ends: a fold of its block, or a pose that is not passed.
-
-    ``x`` is the whole unknown vector there, (nx,); s = s* + c sigma^2 and
-    x = x* + v sigma + ... lead into it; ``kind`` is "limit" or "change_point".
-    """
-
-    s: float
-    block: int
-    group: int
-    kind: str
-    own: tuple[int, ...] = ()
-    x: Any = None
-    v: Any = None
-    c: float = 0.0
 
 
 @dataclass
@@ -104,7 +88,9 @@ class Path:
         self.groups = [group.index for group in g.scene.groups]
         self.block_group = [graph.block.group for graph in g.blocks]
         self.reach = {index: Reach() for index in self.groups}
-        self._folds: dict[int, Any] = {}
+        self.finder = LimitFinder(
+            self.graphs, self.whole, self.constants.p, self.constants.scale, self.u0, self.d
+        )
         self._next_try: dict[tuple[int, float], float] = {}
         self.s: list[float] = []
         self.state: list[Any] = []
@@ -242,14 +228,16 @@ class Path:
             step /= 2
             if step < self._next_try.get((b, sense), SHRUNK * self.largest):
                 self._next_try[(b, sense)] = step / 4
-                limit = self._find_limit(b, s, state, sense, ended)
+                self.counts.folds += 1
+                here = state[: self.graphs.nx]
+                limit = self.finder.find(b, s, here, sense, self.largest, ended)
                 if limit is not None and self._approach(limit, s, state, sense, rest, ended, up):
                     return step
                 s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             if step < SMALLEST * self.largest:
                 x = state[: self.graphs.nx]
-                kind = self._singular_kind(b, s, x)
-                self._end(Limit(s, b, self.block_group[b], kind, x=x), ended, up)
+                kind = self.finder.kind(b, s, x)
+                self._end(Limit(s, b, self.block_group[b], kind, x), ended, up)
                 return self.largest
 
     # -- limit positions -----------------------------------------------------------------
@@ -285,7 +273,7 @@ class Path:
         while True:
             distance = sense * (limit.s - s)
             if distance <= APPROACH * self.largest:
-                if _leads_to(limit, state[: self.graphs.nx], s, 0.02):
+                if limit.leads_to(state[: self.graphs.nx], s, CLOSE):
                     self._end(limit, ended, up)
                     return True
                 return False
@@ -304,110 +292,6 @@ class Path:
             s, state, rest = s + sense * step, after, rest - step
             self._append(s, state, up)
 
-    def _find_limit(
-        self, b: int, s: float, state: Any, sense: float, ended: set[int]
-    ) -> Limit | None:
-        """Return the fold of block `b` just ahead, None while it is not close enough."""
-        g = self.graphs
-        self.counts.folds += 1
-        if b not in self._folds:
-            self._folds[b] = g.fold(b)
-        function = self._folds[b]
-        chain = [i for k in g.ancestors(b) for i in g.blocks[k].own]
-        own = [chain.index(i) for i in g.blocks[b].own]
-        x = state[: g.nx]
-        y = np.concatenate([x[chain], [s], np.zeros(len(own))])
-        weights = self._weights(b)
-        J = np.array(function(y, self.whole)[2]) * weights
-        null = np.linalg.svd(J)[2][-1]
-        y[len(chain) + 1 :] = null
-        moved = np.inf
-        for _ in range(30):
-            system, slope = (np.array(part) for part in function(y, self.whole)[:2])
-            scaled, right = _equilibrated(slope, system.ravel())
-            try:
-                change = np.linalg.solve(scaled, right)
-            except np.linalg.LinAlgError:
-                return None
-            y = y - change
-            if not np.all(np.isfinite(y)) or abs(y[len(chain)] - s) > 50 * self.largest:
-                return None
-            before, moved = moved, float(np.max(np.abs(change)))
-            if moved <= 1e-15 * (1 + np.max(np.abs(y))) or (moved < 1e-10 and moved >= before):
-                break
-        else:
-            return None
-        found = float(y[len(chain)])
-        ahead = sense * (found - s)
-        if not -1e-12 * (1 + abs(s)) <= ahead <= 20 * self.largest:
-            return None
-        system, slope, J, F_y, bend = (np.array(part) for part in function(y, self.whole))
-        left = np.linalg.svd(J * weights)[0][:, -1]
-        total = _total(slope, F_y, len(chain), own)
-        push = float(left @ total)
-        curve = float(left @ bend.ravel())
-        if push == 0 or curve == 0:
-            return None
-        c = -curve / (2 * push)
-        v = y[len(chain) + 1 :] * weights
-        if c * sense >= 0:
-            return None
-        whole, full = self._at_limit(x, chain, y, found, ended, b, v)
-        limit = Limit(
-            found, b, self.block_group[b], "limit", tuple(g.blocks[b].own), whole, full, c
-        )
-        return limit if _leads_to(limit, x, s, 0.5) else None
-
-    def _singular_kind(self, b: int, s: float, x: Any) -> str:
-        """Return what a singular pose that is no limit position is.
-
-        "change_point": the driver's push lies in the range of J, branches meet;
-        "dead_point": it does not, the group's speed ratio is infinite there.
-        """
-        J, total = self._push(b, s, x)
-        left = np.linalg.svd(J)[0][:, -1]
-        size = float(np.linalg.norm(total)) or 1.0
-        return "change_point" if abs(left @ total) < 1e-2 * size else "dead_point"
-
-    def _push(self, b: int, s: float, x: Any) -> tuple[Any, Any]:
-        """Return J_b (weighted) and dF_b/ds with the earlier unknowns following."""
-        g = self.graphs
-        chain = [i for k in g.ancestors(b) for i in g.blocks[k].own]
-        own = [chain.index(i) for i in g.blocks[b].own]
-        y = np.concatenate([x[chain], [s], np.zeros(len(own))])
-        _, slope, J, F_y, _ = (np.array(part) for part in self._folds[b](y, self.whole))
-        return J * self._weights(b), _total(slope, F_y, len(chain), own)
-
-    def _at_limit(
-        self, x: Any, chain: list[int], y: Any, s: float, ended: set[int], b: int, v: Any
-    ) -> tuple[Any, Any]:
-        """Return x (nx,) and dx/dsigma (nx,) at a fold; later blocks by Newton's method."""
-        g = self.graphs
-        result, rate = x.copy(), np.zeros(g.nx)
-        result[chain] = y[: len(chain)]
-        rate[g.blocks[b].own] = v
-        fixed = set(g.ancestors(b))
-        u = self.u0 + s * self.d if not g.single else np.array([s])
-        for k, graph in enumerate(g.blocks):
-            if k in fixed or self.block_group[k] in ended:
-                continue
-            for _ in range(12):
-                F, J, Fz = graph.value_at(result, u, self.constants.p)
-                try:
-                    result[graph.own] -= np.linalg.solve(J, F)
-                except np.linalg.LinAlgError:
-                    break
-            else:
-                if graph.uses:
-                    rate[graph.own] = -np.linalg.solve(J, Fz @ rate[graph.uses])
-        return result, rate
-
-    def _weights(self, b: int) -> Any:
-        w, _ = self.graphs._weights(b)
-        from casadi import Function
-
-        return np.array(Function("w", [self.graphs.scale], [w])(self.constants.scale)).ravel()
-
     # -- guesses ---------------------------------------------------------------------------
 
     def guess(self, s: Any) -> Any:
@@ -418,8 +302,7 @@ class Path:
         S, X, V, A = self.arrays()
         if len(S) == 1:
             return np.repeat(X, len(s), axis=0)
-        k = np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
-        result = _quintic(S, X, V, A, k, s)
+        result = quintic(S, X, V, A, s)
         for group, reach in self.reach.items():
             columns = [
                 i
@@ -429,82 +312,6 @@ class Path:
             ]
             for limit, side in ((reach.low, -1), (reach.high, 1)):
                 if limit is not None and limit.v is not None and columns:
-                    self._near_limit(result, s, S, X, V, limit, side, columns)
+                    rows, values = near_limit(s, S, X, V, limit, side)
+                    result[np.ix_(np.flatnonzero(rows), np.array(columns))] = values[:, columns]
         return result
-
-    def _near_limit(
-        self,
-        result: Any,
-        s: Any,
-        S: Any,
-        X: Any,
-        V: Any,
-        limit: Limit,
-        side: int,
-        columns: list[int],
-    ) -> None:
-        """Overwrite guesses between the last node before a limit and the limit."""
-        inside = np.flatnonzero((limit.s > S) if side > 0 else (limit.s < S))
-        if not inside.size:
-            return
-        last = inside[-1] if side > 0 else inside[0]
-        between = (s - S[last]) * side >= 0
-        between &= (limit.s - s) * side >= 0
-        if not between.any():
-            return
-        sign = np.sign((X[last] - limit.x) @ limit.v) or 1.0
-        reach = sign * np.sqrt((S[last] - limit.s) / limit.c)
-        sigma = sign * np.sqrt(np.maximum((s[between] - limit.s) / limit.c, 0.0))
-        rise = X[last] - limit.x
-        slope = V[last] * 2 * limit.c * reach
-        b = (slope * reach - rise) / reach**2
-        a = rise / reach - b * reach
-        value = limit.x + a * sigma[:, None] + b * sigma[:, None] ** 2
-        rows = np.flatnonzero(between)
-        result[np.ix_(rows, np.array(columns))] = value[:, columns]
-
-
-def _leads_to(limit: Limit, x: Any, s: float, tolerance: float) -> bool:
-    """Return whether the expansion at a limit leads back to the pose `x` at `s`."""
-    own = list(limit.own)
-    offset, v = (x - limit.x)[own], limit.v[own]
-    sigma = np.sign(offset @ v) * np.sqrt(max((s - limit.s) / limit.c, 0.0))
-    far = float(np.max(np.abs(offset)))
-    return bool(far > 0 and np.max(np.abs(offset - v * sigma)) <= tolerance * far)
-
-
-def _total(slope: Any, F_y: Any, count: int, own: list[int]) -> Any:
-    """Return dF/ds of a block, its ancestors' unknowns following the path."""
-    total = F_y[:, count].copy()
-    earlier = [k for k in range(count) if k not in own]
-    if earlier:
-        rows = count - len(own)
-        follow = -np.linalg.solve(slope[:rows, earlier], slope[:rows, count])
-        total += F_y[:, earlier] @ follow
-    return total
-
-
-def _equilibrated(matrix: Any, right: Any) -> tuple[Any, Any]:
-    """Return the system with rows scaled to a largest entry of 1."""
-    size = np.max(np.abs(matrix), axis=1)
-    size[size == 0] = 1.0
-    return matrix / size[:, None], right / size
-
-
-def _quintic(S: Any, X: Any, V: Any, A: Any, k: Any, s: Any) -> Any:
-    """Return the quintic Hermite interpolant at `s` in the intervals `k`."""
-    h = np.diff(S)[:, None]
-    x0, x1 = X[:-1], X[1:]
-    v0, v1, a0, a1 = V[:-1] * h, V[1:] * h, A[:-1] * h * h, A[1:] * h * h
-    rise = x1 - x0
-    c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
-    c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
-    c5 = 6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0)
-    pieces = np.stack([c5, c4, c3, 0.5 * a0, v0, x0], axis=1).take(k, axis=0)
-    t = ((s - S[k]) / h[k, 0])[:, None]
-    result = pieces[:, 0] * t
-    for order in range(1, 5):
-        result += pieces[:, order]
-        result *= t
-    result += pieces[:, 5]
-    return result

@@ -56,7 +56,7 @@ class Graphs:
 
     # -- weights ---------------------------------------------------------------------------
 
-    def _weights(self, b: int) -> tuple[Any, Any]:
+    def weights(self, b: int) -> tuple[Any, Any]:
         """Return column and row weights that make a block of mixed units dimensionless."""
         block = self.blocks[b].block
         lengths = [self.scene.x_names[i][1] != "angle" for i in block.x]
@@ -72,12 +72,12 @@ class Graphs:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
         F, J, Fz = self.blocks[b].value(x, u, self.p, trig)
         inv, det = inverse(J)
-        w, r = self._weights(b)
+        w, r = self.weights(b)
         beta = norm(ca.diag(1 / w) @ inv @ ca.diag(r))
         return F, Fz, inv, det, beta
 
     def _length(self, b: int, step: Any) -> Any:
-        return norm(step / self._weights(b)[0])
+        return norm(step / self.weights(b)[0])
 
     # -- Newton and rates ------------------------------------------------------------------
 
@@ -97,7 +97,7 @@ class Graphs:
             x = _put(x, own, x[own] - step)
             sines = _put(sines, own, s - (step * c + half * s))
             cosines = _put(cosines, own, c + (step * s - half * c))
-            eta.append(ca.sumsqr(step / self._weights(b)[0]))
+            eta.append(ca.sumsqr(step / self.weights(b)[0]))
         return x, eta, (sines, cosines)
 
     def rates(
@@ -123,7 +123,7 @@ class Graphs:
             if order >= 2:
                 a = _put(a, own, inv @ graph.second_rate(x, u, self.p, v, du, a, ddu, trig))
             left = 2 * self.kappa[b] * eta[b] if eta else 0
-            local = beta * (self.rho[b] + left) * self._weights(b)[0] + self.grain[own]
+            local = beta * (self.rho[b] + left) * self.weights(b)[0] + self.grain[own]
             if graph.uses:
                 local += ca.fabs(inv @ Fz) @ error[graph.uses]
             error = _put(error, own, local)
@@ -172,7 +172,7 @@ class Graphs:
         moving = [self.scene.x, self.scene.u]
         kappas, rhos, mus = [], [], []
         for b, graph in enumerate(self.blocks):
-            w, r = self._weights(b)
+            w, r = self.weights(b)
             hessian = ca.jacobian(ca.vec(graph.J), graph.x)
             bound, _ = majorant(hessian, moving, sizes, self.p)
             square = ca.reshape(bound, graph.size * graph.size, graph.size) @ ca.diag(w)
@@ -243,7 +243,7 @@ class Graphs:
         earlier unknowns from their tangents, taken as twice ds^2 |x''| / 2.
         """
         graph = self.blocks[b]
-        w, r = self._weights(b)
+        w, r = self.weights(b)
         moving = [graph.x, graph.z, self.scene.u, graph.vx, graph.vz, graph.vu]
         own, uses = graph.own, graph.uses
         size = ca.fabs(x) + ds * ca.fabs(v) + ds * ds * bend
@@ -301,7 +301,7 @@ class Graphs:
         x = _put(SX.zeros(self.nx), chain, y[: len(chain)])
         s, v = y[len(chain)], y[len(chain) + 1 :]
         u = s if self.single else u0 + s * d
-        w, _ = self._weights(b)
+        w, _ = self.weights(b)
         values = [self.blocks[k].value(x, u, self.p) for k in self.ancestors(b)]
         F, J, _ = values[-1]
         own = [chain.index(i) for i in graph.own]

@@ -1,0 +1,56 @@
+"""Guesses between the nodes of a path: quintic Hermite pieces, expansions at folds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.limits import Limit
+
+
+def quintic(S: Any, X: Any, V: Any, A: Any, s: Any) -> Any:
+    """Return the quintic Hermite interpolant (n, nx) at `s` (n,).
+
+    S (m,) are rising nodes, X, V, A (m, nx) values, first and second derivatives.
+    """
+    k = np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
+    h = np.diff(S)[:, None]
+    x0, x1 = X[:-1], X[1:]
+    v0, v1, a0, a1 = V[:-1] * h, V[1:] * h, A[:-1] * h * h, A[1:] * h * h
+    rise = x1 - x0
+    c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
+    c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
+    c5 = 6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0)
+    pieces = np.stack([c5, c4, c3, 0.5 * a0, v0, x0], axis=1).take(k, axis=0)
+    t = ((s - S[k]) / h[k, 0])[:, None]
+    result = pieces[:, 0] * t
+    for order in range(1, 5):
+        result += pieces[:, order]
+        result *= t
+    result += pieces[:, 5]
+    return result
+
+
+def near_limit(s: Any, S: Any, X: Any, V: Any, limit: Limit, side: int) -> tuple[Any, Any]:
+    """Return which places lie between the last node and a fold, and guesses there (k, nx).
+
+    In sigma, with s = s* + c sigma^2, the path is smooth: a parabola through the fold, the
+    last node and its derivative. `side` is 1 for a fold at the upper end, -1 at the lower.
+    """
+    before = np.flatnonzero((limit.s - S) * side > 0)
+    nothing = np.zeros(len(s), bool)
+    if not before.size:
+        return nothing, np.zeros((0, X.shape[1]))
+    last = before[-1] if side > 0 else before[0]
+    between = ((s - S[last]) * side >= 0) & ((limit.s - s) * side >= 0)
+    if not between.any():
+        return nothing, np.zeros((0, X.shape[1]))
+    sign = np.sign((X[last] - limit.x) @ limit.v) or 1.0
+    reach = sign * np.sqrt((S[last] - limit.s) / limit.c)
+    sigma = sign * np.sqrt(np.maximum((s[between] - limit.s) / limit.c, 0.0))[:, None]
+    rise = X[last] - limit.x
+    slope = V[last] * 2 * limit.c * reach
+    b = (slope * reach - rise) / reach**2
+    a = rise / reach - b * reach
+    return between, limit.x + a * sigma + b * sigma**2

@@ -1,0 +1,178 @@
+"""Limit positions: folds of a block's equations, and other singular poses told apart.
+
+At a fold {F = 0, J v = 0, v.v = 1} holds with the driver's push outside the range of J; the
+path turns back there as s = s* + c sigma^2, x = x* + v sigma + ...
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.kernels.graphs import Graphs
+
+ITERATIONS = 30
+SEARCH = 20.0
+"""How far ahead a fold may lie, in largest steps of the path."""
+ROUGH, CLOSE = 0.5, 0.02
+"""Share by which the expansion at a fold may miss the pose the path has reached."""
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Where a group's motion ends.
+
+    ``kind`` is "limit" (a fold), "change_point" or "dead_point"; ``x`` (nx,) the unknowns
+    there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its
+    expansion.
+    """
+
+    s: float
+    block: int
+    group: int
+    kind: str
+    x: Any
+    own: tuple[int, ...] = ()
+    v: Any = None
+    c: float = 0.0
+
+    def leads_to(self, x: Any, s: float, tolerance: float) -> bool:
+        """Return whether the expansion leads back to the pose `x` at `s`."""
+        own = list(self.own)
+        offset, v = (x - self.x)[own], self.v[own]
+        sigma = np.sign(offset @ v) * np.sqrt(max((s - self.s) / self.c, 0.0))
+        far = float(np.max(np.abs(offset)))
+        return bool(far > 0 and np.max(np.abs(offset - v * sigma)) <= tolerance * far)
+
+
+class LimitFinder:
+    """Finds and names singular poses of a scene's blocks.
+
+    Parameters
+    ----------
+    graphs
+        Kernels of the scene.
+    whole
+        The input [consts; u0; d] of the path's kernels.
+    p, scale, u0, d
+        Parameter values, a length of the mechanism, u = u0 + s d.
+    """
+
+    def __init__(self, graphs: Graphs, whole: Any, p: Any, scale: float, u0: Any, d: Any) -> None:
+        self.graphs, self.whole, self.p, self.u0, self.d = graphs, whole, p, u0, d
+        self._functions: dict[int, Any] = {}
+        self._weights = [
+            np.array(ca.Function("w", [graphs.scale], [graphs.weights(b)[0]])(scale)).ravel()
+            for b in range(graphs.nb)
+        ]
+
+    def _chain(self, b: int) -> tuple[list[int], list[int]]:
+        """Return the unknowns of a block and its ancestors, and the block's places among them."""
+        g = self.graphs
+        chain = [i for k in g.ancestors(b) for i in g.blocks[k].own]
+        return chain, [chain.index(i) for i in g.blocks[b].own]
+
+    def _evaluate(self, b: int, y: Any) -> list[Any]:
+        if b not in self._functions:
+            self._functions[b] = self.graphs.fold(b)
+        return [np.array(part) for part in self._functions[b](y, self.whole)]
+
+    def find(
+        self, b: int, s: float, x: Any, sense: float, largest: float, lost: set[int]
+    ) -> Limit | None:
+        """Return the fold of block `b` just ahead of a solved pose, None while there is none.
+
+        `lost` are groups whose unknowns mean nothing any more.
+        """
+        g = self.graphs
+        chain, own = self._chain(b)
+        count, w = len(chain), self._weights[b]
+        y = np.concatenate([x[chain], [s], np.zeros(len(own))])
+        y[count + 1 :] = np.linalg.svd(self._evaluate(b, y)[2] * w)[2][-1]
+        if not self._solve(b, y, s, count, 50 * largest):
+            return None
+        found = float(y[count])
+        if not -1e-12 * (1 + abs(s)) <= sense * (found - s) <= SEARCH * largest:
+            return None
+        _, slope, J, F_y, bend = self._evaluate(b, y)
+        left = np.linalg.svd(J * w)[0][:, -1]
+        push = float(left @ _push(slope, F_y, count, own))
+        curve = float(left @ bend.ravel())
+        if push == 0 or curve == 0 or -curve / push * sense >= 0:
+            return None
+        full, rate = self._all_unknowns(b, x, chain, y, lost, y[count + 1 :] * w)
+        columns = tuple(g.blocks[b].own)
+        group = g.blocks[b].block.group
+        limit = Limit(found, b, group, "limit", full, columns, rate, -curve / (2 * push))
+        return limit if limit.leads_to(x, s, ROUGH) else None
+
+    def _solve(self, b: int, y: Any, s: float, count: int, reach: float) -> bool:
+        """Solve the system of a fold by Newton's method in place; return whether it held."""
+        moved = np.inf
+        for _ in range(ITERATIONS):
+            system, slope = self._evaluate(b, y)[:2]
+            size = np.max(np.abs(slope), axis=1)
+            size[size == 0] = 1.0
+            try:
+                change = np.linalg.solve(slope / size[:, None], system.ravel() / size)
+            except np.linalg.LinAlgError:
+                return False
+            y -= change
+            if not np.all(np.isfinite(y)) or abs(y[count] - s) > reach:
+                return False
+            before, moved = moved, float(np.max(np.abs(change)))
+            if moved <= 1e-15 * (1 + np.max(np.abs(y))) or (moved < 1e-10 and moved >= before):
+                return True
+        return False
+
+    def _all_unknowns(
+        self, b: int, x: Any, chain: list[int], y: Any, lost: set[int], v: Any
+    ) -> tuple[Any, Any]:
+        """Return x and dx/dsigma (nx,) at a fold; later blocks by Newton's method."""
+        g = self.graphs
+        result, rate = x.copy(), np.zeros(g.nx)
+        result[chain] = y[: len(chain)]
+        rate[g.blocks[b].own] = v
+        fixed = set(g.ancestors(b))
+        s = float(y[len(chain)])
+        u = np.array([s]) if g.single else self.u0 + s * self.d
+        for k, graph in enumerate(g.blocks):
+            if k in fixed or graph.block.group in lost:
+                continue
+            try:
+                for _ in range(12):
+                    F, J, Fz = graph.value_at(result, u, self.p)
+                    result[graph.own] -= np.linalg.solve(J, F)
+                if graph.uses:
+                    rate[graph.own] = -np.linalg.solve(J, Fz @ rate[graph.uses])
+            except np.linalg.LinAlgError:
+                continue
+        return result, rate
+
+    def kind(self, b: int, s: float, x: Any) -> str:
+        """Return what a singular pose that is no fold is.
+
+        "change_point": the driver's push lies in the range of J, branches meet;
+        "dead_point": it does not, the group's speed ratio is infinite there.
+        """
+        chain, own = self._chain(b)
+        y = np.concatenate([x[chain], [s], np.zeros(len(own))])
+        _, slope, J, F_y, _ = self._evaluate(b, y)
+        push = _push(slope, F_y, len(chain), own)
+        left = np.linalg.svd(J * self._weights[b])[0][:, -1]
+        size = float(np.linalg.norm(push)) or 1.0
+        return "change_point" if abs(left @ push) < 1e-2 * size else "dead_point"
+
+
+def _push(slope: Any, F_y: Any, count: int, own: list[int]) -> Any:
+    """Return dF/ds of a block, its ancestors' unknowns following the path."""
+    push = F_y[:, count].copy()
+    earlier = [k for k in range(count) if k not in own]
+    if earlier:
+        rows = count - len(own)
+        follow = -np.linalg.solve(slope[:rows, earlier], slope[:rows, count])
+        push += F_y[:, earlier] @ follow
+    return push
