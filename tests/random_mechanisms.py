@@ -210,6 +210,7 @@ class Case:
 
     # -- reach ---------------------------------------------------------------------------
 
+    @np.errstate(all="ignore")
     def reaches(self, low, high):
         """Return for each dyad the open interval around s0 over which it follows the sketch.
 
@@ -778,6 +779,7 @@ class Drawer:
         case.span = (float(low), float(low + rng.uniform(0.5, 9)))
 
 
+@np.errstate(all="ignore")
 def draw(seed, **options):
     """Return a case that closes at its sketch, None where the seed gives none."""
     try:
@@ -791,6 +793,7 @@ def draw(seed, **options):
 EPS = 2.0**-52
 
 
+@np.errstate(all="ignore")
 def truth(case, u, numbers=None, signs=None):
     """Return per body (position, velocity, acceleration of its points; angle and rates)."""
     world, _, disc, _ = case.close(u, numbers, case.speed, case.acceleration, signs)
@@ -807,6 +810,7 @@ def owner(case, part):
     return case.maker[part.split(".")[0]]
 
 
+@np.errstate(all="ignore")
 def check(case, result, reach=None, ratios=None):
     """Return what is wrong with a sweep, as sentences; an empty list is a pass."""
     u = np.asarray(result.drivers[case.coordinate].position)
@@ -1005,6 +1009,7 @@ def _limits(case, result, reach, low, high):
     return wrong
 
 
+@np.errstate(all="ignore")
 def count_modes(case):
     """Return the number of assembly modes at the sketch's driver value, by trying all signs."""
     free = [k for k, d in enumerate(case.dyads) if d.sign]

@@ -21,7 +21,7 @@ ROUGH, CLOSE = 0.5, 0.02
 """Share by which the expansion at a fold may miss the pose the path has reached."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Limit:
     """Where a group's motion ends.
 

@@ -1,0 +1,289 @@
+"""What the documentation shows is what the package does."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import io
+import re
+from pathlib import Path
+
+import pytest
+from test_layers import PACKAGE, ROOMS
+
+import mechdae as md
+from mechdae.analysis.check import check
+from mechdae.cli import COMMANDS, main
+from mechdae.describe import library
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def fences(page: str, language: str) -> list[str]:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.S | re.M)
+
+
+def problems() -> list[tuple[str, str]]:
+    found = [
+        (page, block)
+        for page in ("README.md", "docs/problem-file.md")
+        for block in fences(page, "toml")
+        if block.startswith("schema")
+    ]
+    assert {page for page, _ in found} == {"README.md", "docs/problem-file.md"}
+    return found
+
+
+def same(shown: str, ours: str) -> bool:
+    """Return whether two lines agree: words as they are, numbers to the digits that count."""
+    if NUMBER.sub("#", " ".join(shown.split())) != NUMBER.sub("#", " ".join(ours.split())):
+        return False
+    if "error <=" in shown:
+        return True
+    pairs = zip(NUMBER.findall(shown), NUMBER.findall(ours), strict=True)
+    return all(float(a) == pytest.approx(float(b), rel=1e-9, abs=1e-12) for a, b in pairs)
+
+
+def agree(shown: list[str], ours: list[str]) -> bool:
+    """Return whether the lines are those shown, where ``...`` stands for any lines."""
+    if not shown:
+        return not ours
+    if shown[0] == "...":
+        return any(agree(shown[1:], ours[k:]) for k in range(len(ours) + 1))
+    return bool(ours) and same(shown[0], ours[0]) and agree(shown[1:], ours[1:])
+
+
+def test_agreement_of_lines() -> None:
+    assert agree(["a 1.0", "...", "c"], ["a  1.00", "b", "b", "c"])
+    assert agree(["..."], [])
+    assert not agree(["a 1.0"], ["a 1.1"])
+    assert not agree(["a", "..."], ["b"])
+    assert not agree(["a"], ["a", "b"])
+
+
+# -- problem files ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("page", "block"), problems(), ids=lambda text: text[:20].split("\n")[0])
+def test_problem_files_shown_solve(page: str, block: str, tmp_path: Path) -> None:
+    path = tmp_path / "shown.toml"
+    path.write_text(block, encoding="utf-8")
+    problem = md.load(path)
+    assert problem.tasks
+    for name in problem.tasks:
+        result = md.solve(problem, name)
+        assert result.fault is None, f"{page} {name}"
+        assert set(result.status) == {"ok"}
+    assert all(verdict.met for verdict in check(problem))
+
+
+def test_every_joint_load_and_task_kind_is_documented() -> None:
+    from mechdae.describe.joints import JOINTS
+    from mechdae.describe.loads import LOADS
+    from mechdae.describe.tasks import TASKS
+
+    reference = (ROOT / "docs/problem-file.md").read_text(encoding="utf-8")
+    for kind in (*JOINTS, *LOADS, *TASKS):
+        assert f"`{kind}`" in reference, kind
+    joints = (ROOT / "docs/joints.md").read_text(encoding="utf-8")
+    for kind in JOINTS:
+        assert f"`{kind}`" in joints, kind
+
+
+# -- command line ----------------------------------------------------------------------------------
+
+
+def consoles() -> list[tuple[str, str]]:
+    pages = ("docs/command-line.md", "docs/problem-file.md")
+    return [(page, block) for page in pages for block in fences(page, "console")]
+
+
+@pytest.mark.parametrize(
+    ("page", "block"), consoles(), ids=lambda text: text.split("\n")[0].removeprefix("$ mechdae ")
+)
+def test_commands_shown_print_what_is_shown(page, block, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    example = dict(problems())["docs/problem-file.md"]
+    (tmp_path / "mine.toml").write_text(example.replace('"prismatic"', '"prismatc"'))
+    code = None
+    for entry in re.split(r"^\$ ", block, flags=re.M)[1:]:
+        command, *shown = entry.rstrip("\n").split("\n")
+        words = command.split()
+        if words[0] == "mechdae":
+            code = main(words[1:])
+            captured = capsys.readouterr()
+            ours = (captured.out.rstrip("\n") + "\n" + captured.err).strip("\n").split("\n")
+        elif command == "echo $?":
+            ours = [str(code)]
+        else:
+            assert words[:2] == ["head", "-c"], f"{page}: {command}"
+            ours = [Path(words[3]).read_text(encoding="utf-8")[: int(words[2])]]
+        while shown and not shown[-1]:
+            shown.pop()
+        assert agree(shown, ours), f"{page}: {command}\n" + "\n".join(ours[:60])
+
+
+def spoken() -> list[tuple[str, str]]:
+    """Return each command with arguments that a page names, in code spans and blocks."""
+    found = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for block in re.findall(r"```\w*\n(.*?)```", text, re.S):
+            found += [(page.name, m) for m in re.findall(r"^\s*\$ (mechdae .*)$", block, re.M)]
+        plain = re.sub(r"```\w*\n.*?```", "", text, flags=re.S)
+        found += [(page.name, m) for m in re.findall(r"`(mechdae [^`]*)`", plain)]
+    return found
+
+
+def test_commands_and_options_named_exist(capsys) -> None:
+    options = {}
+    for name in COMMANDS:
+        assert main([name, "--help"]) == 0
+        options[name] = set(re.findall(r"--[a-z]+", capsys.readouterr().out))
+    named = spoken()
+    assert len(named) > 30
+    for page, text in named:
+        words = text.split()[1:]
+        if words[0] in ("COMMAND", "--version"):
+            continue
+        assert words[0] in COMMANDS, f"{page}: {text}"
+        used = set(re.findall(r"(?<!\S)\[?(--[a-z]+)", text))
+        assert used <= options[words[0]], f"{page}: {text}"
+    assert set(COMMANDS) <= {text.split()[1] for page, text in named if page == "command-line.md"}
+
+
+def test_problems_named_exist() -> None:
+    for page, text in spoken():
+        for word in text.split("$")[0].split():
+            if "-" in word.strip("-") and re.fullmatch(r"[a-z][a-z-]+", word):
+                assert word in library.names() or text.split()[1] == "new", f"{page}: {text}"
+
+
+# -- Python ----------------------------------------------------------------------------------------
+
+
+def test_python_blocks_run_and_print_what_is_shown(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```python\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", text, re.S | re.M)
+    assert len(blocks) >= 8
+    names: dict[str, object] = {}
+    for code, shown in blocks:
+        out = io.StringIO()
+        with contextlib.redirect_stdout(out):
+            exec(compile(code, "docs/python.md", "exec"), names)
+        assert agree(shown.splitlines(), out.getvalue().splitlines()), out.getvalue()
+
+
+def test_python_block_of_the_readme_runs() -> None:
+    for code in fences("README.md", "python"):
+        exec(compile(code, "README.md", "exec"), {})
+
+
+def test_public_names_are_documented() -> None:
+    text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    described = set(re.findall(r"\b\w+\b", text))
+    quiet = {"__version__", "UnreachableError", "SingularPoseError"}
+    assert set(md.__all__) - quiet <= described, set(md.__all__) - quiet - described
+
+
+# -- links, map, versions --------------------------------------------------------------------------
+
+
+def anchors(page: Path) -> set[str]:
+    titles = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_relative_links_resolve(page: Path) -> None:
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if re.match(r"[a-z]+:", link):
+            continue
+        place, _, anchor = link.partition("#")
+        target = (page.parent / place).resolve() if place else page
+        assert target.exists(), f"{page.name}: {link}"
+        if anchor:
+            assert anchor in anchors(target), f"{page.name}: {link}"
+
+
+def test_every_page_is_in_the_contents() -> None:
+    index = (ROOT / "docs/index.md").read_text(encoding="utf-8")
+    for page in (ROOT / "docs").glob("*.md"):
+        assert page.name == "index.md" or f"]({page.name})" in index, page.name
+
+
+def test_map_of_the_package_is_the_one_that_is_checked() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \|.*\| ([\w, ]+) \|$", text, re.M)
+    drawn = {
+        room: set() if others == "nothing" else set(others.split(", ")) for room, others in rows
+    }
+    assert drawn == ROOMS
+    inside = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or is_room(path)}
+    assert set(drawn) == {name for name in inside if not name.startswith("_")}
+
+
+def is_room(path: Path) -> bool:
+    return path.is_dir() and (path / "__init__.py").exists()
+
+
+def test_checks_of_the_contributors_are_those_of_ci() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    commands = (ROOT / ".ci/run").read_text(encoding="utf-8")
+    for command in ("ruff check .", "ruff format --check .", "mypy", "pytest"):
+        assert f"`{command}`" in text
+        assert command in commands
+
+
+def test_version_is_the_same_everywhere() -> None:
+    assert f'\nversion: "{md.__version__}"\n' in (ROOT / "CITATION.cff").read_text()
+    assert f"\n## {md.__version__}\n" in (ROOT / "CHANGELOG.md").read_text()
+
+
+# -- gallery ---------------------------------------------------------------------------------------
+
+
+def maker():
+    spec = importlib.util.spec_from_file_location("plots_make", ROOT / "plots/make.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+make = maker()
+
+
+def test_every_script_has_its_picture(capsys) -> None:
+    assert make.unmatched() == []
+    assert make.main(["--check"]) == 0
+    assert make.main(["no_such_script"]) == 2
+    assert "four_bar_diagram" in capsys.readouterr().err
+
+
+def test_unmatched_scripts_and_pictures_are_listed(tmp_path: Path) -> None:
+    (tmp_path / "alone.py").write_text("def figure():\n    raise SystemExit\n")
+    (tmp_path / "helper.py").write_text("raise SystemExit\n")
+    (tmp_path / "left_over.svg").write_text("<svg/>")
+    assert make.unmatched(tmp_path) == [
+        "alone.py has no alone.svg",
+        "left_over.svg has no left_over.py",
+    ]
+
+
+@pytest.mark.parametrize("path", make.scripts(), ids=lambda path: path.stem)
+def test_pictures_are_the_same_each_time(path: Path, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    first = make.make(path, tmp_path).read_bytes()
+    assert first.startswith(b"<?xml")
+    assert make.make(path, tmp_path).read_bytes() == first
+
+
+def test_gallery_shows_every_picture() -> None:
+    page = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    for path in make.scripts():
+        assert f"../plots/{path.stem}.svg" in page
+        assert f"../plots/{path.stem}.py" in page
