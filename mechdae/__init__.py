@@ -12,7 +12,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "
-    "UnavailableError SolveError AssemblyError UnreachableError SingularPoseError",
+    "UnavailableError SolveError AssemblyError",
     "mechdae.describe.mechanism": "Mechanism Ground Body",
     "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt Distance Curve",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad",

@@ -8,18 +8,15 @@ MechdaeError
 |   +-- UnavailableError             a valid request this version does not compute
 +-- SolveError (RuntimeError)        the file is fine, the mechanism is not able to
     +-- AssemblyError                no pose: group, joint, gap
-    +-- UnreachableError             a pose exists, but behind a limit position
-    +-- SingularPoseError            the Jacobian loses rank
 
-A message has three parts: what, where, and what to try. A ``SolveError`` carries the
-results computed up to the failure in ``partial``.
+A message has three parts: what, where, and what to try. Poses that are not reached are no
+error: the result has them with their status, and says what is wrong in ``fault``.
 """
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
-from typing import Any
 
 
 class MechdaeError(Exception):
@@ -66,23 +63,11 @@ class UnavailableError(InputError):
 
 
 class SolveError(MechdaeError, RuntimeError):
-    """The computation cannot go on; ``partial`` holds what was computed."""
-
-    def __init__(self, what: str, *, where: str = "", hint: str = "", partial: Any = None) -> None:
-        super().__init__(what, where=where, hint=hint)
-        self.partial = partial
+    """The description is fine, the computation cannot go on."""
 
 
 class AssemblyError(SolveError):
     """An Assur group cannot be assembled at the given pose of the driver."""
-
-
-class UnreachableError(SolveError):
-    """The pose exists, but a limit position lies between it and the sketch."""
-
-
-class SingularPoseError(SolveError):
-    """The constraint Jacobian loses rank at the pose."""
 
 
 def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:

@@ -26,6 +26,9 @@ UNITS = {
 }
 
 
+PLURALS = {"body": "bodies", "point": "points", "joint": "joints", "driver": "drivers"}
+
+
 class Series(Mapping[str, Any]):
     """Arrays of one body, point, joint or driver, by attribute or key; rows are poses."""
 
@@ -80,7 +83,7 @@ class Named(Mapping[str, Series]):
         return len(self._items)
 
     def __repr__(self) -> str:
-        return f"{self._kind}s: {', '.join(self)}"
+        return f"{PLURALS[self._kind]}: {', '.join(self)}"
 
 
 @dataclass(frozen=True)

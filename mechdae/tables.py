@@ -44,7 +44,8 @@ def _single(result: Result) -> list[str]:
                 if "nan" in text:
                     text = " -"
                 turns = name == "angle" or (name == "position" and part.endswith(".angle"))
-                degrees = f"   {math.degrees(value):.9g} deg" if turns else ""
+                known = turns and np.isfinite(value)
+                degrees = f"   {math.degrees(value):.9g} deg" if known else ""
                 lines.append(f"  {part:18} {name:20} {text}{degrees}")
     lines.append(f"  {'status':39} {result.status[0]}")
     for name, array in result.bound.items():

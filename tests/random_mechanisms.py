@@ -848,7 +848,8 @@ def check(case, result, reach=None, ratios=None):
     claimed = nothing & usable
     if claimed.any():
         wrong.append(
-            f"{int(claimed.sum())} poses beyond a limit {set(status[claimed])}, first at {u[claimed][0]!r}"
+            f"{int(claimed.sum())} poses beyond a limit {set(status[claimed])}, "
+            f"first at {u[claimed][0]!r}"
         )
     wrong += _values(case, result, u, status, usable, points, angles, inside, edge, ratios, reach)
     wrong += _limits(case, result, reach, low, high)

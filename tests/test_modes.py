@@ -108,6 +108,53 @@ def test_the_sketch_chooses_the_nearest_mode() -> None:
         assert high > 0 > low
 
 
+def bar_crank(**sketch: float) -> md.Mechanism:
+    """Return a slider-crank whose rod is a massless bar, guide at 0.3 rad and offset."""
+    return md.Mechanism(
+        ground=md.Ground({"O": (0, 0), "G": (0.01, 0.02)}),
+        bodies=[md.Body("crank", {"O": (0, 0), "A": (0.05, 0)}), md.Body("slider", {"C": (0, 0)})],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Distance("bar", "crank.A", "slider.C", length=0.15),
+            md.Prismatic("guide", "ground.G", "slider.C", axis=0.3),
+        ],
+        sketch={"crank": 0.9, **sketch},
+    )
+
+
+def test_a_line_and_a_circle_meet_twice() -> None:
+    result = md.solve(bar_crank(), md.Modes(md.Driver("crank.angle", at=[0.9])))
+    assert (result.summary["count"], result.summary["proven"]) == (2, True)
+    A = 0.05 * np.exp(0.9j)
+    start = 0.01 + 0.02j - A
+    along = np.real(np.exp(-0.3j) * start)
+    reach = np.sqrt(0.15**2 - np.imag(np.exp(-0.3j) * start) ** 2)
+    slides = sorted(result.joints["guide"].slide)
+    assert slides == pytest.approx([-along - reach, -along + reach], rel=1e-13)
+    assert {sketch["guide"] for sketch in result.summary["sketches"]} == set(slides)
+    far = replace(
+        bar_crank(),
+        joints={
+            **bar_crank().joints,
+            "bar": md.Distance("bar", "crank.A", "slider.C", length=0.01),
+        },
+    )
+    assert counts(far, "crank.angle", 0.9) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("sketch", "high"),
+    [({"guide": 0.1}, True), ({"guide": -0.1}, False), ({"slider.C.x": 0.2}, True)],
+)
+def test_a_slide_in_the_sketch_chooses_the_mode(sketch: dict, high: bool) -> None:
+    result = md.solve(bar_crank(**sketch), md.Sweep(md.Driver("crank.angle", at=[0.9])))
+    assert (result.joints["guide"].slide[0] > 0) == high
+    with pytest.raises(md.MechanismError, match="add guide to"):
+        md.solve(bar_crank(), md.Sweep(md.Driver("crank.angle", at=[0.9])))
+    with pytest.raises(md.UnknownName, match=r"sketch\.slidr"):
+        md.solve(bar_crank(slidr=1.0), md.Sweep(md.Driver("crank.angle", at=[0.9])))
+
+
 def test_modes_need_one_pose() -> None:
     mechanism = four_bar(4, 12, 8, 10, crank=1.0, coupler=0.4, rocker=1.0)
     with pytest.raises(md.InputError, match="one pose"):

@@ -503,3 +503,39 @@ def test_bounds_are_enlarged_where_unknowns_outgrow_them() -> None:
     sun = result.bodies["sun"].angle
     assert np.ptp(sun) > 2 * 40.0
     assert np.diff(sun) == pytest.approx(np.full(8, (sun[-1] - sun[0]) / 8), rel=1e-12)
+
+
+def test_requests_of_later_versions_are_refused() -> None:
+    with pytest.raises(md.UnavailableError, match="above the second"):
+        md.solve("slider-crank", md.Sweep(md.Driver("crank.angle", at=[1]), derivatives=3))
+    mechanism = replace(md.load("slider-crank").mechanism, outputs={"mu": "rod.angle"})
+    with pytest.raises(md.UnavailableError, match="named output 'mu'"):
+        md.solve(mechanism, md.Sweep(md.Driver("crank.angle", at=[1]), outputs=["mu"]))
+
+
+@pytest.mark.parametrize("low", [0.0459818166789402, None])
+def test_both_ends_of_a_driving_slide_are_limits(low: float | None) -> None:
+    """A dyad behind another dyad, driven from the far end: folds, no dead points."""
+    mechanism = four_bar(0.03, 0.09, 0.08, 0.1, crank=1.0, coupler=0.6, rocker=1.7)
+    bodies = [*mechanism.bodies.values(), md.Body("rod", {"C": (0, 0), "E": (0.12, 0)})]
+    joints = [
+        *mechanism.joints.values(),
+        md.Revolute("Cr", "rocker.C", "rod.C"),
+        md.Revolute("E", "rod.E", "slider.E"),
+        md.Prismatic("guide", "ground.D", "slider.E"),
+    ]
+    sketch = {**mechanism.sketch, "rod": -0.7, "guide": 0.06}
+    whole = md.Mechanism(
+        mechanism.ground, [*bodies, md.Body("slider", {"E": (0, 0)})], joints, sketch=sketch
+    )
+    result = md.solve(whole, md.Sweep(md.Driver("guide.slide", range="assembled"), poses=9))
+    assert [event["kind"] for event in result.events] == ["limit", "limit"]
+    assert result.fault is None
+    if low is not None:
+        # crank and coupler in one line: |BD| = b - a or a + b decides the rocker's angle
+        ends = []
+        for reach in (0.06, 0.12):
+            rocker = np.pi - np.arccos((0.08**2 + 0.1**2 - reach**2) / (2 * 0.08 * 0.1))
+            C = 0.08 * np.exp(1j * rocker)
+            ends.append(C.real + np.sqrt(0.12**2 - C.imag**2))
+        assert result.summary["limits"] == pytest.approx(sorted(ends), rel=1e-12)

@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.analysis import start
 from mechdae.analysis.modes import Assembler, Mode
 from mechdae.analysis.outputs import Outputs
-from mechdae.analysis.plan import plan, sketch_angles
+from mechdae.analysis.plan import plan, sketched
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Modes
 from mechdae.errors import InputError
@@ -35,7 +35,7 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     the_scene = scene(Model(mechanism), numbers.coordinates, task.outputs)
     outputs = Outputs(the_scene)
     graphs = Graphs(the_scene, outputs.expression, 0)
-    assembler = Assembler(graphs, sketch_angles(mechanism))
+    assembler = Assembler(graphs, sketched(mechanism))
     found, proven, failure = assembler.modes(u, task.limit)
     function = ca.Function("y", [the_scene.x, the_scene.u, the_scene.model.p], [outputs.expression])
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]

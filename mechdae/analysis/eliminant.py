@@ -41,10 +41,13 @@ class Solutions:
 
 
 class BlockSolver:
-    """Finds all solutions of one block for given earlier unknowns and driver values."""
+    """Finds all solutions of one block for given earlier unknowns and driver values.
 
-    def __init__(self, scene: Scene, graph: BlockGraph, p: Any) -> None:
-        self.graph, self.p, self.n = graph, p, graph.size
+    `size` is a length of the mechanism [m].
+    """
+
+    def __init__(self, scene: Scene, graph: BlockGraph, p: Any, size: float) -> None:
+        self.graph, self.p, self.n, self.size = graph, p, graph.size, size
         self.angle = [scene.x_names[i][1] == "angle" for i in graph.own]
         J = graph.J
         self.constant = [
@@ -93,7 +96,9 @@ class BlockSolver:
             return Solutions(np.zeros((0, self.n)), False, infinite=True)
         if self.linear:
             return self._linear(z, u)
-        if self.n == 1 and self.angle[0]:
+        if not any(self.angle):
+            return self._lengths(z, u)
+        if self.n == 1:
             return self._roots(lambda a: self.F(a[:, None], z, u)[:, 0], 0, lambda a: a[:, None])
         if self.n == 2:
             for beta in (1, 0):
@@ -109,6 +114,34 @@ class BlockSolver:
         if np.linalg.matrix_rank(J) < self.n:
             return Solutions(np.zeros((0, self.n)), False)
         return Solutions(np.linalg.solve(J, -values[0])[None, :], True)
+
+    def _lengths(self, z: Any, u: Any) -> Solutions | None:
+        """Solve for unknown lengths: all equations but one linear, that one quadratic."""
+        J, x = self.graph.J, self.graph.x
+        bent = [i for i in range(self.n) if ca.jacobian(J[i, :].T, x).nnz()]
+        if len(bent) != 1:
+            return None
+        start, along = np.zeros(self.n), np.ones(1)
+        if self.n > 1:
+            points = np.vstack([np.zeros(self.n), np.eye(self.n)])
+            values = np.delete(self.F(points, z, u), bent[0], axis=1)
+            slope = (values[1:] - values[0]).T
+            start = np.linalg.lstsq(slope, -values[0])[0]
+            along = np.linalg.svd(slope)[2][-1]
+        size = self.size
+        places = start + size * np.array([-1.0, 0.0, 1.0, 2.0])[:, None] * along
+        f = self.F(places, z, u)[:, bent[0]]
+        a, b, c = (f[0] + f[2]) / 2 - f[1], (f[2] - f[0]) / 2, f[1]
+        if abs(4 * a + 2 * b + c - f[3]) > 1e-9 * (abs(a) + abs(b) + abs(c)):
+            return None
+        root = b * b - 4 * a * c
+        if a == 0 or root < -1e-14 * (b * b + abs(4 * a * c)):
+            gap = abs(c - b * b / (4 * a)) if a else abs(c)
+            return Solutions(np.zeros((0, self.n)), True, float(gap))
+        # the larger root first, the other by Vieta's rule
+        q = -(b + math.copysign(math.sqrt(max(root, 0.0)), b)) / 2
+        t = sorted({q / a, c / q if q else -q / a})
+        return Solutions(start + size * np.array(t)[:, None] * along, True)
 
     def _pair(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
         """Eliminate unknown `beta` of two; None where it does not separate."""

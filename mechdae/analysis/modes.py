@@ -15,6 +15,9 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.eliminant import BlockSolver
+from mechdae.analysis.numbers import mechanism_scale
+from mechdae.analysis.plan import Sketch
+from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.kernels.graphs import Graphs
 from mechdae.model.structure import Group
 
@@ -51,18 +54,27 @@ class Assembler:
     graphs
         Kernels of the scene.
     sketch
-        Rough angles by body name [rad]; used to choose modes and whole turns.
+        A rough pose; used to choose modes and whole turns.
     """
 
-    def __init__(self, graphs: Graphs, sketch: Mapping[str, float]) -> None:
-        self.graphs, self.scene, self.sketch = graphs, graphs.scene, dict(sketch)
+    def __init__(self, graphs: Graphs, sketch: Sketch) -> None:
+        self.graphs, self.scene = graphs, graphs.scene
+        self.sketch, self.places = dict(sketch.angles), dict(sketch.places)
         self.p = self.scene.model.p_values
-        self.solvers = [BlockSolver(self.scene, graph, self.p) for graph in graphs.blocks]
+        self.size = mechanism_scale(self.scene.model.mechanism)
+        self.solvers = [
+            BlockSolver(self.scene, graph, self.p, self.size) for graph in graphs.blocks
+        ]
+        self._functions: dict[Coordinate, Any] = {}
         self.free: list[Group] = []
         """Groups met with a freedom of their own: their outer pins coincide."""
 
     def blocks_of(self, group: Group) -> list[int]:
         return [b for b, graph in enumerate(self.graphs.blocks) if graph.block.group == group.index]
+
+    def names(self, b: int) -> list[str]:
+        """Return what a block's unknowns are: x, y, angle."""
+        return [self.scene.x_names[i][1] for i in self.graphs.blocks[b].own]
 
     # -- absolute coordinates --------------------------------------------------------------
 
@@ -162,8 +174,8 @@ class Assembler:
         """Return the distinct solutions that Newton's method finds from many starts."""
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         random = np.random.default_rng(SEED)
-        scale = 1.0
-        starts = random.uniform(-np.pi, np.pi, (STARTS, graph.size))
+        scale = np.where(solver.angle, 1.0, self.size)
+        starts = random.uniform(-np.pi, np.pi, (STARTS, graph.size)) * scale
         hint = [self.sketch.get(self.scene.x_names[i][0], np.nan) for i in graph.own]
         if np.all(np.isfinite(hint)):
             starts[0] = hint
@@ -176,9 +188,9 @@ class Assembler:
                 if not np.all(np.isfinite(F)):
                     break
                 step = np.linalg.lstsq(J, F, rcond=None)[0]
-                size = float(np.abs(step).max())
+                size = float(np.abs(step / scale).max())
                 y[graph.own] -= step * min(1.0, 0.7 / size if size else 1.0)
-                if size < 1e-13 * scale:
+                if size < 1e-13:
                     break
             else:
                 continue
@@ -326,4 +338,43 @@ class Assembler:
             for body in group.bodies
             if body in self.sketch
         ]
+        for c, wanted in self.places.items():
+            if set(self._bodies(c)) & set(group.bodies):
+                value = float(self._coordinate(c)(x, u, self.p))
+                gap = (value - wanted) / (1.0 if c.is_angle else self.size)
+                gaps.append(np.remainder(gap + np.pi, 2 * np.pi) - np.pi if c.is_angle else gap)
         return float(np.sqrt(np.sum(np.square(gaps)))) if gaps else 0.0
+
+    def _bodies(self, c: Coordinate) -> tuple[str, ...]:
+        joints = self.scene.model.mechanism.joints
+        return joints[c.part].bodies if c.part in joints else (c.part,)
+
+    def _coordinate(self, c: Coordinate) -> Any:
+        """Return the function (x, u, p) -> coordinate."""
+        if c not in self._functions:
+            expression = self.scene.expression(self.scene.model.coordinate(c))
+            inputs = [self.scene.x, self.scene.u, self.scene.model.p]
+            self._functions[c] = ca.Function("c", inputs, [expression])
+        return self._functions[c]
+
+    def slides(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+        """Return the slides of a group's sliding joints [m]."""
+        mechanism = self.scene.model.mechanism
+        found = {}
+        for name in group.joints:
+            if mechanism.joints[name].kind == "prismatic":
+                c = coordinate(mechanism, f"{name}.slide")
+                found[name] = float(self._coordinate(c)(x, u, self.p))
+        return found
+
+    def hint(self, group: Group, x: Any, u: Any) -> list[str]:
+        """Return the sketch keys by which the modes of a group differ."""
+        poses, _, _ = self.candidates(group, x, u)
+        q = [self.coordinates(pose, u) for pose in poses]
+        turned = [np.exp(1j * np.array([p[(b, "angle")] for p in q])) for b in group.bodies]
+        keys = [
+            f"{body}_deg"
+            for body, t in zip(group.bodies, turned, strict=True)
+            if np.abs(t - t[0]).max() > 1e-6
+        ]
+        return keys or list(self.slides(group, poses[0], u))

@@ -134,7 +134,7 @@ class Path:
             rest = sense * (to - s)
             if rest <= 0:
                 return
-            if rest > 4 * step:
+            if rest > 4 * step and step >= SHRUNK * self.largest:
                 held = self._stride(
                     s, state, sense * step, int(min(STRIDE, rest // step)), ended, up
                 )

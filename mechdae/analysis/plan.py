@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinates import SLIDE_JOINTS, Coordinate, coordinate
 from mechdae.describe.expression import build, evaluate
 from mechdae.describe.mechanism import Mechanism, evaluate_all
 from mechdae.describe.tasks import DEFAULT_POSES, Driven, Driver, Sweep
@@ -63,7 +63,7 @@ def plan(mechanism: Mechanism, task: Driven) -> Plan:
         )
     except MechdaeError as problem:
         raise problem.inside("driver") from None
-    sketch = [_sketched(mechanism, c, known) for c in coordinates]
+    sketch = [_driver_in_sketch(mechanism, c, known) for c in coordinates]
     values = None if columns is None else np.stack(columns, axis=1)
     named = any(driver.at is not None or driver.law is not None for driver in drivers)
     return Plan(coordinates, values, poses, named, speed, acceleration, np.array(sketch))
@@ -131,15 +131,23 @@ def _values(driver: Driver, poses: int, known: dict[str, float]) -> Any:
     return grid
 
 
-def _sketched(mechanism: Mechanism, c: Coordinate, known: dict[str, float]) -> float:
+def _driver_in_sketch(mechanism: Mechanism, c: Coordinate, known: dict[str, float]) -> float:
     for name in (c.text, c.part if c.kind != "point" else c.text):
         if name in mechanism.sketch:
             return evaluate(mechanism.sketch[name], known)
     return float("nan")
 
 
-def sketch_angles(mechanism: Mechanism) -> dict[str, float]:
-    """Return the sketched angles by body [rad].
+@dataclass(frozen=True)
+class Sketch:
+    """A rough pose: angles by body [rad], other coordinates with their values [m, rad]."""
+
+    angles: dict[str, float]
+    places: dict[Coordinate, float]
+
+
+def sketched(mechanism: Mechanism) -> Sketch:
+    """Return the sketch as numbers.
 
     Raises
     ------
@@ -147,15 +155,26 @@ def sketch_angles(mechanism: Mechanism) -> dict[str, float]:
         A name that is neither a body nor a coordinate of the mechanism.
     """
     known = evaluate_all(mechanism.parameters)
-    angles = {}
+    angles: dict[str, float] = {}
+    places: dict[Coordinate, float] = {}
     for name, number in mechanism.sketch.items():
         try:
-            if name in mechanism.bodies:
-                angles[name] = evaluate(number, known)
-            elif name not in mechanism.joints:
-                found = coordinate(mechanism, name)
-                if found.kind == "body angle":
-                    angles[found.part] = evaluate(number, known)
+            value = evaluate(number, known)
+            found = coordinate(mechanism, _coordinate_name(mechanism, name))
+            if found.kind == "body angle":
+                angles[found.part] = value
+            else:
+                places[found] = value
         except MechdaeError as problem:
             raise problem.inside(f"sketch.{name}") from None
-    return angles
+    return Sketch(angles, places)
+
+
+def _coordinate_name(mechanism: Mechanism, name: str) -> str:
+    """Return the coordinate that a key of the sketch means: a body's angle, a joint's slide."""
+    if name in mechanism.bodies:
+        return f"{name}.angle"
+    if name in mechanism.joints:
+        slides = mechanism.joints[name].kind in SLIDE_JOINTS
+        return f"{name}.slide" if slides else f"{name}.angle"
+    return name

@@ -218,6 +218,8 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
         if event["kind"] in STOPS:
             place = start.shown(c.is_angle, event["at"]) if setting.graphs.single else event["at"]
             text += f"; the motion stops at {place}: {STOPS[event['kind']]}"
+            if event["kind"] == "change_point" and setting.on_change_point != "stop":
+                text += f' (on_change_point = "{setting.on_change_point}" is not computed yet)'
     if status[0] == "unassembled":
         text += _modes_at_start(setting, run)
     return text

@@ -14,10 +14,10 @@ from mechdae.analysis.modes import Assembler
 from mechdae.analysis.numbers import Constants
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.path import Path
-from mechdae.analysis.plan import Plan, plan, sketch_angles
+from mechdae.analysis.plan import Plan, plan, sketched
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Sweep
-from mechdae.errors import SolveError
+from mechdae.errors import SolveError, UnavailableError
 from mechdae.kernels.graphs import Graphs
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
@@ -34,6 +34,7 @@ class Setting:
     outputs: Outputs
     graphs: Graphs
     assembler: Assembler
+    on_change_point: str = "stop"
 
 
 @dataclass
@@ -51,13 +52,17 @@ class Run:
 def prepare(problem: Problem, task: Sweep) -> Setting:
     """Return scene and kernels of a task; nothing is evaluated yet."""
     mechanism = problem.mechanism
+    if task.derivatives > 2:
+        raise UnavailableError(
+            "derivatives above the second are not computed by this version", where="derivatives"
+        )
     numbers = plan(mechanism, task)
     model = Model(mechanism)
     the_scene = scene(model, numbers.coordinates, task.outputs)
     outputs = Outputs(the_scene)
-    graphs = Graphs(the_scene, outputs.expression, min(task.derivatives, 2))
-    assembler = Assembler(graphs, sketch_angles(mechanism))
-    return Setting(numbers, the_scene, outputs, graphs, assembler)
+    graphs = Graphs(the_scene, outputs.expression, task.derivatives)
+    assembler = Assembler(graphs, sketched(mechanism))
+    return Setting(numbers, the_scene, outputs, graphs, assembler, task.on_change_point)
 
 
 def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:

@@ -44,7 +44,7 @@ def solve(
     InputError
         Something in the description or the call is wrong.
     SolveError
-        The mechanism cannot do what is asked; ``partial`` holds what was computed.
+        The mechanism cannot be assembled at its sketch.
     """
     whole = _problem(problem, task)
     name, chosen = _task(whole, task)

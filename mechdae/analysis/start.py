@@ -29,7 +29,7 @@ def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
         raise not_assembled(assembler.scene, failure, u)
     if doubtful:
         group = doubtful[0]
-        names = " or ".join(f"{body}_deg" for body in group.bodies)
+        names = " or ".join(assembler.hint(group, x, u))
         raise MechanismError(
             f"does not tell which assembly mode of group {group.name} is meant",
             where="sketch",
@@ -103,6 +103,10 @@ def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, float]:
     for (body, name), value in q.items():
         if name == "angle":
             angles[f"{body}_deg"] = round(math.degrees(value), 3) + 0.0
+    for group in assembler.scene.groups:
+        unknown = {name for b in assembler.blocks_of(group) for name in assembler.names(b)}
+        if unknown & {"x", "y"}:
+            angles |= assembler.slides(group, mode.x, u)
     for c, value in zip(assembler.scene.drivers, u, strict=True):
         if c.kind != "body angle":
             angles[c.part if c.kind == "slide" else c.text] = float(value)

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.analysis.modes import Assembler
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.outputs import Outputs
-from mechdae.analysis.plan import plan, sketch_angles
+from mechdae.analysis.plan import plan, sketched
 from mechdae.analysis.start import not_assembled, start_values
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Driven, Sweep
@@ -80,7 +80,7 @@ def _driven(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
     }
     try:
         graphs = Graphs(whole, Outputs(whole).expression, 0)
-        assembler = Assembler(graphs, sketch_angles(problem.mechanism))
+        assembler = Assembler(graphs, sketched(problem.mechanism))
         u = start_values(numbers)
         x, failure, _ = assembler.from_sketch(u)
         if failure is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.errors import MechanismError, UnknownName
+from mechdae.errors import MechanismError, UnavailableError, UnknownName
 
 ANGLE_JOINTS = ("revolute", "pin-in-slot")
 SLIDE_JOINTS = ("prismatic", "pin-in-slot")
@@ -108,6 +108,11 @@ def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selectio
             points += [point for point in every if point.split(".")[0] == text]
         elif text in joints:
             chosen.append(text)
+        elif text in mechanism.outputs:
+            raise UnavailableError(
+                f"the named output '{text}' is not computed by this version",
+                hint="name bodies, points, joints or coordinates",
+            )
         else:
             try:
                 found = coordinate(mechanism, text)

@@ -296,7 +296,7 @@ def _check_task(mechanism: Mechanism, name: str, task: Task) -> None:
         coordinates = [coordinate(mechanism, driver.coordinate).text for driver in task.all_drivers]
         if len(set(coordinates)) < len(coordinates):
             raise MechanismError("two drivers impose the same coordinate", where="drivers")
-        if not mechanism.outputs:
+        if task.available and not set(task.outputs or ()) & set(mechanism.outputs):
             selection(mechanism, task.outputs)
         for driver in task.all_drivers:
             _check_driver(driver, known)
