@@ -84,7 +84,7 @@ def test_majorants_bound_values_and_rounding() -> None:
         X[0] * X[2] - 2 * P[0] + ca.sqrt(P[1]),
         ca.sin(P[0]) * X[1] ** 2,
     )
-    bound, rounding = majorant(expression, [X], [size], P)
+    bound, rounding = majorant(expression, [X], [size])
     limits = ca.Function("m", [size, P], [bound, rounding])
     exact = ca.Function("e", [X, P], [expression])
     del q
@@ -108,7 +108,7 @@ def test_majorants_bound_values_and_rounding() -> None:
 
 def test_an_operation_without_bound_is_refused() -> None:
     with pytest.raises(NoMajorant):
-        majorant(ca.exp(X), [X], [ca.SX.sym("s", 3)], P)
+        majorant(ca.exp(X), [X], [ca.SX.sym("s", 3)])
 
 
 def test_trigonometry_can_be_given() -> None:

@@ -174,13 +174,13 @@ class Graphs:
         for b, graph in enumerate(self.blocks):
             w, r = self.weights(b)
             hessian = ca.jacobian(ca.vec(graph.J), graph.x)
-            bound, _ = majorant(hessian, moving, sizes, self.p)
+            bound, _ = majorant(hessian, moving, sizes)
             square = ca.reshape(bound, graph.size * graph.size, graph.size) @ ca.diag(w)
             pairs = ca.reshape(square, graph.size, graph.size * graph.size)
             kappas.append(norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w))))
-            _, rounding = majorant(graph.F, moving, sizes, self.p)
+            _, rounding = majorant(graph.F, moving, sizes)
             rhos.append(ROUNDOFF * norm(rounding / r))
-            bound, _ = majorant(graph.J, moving, sizes, self.p)
+            bound, _ = majorant(graph.J, moving, sizes)
             square = ca.reshape(bound, graph.size, graph.size)
             mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
         results = [_column(kappas), _column(rhos), _column(mus)]
@@ -191,8 +191,8 @@ class Graphs:
         """(|x|, |u|, p) -> bound of |dy/dx| (ny, nx) and rounding of y (ny,)."""
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving = [self.scene.x, self.scene.u]
-        slope, _ = majorant(ca.jacobian(self.outputs, self.scene.x), moving, sizes, self.p)
-        _, rounding = majorant(self.outputs, moving, sizes, self.p)
+        slope, _ = majorant(ca.jacobian(self.outputs, self.scene.x), moving, sizes)
+        _, rounding = majorant(self.outputs, moving, sizes)
         shaped = ca.reshape(slope, self.ny, self.nx)
         return ca.Function("output_bounds", [*sizes, self.p], [shaped, ROUNDOFF * rounding])
 
@@ -258,16 +258,16 @@ class Graphs:
         every = ca.vertcat(graph.x, graph.z, self.scene.u)
         rates = ca.vertcat(graph.vx, graph.vz, graph.vu)
         turned = ca.jtimes(ca.vec(graph.J), every, rates)
-        tau, _ = majorant(graph.second, moving, limits, self.p)
-        sigma, _ = majorant(turned, moving, limits, self.p)
+        tau, _ = majorant(graph.second, moving, limits)
+        sigma, _ = majorant(turned, moving, limits)
         residual = ds * ds * tau / 2 + ca.fabs(graph.value(x, u, self.p)[0])
         change = ds * ca.reshape(sigma, graph.size, graph.size)
         if uses:
             deviation = ds * ds * bend[uses]
-            slope, _ = majorant(graph.Fz, moving, limits, self.p)
+            slope, _ = majorant(graph.Fz, moving, limits)
             residual += ca.reshape(slope, graph.size, len(uses)) @ deviation
             cross = ca.jacobian(ca.vec(graph.J), graph.z)
-            bound, _ = majorant(cross, moving, limits, self.p)
+            bound, _ = majorant(cross, moving, limits)
             moved = ca.reshape(bound, graph.size * graph.size, len(uses)) @ deviation
             change += ca.reshape(moved, graph.size, graph.size)
         delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))

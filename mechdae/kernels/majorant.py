@@ -24,7 +24,7 @@ class NoMajorant(Exception):
 
 
 def majorant(
-    expressions: Any, moving: Sequence[Any], bounds: Sequence[Any], parameters: Any
+    expressions: Any, moving: Sequence[Any], bounds: Sequence[Any]
 ) -> tuple[Any, Any]:
     """Return bounds of the absolute values and of the rounding errors of `expressions`.
 
@@ -32,22 +32,24 @@ def majorant(
     ----------
     expressions : SX (k,)
     moving, bounds : lists of SX vectors
-        Symbols that change with the pose, and the bounds to use for their absolute values.
-    parameters : SX (np,)
-        Symbols that do not change along a sweep.
+        Symbols that change with the pose, and the bounds to use for their absolute values;
+        all other symbols are parameters, the same along a sweep.
 
     Returns
     -------
     magnitude, error : SX (k,)
-        Expressions over `bounds` and `parameters`; `error` in units of the roundoff.
+        Expressions over `bounds` and parameters; `error` in units of the roundoff.
 
     Raises
     ------
     NoMajorant
     """
-    function = ca.Function("f", [*moving, parameters], [ca.vec(ca.densify(expressions))])
+    stacked = ca.vec(ca.densify(expressions))
+    known = {symbol.element_hash() for group in moving for symbol in group.elements()}
+    parameters = [s for s in ca.symvar(stacked) if s.element_hash() not in known]
+    function = ca.Function("f", [*moving, ca.veccat(*parameters)], [stacked])
     inputs = [[(m, SX(0), None) for m in ca.vec(bound).elements()] for bound in bounds]
-    inputs.append([(ca.fabs(p), SX(0), p) for p in parameters.elements()])
+    inputs.append([(ca.fabs(p), SX(0), p) for p in parameters])
     found = replay(function, inputs, _step, _constant)[0]
     if not found:
         return SX(0, 1), SX(0, 1)

@@ -89,7 +89,8 @@ def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> 
     expressions : list of SX
     angles, sines, cosines : SX (n,)
     """
-    others = [s for s in ca.symvar(ca.veccat(*expressions)) if not _among(s, angles)]
+    known = {symbol.element_hash() for symbol in angles.elements()}
+    others = [s for s in ca.symvar(ca.veccat(*expressions)) if s.element_hash() not in known]
     rest = ca.vertcat(*others) if others else ca.SX(0, 1)
     dense = [ca.densify(expression) for expression in expressions]
     function = ca.Function("f", [angles, rest], dense)
@@ -108,6 +109,3 @@ def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> 
         for values, expression in zip(results, dense, strict=True)
     ]
 
-
-def _among(symbol: Any, symbols: Any) -> bool:
-    return any(ca.is_equal(symbol, other) for other in symbols.elements())
