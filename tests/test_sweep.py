@@ -539,3 +539,148 @@ def test_both_ends_of_a_driving_slide_are_limits(low: float | None) -> None:
             C = 0.08 * np.exp(1j * rocker)
             ends.append(C.real + np.sqrt(0.12**2 - C.imag**2))
         assert result.summary["limits"] == pytest.approx(sorted(ends), rel=1e-12)
+
+
+# -- cases that once went wrong ------------------------------------------------------------------
+
+
+def four_bar_tip(u) -> np.ndarray:
+    """Return C of the crank-rocker 1, 3, 2.5, 3.2 (open mode) as complex numbers."""
+    B = np.exp(1j * np.asarray(u, LONG))
+    D = LONG(3.2) - B
+    L = abs(D)
+    along = (L * L + 9 - LONG(2.5) ** 2) / (2 * L)
+    return B + D / L * (along + 1j * np.sqrt(9 - along * along))
+
+
+@pytest.mark.parametrize("angle", [-7.2, -0.3, 13.0, 1000.0])
+def test_a_sketch_turns_away_from_zero(angle: float) -> None:
+    C = four_bar_tip(angle)
+    sketch = {
+        "crank": angle,
+        "coupler": float(np.angle(C - np.exp(1j * angle))),
+        "rocker": float(np.angle(C - 3.2)),
+    }
+    mechanism = four_bar(1, 3, 2.5, 3.2, **sketch)
+    result = md.solve(mechanism, md.Sweep(md.Driver("crank.angle", range="assembled"), poses=37))
+    assert np.all(result.status == "ok")
+    ours = result.points["rocker.C"].position
+    gap = np.abs(
+        ours[:, 0] + 1j * ours[:, 1] - four_bar_tip(result.drivers["crank.angle"].position)
+    )
+    assert np.all(gap.astype(float) <= result.bound.length + 4e-16 * 4)
+
+
+@pytest.mark.parametrize("offset", [0.0, 10.0, 1000.0])
+def test_the_origin_of_a_frame_does_not_matter(offset: float) -> None:
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0), "G": (1.2, 0)}),
+        bodies=[
+            md.Body("crank", {"O": (0, 0), "P": (1, 0)}),
+            md.Body("arm", {"A": (offset, 0), "B": (offset + 0.9, 0)}),
+        ],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Revolute("P", "crank.P", "arm.A"),
+            md.Distance("bar", "arm.B", "ground.G", length=0.48),
+        ],
+        sketch={"crank": 0.6, "arm": -1.0},
+    )
+    result = md.solve(mechanism, md.Sweep(md.Driver("crank.angle", from_=0, to=2), poses=9))
+    assert [event["kind"] for event in result.events] == ["limit", "limit"]
+    # the data themselves are rounded: offset + 0.9 has an error of eps * offset / 2
+    slack = 1e-13 + 4e-16 * offset
+    ends = [0.33876240118795971, 1.345734462487903]
+    assert [event["at"] for event in result.events] == pytest.approx(ends, abs=slack)
+    assert result.summary["work"]["path_steps"] < 1000
+    assert np.nanmax(result.bound.length) < 1e-13 * (1 + offset)
+
+
+def test_a_pole_ends_the_path_and_spoils_nothing_else() -> None:
+    """Two guides become parallel: the slides run away, the other dyad knows nothing of it."""
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0), "G": (1, 0), "H": (-1, 0.5), "K": (2, 0)}),
+        bodies=[
+            md.Body("crank", {"O": (0, 0), "B": (0.3, 0)}),
+            md.Body("a", {"P": (0, 0)}),
+            md.Body("b", {"P": (0, 0)}),
+            md.Body("rod", {"B": (0, 0), "C": (2, 0)}),
+            md.Body("lever", {"K": (0, 0), "C": (1, 0)}),
+        ],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Prismatic("s", "crank.O", "a.P"),
+            md.Prismatic("t", "ground.G", "b.P", axis=np.pi / 2),
+            md.Revolute("P", "a.P", "b.P"),
+            md.Revolute("B", "crank.B", "rod.B"),
+            md.Revolute("C", "rod.C", "lever.C"),
+            md.Revolute("K", "ground.K", "lever.K"),
+        ],
+        sketch={"crank": 0.3, "rod": 0.5, "lever": 1.5},
+    )
+    result = md.solve(mechanism, md.Sweep(md.Driver("crank.angle", from_=-1, to=2), poses=31))
+    poles = [event for event in result.events if event["kind"] == "pole"]
+    assert poles
+    assert all(abs(abs(event["at"]) - np.pi / 2) < 0.01 for event in poles)
+    assert "guides become parallel" in result.fault
+    early = result.drivers["crank.angle"].position < 1.5
+    assert np.all(result.status[early] == "ok")
+    assert result.joints["s"].slide[early] == pytest.approx(
+        1 / np.cos(result.drivers["crank.angle"].position[early]), rel=1e-12
+    )
+    late = ~early & (np.asarray(result.status) == "unassembled")
+    assert late.any()
+    assert np.isfinite(result.bodies["lever"].angle[late]).all()
+    alone = md.solve(
+        mechanism, md.Sweep(md.Driver("crank.angle", from_=-1, to=2), poses=31, outputs=["lever"])
+    )
+    assert np.all(alone.status == "ok")
+
+
+def test_bounds_do_not_know_the_unit_of_length() -> None:
+    loose = []
+    for size in (1e-6, 1.0, 1e6):
+        mechanism = md.Mechanism(
+            ground=md.Ground({"O": (0, 0), "G": (size, 0)}),
+            bodies=[
+                md.Body("cylinder", {"O": (0, 0)}),
+                md.Body("rod", {"C": (0, 0)}),
+                md.Body("lever", {"G": (0, 0), "C": (0.6 * size, 0)}),
+            ],
+            joints=[
+                md.Revolute("O", "ground.O", "cylinder.O"),
+                md.Prismatic("s", "cylinder.O", "rod.C"),
+                md.Revolute("C", "rod.C", "lever.C"),
+                md.Revolute("G", "ground.G", "lever.G"),
+            ],
+            sketch={"cylinder": 0.5, "lever": 2.0, "s": 0.9 * size},
+        )
+        driver = md.Driver("s.slide", from_=0.7 * size, to=1.3 * size)
+        result = md.solve(mechanism, md.Sweep(driver, poses=9))
+        assert np.all(result.status == "ok")
+        loose.append(result.bound.length.max() / size)
+        C = result.points["lever.C"].position / size
+        assert np.hypot(*C.T) == pytest.approx(np.linspace(0.7, 1.3, 9), rel=1e-14)
+    assert loose == pytest.approx([loose[0]] * 3, rel=1e-6)
+    assert loose[0] < 1e-12
+
+
+def test_swing_does_not_depend_on_the_grid() -> None:
+    whole = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", range="assembled"), poses=5))
+    through = md.solve(TOGGLE, md.Sweep(md.Driver("crank.angle", from_=-3, to=3), poses=7))
+    for body in ("coupler", "rocker"):
+        assert through.summary["swing"][body] == pytest.approx(
+            whole.summary["swing"][body], rel=1e-12
+        )
+
+
+def test_behind_a_change_point_nothing_is_claimed() -> None:
+    """Galloway's kite turns its rocker once in two turns: a turn away is another pose."""
+    kite = four_bar(1, 2, 2, 1, crank=1.0, coupler=0.1, rocker=0.8)
+    result = md.solve(kite, md.Sweep(md.Driver("crank.angle", from_=0.5, to=4 * np.pi), poses=60))
+    u = result.drivers["crank.angle"].position
+    stops = [e["at"] for e in result.events if e["kind"] == "change_point" and e["in_range"]]
+    assert stops
+    ahead = u > min(stops) + 1e-6
+    assert not np.any(np.asarray(result.status)[ahead] == "ok")
+    assert "change point" in result.fault

@@ -79,7 +79,7 @@ class Evaluator:
         s = np.asarray(s, float)
         nothing = np.zeros((len(s), self.graphs.nu))
         rates = rates if rates is not None else (nothing, nothing)
-        alive = np.stack([path.reach[g].contains(s) for g in self.groups], axis=1)
+        alive = np.stack([path.follows(g, s) for g in self.groups], axis=1)
         guess = path.guess(s) if self.graphs.nx else np.zeros((len(s), 0))
         limits = self._limits(path, s)
         stops = self._stops(path, s)
@@ -127,6 +127,8 @@ class Evaluator:
             if not rows.size:
                 continue
             reach = path.reach[group]
+            if any(end and end.kind != "limit" for end in (reach.low, reach.high)):
+                continue  # branches meet there: turning back need not lead to the same one
             first = reach.low.s if reach.low else low
             last = reach.high.s if reach.high else high
             turns = np.ceil((first - s[rows]) / (2 * np.pi))
@@ -179,10 +181,12 @@ class Evaluator:
         constants = path.constants
         consts = constants.vector()
         results = self._call(path, guess, s, rates, consts)
-        first = constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
+        with np.errstate(invalid="ignore", over="ignore"):
+            first = constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
         tiny = TINY * np.where(self.lengths, constants.scale, 1.0)
         for _ in range(ROUNDS):
-            left = constants.kappa * results[3] * results[4]
+            with np.errstate(invalid="ignore", over="ignore"):
+                left = constants.kappa * results[3] * results[4]
             again = np.flatnonzero((left > tiny).any(axis=1))
             if not again.size:
                 break
@@ -198,12 +202,14 @@ class Evaluator:
         Newton-Kantorovich from the guess, which lies in the proved neighbourhood of the path;
         in a dyad the sign of the determinant alone tells the two branches apart.
         """
-        h = path.constants.kappa * results[3] * np.sqrt(results[4])
+        with np.errstate(invalid="ignore", over="ignore"):
+            h = path.constants.kappa * results[3] * np.sqrt(results[4])
         good = (h <= H_LIMIT) & (first | self.sign_tells)
         if path.sign is not None:
             good &= np.sign(results[2]) == path.sign
         with np.errstate(invalid="ignore"):
             far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
+            far |= ~(np.abs(results[0]) <= path.constants.size_x)
         for b, graph in enumerate(self.graphs.blocks):
             good[:, b] &= ~far[:, graph.own].any(axis=1)
         return good

@@ -31,7 +31,9 @@ def ranges(
         return result
     nodes = np.array(path.s)
     inner = nodes[(nodes > low) & (nodes < high)]
-    at_nodes = evaluator.at(path, np.unique(np.concatenate([inner, [low, high]])))
+    ends = [e.s for r in path.reach.values() for e in (r.low, r.high) if e is not None]
+    ends = [s for s in ends if low <= s <= high]
+    at_nodes = evaluator.at(path, np.unique(np.concatenate([inner, [low, high], ends])))
     for entry in entries:
         values = [poses.y[0][:, entry.columns[0]], at_nodes.y[0][:, entry.columns[0]]]
         values.append(_stationary(evaluator, path, at_nodes, entry))

@@ -6,7 +6,6 @@ groups by Newton's method from many starts, and their count is only "found".
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -65,7 +64,7 @@ class Assembler:
         self.solvers = [
             BlockSolver(self.scene, graph, self.p, self.size) for graph in graphs.blocks
         ]
-        self._functions: dict[Coordinate, Any] = {}
+        self._functions: dict[Coordinate | str, Any] = {}
         self.free: list[Group] = []
         """Groups met with a freedom of their own: their outer pins coincide."""
 
@@ -225,22 +224,16 @@ class Assembler:
         first = group.bodies[0]
         outer = [joints[name] for name in group.joints if name != inner.name]
         outer.sort(key=lambda joint: first not in joint.bodies)
-        q = self.coordinates(x, u)
-        a, b, c = (self._place(joint.second, q) for joint in (outer[0], inner, outer[1]))
+        a, b, c = (self._place(joint.second, x, u) for joint in (outer[0], inner, outer[1]))
         return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
 
-    def _place(self, reference: str, q: Mapping[tuple[str, str], float]) -> Any:
-        body = reference.split(".")[0]
-        values = self._values
-        local = complex(values[f"{reference}.x"], values[f"{reference}.y"])
-        if body not in self.scene.model.mechanism.bodies:
-            return np.array([local.real, local.imag])
-        turned = local * np.exp(1j * q[(body, "angle")])
-        return np.array([q[(body, "x")] + turned.real, q[(body, "y")] + turned.imag])
-
-    @cached_property
-    def _values(self) -> dict[str, float]:
-        return self.scene.model.mechanism.values()
+    def _place(self, reference: str, x: Any, u: Any) -> Any:
+        """Return a point's place (2,)."""
+        if reference not in self._functions:
+            expression = self.scene.expression(self.scene.model.point(reference))
+            inputs = [self.scene.x, self.scene.u, self.scene.model.p]
+            self._functions[reference] = ca.Function("P", inputs, [expression])
+        return np.array(self._functions[reference](x, u, self.p)).ravel()
 
     def group_labels(self, group: Group, poses: list[Any], u: Any) -> list[str]:
         """Return the labels of all poses of one group: sign, and rank where it is no dyad."""

@@ -27,7 +27,8 @@ class Constants:
         self.scale = mechanism_scale(graphs.scene.model.mechanism)
         angle = np.array([name == "angle" for _, name in graphs.scene.x_names], bool)
         if size_x is None:
-            largest = float(np.max(np.abs(size_u), initial=0.0))
+            turned = np.array([c.is_angle for c in graphs.scene.drivers], bool)
+            largest = float(np.max(np.abs(size_u) * turned, initial=0.0))
             size_x = np.where(angle, 4 * np.pi + 2 * largest, 10 * self.scale)
         self.size_x, self.size_u = np.asarray(size_x, float), np.abs(np.asarray(size_u, float))
         values = graphs.constants(self.size_x, self.size_u, self.p, self.scale)
@@ -37,11 +38,6 @@ class Constants:
         """Return the input ``consts`` of the kernels."""
         grain = ROUNDOFF * self.size_x
         return np.concatenate([self.p, [self.scale], self.kappa, self.rho, grain])
-
-    def cover(self, x: Any) -> bool:
-        """Return whether the bounds hold for unknowns as large as in `x` (n, nx)."""
-        finite = np.where(np.isfinite(x), np.abs(x), 0.0)
-        return bool(np.all(finite.max(axis=0, initial=0.0) <= self.size_x))
 
 
 def mechanism_scale(mechanism: Any) -> float:

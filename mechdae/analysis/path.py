@@ -28,6 +28,8 @@ NODES_PER_TURN = 128
 SHRUNK = 1 / 32
 """Share of the largest step below which a limit position is looked for."""
 SMALLEST = 1e-9
+FAR = 300.0
+"""Lengths of the mechanism at which a slide is said to run away (parallel guides)."""
 APPROACH = 1e-6
 """Share of the largest step at which the path hands over to the limit's own expansion."""
 
@@ -85,6 +87,8 @@ class Path:
         self.whole = np.concatenate([self.constants.vector(), self.u0, self.d])
         self._one = Batch(g.advance, shared=[2], chunk=1)
         self._many: Any = None
+        lengths = np.array([name != "angle" for _, name in self.graphs.scene.x_names], bool)
+        self.far = np.where(lengths, FAR * self.constants.scale, np.inf)
         self.groups = [group.index for group in g.scene.groups]
         self.block_group = [graph.block.group for graph in g.blocks]
         self.reach = {index: Reach() for index in self.groups}
@@ -111,6 +115,27 @@ class Path:
         """Return state, test, det and miss after one step."""
         result = self._one(state[None, :], np.array([[s, ds]]), self.whole)
         return result[0][0], result[1][0], result[2][0], result[3][0]
+
+    def follows(self, group: int, s: Any) -> Any:
+        """Return at which places a group follows the path: followed, and before its ends."""
+        reach = self.reach[group]
+        inside = reach.contains(s)
+        if group in self.block_group:
+            slack = 2 * APPROACH * self.largest  # the last node before a limit stops short of it
+            if reach.low is None:
+                inside &= s >= self.s[0] - slack
+            if reach.high is None:
+                inside &= s <= self.s[-1] + slack
+        return inside
+
+    def sizes(self) -> tuple[Any, Any]:
+        """Return the largest |x| (nx,) of groups while they followed the path, and |u| (nd,)."""
+        S, X, _, _ = self.arrays()
+        size = np.zeros(self.graphs.nx)
+        for b, graph in enumerate(self.graphs.blocks):
+            followed = X[self.reach[self.block_group[b]].contains(S)][:, graph.own]
+            size[graph.own] = np.abs(followed).max(axis=0, initial=0.0)
+        return size, np.abs(self.u0 + S[:, None] * self.d).max(axis=0)
 
     def arrays(self) -> tuple[Any, Any, Any, Any]:
         """Return s (m,), x, x', x'' (m, nx) of the nodes, s rising."""
@@ -156,10 +181,10 @@ class Path:
                 continue
             ended = {i for i in self.groups if not self.reach[i].contains(place)}
             alive = self._alive(ended)
-            state, test, det, miss = self._step(self.state[k], s[k], float(place - s[k]))
-            if self._good(test[alive], det[alive], miss[alive], alive):
+            after, test, det, miss = self._step(self.state[k], s[k], float(place - s[k]))
+            if self._good(after, test, det, miss, alive):
                 self.s.insert(k + 1, float(place))
-                self.state.insert(k + 1, state)
+                self.state.insert(k + 1, after)
                 inserted += 1
         return inserted
 
@@ -176,7 +201,7 @@ class Path:
         places = s + ds * np.arange(STRIDE + 1)
         states, test, det, miss = self._many(state, places[:-1], ds, self.whole)
         alive = self._alive(ended)
-        good = self._good(test[:, alive], det[:, alive], miss[:, alive], alive)[:count]
+        good = self._good(states, test, det, miss, alive)[:count]
         held = count if good.all() else int(np.argmin(good))
         self.counts.steps += held
         self.counts.rejected += held < count
@@ -184,9 +209,18 @@ class Path:
             self._append(float(places[k + 1]), states[k], up)
         return held
 
-    def _good(self, test: Any, det: Any, miss: Any, alive: Any) -> Any:
-        same = np.sign(det) == self.sign[alive]
-        return np.all((test <= 1) & (miss <= 1) & same, axis=-1)
+    def _good(self, state: Any, test: Any, det: Any, miss: Any, alive: Any) -> Any:
+        """Return whether a step is proved for all blocks that are `alive`."""
+        return np.all(self._proved(state, test, det, miss)[..., alive], axis=-1)
+
+    def _proved(self, state: Any, test: Any, det: Any, miss: Any) -> Any:
+        """Return which blocks (.., nb) a step is proved for; none runs away to a pole."""
+        with np.errstate(invalid="ignore"):
+            proved = (test <= 1) & (miss <= 1) & (np.sign(det) == self.sign)
+            near = np.abs(state[..., : self.graphs.nx]) <= self.far
+        for b, graph in enumerate(self.graphs.blocks):
+            proved[..., b] &= near[..., graph.own].all(axis=-1)
+        return proved
 
     def _append(self, s: float, state: Any, up: bool) -> None:
         if up:
@@ -215,8 +249,7 @@ class Path:
                 return step
             step = min(step, rest)
             after, test, det, miss = self._step(state, s, sense * step)
-            good = (test <= 1) & (miss <= 1) & (np.sign(det) == self.sign)
-            bad = np.flatnonzero(alive & ~good)
+            bad = np.flatnonzero(alive & ~self._proved(after, test, det, miss))
             if not bad.size:
                 self.counts.steps += 1
                 self._append(goal if step == rest else s + sense * step, after, up)
@@ -236,7 +269,10 @@ class Path:
                 s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             if step < SMALLEST * self.largest:
                 x = state[: self.graphs.nx]
-                kind = self.finder.kind(b, s, x)
+                runaway = (
+                    np.abs(x[self.graphs.blocks[b].own]) > self.far[self.graphs.blocks[b].own] / 2
+                )
+                kind = "pole" if runaway.any() else self.finder.kind(b, s, x)
                 self._end(Limit(s, b, self.block_group[b], kind, x), ended, up)
                 return self.largest
 
@@ -282,11 +318,15 @@ class Path:
             step = 0.6 * distance
             while True:
                 after, test, det, miss = self._step(state, s, sense * step)
-                if self._good(test[alive], det[alive], miss[alive], alive):
+                if self._good(after, test, det, miss, alive):
                     break
                 self.counts.rejected += 1
                 step /= 2
                 if step < 1e-3 * distance:
+                    # the proof is too weak here; the fold's own expansion may still tell
+                    if limit.leads_to(state[: self.graphs.nx], s, CLOSE):
+                        self._end(limit, ended, up)
+                        return True
                     return False
             self.counts.steps += 1
             s, state, rest = s + sense * step, after, rest - step

@@ -87,11 +87,9 @@ def covered(
     for _ in range(GROWTHS):
         numbers = Constants(setting.graphs, size_u, size_x)
         path, values = follow(numbers)
-        places, states, _, _ = path.arrays()
-        drivers = np.abs(path.u0 + places[:, None] * path.d)
-        if numbers.cover(states) and np.all(drivers <= size_u):
+        found_x, found_u = path.sizes()
+        if np.all(found_x <= numbers.size_x) and np.all(found_u <= size_u):
             return path, values
-        size_u = np.maximum(size_u, 1.5 * drivers.max(axis=0))
-        finite = np.where(np.isfinite(states), np.abs(states), 0.0)
-        size_x = np.maximum(numbers.size_x, 1.5 * finite.max(axis=0, initial=0.0))
+        size_u = np.maximum(size_u, 1.5 * found_u)
+        size_x = np.maximum(numbers.size_x, 1.5 * found_x)
     raise SolveError("an unknown grows without bound along the path")

@@ -105,7 +105,12 @@ def _assembled(
             grid[0], grid[-1] = low, high
             return grid, [low, high]
         if is_angle and low is None and high is None and _closed(path, s, turns):
-            return 2 * np.pi * turns * np.arange(count) / max(count - 1, 1), [None, None]
+            # whole turns from zero, or from the full turn below a sketch further away
+            base = 0.0 if abs(s) <= 2 * np.pi else 2 * np.pi * np.floor(s / (2 * np.pi))
+            grid = base + 2 * np.pi * turns * np.arange(count) / max(count - 1, 1)
+            path.extend(float(grid[-1]))
+            path.extend(float(grid[0]))
+            return grid, [None, None]
         if turns >= (MAX_TURNS if is_angle else 25):
             first = low if low is not None else s - span
             last = high if high is not None else s + span

@@ -23,9 +23,7 @@ class NoMajorant(Exception):
     """The expression holds an operation without a bound (curve joints, tables)."""
 
 
-def majorant(
-    expressions: Any, moving: Sequence[Any], bounds: Sequence[Any]
-) -> tuple[Any, Any]:
+def majorant(expressions: Any, moving: Sequence[Any], bounds: Sequence[Any]) -> tuple[Any, Any]:
     """Return bounds of the absolute values and of the rounding errors of `expressions`.
 
     Parameters

@@ -108,4 +108,3 @@ def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> 
         ca.reshape(ca.vertcat(*values), *expression.shape) if values else expression
         for values, expression in zip(results, dense, strict=True)
     ]
-

@@ -80,6 +80,12 @@ class Model:
         self.mechanism = mechanism
         self._free = set(free)
         self._make_parameters()
+        self._anchors: dict[str, str] = {}
+        for joint in mechanism.joints.values():
+            for side in (joint.first, joint.second):
+                body, point = side.split(".")
+                if body != GROUND:
+                    self._anchors.setdefault(body, point)
         self._frames = {name: frames(name) for name in mechanism.bodies}
         self._frames[GROUND] = fixed_frame(mechanism.dimension)
         self.q_names: list[tuple[str, str]] = []
@@ -90,7 +96,8 @@ class Model:
                 symbols.append(symbol)
         self.q = ca.vertcat(*symbols)
         self.ends = {
-            name: Ends(joint, self.frame, self.numbers) for name, joint in mechanism.joints.items()
+            name: Ends(joint, self.frame, self.point, self.numbers)
+            for name, joint in mechanism.joints.items()
         }
         self.rows = [Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)]
 
@@ -112,15 +119,33 @@ class Model:
         self.p_values = np.array([values[name] for name in symbols])
 
     def frame(self, body: str) -> Frame:
-        """Return the frame of a body or of the ground."""
+        """Return the frame of a body or of the ground; its origin is `anchor`."""
         return self._frames[body]
+
+    def anchor(self, body: str) -> str | None:
+        """Return the point of a body that its coordinates x, y belong to.
+
+        It is a joint's point: with an origin far away, bounds and rounding would grow with
+        the distance although the mechanism is the same.
+        """
+        return self._anchors.get(body)
+
+    def local(self, reference: str) -> Any:
+        """Return ``body.point`` (or ``body.center``) in the body's frame, from its anchor."""
+        body = reference.split(".")[0]
+        axes = "xyz"[: self.mechanism.dimension]
+        anchor = self.anchor(body)
+        return ca.vertcat(
+            *[
+                self.numbers[f"{reference}.{axis}"]
+                - (self.numbers[f"{body}.{anchor}.{axis}"] if anchor else 0)
+                for axis in axes
+            ]
+        )
 
     def point(self, reference: str) -> Any:
         """Return the place of ``body.point`` in the fixed frame."""
-        body = reference.split(".")[0]
-        axes = "xyz"[: self.mechanism.dimension]
-        local = ca.vertcat(*[self.numbers[f"{reference}.{axis}"] for axis in axes])
-        return self.frame(body).point(local)
+        return self.frame(reference.split(".")[0]).point(self.local(reference))
 
     def coordinate(self, coordinate: Coordinate) -> Any:
         """Return the expression of a coordinate."""
@@ -176,14 +201,14 @@ class Model:
     def mass_matrix(self) -> Any:
         """Mass matrix in the absolute coordinates (x, y, theta), (nq, nq).
 
-        A body's row belongs to its frame's origin: with centre c (fixed axes, from the
-        origin), [[m, 0, -m c_y], [0, m, m c_x], [-m c_y, m c_x, I + m c.c]].
+        A body's rows belong to its anchor: with centre c (fixed axes, from the anchor),
+        [[m, 0, -m c_y], [0, m, m c_x], [-m c_y, m c_x, I + m c.c]].
         """
         blocks = []
         for name in self.mechanism.bodies:
             m, inertia = (self.numbers.get(f"{name}.{n}", SX(0)) for n in ("mass", "inertia"))
-            local = [self.numbers.get(f"{name}.center.{axis}", SX(0)) for axis in "xy"]
-            c = self.frame(name).direction(ca.vertcat(*local))
+            known = f"{name}.center.x" in self.numbers
+            c = self.frame(name).direction(self.local(f"{name}.center") if known else SX.zeros(2))
             blocks.append(
                 ca.vertcat(
                     ca.horzcat(m, 0, -m * c[1]),

@@ -23,21 +23,20 @@ class Ends:
     """The two points of a joint and what its residual may ask for."""
 
     def __init__(
-        self, joint: Joint, frame: Callable[[str], Frame], number: Mapping[str, Any]
+        self,
+        joint: Joint,
+        frame: Callable[[str], Frame],
+        point: Callable[[str], Any],
+        number: Mapping[str, Any],
     ) -> None:
         self.joint, self._frame, self._number = joint, frame, number
         self.first, self.second = frame(joint.first_body), frame(joint.second_body)
-        self.p1 = self.first.point(self._local(joint.first))
-        self.p2 = self.second.point(self._local(joint.second))
+        self.p1, self.p2 = point(joint.first), point(joint.second)
         self.gap = self.p2 - self.p1
 
     def number(self, entry: str) -> Any:
         """Return the symbol of one of the joint's numbers."""
         return self._number[f"{self.joint.name}.{entry}"]
-
-    def _local(self, reference: str) -> Any:
-        axes = "xyz"[: self.first.r.numel()]
-        return ca.vertcat(*[self._number[f"{reference}.{axis}"] for axis in axes])
 
     @property
     def carrier_angle(self) -> Any:
