@@ -25,7 +25,8 @@ ROUGH, CLOSE = 0.5, 0.02
 class Limit:
     """Where a group's motion ends.
 
-    ``kind`` is "limit" (a fold), "change_point", "dead_point" or "pole"; ``x`` (nx,) the unknowns
+    ``kind`` is "limit" (a fold), "change_point", "dead_point", "pole" or
+    "unproved"; ``x`` (nx,) the unknowns
     there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its
     expansion.
     """

@@ -28,7 +28,9 @@ NODES_PER_TURN = 128
 SHRUNK = 1 / 32
 """Share of the largest step below which a limit position is looked for."""
 SMALLEST = 1e-9
-FAR = 300.0
+MOST_SMALL_STEPS = 20_000
+"""Small steps in a row after which the path is given up as not provable."""
+FAR = 100.0
 """Lengths of the mechanism at which a slide is said to run away (parallel guides)."""
 APPROACH = 1e-6
 """Share of the largest step at which the path hands over to the limit's own expansion."""
@@ -95,6 +97,7 @@ class Path:
         self.finder = LimitFinder(
             self.graphs, self.whole, self.constants.p, self.constants.scale, self.u0, self.d
         )
+        self.laboured = 0
         self._next_try: dict[tuple[int, float], float] = {}
         self.s: list[float] = []
         self.state: list[Any] = []
@@ -253,28 +256,49 @@ class Path:
             if not bad.size:
                 self.counts.steps += 1
                 self._append(goal if step == rest else s + sense * step, after, up)
+                self.laboured += step < SHRUNK * self.largest
                 if 1.5 * step >= self.largest:
                     self._next_try.clear()
+                    self.laboured = 0
                 return min(1.5 * step, self.largest)
             self.counts.rejected += 1
             b = int(bad[0])
             step /= 2
             if step < self._next_try.get((b, sense), SHRUNK * self.largest):
                 self._next_try[(b, sense)] = step / 4
-                self.counts.folds += 1
-                here = state[: self.graphs.nx]
-                limit = self.finder.find(b, s, here, sense, self.largest, ended)
-                if limit is not None and self._approach(limit, s, state, sense, rest, ended, up):
+                if self._ends_at_fold(b, s, state, sense, rest, ended, up):
                     return step
                 s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
-            if step < SMALLEST * self.largest:
-                x = state[: self.graphs.nx]
-                runaway = (
-                    np.abs(x[self.graphs.blocks[b].own]) > self.far[self.graphs.blocks[b].own] / 2
-                )
-                kind = "pole" if runaway.any() else self.finder.kind(b, s, x)
+            if step < SMALLEST * self.largest or self.laboured > MOST_SMALL_STEPS:
+                x, own = state[: self.graphs.nx], self.graphs.blocks[b].own
+                if np.any(np.abs(x[own]) > self.far[own] / 2):
+                    kind = "pole"
+                elif step >= SMALLEST * self.largest:
+                    kind = "unproved"
+                else:
+                    kind = self.finder.kind(b, s, x)
                 self._end(Limit(s, b, self.block_group[b], kind, x), ended, up)
+                self.laboured = 0
                 return self.largest
+
+    def _ends_at_fold(
+        self, b: int, s: float, state: Any, sense: float, rest: float, ended: set[int], up: bool
+    ) -> bool:
+        """Follow the path to a fold just ahead of block `b` or of one it depends on."""
+        for k in reversed(self.graphs.ancestors(b)):
+            if not self._alive(ended)[k]:
+                continue
+            self.counts.folds += 1
+            x = state[: self.graphs.nx]
+            limit = self.finder.find(k, s, x, sense, self.largest, ended)
+            if limit is None:
+                continue
+            if self._approach(limit, s, state, sense, rest, ended, up):
+                return True
+            here, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
+            rest -= sense * (here - s)
+            s = here
+        return False
 
     # -- limit positions -----------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from mechdae.model.structure import Group, formula
 from mechdae.results import Named, Result, Series
 
 STOPS = {
+    "unproved": "its steps became too small to go on proving the path",
     "pole": "a slide runs away there, its guides become parallel",
     "change_point": "a change point, two branches meet there",
     "dead_point": "a dead point of the driver, the speed ratio is infinite there",
