@@ -45,7 +45,7 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         "count": len(found),
         "proven": bool(proven),
         "formula": formula(the_scene.groups),
-        "groups": [g.name for g in the_scene.groups if not g.driven and g.kind != "weld"],
+        "groups": [g.name for g in the_scene.groups if assembler.labelled(g)],
         "not_in_scene": the_scene.not_in_scene,
         "sketches": [start.as_sketch(assembler, mode, u) for mode in found],
     }

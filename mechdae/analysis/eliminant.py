@@ -101,10 +101,11 @@ class BlockSolver:
         if self.n == 1:
             return self._roots(lambda a: self.F(a[:, None], z, u)[:, 0], 0, lambda a: a[:, None])
         if self.n == 2:
-            for beta in (1, 0):
-                found = self._pair(1 - beta, beta, z, u)
-                if found is not None:
-                    return found
+            for eliminate in (self._pair, self._turning):
+                for beta in (1, 0):
+                    found = eliminate(1 - beta, beta, z, u)
+                    if found is not None:
+                        return found
         return None
 
     def _linear(self, z: Any, u: Any) -> Solutions:
@@ -187,6 +188,43 @@ class BlockSolver:
             return Solutions(found.x, found.proven, float(np.abs(reach - size).min()))
         return found
 
+    def _turning(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
+        """Eliminate unknown `beta` that turns a vector whose length depends on `alpha`.
+
+        F = k + R(+-beta) w(alpha) has roots where |w| = |k|: an inclined cylinder of given
+        length, seen in the frame of the cylinder.
+        """
+        if not (self.angle[alpha] and self.angle[beta]) or self.turns[beta] != (1, 1):
+            return None
+
+        def at(a: Any, b: float) -> Any:
+            x = np.empty((len(a), 2))
+            x[:, alpha], x[:, beta] = a, b
+            return self.F(x, z, u)
+
+        probes = np.array([0.0, 0.7, 2.0, 4.1])
+        middle = (at(probes, 0.0) + at(probes, np.pi)) / 2
+        k = middle[0]
+        w, quarter = at(probes, 0.0) - k, at(probes, np.pi / 2) - k
+        turn = np.stack([-w[:, 1], w[:, 0]], axis=1)
+        size = float(np.abs(w).max() + np.abs(k).max())
+        self._scale = size
+        senses = [s for s in (1.0, -1.0) if np.abs(quarter - s * turn).max() <= 1e-12 * size]
+        if np.abs(middle - k).max() > 1e-12 * size or not senses:
+            return None
+
+        def close(a: Any) -> Any:
+            return np.sum((at(a, 0.0) - k) ** 2, axis=1) - k @ k
+
+        def complete(a: Any) -> Any:
+            here = at(a, 0.0) - k
+            b = np.arctan2(-k[1], -k[0]) - np.arctan2(here[:, 1], here[:, 0])
+            x = np.empty((len(a), 2))
+            x[:, alpha], x[:, beta] = a, senses[0] * b
+            return x
+
+        return self._roots(close, alpha, complete, doubled=2)
+
     def _slide(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
         """Eliminate an unknown that enters linearly with a coefficient that turns."""
 
@@ -235,7 +273,9 @@ class BlockSolver:
                 return Solutions(empty, True, float(2 * abs(c[2]) * (abs(ratio) - 1)))
             half = math.acos(min(1.0, max(-1.0, ratio)))
             middle = -np.angle(c[2])
-            roots = np.unique([middle - half, middle + half]) * m
+            touching = min(half, math.pi - half) < 1e-7  # both solutions are one, at a limit
+            both = [middle + (half > 1) * math.pi] if touching else [middle - half, middle + half]
+            roots = np.array(both) * m
             return Solutions(complete(roots), True)
         w = np.roots(c[::-1])
         off = np.abs(np.abs(w) - 1)

@@ -75,6 +75,10 @@ class Assembler:
         """Return what a block's unknowns are: x, y, angle."""
         return [self.scene.x_names[i][1] for i in self.graphs.blocks[b].own]
 
+    def labelled(self, group: Group) -> bool:
+        """Return whether a group's modes have a label: not the driven link itself, not a weld."""
+        return bool(self.blocks_of(group)) or not (group.driven or group.kind == "weld")
+
     # -- absolute coordinates --------------------------------------------------------------
 
     @cached_property
@@ -251,7 +255,7 @@ class Assembler:
         """Return the label of a solved pose among the modes at `u`."""
         labels = []
         for group in self.scene.groups:
-            if group.driven or group.kind == "weld":
+            if not self.labelled(group):
                 continue
             sign = self.sign(group, x, u)
             if self._signs_tell(group):
@@ -293,7 +297,7 @@ class Assembler:
                 failure = failed or failure
                 labels = self.group_labels(group, poses, u)
                 for x, label in zip(poses, labels, strict=True):
-                    own = () if group.driven or group.kind == "weld" else (label,)
+                    own = (label,) if self.labelled(group) else ()
                     ahead.append(Mode(x, mode.labels + own))
             found = ahead
         found.sort(key=lambda mode: [(text[0] != "+", text) for text in mode.labels])

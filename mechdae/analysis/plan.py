@@ -15,7 +15,7 @@ from mechdae.describe.tasks import DEFAULT_POSES, Driven, Driver, Sweep
 from mechdae.errors import InputError, MechdaeError
 from mechdae.model.model import FUNCTIONS
 
-MAX_POSES = 5_000_000
+MAX_POSES = 2_000_000
 
 
 @dataclass(frozen=True)

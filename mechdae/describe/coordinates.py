@@ -60,7 +60,10 @@ def coordinate(mechanism: Mechanism, text: str) -> Coordinate:
             raise MechanismError(f"a {joint.kind} joint has no coordinate '{text}'")
     elif parts[0] == GROUND:
         raise MechanismError(f"'{text}' is fixed: the ground does not move")
-    raise UnknownName("coordinate", text, coordinate_names(mechanism))
+    error = UnknownName("coordinate", text, coordinate_names(mechanism))
+    if text in mechanism.bodies:
+        error.hint = f"did you mean {text}.angle?"
+    raise error
 
 
 def coordinate_names(mechanism: Mechanism) -> list[str]:

@@ -33,5 +33,8 @@ def find(name_or_path: str | Path) -> Path:
     path = folder() / f"{text}.toml"
     known = names()
     if text not in known:
-        raise UnknownName("problem", text, known, where="predefined problems")
+        error = UnknownName("problem", text, known, where="predefined problems")
+        if Path(f"{text}.toml").is_file():
+            error.hint = f"did you mean the file {text}.toml?"
+        raise error
     return path

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar
 
-from mechdae.describe.expression import evaluate, names_in
+from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints import JOINTS, Joint
 from mechdae.describe.loads import Load
 from mechdae.describe.table import Table
@@ -19,6 +19,7 @@ from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
 
 GROUND = "ground"
 MAX_BODIES = 2000
+RESERVED = (*CONSTANTS, "t")
 
 
 @dataclass(frozen=True)
@@ -236,6 +237,11 @@ def _check(mechanism: Mechanism) -> None:
         raise MechanismError("a mechanism needs at least one body")
     if len(mechanism.bodies) > MAX_BODIES:
         raise MechanismError(f"more than {MAX_BODIES} bodies")
+    for name in RESERVED:
+        if name in mechanism.parameters:
+            raise MechanismError(
+                f"'{name}' is reserved", where=f"parameters.{name}", hint="choose another name"
+            )
     for name in [*mechanism.bodies, *mechanism.joints]:
         if not NAME.match(name):
             raise MechanismError(f"'{name}' is not a name", hint=NAME_RULE)
@@ -257,8 +263,17 @@ def _check(mechanism: Mechanism) -> None:
         for point in body.outline or ():
             if point not in body.points:
                 raise UnknownName("point", point, body.points, where=f"bodies.{name}.outline")
+    seen: dict[tuple[Any, ...], str] = {}
     for joint in mechanism.joints.values():
         _check_joint(mechanism, joint)
+        ends = (joint.kind, *sorted((joint.first, joint.second)))
+        if ends in seen and joint.lower:
+            raise MechanismError(
+                f"repeats joint {seen[ends]}: same kind, same two points",
+                where=f"joints.{joint.name}",
+                hint="delete one of them",
+            )
+        seen[ends] = joint.name
     _check_connected(mechanism)
     _check_values(mechanism)
 

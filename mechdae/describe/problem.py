@@ -29,8 +29,18 @@ from mechdae.errors import (
 )
 
 SCHEMA = 1
+ALIASES = {
+    **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "turning"), "revolute"),
+    **dict.fromkeys(("slider", "sliding", "translation", "piston"), "prismatic"),
+    **dict.fromkeys(("fixed", "rigid"), "weld"),
+    **dict.fromkeys(("bar", "rod", "link"), "distance"),
+    **dict.fromkeys(("slot", "pin_in_slot", "yoke"), "pin-in-slot"),
+    **dict.fromkeys(("gears", "mesh"), "gear"),
+    **dict.fromkeys(("cam", "roller"), "curve"),
+}
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
+TOML_HINT = "expressions stand in quotes, decimals have a point, lists end with ]"
 TOP = (
     "schema title source dimension gravity parameters sizes ground bodies joints sketch loads "
     "outputs tasks expected repeat"
@@ -94,12 +104,13 @@ class Problem:
         for name, value in changes.items():
             base, suffix = (name, "") if name in known else split_unit(name)
             try:
-                plain_changes[base] = number(to_si(value, suffix))
+                plain_changes[base] = number(to_si(number(value), suffix))
                 self = replace(
                     self, mechanism=self.mechanism.with_values({base: plain_changes[base]})
                 )
             except MechdaeError as problem:
-                raise problem.inside(f"set {name}") from None
+                problem.where = f"set {name}"
+                raise problem from None
         return self
 
 
@@ -137,15 +148,18 @@ def _parse(path: Path) -> dict[str, Any]:
             )
         if not path.is_file():
             raise ProblemFileError("not a file", where=str(path))
-        return tomllib.loads(path.read_bytes().decode("utf-8"))
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as problem:
         raise ProblemFileError(
             f"cannot be read: {problem.strerror or problem}", where=str(path)
         ) from None
     except UnicodeDecodeError:
-        raise ProblemFileError("not a text file in UTF-8", where=str(path)) from None
+        raise ProblemFileError(
+            "not a text file in UTF-8", where=str(path), hint="save it with the encoding UTF-8"
+        ) from None
     except tomllib.TOMLDecodeError as problem:
-        raise ProblemFileError(f"not valid TOML: {problem}", where=str(path)) from None
+        hint = "a name is given twice" if "Cannot" in str(problem) else TOML_HINT
+        raise ProblemFileError(f"not valid TOML: {problem}", where=str(path), hint=hint) from None
 
 
 def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
@@ -232,7 +246,10 @@ def _kind(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
     if not isinstance(kind, str):
         raise InputError(f"the key 'kind' is missing: {', '.join(kinds)}", where=place)
     if kind not in kinds:
-        raise UnknownName(f"kind of {word}", kind, kinds, where=f"{place}.kind")
+        error = UnknownName(f"kind of {word}", kind, kinds, where=f"{place}.kind")
+        meant = ALIASES.get(kind.lower())
+        error.hint = f"did you mean {meant}?" if meant in kinds else f"one of {', '.join(kinds)}"
+        raise error
     return kinds[kind], {entry: value for entry, value in table.items() if entry != "kind"}
 
 

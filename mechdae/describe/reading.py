@@ -56,7 +56,10 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
     for key, value in table.items():
         base, suffix = (key, "") if known is not None and key in known else split_unit(key)
         if known is not None and base not in known:
-            raise UnknownName("key", key, known)
+            error = UnknownName("key", key, known)
+            if "_" in key and key.rsplit("_", 1)[0] in known:
+                error.hint = f"units are {', '.join(UNITS)}"
+            raise error
         if base in result:
             raise InputError(f"'{base}' is given twice, with and without a unit")
         try:
@@ -103,4 +106,6 @@ def read(kind: type[T], table: Any, place: str, **given: Any) -> T:
                 raise InputError(f"the key '{key}' is missing")
         return kind(**given, **arguments)
     except MechdaeError as problem:
+        if problem.where in ("first", "second"):
+            problem.where = "between"
         raise problem.inside(place) from None

@@ -53,8 +53,10 @@ class Driven(Task):
         super().__post_init__()
         if self.drivers is not None:
             object.__setattr__(self, "drivers", tuple(sequence(self.drivers)))
-        if (self.driver is None) == (self.drivers is None):
-            raise InputError("a task needs 'driver' or 'drivers', not both")
+        if self.driver is None and self.drivers is None:
+            raise InputError("the key 'driver' is missing (or 'drivers', for several)")
+        if self.driver is not None and self.drivers is not None:
+            raise InputError("'driver' and 'drivers' are given, one of them is needed")
 
     @property
     def all_drivers(self) -> tuple[Driver, ...]:

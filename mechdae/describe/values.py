@@ -79,7 +79,7 @@ def text(value: Any) -> str:
 
 
 def whole(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= 100_000_000:
+    if isinstance(value, bool) or not isinstance(value, int) or value <= 0:
         raise InputError(f"a whole number above 0 is needed, not {describe(value)}")
     return value
 
@@ -146,7 +146,9 @@ def sequence(value: Any) -> Sequence[Any]:
     if isinstance(value, str) or not isinstance(value, Sequence):
         if hasattr(value, "tolist"):
             return sequence(value.tolist())
-        raise InputError(f"a list is needed, not {describe(value)}")
+        raise InputError(
+            f"a list is needed, not {describe(value)}", hint="square brackets, also for one value"
+        )
     return value
 
 
