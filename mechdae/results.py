@@ -170,7 +170,7 @@ class Result:
         for kind in ("drivers", "bodies", "points", "joints"):
             for part, series in getattr(self, kind).items():
                 for name, array in series.items():
-                    unit = self._unit(part, name) if kind == "drivers" else UNITS.get(name, "1")
+                    unit = self.unit(kind, part, name)
                     if array.ndim == 1:
                         yield f"{part}.{name}", unit, array
                     else:
@@ -183,8 +183,11 @@ class Result:
             yield "condition", "1", self.condition
 
     @staticmethod
-    def _unit(coordinate: str, name: str) -> str:
-        base = "rad" if coordinate.endswith(".angle") else "m"
+    def unit(kind: str, part: str, name: str) -> str:
+        """Return the unit of a series: of "drivers" by the coordinate, else by its name."""
+        if kind != "drivers":
+            return UNITS.get(name, "1")
+        base = "rad" if part.endswith(".angle") else "m"
         return base + {"position": "", "velocity": "/s", "acceleration": "/s2"}.get(name, "")
 
 

@@ -32,12 +32,19 @@ def _single(result: Result) -> list[str]:
     """Return one quantity per line."""
     lines = []
     points = set(_distinct_points(result))
+    units = {
+        (part, name): result.unit(kind, part, name)
+        for kind in ("drivers", "bodies", "points", "joints")
+        for part, series in getattr(result, kind).items()
+        for name in series
+    }
     for kind in ("drivers", "bodies", "points", "joints"):
         for part, series in getattr(result, kind).items():
             if kind == "points" and part not in points:
                 continue
             for name, array in series.items():
                 value = array[0]
+                unit = units.get((part, name), "")
                 text = (
                     f"({value[0]: .12g}, {value[1]: .12g})" if np.ndim(value) else f"{value: .15g}"
                 )
@@ -46,7 +53,7 @@ def _single(result: Result) -> list[str]:
                 turns = name == "angle" or (name == "position" and part.endswith(".angle"))
                 known = turns and np.isfinite(value)
                 degrees = f"   {math.degrees(value):.9g} deg" if known else ""
-                lines.append(f"  {part:18} {name:20} {text}{degrees}")
+                lines.append(f"  {part:18} {name:20} {text} {unit}{degrees}")
     lines.append(f"  {'status':39} {result.status[0]}")
     for name, array in result.bound.items():
         if np.isfinite(array[0]):
@@ -64,11 +71,16 @@ def _sweep(result: Result, width: int) -> list[str]:
     driven = set(result.drivers)
     points = set(_distinct_points(result))
     for kind in ("points", "joints", "bodies"):
-        for part, series in getattr(result, kind).items():
-            if f"{part}.angle" in driven or (kind == "points" and part not in points):
+        entries = list(getattr(result, kind).items())
+        # the last links are the ones a mechanism is made for
+        for part, series in reversed(entries) if kind == "points" else entries:
+            if {f"{part}.angle", f"{part}.slide"} & driven:
+                continue
+            if kind == "points" and part not in points:
                 continue
             columns += _columns(kind, part, series)
-    rows = np.unique(np.linspace(0, len(result) - 1, min(ROWS, len(result))).round().astype(int))
+    spread = np.linspace(0, len(result) - 1, min(ROWS, len(result)))
+    rows = sorted({round(place) for place in spread.tolist()})
     chosen: list[tuple[str, list[str], int]] = []
     used = 2
     for title, cells in columns:
@@ -96,7 +108,10 @@ def _distinct_points(result: Result) -> list[str]:
     kept: list[str] = []
     for name, series in result.points.items():
         places = series.position
-        moves = "velocity" not in series or np.nanmax(np.abs(series.velocity), initial=0.0) > 0
+        span = np.nanmax(np.ptp(places, axis=0), initial=0.0) if len(places) > 1 else np.inf
+        size = np.nanmax(np.abs(places), initial=0.0)
+        speed = np.nanmax(np.abs(series["velocity"]), initial=0.0) if "velocity" in series else 1.0
+        moves = span > 1e-13 * size and speed > 0
         if moves and not any(
             np.array_equal(places, result.points[other].position, equal_nan=True) for other in kept
         ):
@@ -108,7 +123,8 @@ def _columns(kind: str, part: str, series: Any) -> list[tuple[str, list[str]]]:
     entries = []
     if kind == "points":
         for i, axis in enumerate("xy"):
-            entries.append((f"{part}.{axis} [m]", _cells(series.position[:, i])))
+            size = float(np.nanmax(np.abs(series.position), initial=0.0))
+            entries.append((f"{part}.{axis} [m]", _cells(series.position[:, i], size)))
     elif kind == "bodies":
         entries.append((f"{part} [deg]", _cells(np.degrees(series.angle))))
         if "angular_velocity" in series:
@@ -118,8 +134,10 @@ def _columns(kind: str, part: str, series: Any) -> list[tuple[str, list[str]]]:
     return entries
 
 
-def _cells(values: Any) -> list[str]:
-    return [f"{value:.6g}" if np.isfinite(value) else "-" for value in values]
+def _cells(values: Any, size: float = 0.0) -> list[str]:
+    """Return the numbers as text; what is rounding noise beside `size` as 0."""
+    clean = np.where(np.abs(values) < 1e-14 * size, 0.0, values)
+    return [f"{value:.6g}" if np.isfinite(value) else "-" for value in clean]
 
 
 def _modes(result: Result, width: int) -> list[str]:
@@ -148,6 +166,7 @@ def _facts(result: Result) -> list[str]:
         lines.append(f"  limits    {ends[0]} .. {ends[1]}")
     for word, unit in (("swing", "deg"), ("stroke", "m")):
         for name, value in summary.get(word, {}).items():
+            value = value if abs(value) > 1e-14 else 0.0
             shown = math.degrees(value) if word == "swing" else value
             lines.append(f"  {word:9} {name}: {shown:.12g} {unit}")
     if result.kind == "sweep":
@@ -164,8 +183,9 @@ def _facts(result: Result) -> list[str]:
             lines.append(f"  error <=  {', '.join(bounds)} (proved); condition {worst:.3g}")
     for event in result.events:
         if event["in_range"]:
+            digits = 12 if event["kind"] == "limit" else 6
             word = event["kind"].replace("_", " ")
-            place = _driver(event["at"], is_angle)
+            place = _driver(event["at"], is_angle, digits)
             lines.append(f"  {word:9} {place}: group {event['name']}, joint {event['joint']}")
     for entry in summary.get("failed", []):
         place = f"{_driver(entry['from'], is_angle)} .. {_driver(entry['to'], is_angle)}"
@@ -178,7 +198,7 @@ def _facts(result: Result) -> list[str]:
     return lines
 
 
-def _driver(value: float | None, is_angle: bool) -> str:
+def _driver(value: float | None, is_angle: bool, digits: int = 12) -> str:
     if value is None:
         return "none"
-    return f"{math.degrees(value):.12g} deg" if is_angle else f"{value:.12g} m"
+    return f"{math.degrees(value):.{digits}g} deg" if is_angle else f"{value:.{digits}g} m"

@@ -242,3 +242,51 @@ def test_bench_quick(capsys, tmp_path) -> None:
 def test_debug_shows_the_traceback() -> None:
     with pytest.raises(md.UnknownName):
         main(["solve", "none", "--debug"])
+
+
+def test_check_finds_what_solve_would_refuse(capsys, tmp_path) -> None:
+    text = library.find("slider-crank").read_text().split("[[expected]]")[0]
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    code, out, _ = run(capsys, "check", str(path))
+    assert (code, out.strip()) == (0, "mine: valid, no expected values")
+    for old, new, words, expected in (
+        ("rod_deg", "rodd_deg", "sketch.rodd", 2),
+        ('"crank.angle"', '"slider.angle"', "superfluous", 2),
+        ("to_deg = 360", "to_deg = 0", "same value", 2),
+        (
+            "C     = {",
+            'C2 = { kind = "revolute", between = ["rod.C", "slider.C"] }\nC     = {',
+            "repeats joint C",
+            2,
+        ),
+    ):
+        assert old in text, old
+        path.write_text(text.replace(old, new))
+        code, _, err = run(capsys, "check", str(path))
+        assert words in err
+        assert code == expected
+        assert run(capsys, "solve", str(path))[0] == expected
+
+
+def test_names_a_student_would_type(capsys, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = library.find("slider-crank").read_text().split("[[expected]]")[0]
+    (tmp_path / "mine.toml").write_bytes(b"\xef\xbb\xbf" + text.encode())
+    assert run(capsys, "solve", "mine.toml")[0] == 0
+    assert "did you mean the file mine.toml" in run(capsys, "solve", "mine")[2]
+    for old, new, words in (
+        ('kind = "revolute"', 'kind = "hinge"', "did you mean revolute"),
+        ('kind = "revolute"', 'kind = "revolut"', "did you mean revolute"),
+        ('kind = "revolute"', 'kind = "xyz"', "one of revolute, prismatic"),
+        ("[parameters]", "[parameters]\npi = 3", "reserved"),
+    ):
+        (tmp_path / "bad.toml").write_text(text.replace(old, new, 1))
+        code, _, err = run(capsys, "solve", "bad.toml")
+        assert code == 2
+        assert words in err
+        assert "bad.toml" in err
+    code, _, err = run(capsys, "new", "four-bar", "--out", "bad.toml")
+    assert (code, "exists already" in err) == (2, True)
+    assert run(capsys, "new", "four-bar", "--out", "new.toml")[0] == 0
+    assert run(capsys, "check", "new.toml")[0] == 0

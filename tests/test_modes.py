@@ -165,3 +165,56 @@ def test_limit_cuts_the_list() -> None:
     result = md.solve("jansen-leg", "modes")
     task = replace(result.definition, limit=3)
     assert len(md.solve("jansen-leg", task)) == 3
+
+
+def crane(**sketch: float) -> md.Mechanism:
+    """Return an arm lifted by an oscillating cylinder."""
+    return md.Mechanism(
+        ground=md.Ground({"O": (0, 0), "G": (0.8, 0.3)}),
+        bodies=[
+            md.Body("barrel", {"O": (0, 0)}),
+            md.Body("rod", {"C": (0, 0)}),
+            md.Body("arm", {"G": (0, 0), "C": (0.5, 0.1)}),
+        ],
+        joints=[
+            md.Revolute("O", "ground.O", "barrel.O"),
+            md.Prismatic("cylinder", "barrel.O", "rod.C"),
+            md.Revolute("C", "rod.C", "arm.C"),
+            md.Revolute("G", "ground.G", "arm.G"),
+        ],
+        sketch=sketch,
+    )
+
+
+def test_a_driving_cylinder_makes_a_triangle_of_two_modes() -> None:
+    driver = md.Driver("cylinder.slide", at=[0.9])
+    result = md.solve(crane(), md.Modes(driver))
+    assert (result.summary["count"], result.summary["proven"]) == (2, True)
+    C = result.points["arm.C"].position
+    assert np.hypot(*C.T) == pytest.approx([0.9] * 2, rel=1e-13)
+    assert np.hypot(*(C - [0.8, 0.3]).T) == pytest.approx([np.hypot(0.5, 0.1)] * 2, rel=1e-13)
+
+
+def test_printed_labels_lead_back_to_the_same_pose() -> None:
+    driver = md.Driver("cylinder.slide", at=[0.9])
+    modes = md.solve(crane(), md.Modes(driver))
+    labels = [",".join(label) for label in modes.labels]
+    assert len(set(labels)) == len(labels) == modes.summary["count"]
+    for k, label in enumerate(labels):
+        result = md.solve(crane(), md.Sweep(driver), mode=label)
+        assert result.summary["mode"] == label
+        for body in ("barrel", "arm"):
+            gap = result.bodies[body].angle[0] - modes.bodies[body].angle[k]
+            assert abs(np.sin(gap / 2)) < 1e-12
+
+
+def test_far_off_sketches_are_noted() -> None:
+    near = four_bar(4, 12, 8, 10, crank=1.0, coupler=0.47, rocker=1.6)
+    task = md.Sweep(md.Driver("crank.angle", at=[1.0]))
+    assert "notes" not in md.solve(near, task).summary
+    far = four_bar(4, 12, 8, 10, crank=1.0, coupler=1.9, rocker=3.0)
+    assert "degrees away" in md.solve(far, task).summary["notes"][0]
+    slip = four_bar(4, 12, 8, 10, crank=60, coupler=20, rocker=80)
+    notes = md.solve(slip, md.Sweep(md.Driver("crank.angle", from_=0, to=360))).summary["notes"]
+    assert any("did you mean crank_deg" in note for note in notes)
+    assert any("turns 57.3 times" in note for note in notes)

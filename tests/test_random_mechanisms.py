@@ -163,8 +163,8 @@ def test_bound_too_small_is_seen(monkeypatch, divisor):
 def test_wrong_branch_is_seen(monkeypatch):
     from mechdae.analysis.modes import Assembler
 
-    right = Assembler._distance
-    monkeypatch.setattr(Assembler, "_distance", lambda *args: -right(*args))
+    right = Assembler.distance
+    monkeypatch.setattr(Assembler, "distance", lambda *args: -right(*args))
     cases = drawn(range(4000, 4004), **{**PLAIN, "dyads": 1})
     assert any("off by" in text for text in faults(cases))
 

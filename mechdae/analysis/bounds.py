@@ -34,7 +34,7 @@ def output_bounds(
         columns = [i for entry in entries for i in entry.columns]
         if not columns:
             continue
-        rows = np.unique(slope[columns], axis=0)
+        rows = np.array(sorted({tuple(row) for row in slope[columns].tolist()}))
         worst = (error @ rows.T).max(axis=1, initial=0.0)
         result[word] = worst + float(rounding.ravel()[columns].max(initial=0.0))
     return result

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.setting import first_pose, prepare
 from mechdae.analysis.solve import solve
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Expected, Problem
+from mechdae.describe.tasks import Modes, Sweep
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
 
@@ -30,6 +32,23 @@ class Verdict:
     @property
     def met(self) -> bool:
         return not self.note and self.deviation <= self.allowed
+
+
+def validate(problem: Problem) -> list[MechdaeError]:
+    """Return what would stop the problem's tasks: structure, sketch, driver, mode."""
+    errors: list[MechdaeError] = []
+    if not problem.tasks:
+        errors.append(InputError("the file has no [tasks]", where="tasks"))
+    for name, task in problem.tasks.items():
+        try:
+            if isinstance(task, Modes):
+                solve(problem, name)
+            elif type(task) is Sweep:
+                first_pose(prepare(problem, task), task)
+        except MechdaeError as error:
+            if str(error) not in map(str, errors):
+                errors.append(error)
+    return errors
 
 
 def check(problem: Problem) -> list[Verdict]:

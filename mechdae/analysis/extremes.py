@@ -33,7 +33,8 @@ def ranges(
     inner = nodes[(nodes > low) & (nodes < high)]
     ends = [e.s for r in path.reach.values() for e in (r.low, r.high) if e is not None]
     ends = [s for s in ends if low <= s <= high]
-    at_nodes = evaluator.at(path, np.unique(np.concatenate([inner, [low, high], ends])))
+    places = sorted({*inner.tolist(), low, high, *ends})  # np.unique would import numpy.ma
+    at_nodes = evaluator.at(path, np.array(places))
     for entry in entries:
         values = [poses.y[0][:, entry.columns[0]], at_nodes.y[0][:, entry.columns[0]]]
         values.append(_stationary(evaluator, path, at_nodes, entry))

@@ -320,14 +320,14 @@ class Assembler:
             poses, _, failure = self.candidates(group, x, u)
             if failure is not None:
                 return x, failure, doubtful
-            distances = [self._distance(group, pose, u) for pose in poses]
+            distances = [self.distance(group, pose, u) for pose in poses]
             order = np.argsort(distances)
             if len(poses) > 1 and distances[order[1]] - distances[order[0]] < 1e-6:
                 doubtful.append(group)
             x = poses[int(order[0])]
         return x, None, doubtful
 
-    def _distance(self, group: Group, x: Any, u: Any) -> float:
+    def distance(self, group: Group, x: Any, u: Any) -> float:
         """Return how far the group's angles are from the sketch [rad]."""
         q = self.coordinates(x, u)
         gaps = [

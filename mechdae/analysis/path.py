@@ -173,7 +173,7 @@ class Path:
 
     def insert(self, places: Any, most: int = 64) -> int:
         """Put further nodes where guesses were too poor; return how many were proved."""
-        wanted = np.unique(places)
+        wanted = np.array(sorted(set(places.tolist())))
         if len(wanted) > most:
             wanted = wanted[np.linspace(0, len(wanted) - 1, most).astype(int)]
         inserted = 0

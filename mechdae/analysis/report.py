@@ -17,6 +17,7 @@ from mechdae.describe.tasks import Sweep
 from mechdae.model.structure import Group, formula
 from mechdae.results import Named, Result, Series
 
+WORDS = ("ok", "limit", "singular", "unassembled")
 STOPS = {
     "unproved": "its steps became too small to go on proving the path",
     "pole": "a slide runs away there, its guides become parallel",
@@ -67,7 +68,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary = dict(run.summary)
     summary["poses"] = len(status)
     summary["status"] = {
-        str(k): int(v) for k, v in zip(*np.unique(status, return_counts=True), strict=True)
+        word: count for word in WORDS if (count := int(np.count_nonzero(status == word)))
     }
     summary["formula"] = formula(setting.scene.groups)
     summary["mode"] = _mode(setting, run)
@@ -75,6 +76,8 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary["bound"] = "proved"
     if failed:
         summary["failed"] = failed
+    if setting.notes:
+        summary["notes"] = list(setting.notes)
     counts = run.path.counts
     summary["work"] = {
         "unknowns": setting.graphs.nx,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,7 @@ class Setting:
     graphs: Graphs
     assembler: Assembler
     on_change_point: str = "stop"
+    notes: list[str] = field(default_factory=list)
 
 
 @dataclass
@@ -68,7 +69,9 @@ def prepare(problem: Problem, task: Sweep) -> Setting:
 def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
     """Return driver values and unknowns of the pose the path starts from."""
     if task.mode is None:
-        return start.sketched_pose(setting.assembler, setting.plan)
+        u, x = start.sketched_pose(setting.assembler, setting.plan)
+        setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u)
+        return u, x
     first = setting.plan.values[0] if setting.plan.values is not None else None
     u = first if first is not None else start.start_values(setting.plan)
     return u, start.mode_by_label(setting.assembler, u, task.mode).x

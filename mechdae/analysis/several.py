@@ -60,7 +60,7 @@ def _line(setting: Setting, u: Any, x: Any, to: Any) -> Path:
         path.extend(1.0)
         return path, None
 
-    return covered(follow, setting, [*setting.plan.values, u], 0.0)[0]
+    return covered(follow, setting, np.vstack([setting.plan.values, u]), 0.0)[0]
 
 
 def _joined(parts: list[Poses], n: int) -> Poses:

@@ -33,9 +33,36 @@ def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
         raise MechanismError(
             f"does not tell which assembly mode of group {group.name} is meant",
             where="sketch",
-            hint=f"add {names} to [sketch], or choose a mode with --mode",
+            hint=(
+                f"add {names} to [sketch], or choose a mode with --mode"
+                if names
+                else "the modes meet at this pose: sketch another one"
+            ),
         )
     return u, x
+
+
+def doubts(assembler: Assembler, plan: Plan, x: Any, u: Any) -> list[str]:
+    """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch."""
+    notes = []
+    for body, angle in assembler.sketch.items():
+        if abs(angle) > 4 * math.pi:
+            notes.append(f"sketch: {body} = {angle:g} is in radians; did you mean {body}_deg?")
+    if plan.values is not None and plan.coordinates[0].is_angle:
+        turns = float(np.ptp(plan.values[:, 0])) / (2 * math.pi)
+        if turns > 5 and len(plan.values) < 20 * turns:
+            notes.append(
+                f"{plan.coordinates[0].text} turns {turns:.1f} times in {len(plan.values)} poses; "
+                f"numbers without a suffix are radians"
+            )
+    for group in assembler.scene.groups:
+        off = assembler.distance(group, x, u)
+        if off > math.pi / 4 and not group.driven:
+            notes.append(
+                f"the pose of group {group.name} nearest to the sketch is "
+                f"{math.degrees(off):.0f} degrees away from it"
+            )
+    return notes
 
 
 def start_values(plan: Plan) -> Any:
@@ -43,8 +70,12 @@ def start_values(plan: Plan) -> Any:
     u = plan.sketch.copy()
     if np.isnan(u).any():
         if plan.values is None:
+            c = plan.coordinates[0]
+            key = f"{c.part}_deg = 30" if c.kind == "body angle" else f"{c.part} = 0.1"
             raise MechanismError(
-                f"the sketch must give the driver {plan.coordinates[0].text}", where="sketch"
+                f"the sketch must give the driver {c.text}",
+                where="sketch",
+                hint=f"a line like {key} in [sketch]" if c.kind != "point" else f'"{c.text}" = 0.1',
             )
         u = np.where(np.isnan(u), plan.values[0], u)
     return u

@@ -60,7 +60,7 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
             _cover(path, values, is_angle)
         return path, values
 
-    span = [u] if plan.values is None else [*plan.values, u]
+    span = u[None, :] if plan.values is None else np.vstack([plan.values, u])
     path, values = covered(follow, setting, span, 4 * np.pi if is_angle else 4 * scale)
     poses = evaluator.at(path, values)
     low, high = float(np.min(values)), float(np.max(values))

@@ -50,7 +50,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except MechdaeError as error:
         if arguments.debug:
             raise
-        print(f"mechdae: {error}", file=sys.stderr)
+        named = str(getattr(arguments, "problem", None) or "")
+        place = f"{named}: " if named.endswith(".toml") and named not in str(error) else ""
+        print(f"mechdae: {place}{error}", file=sys.stderr)
         return 1 if isinstance(error, SolveError) else 2
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -248,7 +249,10 @@ def _kind(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
     if kind not in kinds:
         error = UnknownName(f"kind of {word}", kind, kinds, where=f"{place}.kind")
         meant = ALIASES.get(kind.lower())
-        error.hint = f"did you mean {meant}?" if meant in kinds else f"one of {', '.join(kinds)}"
+        if meant in kinds:
+            error.hint = f"did you mean {meant}?"
+        elif not get_close_matches(kind, kinds, 1):
+            error.hint = f"one of {', '.join(kinds)}"
         raise error
     return kinds[kind], {entry: value for entry, value in table.items() if entry != "kind"}
 

@@ -202,6 +202,16 @@ def _angle_from_points(
             return
 
 
+def longest_run(poses: list[int]) -> list[int]:
+    """Return the longest run of consecutive poses, the first of equally long ones."""
+    runs: list[list[int]] = [[]]
+    for pose in poses:
+        if runs[-1] and pose != runs[-1][-1] + 1:
+            runs.append([])
+        runs[-1].append(pose)
+    return max(runs, key=len)
+
+
 def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
     """Return the index of the pose to draw.
 
@@ -224,6 +234,7 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
         return max(range(n), key=lambda k: sum(scene.shown(body, k) for body in scene.origins))
     if kind == "modes" or len(assembled) <= SHORT:
         return assembled[0]
+    assembled = longest_run(assembled)
     middle = assembled[len(assembled) // 2]
     unclear = _folded(scene) | _crowded(scene)
     clear = [index for index in assembled if not unclear[index]]

@@ -81,7 +81,9 @@ class Model:
         self._free = set(free)
         self._make_parameters()
         self._anchors: dict[str, str] = {}
-        for joint in mechanism.joints.values():
+        # pins on the ground first: they stay where they are to the last bit
+        joints = sorted(mechanism.joints.values(), key=lambda j: GROUND not in j.bodies)
+        for joint in joints:
             for side in (joint.first, joint.second):
                 body, point = side.split(".")
                 if body != GROUND:

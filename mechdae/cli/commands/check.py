@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from mechdae.cli import message
-from mechdae.errors import MechdaeError
+from mechdae.errors import MechdaeError, SolveError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -13,7 +13,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.analysis.check import check
+    from mechdae.analysis.check import check, validate
     from mechdae.describe import library
     from mechdae.describe.problem import load
 
@@ -25,15 +25,21 @@ def run(options: argparse.Namespace) -> int:
             message(f"mechdae: {error}", False)
             code = 2
             continue
+        errors = validate(problem)
+        for found in errors:
+            message(f"mechdae: {problem.name}: {found}", False)
+            code = max(code, 1 if isinstance(found, SolveError) else 2)
         verdicts = check(problem)
         missed = [verdict for verdict in verdicts if not verdict.met]
-        print(
-            f"{problem.name}: {len(verdicts) - len(missed)} of {len(verdicts)} expected values met"
-        )
-        for verdict in missed:
+        met = f"{len(verdicts) - len(missed)} of {len(verdicts)} expected values met"
+        if errors:
+            print(f"{problem.name}: not valid")
+        else:
+            print(f"{problem.name}: {met if verdicts else 'valid, no expected values'}")
+        for verdict in missed if not errors else []:
             entry = verdict.expected
             print(f"  {entry.task} {entry.what}: {verdict.note or _difference(verdict)}")
-        code = max(code, 1 if missed else 0)
+            code = max(code, 2 if verdict.note else 1)
     return code
 
 

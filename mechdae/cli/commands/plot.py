@@ -46,7 +46,8 @@ def run(options: argparse.Namespace) -> int:
     axes = plot(result, options.kind, **extra)
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{problem.name}-{name}-{options.kind}.{options.format}"
+    pose = "" if options.pose is None else f"-{options.pose}"
+    path = folder / f"{problem.name}-{name}-{options.kind}{pose}.{options.format}"
     save(axes, path)
     print(path)
     if result.fault:

@@ -27,7 +27,10 @@ def run(options: argparse.Namespace) -> int:
         print(json.dumps(plain(data), ensure_ascii=False))
     else:
         print("\n".join(_lines(data)))
-    return 1 if any("error" in entry for entry in data["formulas"]) else 0
+    entries = [*data["formulas"], *data["tasks"].values()]
+    if any("error" in entry for entry in entries):
+        return 2
+    return 1 if any("assembly" in entry for entry in entries) else 0
 
 
 def _lines(data: dict[str, Any]) -> list[str]:

@@ -57,6 +57,8 @@ def run(options: argparse.Namespace) -> int:
             problem.task(name)
     if options.poses is not None and options.poses < 1:
         raise InputError("a whole number above 0 is needed", where="--poses")
+    if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
+        raise InputError("is a file, not a folder", where=f"--out {options.out}")
     code = 0
     results = []
     for name in names:
@@ -75,6 +77,8 @@ def run(options: argparse.Namespace) -> int:
         results.append(result)
         if not options.json:
             print(table(result, terminal=sys.stdout.isatty()))
+        for note in result.summary.get("notes", []):
+            message(f"mechdae: task {name}: note: {note}", options.quiet)
         if result.fault:
             message(f"mechdae: task {name}: {result.fault}", False)
             code = 1
