@@ -67,7 +67,8 @@ def _sweep(result: Result, width: int) -> list[str]:
         angle = coordinate.endswith(".angle")
         values = np.degrees(series.position) if angle else series.position
         unit = "deg" if angle else "m"
-        columns.append((f"{coordinate} [{unit}]", [f"{value:.6g}" for value in values]))
+        largest = float(np.max(np.abs(values), initial=0.0))
+        columns.append((f"{coordinate} [{unit}]", _cells(values, largest)))
     driven = set(result.drivers)
     points = set(_distinct_points(result))
     for kind in ("points", "joints", "bodies"):
