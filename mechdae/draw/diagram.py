@@ -96,8 +96,14 @@ def _extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, 
     ]
     for joint in scene.joints(pose):
         points += [scene.place(joint.first, pose), scene.place(joint.second, pose)]
-    if not points:
-        points = [scene.place(f"{GROUND}.{point}", pose) for point in scene.mechanism.ground.points]
+    pivots = {
+        side
+        for joint in scene.mechanism.joints.values()
+        for side in (joint.first, joint.second)
+        if side.split(".")[0] == GROUND
+    }
+    # the fixed pivots belong to the picture, also where their links have no pose
+    points += [scene.place(reference, pose) for reference in sorted(pivots)]
     near = np.array(points or [np.zeros(2)])
     size = float(np.ptp(near, axis=0).max())
     more = [near]
