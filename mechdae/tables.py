@@ -199,7 +199,9 @@ def _facts(result: Result) -> list[str]:
     return lines
 
 
-def _driver(value: float | None, is_angle: bool, digits: int = 12) -> str:
+def _driver(value: Any, is_angle: bool, digits: int = 12) -> str:
     if value is None:
         return "none"
+    if isinstance(value, list):
+        return ", ".join(_driver(item, is_angle, digits) for item in value)
     return f"{math.degrees(value):.{digits}g} deg" if is_angle else f"{value:.{digits}g} m"

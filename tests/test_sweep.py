@@ -351,9 +351,9 @@ def test_two_drivers_stop_at_a_limit() -> None:
     result = md.solve(five_bar(), md.Sweep(drivers=drivers, poses=9))
     assert list(result.status) == ["ok"] * 8 + ["unassembled"]
     assert result.events[0]["kind"] == "limit"
-    s = result.events[0]["at"]
-    p = 0.2 * np.exp(1j * (2.0 + 0.4 * s))
-    q = 0.2 + 0.2 * np.exp(1j * (1.0 - 0.3 * s))
+    left, right = result.events[0]["at"]
+    assert (left - 2.0) / 0.4 == pytest.approx((1.0 - right) / 0.3, rel=1e-12)
+    p, q = 0.2 * np.exp(1j * left), 0.2 + 0.2 * np.exp(1j * right)
     assert abs(p - q) == pytest.approx(0.5, rel=1e-13)
 
 
@@ -513,8 +513,7 @@ def test_requests_of_later_versions_are_refused() -> None:
         md.solve(mechanism, md.Sweep(md.Driver("crank.angle", at=[1]), outputs=["mu"]))
 
 
-@pytest.mark.parametrize("low", [0.0459818166789402, None])
-def test_both_ends_of_a_driving_slide_are_limits(low: float | None) -> None:
+def test_both_ends_of_a_driving_slide_are_limits() -> None:
     """A dyad behind another dyad, driven from the far end: folds, no dead points."""
     mechanism = four_bar(0.03, 0.09, 0.08, 0.1, crank=1.0, coupler=0.6, rocker=1.7)
     bodies = [*mechanism.bodies.values(), md.Body("rod", {"C": (0, 0), "E": (0.12, 0)})]
@@ -531,14 +530,30 @@ def test_both_ends_of_a_driving_slide_are_limits(low: float | None) -> None:
     result = md.solve(whole, md.Sweep(md.Driver("guide.slide", range="assembled"), poses=9))
     assert [event["kind"] for event in result.events] == ["limit", "limit"]
     assert result.fault is None
-    if low is not None:
-        # crank and coupler in one line: |BD| = b - a or a + b decides the rocker's angle
-        ends = []
-        for reach in (0.06, 0.12):
-            rocker = np.pi - np.arccos((0.08**2 + 0.1**2 - reach**2) / (2 * 0.08 * 0.1))
-            C = 0.08 * np.exp(1j * rocker)
-            ends.append(C.real + np.sqrt(0.12**2 - C.imag**2))
-        assert result.summary["limits"] == pytest.approx(sorted(ends), rel=1e-12)
+    # crank and coupler in one line: |AC| = b - a or a + b decides the rocker's angle
+    ends = []
+    for reach in (0.06, 0.12):
+        rocker = np.pi - np.arccos((0.08**2 + 0.1**2 - reach**2) / (2 * 0.08 * 0.1))
+        C = 0.08 * np.exp(1j * rocker)
+        ends.append(C.real + np.sqrt(0.12**2 - C.imag**2))
+    assert result.summary["limits"] == pytest.approx(sorted(ends), rel=1e-12)
+
+
+def test_an_arc_that_never_closes_is_said_to_be_cut() -> None:
+    """A gear ratio that is not rational: no limit, and no turn leads back to the first pose."""
+    problem = md.load("geared-five-bar").with_values({"i42": "-sqrt(2)"})
+    driver = md.Driver("wheel.angle", range="assembled")
+    result = md.solve(problem, md.Sweep(driver, poses=5))
+    assert result.summary["limits"] == [None, None]
+    assert "no end of the assembled arc was found" in result.summary["notes"][-1]
+    assert np.all(result.status == "ok")
+    # closure without the package: the rocker's pin C from both sides, the gear equation
+    crank, coupler = result.bodies["crank"].angle, result.bodies["coupler"].angle
+    C = 0.1 + 0.048 * np.exp(1j * crank) - 0.09 * np.exp(1j * coupler)
+    assert np.abs(C) == pytest.approx([0.08] * 5, rel=1e-14)
+    wheel = result.drivers["wheel.angle"].position
+    assert wheel - crank == pytest.approx(-np.sqrt(2) * (coupler - crank), rel=1e-13)
+    assert abs(crank[2] - math.radians(20)) < 0.3
 
 
 # -- cases that once went wrong ------------------------------------------------------------------

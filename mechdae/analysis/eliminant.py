@@ -80,9 +80,9 @@ class BlockSolver:
         return (m, highest) if m * highest <= MAX_DEGREE else None
 
     def period(self, j: int) -> float:
-        """Return the period of unknown `j` [rad]; 0 for a length."""
+        """Return the period of unknown `j` [rad]; 0 for a length, or where there is none."""
         turns = self.turns[j]
-        return 2 * np.pi * (turns[0] if turns else 1) if self.angle[j] else 0.0
+        return 2 * np.pi * turns[0] if self.angle[j] and turns else 0.0
 
     def F(self, x: Any, z: Any, u: Any) -> Any:
         """Return residuals (k, n) at points `x` (k, n)."""

@@ -116,8 +116,14 @@ class Assembler:
 
     # -- one group -------------------------------------------------------------------------
 
-    def candidates(self, group: Group, x: Any, u: Any) -> tuple[list[Any], bool, Failure | None]:
-        """Return all poses of a group for solved earlier groups, and whether that is proven."""
+    def candidates(
+        self, group: Group, x: Any, u: Any, nearby: bool = False
+    ) -> tuple[list[Any], bool, Failure | None]:
+        """Return all poses of a group for solved earlier groups, and whether that is proven.
+
+        With `nearby`, a group of infinitely many modes (a gear ratio that is not rational)
+        gives the one that Newton's method finds from the sketch.
+        """
         found = [x.copy()]
         proven = True
         failure = None
@@ -127,8 +133,9 @@ class Assembler:
             for start in found:
                 z = start[graph.uses] if graph.uses else np.zeros(0)
                 result = solver.solve(z, u)
-                if result is None:
-                    solutions, sure, gap = self._search(b, start, u), False, 0.0
+                if result is None or (nearby and result.infinite):
+                    starts = 1 if result is not None else STARTS
+                    solutions, sure, gap = self._search(b, start, u, starts), False, 0.0
                     infinite = False
                 else:
                     solutions, sure = result.x, result.proven
@@ -173,12 +180,12 @@ class Assembler:
                 result[j] -= period * np.round((result[j] - wanted) / period)
         return result
 
-    def _search(self, b: int, x: Any, u: Any) -> Any:
-        """Return the distinct solutions that Newton's method finds from many starts."""
+    def _search(self, b: int, x: Any, u: Any, count: int) -> Any:
+        """Return the distinct solutions that Newton's method finds, the sketch its first start."""
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         random = np.random.default_rng(SEED)
         scale = np.where(solver.angle, 1.0, self.size)
-        starts = random.uniform(-np.pi, np.pi, (STARTS, graph.size)) * scale
+        starts = random.uniform(-np.pi, np.pi, (count, graph.size)) * scale
         hint = [self.sketch.get(self.scene.x_names[i][0], np.nan) for i in graph.own]
         if np.all(np.isfinite(hint)):
             starts[0] = hint
@@ -317,7 +324,7 @@ class Assembler:
         x = np.zeros(self.graphs.nx)
         doubtful: list[Group] = []
         for group in self.scene.groups:
-            poses, _, failure = self.candidates(group, x, u)
+            poses, _, failure = self.candidates(group, x, u, nearby=True)
             if failure is not None:
                 return x, failure, doubtful
             distances = [self.distance(group, pose, u) for pose in poses]

@@ -58,8 +58,6 @@ class Counts:
 
     steps: int = 0
     rejected: int = 0
-    poses: int = 0
-    newton: int = 0
     folds: int = 0
 
 

@@ -34,7 +34,11 @@ def ends(path: Path) -> list[float | None]:
 
 
 def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[dict[str, Any]]:
-    events = []
+    """Return the ends of the path's groups as events, in the order of s.
+
+    ``at`` is the driver's value, with several drivers the list of their values.
+    """
+    found: list[tuple[float, dict[str, Any]]] = []
     seen = set()
     groups = {group.index: group for group in setting.scene.groups}
     for reach in path.reach.values():
@@ -43,17 +47,22 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
                 continue
             seen.add((limit.s, limit.group))
             group = groups[limit.group]
-            events.append(
-                {
-                    "kind": limit.kind,
-                    "at": limit.s,
-                    "group": list(group.bodies),
-                    "joint": group.key_joint,
-                    "name": group.name,
-                    "in_range": bool(low <= limit.s <= high),
-                }
+            found.append(
+                (
+                    limit.s,
+                    {
+                        "kind": limit.kind,
+                        "at": limit.s
+                        if setting.graphs.single
+                        else list(path.u0 + limit.s * path.d),
+                        "group": list(group.bodies),
+                        "joint": group.key_joint,
+                        "name": group.name,
+                        "in_range": bool(low <= limit.s <= high),
+                    },
+                )
             )
-    return sorted(events, key=lambda event: event["at"])
+    return [event for _, event in sorted(found, key=lambda pair: pair[0])]
 
 
 def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> Result:
@@ -221,7 +230,8 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
         text += f"; limit position{'s' if len(ends) > 1 else ''} at {c.text} = {', '.join(ends)}"
     for event in run.events:
         if event["kind"] in STOPS:
-            place = start.shown(c.is_angle, event["at"]) if setting.graphs.single else event["at"]
+            at = [event["at"]] if setting.graphs.single else event["at"]
+            place = start.where(setting.scene, at)
             text += f"; the motion stops at {place}: {STOPS[event['kind']]}"
             if event["kind"] == "change_point" and setting.on_change_point != "stop":
                 text += f' (on_change_point = "{setting.on_change_point}" is not computed yet)'

@@ -18,6 +18,7 @@ from mechdae.describe.tasks import Sweep
 from mechdae.results import Result
 
 MAX_TURNS = 1000
+MAX_SPANS = 25
 
 
 def sweep(problem: Problem, name: str, task: Sweep) -> Result:
@@ -54,7 +55,10 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
         path = Path(graphs, numbers, np.zeros(1), np.ones(1), largest)
         path.begin(x, float(u[0]))
         if plan.values is None:
-            values, summary["limits"] = _assembled(path, float(u[0]), is_angle, scale, plan.poses)
+            notes = setting.notes
+            values, summary["limits"] = _assembled(
+                path, float(u[0]), is_angle, scale, plan.poses, notes
+            )
         else:
             values = plan.values[:, 0]
             _cover(path, values, is_angle)
@@ -90,41 +94,45 @@ def _cover(path: Path, values: Any, is_angle: bool) -> None:
 
 
 def _assembled(
-    path: Path, s: float, is_angle: bool, scale: float, count: int
+    path: Path, s: float, is_angle: bool, scale: float, count: int, notes: list[str]
 ) -> tuple[Any, list[float | None]]:
-    """Return driver values over the whole assembled arc and its ends (None: turns fully)."""
-    turns = 0
-    span = 2 * np.pi if is_angle else 4 * scale
-    while True:
-        turns += 1
+    """Return driver values over the whole assembled arc and its ends (None: turns fully).
+
+    The driver is moved up turn by turn until a group ends or the mechanism is back at its
+    first pose, then down to the other end.
+    """
+    span, most = (2 * np.pi, MAX_TURNS) if is_angle else (4 * scale, MAX_SPANS)
+    high = low = None
+    for turns in range(1, most + 1):
         path.extend(s + turns * span, first=True)
-        path.extend(s - turns * span, first=True)
-        low, high = ends(path)
-        if low is not None and high is not None:
-            grid = low + (high - low) * (np.arange(count) / max(count - 1, 1))
-            grid[0], grid[-1] = low, high
-            return grid, [low, high]
-        if is_angle and low is None and high is None and _closed(path, s, turns):
+        high = ends(path)[1]
+        if high is not None:
+            break
+        if is_angle and _closed(path):
             # whole turns from zero, or from the full turn below a sketch further away
             base = 0.0 if abs(s) <= 2 * np.pi else 2 * np.pi * np.floor(s / (2 * np.pi))
             grid = base + 2 * np.pi * turns * np.arange(count) / max(count - 1, 1)
             path.extend(float(grid[-1]))
             path.extend(float(grid[0]))
             return grid, [None, None]
-        if turns >= (MAX_TURNS if is_angle else 25):
-            first = low if low is not None else s - span
-            last = high if high is not None else s + span
-            return np.linspace(first, last, count), [low, high]
+    for turns in range(1, (most if high is not None else 1) + 1):
+        path.extend(s - turns * span, first=True)
+        low = ends(path)[0]
+        if low is not None:
+            break
+    first = low if low is not None else s - span
+    last = high if high is not None else s + span
+    if low is None or high is None:
+        ways = " and ".join(w for w, end in (("down", low), ("up", high)) if end is None)
+        notes.append(f"no end of the assembled arc was found {ways}: one span of it is shown")
+    grid = first + (last - first) * (np.arange(count) / max(count - 1, 1))
+    grid[0], grid[-1] = first, last
+    return grid, [low, high]
 
 
-def _closed(path: Path, s: float, turns: int) -> bool:
-    """Return whether the mechanism is back at its first pose after so many turns."""
-    if not path.graphs.nx:
-        return True
-    S, X, _, _ = path.arrays()
-    ahead = X[np.argmin(np.abs(S - (s + 2 * np.pi * turns)))]
-    here = X[np.argmin(np.abs(S - s))]
-    angle = np.array([name == "angle" for _, name in path.graphs.scene.x_names])
-    moved = ahead - here
+def _closed(path: Path) -> bool:
+    """Return whether the mechanism is back at its first pose at the path's last node."""
+    moved = path.state[-1][: path.graphs.nx] - path.origin[1]
+    angle = np.array([name == "angle" for _, name in path.graphs.scene.x_names], bool)
     moved = np.where(angle, moved - 2 * np.pi * np.round(moved / (2 * np.pi)), moved)
-    return bool(np.abs(moved).max() < 1e-9)
+    return bool(np.abs(moved).max(initial=0.0) < 1e-9)

@@ -7,19 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.cli import message
-from mechdae.cli.commands.solve import settings
+from mechdae.cli.options import problem_arguments, problem_of
 from mechdae.errors import InputError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")
+    problem_arguments(parser)
     parser.add_argument("--task", metavar="T", help="the task to draw (default: the first sweep)")
     parser.add_argument("--kind", default="diagram", metavar="K", help="diagram")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help="change a parameter"
-    )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     parser.add_argument("--pose", type=int, metavar="K", help="number of the pose drawn, from 0")
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
@@ -28,12 +25,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.analysis.solve import solve
-    from mechdae.describe.problem import load
     from mechdae.draw import plot, save
 
     if options.format not in FORMATS:
         raise UnknownName("format", options.format, FORMATS)
-    problem = load(options.problem).with_values(settings(options.set))
+    problem = problem_of(options)
     name = options.task
     if name is None:
         drawn = [n for n, task in problem.tasks.items() if task.available]

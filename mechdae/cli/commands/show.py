@@ -6,23 +6,19 @@ import argparse
 import json
 from typing import Any
 
-from mechdae.cli.commands.solve import settings
+from mechdae.cli.options import problem_arguments, problem_of
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help="change a parameter"
-    )
+    problem_arguments(parser)
     parser.add_argument("--json", action="store_true", help="one JSON object")
 
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.analysis.structure import structure
-    from mechdae.describe.problem import load
     from mechdae.results import plain
 
-    data = structure(load(options.problem).with_values(settings(options.set)))
+    data = structure(problem_of(options))
     if options.json:
         print(json.dumps(plain(data), ensure_ascii=False))
     else:

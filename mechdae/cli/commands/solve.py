@@ -7,42 +7,25 @@ import sys
 from pathlib import Path
 
 from mechdae.cli import message
+from mechdae.cli.options import problem_arguments, problem_of
 from mechdae.errors import InputError, SolveError
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")
+    problem_arguments(parser)
     parser.add_argument("--task", action="append", metavar="T", help="run this task only")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help="change a parameter"
-    )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode: +,-,+")
     parser.add_argument("--poses", type=int, metavar="N", help="number of poses of a sweep")
     parser.add_argument("--out", metavar="DIR", help="write CSV, JSON and NPZ there")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
 
-def settings(pairs: list[str]) -> dict[str, float | str]:
-    """Return the values of ``--set NAME=VALUE``; a value may be an expression."""
-    values: dict[str, float | str] = {}
-    for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not equals or not name.strip() or not text.strip():
-            raise InputError(f"'{pair}' is not NAME=VALUE", where="--set")
-        try:
-            values[name.strip()] = float(text)
-        except ValueError:
-            values[name.strip()] = text.strip()
-    return values
-
-
 def run(options: argparse.Namespace) -> int:
     from mechdae.analysis.solve import solve
-    from mechdae.describe.problem import load
     from mechdae.export import json_text, save
     from mechdae.tables import table
 
-    problem = load(options.problem).with_values(settings(options.set))
+    problem = problem_of(options)
     if options.task is None:
         names = [name for name, task in problem.tasks.items() if task.available]
         for name, task in problem.tasks.items():

@@ -1,0 +1,40 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from mechdae.errors import InputError
+
+if TYPE_CHECKING:
+    from mechdae.describe.problem import Problem
+
+
+def problem_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the problem and ``--set``."""
+    parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="change a parameter"
+    )
+
+
+def problem_of(options: argparse.Namespace) -> Problem:
+    """Return the problem with the values of ``--set`` put in."""
+    from mechdae.describe.problem import load
+
+    return load(options.problem).with_values(settings(options.set))
+
+
+def settings(pairs: list[str]) -> dict[str, float | str]:
+    """Return the values of ``--set NAME=VALUE``; a value may be an expression."""
+    values: dict[str, float | str] = {}
+    for pair in pairs:
+        name, equals, text = pair.partition("=")
+        if not equals or not name.strip() or not text.strip():
+            raise InputError(f"'{pair}' is not NAME=VALUE", where="--set")
+        try:
+            values[name.strip()] = float(text)
+        except ValueError:
+            values[name.strip()] = text.strip()
+    return values
