@@ -11,6 +11,7 @@ import numpy as np
 from mechdae.analysis.limits import Limit
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.path import SMALLEST, Path
+from mechdae.analysis.zones import ZonePoses
 from mechdae.kernels.batch import Batch
 from mechdae.kernels.graphs import Graphs
 
@@ -69,6 +70,7 @@ class Evaluator:
         )
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
+        self.zones = ZonePoses(graphs)
         self.refined = 0
 
     def at(self, path: Path, s: Any, rates: tuple[Any, Any] | None = None) -> Poses:
@@ -156,7 +158,7 @@ class Evaluator:
         ordinary[list(limits)] = False
         live = alive[:, self.block_group]
         for _ in range(ATTEMPTS):
-            good = self._good(path, guess, results, first)
+            good = self._good(path, guess, results, first, s)
             rows = np.flatnonzero((live & ~good).any(axis=1) & ordinary)
             if not rows.size or not path.insert(s[rows]):
                 break
@@ -194,9 +196,13 @@ class Evaluator:
             part = self._call(path, results[0][again], s[again], _rows(rates, again), consts)
             for whole, new in zip(results, part, strict=True):
                 whole[again] = new
+        if path.zones:
+            self.zones.write(
+                path, s, guess, results, rates, lambda x, at, r: self._call(path, x, at, r, consts)
+            )
         return results, first
 
-    def _good(self, path: Path, guess: Any, results: list[Any], first: Any) -> Any:
+    def _good(self, path: Path, guess: Any, results: list[Any], first: Any, s: Any) -> Any:
         """Return which blocks are certified to be on the path's branch, (n, nb).
 
         Newton-Kantorovich from the guess, which lies in the proved neighbourhood of the path;
@@ -206,13 +212,13 @@ class Evaluator:
             h = path.constants.kappa * results[3] * np.sqrt(results[4])
         good = (h <= H_LIMIT) & (first | self.sign_tells)
         if path.sign is not None:
-            good &= np.sign(results[2]) == path.sign
+            good &= np.sign(results[2]) == path.sign_at(s)
         with np.errstate(invalid="ignore"):
             far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
             far |= ~(np.abs(results[0]) <= path.constants.size_x)
         for b, graph in enumerate(self.graphs.blocks):
             good[:, b] &= ~far[:, graph.own].any(axis=1)
-        return good
+        return good | self.zones.held(path, s) if path.zones else good
 
     def _drop(self, alive: Any, uncertain: Any) -> None:
         """Take away groups with an uncertified block, and the groups attached to them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,11 @@ def quintic(S: Any, X: Any, V: Any, A: Any, s: Any) -> Any:
 
     S (m,) are rising nodes, X, V, A (m, nx) values, first and second derivatives.
     """
+    return quintic_rates(S, X, V, A, s, 0)[0]
+
+
+def quintic_rates(S: Any, X: Any, V: Any, A: Any, s: Any, orders: int = 2) -> list[Any]:
+    """Return the quintic Hermite interpolant at `s` and its first `orders` derivatives."""
     k = np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
     h = np.diff(S)[:, None]
     x0, x1 = X[:-1], X[1:]
@@ -23,13 +29,16 @@ def quintic(S: Any, X: Any, V: Any, A: Any, s: Any) -> Any:
     c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
     c5 = 6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0)
     pieces = np.stack([c5, c4, c3, 0.5 * a0, v0, x0], axis=1).take(k, axis=0)
-    t = ((s - S[k]) / h[k, 0])[:, None]
-    result = pieces[:, 0] * t
-    for order in range(1, 5):
-        result += pieces[:, order]
-        result *= t
-    result += pieces[:, 5]
-    return result
+    width = h[k]
+    t = (s - S[k])[:, None] / width
+    results = []
+    for order in range(orders + 1):
+        result = pieces[:, 0] * math.perm(5, order)
+        for j in range(1, 6 - order):
+            result *= t
+            result += pieces[:, j] * math.perm(5 - j, order) if order else pieces[:, j]
+        results.append(result / width**order if order else result)
+    return results
 
 
 def near_limit(s: Any, S: Any, X: Any, V: Any, limit: Limit, side: int) -> tuple[Any, Any]:

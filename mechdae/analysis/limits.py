@@ -25,10 +25,9 @@ ROUGH, CLOSE = 0.5, 0.02
 class Limit:
     """Where a group's motion ends.
 
-    ``kind`` is "limit" (a fold), "change_point", "dead_point", "pole" or
-    "unproved"; ``x`` (nx,) the unknowns
-    there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its
-    expansion.
+    ``kind`` is "limit" (a fold), "change_point", "ambiguous" (branches too near each other, by
+    ``gap``), "dead_point", "pole" or "unproved"; ``x`` (nx,) the unknowns there; for a fold
+    ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its expansion.
     """
 
     s: float
@@ -39,6 +38,12 @@ class Limit:
     own: tuple[int, ...] = ()
     v: Any = None
     c: float = 0.0
+    gap: float = 0.0
+
+    @property
+    def belongs(self) -> float:
+        """How far behind the end poses still count as poses of the path: at it, or not."""
+        return 4 * np.spacing(abs(self.s)) if self.kind == "change_point" else 0.0
 
     def leads_to(self, x: Any, s: float, tolerance: float) -> bool:
         """Return whether the expansion leads back to the pose `x` at `s`."""
@@ -65,7 +70,7 @@ class LimitFinder:
     def __init__(self, graphs: Graphs, whole: Any, p: Any, scale: float, u0: Any, d: Any) -> None:
         self.graphs, self.whole, self.p, self.u0, self.d = graphs, whole, p, u0, d
         self._functions: dict[int, Any] = {}
-        self._weights = [
+        self.weights = [
             np.array(ca.Function("w", [graphs.scale], [graphs.weights(b)[0]])(scale)).ravel()
             for b in range(graphs.nb)
         ]
@@ -90,7 +95,7 @@ class LimitFinder:
         """
         g = self.graphs
         chain, own = self._chain(b)
-        count, w = len(chain), self._weights[b]
+        count, w = len(chain), self.weights[b]
         y = np.concatenate([x[chain], [s], np.zeros(len(own))])
         y[count + 1 :] = np.linalg.svd(self._evaluate(b, y)[2] * w)[2][-1]
         if not self._solve(b, y, s, count, 50 * largest):
@@ -163,7 +168,7 @@ class LimitFinder:
         y = np.concatenate([x[chain], [s], np.zeros(len(own))])
         _, slope, J, F_y, _ = self._evaluate(b, y)
         push = _push(slope, F_y, len(chain), own)
-        left = np.linalg.svd(J * self._weights[b])[0][:, -1]
+        left = np.linalg.svd(J * self.weights[b])[0][:, -1]
         size = float(np.linalg.norm(push)) or 1.0
         return "change_point" if abs(left @ push) < 1e-2 * size else "dead_point"
 

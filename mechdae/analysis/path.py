@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.bridge import ZONE, Bridge, Builder, Zone
+from mechdae.analysis.crossings import Crossing, CrossingFinder
 from mechdae.analysis.interpolate import near_limit, quintic
 from mechdae.analysis.limits import CLOSE, Limit, LimitFinder
 from mechdae.analysis.numbers import Constants
@@ -24,10 +26,11 @@ from mechdae.kernels.sequence import Sequence
 
 STRIDE = 64
 """Steps in one call of the sequential kernel."""
-NODES_PER_TURN = 128
 SHRUNK = 1 / 32
 """Share of the largest step below which a limit position is looked for."""
 SMALLEST = 1e-9
+NARROWER = 12
+"""Times the neighbourhood of a change point is halved until its expansion holds."""
 MOST_SMALL_STEPS = 20_000
 """Small steps in a row after which the path is given up as not provable."""
 FAR = 100.0
@@ -46,9 +49,9 @@ class Reach:
     def contains(self, s: Any) -> Any:
         inside = np.ones(np.shape(s), bool)
         if self.low is not None:
-            inside &= s > self.low.s
+            inside &= s > self.low.s - self.low.belongs
         if self.high is not None:
-            inside &= s < self.high.s
+            inside &= s < self.high.s + self.high.belongs
         return inside
 
 
@@ -73,6 +76,9 @@ class Path:
         u = u0 + s d; for one driver s is u itself.
     largest
         Largest step in s.
+    on_change_point
+        "continue" on the branch with the continuous tangent, "switch" to the other one, or
+        "stop" the group there.
     """
 
     graphs: Graphs
@@ -81,6 +87,7 @@ class Path:
     d: Any
     largest: float
     counts: Counts = field(default_factory=Counts)
+    on_change_point: str = "continue"
 
     def __post_init__(self) -> None:
         g = self.graphs
@@ -95,11 +102,22 @@ class Path:
         self.finder = LimitFinder(
             self.graphs, self.whole, self.constants.p, self.constants.scale, self.u0, self.d
         )
+        self.bridges = Builder(
+            CrossingFinder(
+                g, self.constants.p, self.constants.scale, self.u0, self.d, self.largest
+            ),
+            self._step,
+            self.constants.kappa,
+            self.finder.weights,
+        )
+        self.zones: list[Zone] = []
         self.laboured = 0
         self._next_try: dict[tuple[int, float], float] = {}
+        self._next_bridge: dict[tuple[int, float], float] = {}
+        self._arrays: tuple[Any, Any, Any, Any] | None = None
         self.s: list[float] = []
         self.state: list[Any] = []
-        self.sign: Any = None
+        self.flips: list[list[float]] = [[] for _ in g.blocks]
 
     # -- nodes ---------------------------------------------------------------------------
 
@@ -109,8 +127,18 @@ class Path:
         self.origin = (s, x)
         start = np.concatenate([x, np.zeros(2 * g.nx + g.nb)])
         state, _, det, _ = self._step(start, s, 0.0)
-        self.s, self.state = [s], [state]
+        self.s, self.state, self._arrays = [s], [state], None
         self.sign = np.sign(det)
+        self._front = {True: self.sign.copy(), False: self.sign.copy()}
+
+    def sign_at(self, s: Any) -> Any:
+        """Return the signs of the blocks' determinants on the path, (n, nb)."""
+        signs = np.repeat(self.sign[None, :], len(s), axis=0)
+        for b, places in enumerate(self.flips):
+            if places:
+                count = np.searchsorted(places, s) - np.searchsorted(places, self.origin[0])
+                signs[count % 2 != 0, b] *= -1
+        return signs
 
     def _step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
         """Return state, test, det and miss after one step."""
@@ -141,8 +169,11 @@ class Path:
     def arrays(self) -> tuple[Any, Any, Any, Any]:
         """Return s (m,), x, x', x'' (m, nx) of the nodes, s rising."""
         n = self.graphs.nx
-        state = np.array(self.state)
-        return np.array(self.s), state[:, :n], state[:, n : 2 * n], state[:, 2 * n : 3 * n]
+        if self._arrays is None or len(self._arrays[0]) != len(self.s):
+            state = np.array(self.state)
+            parts = (state[:, :n], state[:, n : 2 * n], state[:, 2 * n : 3 * n])
+            self._arrays = (np.array(self.s), *parts)
+        return self._arrays
 
     def extend(self, to: float, needed: Iterable[int] | None = None, first: bool = False) -> None:
         """Follow the path until `to`, or until all `needed` groups (or the `first`) have ended."""
@@ -176,14 +207,15 @@ class Path:
             wanted = wanted[np.linspace(0, len(wanted) - 1, most).astype(int)]
         inserted = 0
         for place in wanted:
-            s = np.array(self.s)
+            s = self.arrays()[0]
             k = int(np.searchsorted(s, place)) - 1
             if k < 0 or k + 1 >= len(s) or place in (s[k], s[k + 1]):
                 continue
             ended = {i for i in self.groups if not self.reach[i].contains(place)}
             alive = self._alive(ended)
             after, test, det, miss = self._step(self.state[k], s[k], float(place - s[k]))
-            if self._good(after, test, det, miss, alive):
+            sign = self.sign_at(np.array([place]))[0]
+            if self._good(after, test, det, miss, alive, sign):
                 self.s.insert(k + 1, float(place))
                 self.state.insert(k + 1, after)
                 inserted += 1
@@ -202,22 +234,24 @@ class Path:
         places = s + ds * np.arange(STRIDE + 1)
         states, test, det, miss = self._many(state, places[:-1], ds, self.whole)
         alive = self._alive(ended)
-        good = self._good(states, test, det, miss, alive)[:count]
+        good = self._good(states, test, det, miss, alive, self._front[up])[:count]
         held = count if good.all() else int(np.argmin(good))
         self.counts.steps += held
+        if held > 4:
+            self._next_bridge.clear()
         self.counts.rejected += held < count
         for k in range(held):
             self._append(float(places[k + 1]), states[k], up)
         return held
 
-    def _good(self, state: Any, test: Any, det: Any, miss: Any, alive: Any) -> Any:
+    def _good(self, state: Any, test: Any, det: Any, miss: Any, alive: Any, sign: Any) -> Any:
         """Return whether a step is proved for all blocks that are `alive`."""
-        return np.all(self._proved(state, test, det, miss)[..., alive], axis=-1)
+        return np.all(self._proved(state, test, det, miss, sign)[..., alive], axis=-1)
 
-    def _proved(self, state: Any, test: Any, det: Any, miss: Any) -> Any:
+    def _proved(self, state: Any, test: Any, det: Any, miss: Any, sign: Any) -> Any:
         """Return which blocks (.., nb) a step is proved for; none runs away to a pole."""
         with np.errstate(invalid="ignore"):
-            proved = (test <= 1) & (miss <= 1) & (np.sign(det) == self.sign)
+            proved = (test <= 1) & (miss <= 1) & (np.sign(det) == sign)
             near = np.abs(state[..., : self.graphs.nx]) <= self.far
         for b, graph in enumerate(self.graphs.blocks):
             proved[..., b] &= near[..., graph.own].all(axis=-1)
@@ -250,18 +284,24 @@ class Path:
                 return step
             step = min(step, rest)
             after, test, det, miss = self._step(state, s, sense * step)
-            bad = np.flatnonzero(alive & ~self._proved(after, test, det, miss))
+            proved = self._proved(after, test, det, miss, self._front[up])
+            bad = np.flatnonzero(alive & ~proved)
             if not bad.size:
                 self.counts.steps += 1
                 self._append(goal if step == rest else s + sense * step, after, up)
                 self.laboured += step < SHRUNK * self.largest
                 if 1.5 * step >= self.largest:
                     self._next_try.clear()
+                    self._next_bridge.clear()
                     self.laboured = 0
                 return min(1.5 * step, self.largest)
             self.counts.rejected += 1
             b = int(bad[0])
             step /= 2
+            if step < self._next_bridge.get((b, sense), self.largest):
+                self._next_bridge[(b, sense)] = step / 2
+                if self._crosses(b, s, state, sense, rest, ended, up):
+                    return self.largest * ZONE
             if step < self._next_try.get((b, sense), SHRUNK * self.largest):
                 self._next_try[(b, sense)] = step / 4
                 if self._ends_at_fold(b, s, state, sense, rest, ended, up):
@@ -275,7 +315,12 @@ class Path:
                     kind = "unproved"
                 else:
                     kind = self.finder.kind(b, s, x)
-                self._end(Limit(s, b, self.block_group[b], kind, x), ended, up)
+                gap = 0.0
+                if kind != "pole":
+                    near = self.bridges.finder.find(b, s, state, sense, {}, self.largest)
+                    kind, gap = ("ambiguous", near.gap) if near is not None else (kind, gap)
+                limit = Limit(s, b, self.block_group[b], kind, x, gap=gap)
+                self._end(limit, ended, up)
                 self.laboured = 0
                 return self.largest
 
@@ -340,7 +385,7 @@ class Path:
             step = 0.6 * distance
             while True:
                 after, test, det, miss = self._step(state, s, sense * step)
-                if self._good(after, test, det, miss, alive):
+                if self._good(after, test, det, miss, alive, self._front[up]):
                     break
                 self.counts.rejected += 1
                 step /= 2
@@ -353,6 +398,80 @@ class Path:
             self.counts.steps += 1
             s, state, rest = s + sense * step, after, rest - step
             self._append(s, state, up)
+
+    # -- change points -------------------------------------------------------------------
+
+    def _crosses(
+        self,
+        b: int,
+        s: float,
+        state: Any,
+        sense: float,
+        rest: float,
+        ended: set[int],
+        up: bool,
+    ) -> bool:
+        """Follow the path across a change point of block `b` or of one it depends on."""
+        for k in self.graphs.ancestors(b):
+            if not self._alive(ended)[k]:
+                continue
+            found = self.bridges.finder.find(k, s, state, sense, {})
+            if found is None or not found.meant:
+                continue
+            distance = sense * (found.s - s)
+            zone = min(ZONE * self.largest, distance)
+            if distance - zone >= rest:
+                return False
+            for _ in range(NARROWER):
+                place = self._walk(found.s - sense * zone, s, state, sense, ended, up)
+                s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
+                if not place:
+                    return False
+                alive = self._alive(ended)
+                action = self.on_change_point
+                bridge = self.bridges.build(found, s, state, self._front[up], alive, action)
+                if bridge is not None:
+                    self._pass(bridge, found, ended, up)
+                    return True
+                zone /= 2
+            return False
+        return False
+
+    def _walk(
+        self, to: float, s: float, state: Any, sense: float, ended: set[int], up: bool
+    ) -> bool:
+        """Follow the path to `to` in proved steps; return whether it was reached."""
+        alive = self._alive(ended)
+        step = sense * (to - s)
+        while (rest := sense * (to - s)) > 0:
+            step = min(step, rest)
+            after, test, det, miss = self._step(state, s, sense * step)
+            if self._good(after, test, det, miss, alive, self._front[up]):
+                self.counts.steps += 1
+                s, state = (to if step == rest else s + sense * step), after
+                self._append(s, state, up)
+            else:
+                self.counts.rejected += 1
+                step /= 2
+                if step < 1e-3 * rest or s + sense * step == s:
+                    return False
+        return True
+
+    def _pass(self, bridge: Bridge, found: Crossing, ended: set[int], up: bool) -> None:
+        """Put the nodes of a bridge; a group that is to stop ends at the change point."""
+        for s, state in bridge.nodes:
+            self._append(s, state, up)
+        self.zones.append(bridge.zone)
+        self._next_bridge.clear()
+        for b in bridge.flipped:
+            self.flips[b].append(found.s)
+            self.flips[b].sort()
+            self._front[up][b] *= -1
+        if bridge.zone.action == "stop":
+            x = bridge.nodes[0][1][: self.graphs.nx]
+            for c in bridge.zone.crossings:
+                limit = Limit(c.s, c.block, c.group, "change_point", x)
+                self._end(limit, ended, up)
 
     # -- guesses ---------------------------------------------------------------------------
 

@@ -8,20 +8,23 @@ import numpy as np
 
 from mechdae.analysis import start
 from mechdae.analysis.bounds import output_bounds
+from mechdae.analysis.bridge import Zone
 from mechdae.analysis.evaluate import Poses
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan
 from mechdae.analysis.setting import Run, Setting
+from mechdae.analysis.zones import zone_of
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Sweep
 from mechdae.model.structure import Group, formula
 from mechdae.results import Named, Result, Series
 
-WORDS = ("ok", "limit", "singular", "unassembled")
+WORDS = ("ok", "limit", "singular", "ambiguous", "unassembled")
 STOPS = {
     "unproved": "its steps became too small to go on proving the path",
     "pole": "a slide runs away there, its guides become parallel",
     "change_point": "a change point, two branches meet there",
+    "ambiguous": "two branches come too near each other to be told apart",
     "dead_point": "a dead point of the driver, the speed ratio is infinite there",
 }
 
@@ -40,13 +43,17 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
     """
     found: list[tuple[float, dict[str, Any]]] = []
     seen = set()
+    crossed = {zone.s for zone in path.zones}
     groups = {group.index: group for group in setting.scene.groups}
     for reach in path.reach.values():
         for limit in (reach.low, reach.high):
             if limit is None or (limit.s, limit.group) in seen:
                 continue
+            if limit.s in crossed:
+                continue
             seen.add((limit.s, limit.group))
             group = groups[limit.group]
+            near = {"gap": limit.gap} if limit.kind == "ambiguous" else {}
             found.append(
                 (
                     limit.s,
@@ -59,15 +66,54 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
                         "joint": group.key_joint,
                         "name": group.name,
                         "in_range": bool(low <= limit.s <= high),
+                        **near,
                     },
                 )
             )
+    found += [pair for zone in path.zones for pair in _crossed(setting, path, zone, low, high)]
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
+
+
+def _crossed(
+    setting: Setting, path: Path, zone: Zone, low: float, high: float
+) -> list[tuple[float, dict[str, Any]]]:
+    """Return the change points of a zone as events, with the tangents of both branches.
+
+    ``tangents`` has the rates of the unknowns of the group over the path parameter on the
+    branch the path came on and on the other one; None where the driver stands still there.
+    """
+    events = []
+    for crossing in zone.crossings:
+        group = next(g for g in setting.scene.groups if g.index == crossing.group)
+        own = path.graphs.blocks[crossing.block].own
+        other = crossing.other.slope if crossing.other is not None else [None] * len(own)
+        names = [".".join(setting.scene.x_names[i]) for i in own]
+        tangents = {
+            name: [float(a), None if b is None else float(b)]
+            for name, a, b in zip(names, crossing.own.slope, other, strict=True)
+        }
+        at = crossing.s if setting.graphs.single else list(path.u0 + crossing.s * path.d)
+        event = {
+            "kind": "change_point",
+            "at": at,
+            "group": list(group.bodies),
+            "joint": group.key_joint,
+            "name": group.name,
+            "in_range": bool(low <= crossing.s <= high),
+            "action": zone.action,
+            "tangents": tangents,
+            "exact": crossing.exact,
+            "gap": crossing.gap,
+        }
+        events.append((crossing.s, event))
+    return events
 
 
 def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> Result:
     plan, poses, outputs = setting.plan, run.poses, setting.outputs
     status = _status(poses)
+    doubtful = _ambiguous(run.path, poses.s) & (status == "ok")
+    status[doubtful] = "ambiguous"
     named: dict[str, Any] = outputs.named(poses.y)
     certified = np.isin(status, ("ok", "limit"))
     bounds = output_bounds(setting.graphs, outputs, run.path.constants, poses)
@@ -82,11 +128,13 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary["formula"] = formula(setting.scene.groups)
     summary["mode"] = _mode(setting, run)
     summary["not_in_scene"] = setting.scene.not_in_scene
-    summary["bound"] = "proved"
+    near = (zone_of(run.path.zones, poses.s) >= 0).any()
+    summary["bound"] = "estimated" if near else "proved"
     if failed:
         summary["failed"] = failed
-    if setting.notes:
-        summary["notes"] = list(setting.notes)
+    notes = setting.notes + _near_crossings(setting, run.path)
+    if notes:
+        summary["notes"] = notes
     counts = run.path.counts
     summary["work"] = {
         "unknowns": setting.graphs.nx,
@@ -141,6 +189,30 @@ def _status(poses: Poses) -> Any:
     status[poses.uncertain | poses.singular] = "singular"
     status[poses.at_limit & ~dead] = "limit"
     return status
+
+
+def _near_crossings(setting: Setting, path: Path) -> list[str]:
+    notes = []
+    for zone in path.zones[:8]:
+        for crossing in zone.crossings:
+            if crossing.exact:
+                continue
+            at = [zone.s] if setting.graphs.single else path.u0 + zone.s * path.d
+            notes.append(
+                f"at {start.where(setting.scene, at)} two branches come within "
+                f"{crossing.gap:.1g} of each other, as near as rounding of the numbers given: "
+                f"poses beyond are ambiguous"
+            )
+    return notes
+
+
+def _ambiguous(path: Path, s: Any) -> Any:
+    """Return which poses lie behind branches that come too near each other to be told apart."""
+    result = np.zeros(len(s), bool)
+    for zone in path.zones:
+        if not all(crossing.exact for crossing in zone.crossings):
+            result |= (s >= zone.s) if zone.s > path.origin[0] else (s <= zone.s)
+    return result
 
 
 def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
@@ -213,7 +285,8 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     entry = failed[0]
     c = setting.plan.coordinates[0]
     lost = int(np.isin(status, ("unassembled", "singular")).sum())
-    stopped = any(event["kind"] in STOPS for event in run.events)
+    stops = [e for e in run.events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
+    stopped = bool(stops)
     text = f"{lost} of {len(status)} poses {'are not reached' if stopped else 'do not assemble'}"
     if "name" in entry and not stopped:
         text += f": group {entry['name']} opens at joint {entry['joint']}"
@@ -228,13 +301,12 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     ]
     if ends:
         text += f"; limit position{'s' if len(ends) > 1 else ''} at {c.text} = {', '.join(ends)}"
-    for event in run.events:
-        if event["kind"] in STOPS:
-            at = [event["at"]] if setting.graphs.single else event["at"]
-            place = start.where(setting.scene, at)
-            text += f"; the motion stops at {place}: {STOPS[event['kind']]}"
-            if event["kind"] == "change_point" and setting.on_change_point != "stop":
-                text += f' (on_change_point = "{setting.on_change_point}" is not computed yet)'
+    for event in stops:
+        at = [event["at"]] if setting.graphs.single else event["at"]
+        place = start.where(setting.scene, at)
+        text += f"; the motion stops at {place}: {STOPS[event['kind']]}"
+        if event.get("action") == "stop" and setting.on_change_point == "switch":
+            text += ", and on the other one the driver stands still"
     if status[0] == "unassembled":
         text += _modes_at_start(setting, run)
     return text

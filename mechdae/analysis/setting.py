@@ -34,7 +34,7 @@ class Setting:
     outputs: Outputs
     graphs: Graphs
     assembler: Assembler
-    on_change_point: str = "stop"
+    on_change_point: str = "continue"
     notes: list[str] = field(default_factory=list)
 
 

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import Evaluator, Poses
 from mechdae.analysis.numbers import Constants, mechanism_scale
-from mechdae.analysis.path import NODES_PER_TURN, Path
+from mechdae.analysis.path import Path
 from mechdae.analysis.report import limit_events
 from mechdae.analysis.setting import Run, Setting, covered, first_pose
 from mechdae.describe.tasks import Sweep

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import Evaluator, in_time
 from mechdae.analysis.extremes import ranges
 from mechdae.analysis.numbers import Constants, mechanism_scale
-from mechdae.analysis.path import NODES_PER_TURN, Path
+from mechdae.analysis.path import Path
 from mechdae.analysis.report import ends, limit_events, report
 from mechdae.analysis.setting import Run, Setting, covered, first_pose, prepare
 from mechdae.analysis.several import several_drivers
@@ -53,6 +54,7 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
 
     def follow(numbers: Constants) -> tuple[Path, Any]:
         path = Path(graphs, numbers, np.zeros(1), np.ones(1), largest)
+        path.on_change_point = setting.on_change_point
         path.begin(x, float(u[0]))
         if plan.values is None:
             notes = setting.notes
@@ -73,7 +75,7 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
         summary.update({word: table for word, table in found.items() if table})
     poses.y = in_time(poses.y, plan.speed, plan.acceleration)
     events = limit_events(setting, path, low, high)
-    if "limits" not in summary and events:
+    if "limits" not in summary and any(end is not None for end in ends(path)):
         summary["limits"] = ends(path)
     return Run(path, evaluator, poses, values[:, None], events, summary)
 

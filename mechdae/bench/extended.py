@@ -1,7 +1,6 @@
 """The true error of a pose: one Newton step whose residual is evaluated in 80-bit floats.
 
-The residual's graph is walked instruction by instruction with ``numpy.longdouble``; the
-step J^-1 F then is the distance to the exact solution up to terms of second order.
+The step J^-1 F is the distance to the exact solution up to terms of second order.
 """
 
 from __future__ import annotations
@@ -11,19 +10,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.kernels.extended import LONG, evaluate
 from mechdae.kernels.graphs import Graphs
-from mechdae.kernels.replay import FORMULAS, NAMES, replay
-
-LONG = np.longdouble
-OPERATIONS = {**FORMULAS, **{code: getattr(np, names[1]) for code, names in NAMES.items()}}
-
-
-def evaluate(function: Any, inputs: list[Any]) -> Any:
-    """Return the first output (n, rows) for inputs (n, columns) of any float type."""
-    dtype = np.result_type(*inputs)
-    columns = [list(np.asarray(value).T) for value in inputs]
-    rows = replay(function, columns, lambda code, args: OPERATIONS[code](*args), dtype.type)[0]
-    return np.stack([np.broadcast_to(row, len(inputs[0])) for row in rows], axis=1)
 
 
 def true_error(graphs: Graphs, x: Any, u: Any, p: Any) -> Any:

@@ -70,7 +70,7 @@ class Sweep(Driven):
 
     poses: int | None = key("whole", None)
     derivatives: int = key("natural", 2)
-    on_change_point: str = key("text", "stop", choices=("continue", "stop", "switch"))
+    on_change_point: str = key("text", "continue", choices=("continue", "stop", "switch"))
 
     kind: ClassVar[str] = "sweep"
     available: ClassVar[bool] = True

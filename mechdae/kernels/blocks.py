@@ -12,6 +12,7 @@ factorisation loses digits like the square of the condition number.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -35,6 +36,7 @@ class BlockGraph:
         z = scene.x[self.uses] if self.uses else SX(0, 1)
         u, p, F = scene.u, scene.model.p, block.residual
         self.x, self.z, self.F = xb, z, F
+        self._u, self._p = u, p
         self.vx, self.vz = SX.sym("vx", xb.numel()), SX.sym("vz", z.numel())
         self.vu, self.az = SX.sym("vu", u.numel()), SX.sym("az", z.numel())
         self.au = SX.sym("au", u.numel())
@@ -56,6 +58,12 @@ class BlockGraph:
         at = [xb, z, u, p, sines, cosines]
         self._value = ca.Function("value", at, [F, J, Fz])
         self._rates = ca.Function("rates", [*at, *rate], [r1, r2])
+
+    @cached_property
+    def function(self) -> Any:
+        """The residual (x_b, z, u, p) -> F."""
+        inputs = [self.x, self.z, self._u, self._p]
+        return ca.Function("F", inputs, [ca.densify(self.F)])
 
     def _at(self, x: Any, u: Any, p: Any, trig: Any) -> list[Any]:
         sines, cosines = trig

@@ -10,7 +10,9 @@ h <= 1/4 (Ortega and Rheinboldt, Iterative Solution of Nonlinear Equations, 1970
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import casadi as ca
@@ -81,8 +83,12 @@ class Graphs:
 
     # -- Newton and rates ------------------------------------------------------------------
 
-    def newton(self, x: Any, u: Any) -> tuple[Any, list[Any], Any]:
+    def newton(
+        self, x: Any, u: Any, held: frozenset[int] = frozenset()
+    ) -> tuple[Any, list[Any], Any]:
         """Return x after one Newton step block by block, |step|^2 of each, and sin x, cos x.
+
+        Blocks that are `held` keep their unknowns.
 
         Sine and cosine are carried along to second order in the step, exact to rounding for
         steps below 1e-5: a later block sees its earlier unknowns as they are after the step.
@@ -90,6 +96,9 @@ class Graphs:
         eta = []
         sines, cosines = ca.sin(x), ca.cos(x)
         for b, graph in enumerate(self.blocks):
+            if b in held:
+                eta.append(SX(0))
+                continue
             F, J, _ = graph.value(x, u, self.p, (sines, cosines))
             step = inverse(J)[0] @ F
             own = graph.own
@@ -109,8 +118,12 @@ class Graphs:
         order: int,
         trig: Any = None,
         eta: list[Any] | None = None,
+        held: Mapping[int, tuple[Any, Any, Any]] = MappingProxyType({}),
     ) -> dict[str, Any]:
-        """Return x', x'' and the certificate's parts at a solved pose."""
+        """Return x', x'' and the certificate's parts at a solved pose.
+
+        `held` gives x', x'' (None: by the equations) and the error of blocks that keep theirs.
+        """
         v, a = SX.zeros(self.nx), SX.zeros(self.nx)
         error = SX.zeros(self.nx)
         dets, betas = [], []
@@ -118,15 +131,20 @@ class Graphs:
         for b, graph in enumerate(self.blocks):
             _, Fz, inv, det, beta = self._solve(b, x, u, trig)
             own = graph.own
+            first, second, known = held.get(b, (None, None, None))
             if order >= 1:
-                v = _put(v, own, inv @ graph.first_rate(x, u, self.p, v, du, trig))
+                if first is None:
+                    first = inv @ graph.first_rate(x, u, self.p, v, du, trig)
+                v = _put(v, own, first)
             if order >= 2:
-                a = _put(a, own, inv @ graph.second_rate(x, u, self.p, v, du, a, ddu, trig))
+                if second is None:
+                    second = inv @ graph.second_rate(x, u, self.p, v, du, a, ddu, trig)
+                a = _put(a, own, second)
             left = 2 * self.kappa[b] * eta[b] if eta else 0
             local = beta * (self.rho[b] + left) * self.weights(b)[0] + self.grain[own]
             if graph.uses:
                 local += ca.fabs(inv @ Fz) @ error[graph.uses]
-            error = _put(error, own, local)
+            error = _put(error, own, local if known is None else known)
             dets.append(det)
             betas.append(beta)
         return {"v": v, "a": a, "error": error, "det": _column(dets), "beta": _column(betas)}
@@ -145,6 +163,25 @@ class Graphs:
         inputs = [self.x, self.u, *([] if self.single else [self.du, self.ddu]), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
         return ca.Function("pose", inputs, results, OPTIONS)
+
+    def held(self, blocks: frozenset[int]) -> Any:
+        """Return `pose` with the unknowns of some blocks given, not solved for.
+
+        (x, u[, du, ddu], consts, x', x'', error) -> as `pose`; with one driver the rates of
+        those blocks are given too. Near a change point their equations lose all digits.
+        """
+        v, a, error = (SX.sym(name, self.nx) for name in ("v", "a", "error"))
+        x, eta, trig = self.newton(self.x, self.u, blocks)
+        known = {}
+        for b in blocks:
+            own = self.blocks[b].own
+            known[b] = (v[own], a[own], error[own]) if self.single else (None, None, error[own])
+        order = self.derivatives
+        parts = self.rates(x, self.u, self.du, self.ddu, order, trig, eta, known)
+        outputs = self._output_rates(x, parts)
+        inputs = [self.x, self.u, *([] if self.single else [self.du, self.ddu]), self.consts]
+        results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
+        return ca.Function("held", [*inputs, v, a, error], results, OPTIONS)
 
     def _output_rates(self, x: Any, parts: dict[str, Any]) -> list[Any]:
         y, scene = self.outputs, self.scene
