@@ -18,7 +18,6 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 
-crossing = pytest.mark.skip(reason="needs crossing")
 
 DATA = Path(__file__).resolve().parent / "data"
 EPS = np.finfo(float).eps
@@ -267,7 +266,10 @@ def assembled(branch: str, sketched: float) -> md.Mechanism:
 
 
 def follows(result: md.Result, branch: str) -> None:
-    """Assert that every pose lies on the branch, to its bound; speeds to the condition squared."""
+    """Assert that every pose lies on the branch, to its bound; speeds to the condition squared.
+
+    Angles of many turns are rounded to many turns' last bits.
+    """
     _, rocker, _ = BRANCHES[branch]
     assert set(result.status) == {"ok"}
     u = result.drivers["crank.angle"].position
@@ -280,7 +282,8 @@ def follows(result: md.Result, branch: str) -> None:
     h = LONG("1e-4")
     rate = (8 * (rocker(u + h) - rocker(u - h)) - rocker(u + 2 * h) + rocker(u - 2 * h)) / (12 * h)
     gap = np.abs(ours.angular_velocity - rate.astype(float))
-    assert np.all(gap <= EPS * result.condition**2 / 4 + 1e-13 + slack)
+    rounding = EPS * np.maximum(1, np.abs(u) / np.pi)
+    assert np.all(gap <= rounding * result.condition**2 / 4 + 1e-13 + slack)
 
 
 @pytest.mark.parametrize("row", reference("parallelogram")["rows"], ids=lambda row: row["theta2"])
@@ -329,7 +332,6 @@ def test_each_piece_ends_at_its_change_points(branch: str) -> None:
     assert np.all(gap[before] <= result.bound.angle[before] + 4 * EPS)
 
 
-@crossing
 @pytest.mark.parametrize("branch", BRANCHES)
 def test_a_thousand_turns_on_one_branch(branch: str) -> None:
     turns, (_, _, apart) = 1000, BRANCHES[branch]
@@ -345,7 +347,6 @@ def test_a_thousand_turns_on_one_branch(branch: str) -> None:
     assert {e["kind"] for e in result.events if e["in_range"]} == {"change_point"}
 
 
-@crossing
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("share", [0.003, 0.1, 0.31, 0.5, 0.77, 0.997])
 @pytest.mark.parametrize("branch", BRANCHES)
@@ -391,7 +392,6 @@ def test_folded_slider_crank_stays_folded() -> None:
     assert result.bodies["rod"].angular_velocity == pytest.approx([2.0] * 31, rel=1e-12)
 
 
-@crossing
 @pytest.mark.parametrize("folded", [False, True])
 def test_folding_slider_crank_over_a_hundred_turns(folded: bool) -> None:
     sketch = {"crank": 0.3, "rod": 0.3 + np.pi if folded else -0.3}
@@ -441,6 +441,5 @@ def test_double_watt_on_both_sides_of_its_cusp(down: dict[str, Any]) -> None:
     assert not any(event["kind"] == "limit" for event in down["events"] if event["at"] > 1e-6)
 
 
-@crossing
 def test_double_watt_turns_back_at_zero(down: dict[str, Any]) -> None:
     assert down["summary"]["limits"][0] == pytest.approx(0.0, abs=1e-6)

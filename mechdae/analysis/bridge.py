@@ -17,7 +17,7 @@ import numpy as np
 from mechdae.analysis.crossings import Branch, Crossing, CrossingFinder, Piece, piece
 from mechdae.kernels.blocks import ADJUGATE_LIMIT
 
-ZONE = 0.5
+ZONE = 0.35
 """Distance from the crossing at which its expansion takes over, in largest steps."""
 TOGETHER = 1e-9
 """Distance within which two blocks are said to cross at the same pose, in largest steps."""
