@@ -18,7 +18,6 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 
-
 DATA = Path(__file__).resolve().parent / "data"
 EPS = np.finfo(float).eps
 LONG = np.longdouble

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.crossings import Branch, Crossing, CrossingFinder, Piece, piece
+from mechdae.analysis.numbers import Constants
 from mechdae.kernels.blocks import ADJUGATE_LIMIT
 
 ZONE = 0.35
@@ -72,13 +73,17 @@ class Builder:
         Finds the change points.
     step
         The path's (state, s, ds) -> state, test, det, miss.
-    kappa, weights
-        Lipschitz constants of the blocks' Jacobians, column weights of the blocks.
+    constants
+        Bounds of the scene: Lipschitz constants of the blocks' Jacobians.
+    weights
+        Units of the blocks' unknowns.
     """
 
-    def __init__(self, finder: CrossingFinder, step: Any, kappa: Any, weights: Any) -> None:
+    def __init__(
+        self, finder: CrossingFinder, step: Any, constants: Constants, weights: Any
+    ) -> None:
         self.finder, self.step = finder, step
-        self.kappa, self.weights = kappa, weights
+        self.kappa, self.weights = constants.kappa, weights
         self.graphs = finder.graphs
 
     def build(

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.numbers import Constants
 from mechdae.kernels.call import Call
 from mechdae.kernels.extended import LONG, evaluate
 from mechdae.kernels.graphs import ROUNDOFF, Graphs
@@ -88,16 +89,18 @@ class CrossingFinder:
     ----------
     graphs
         Kernels of the scene.
-    p, scale, u0, d
-        Parameter values, a length of the mechanism, u = u0 + s d.
+    constants
+        Numbers of the scene.
+    u0, d
+        u = u0 + s d.
     largest
         Largest step of the path in s.
     """
 
     def __init__(
-        self, graphs: Graphs, p: Any, scale: float, u0: Any, d: Any, largest: float
+        self, graphs: Graphs, constants: Constants, u0: Any, d: Any, largest: float
     ) -> None:
-        self.graphs, self.p, self.scale = graphs, p, scale
+        self.graphs, self.p, self.scale = graphs, constants.p, constants.scale
         self.u0, self.d, self.largest = u0, np.asarray(d, float), largest
         self.unit = largest * NODES_PER_TURN / (2 * np.pi)
         """A radian of the driver, or a length of the mechanism."""
@@ -110,18 +113,18 @@ class CrossingFinder:
         own = self.graphs.blocks[b].own
         return np.array([1.0 if names[i][1] == "angle" else self.scale for i in own])
 
-    def _rows(self, b: int) -> Any:
+    def rows(self, b: int) -> Any:
         units = self.graphs.blocks[b].block.units
         return np.array([self.scale if unit == "m" else 1.0 for unit in units])
 
-    def _u(self, s: float) -> Any:
+    def u(self, s: float) -> Any:
         return np.array([s]) if self.graphs.single else self.u0 + s * self.d
 
     def jet(self, b: int, s: float, x: Any, rates: Any, z: Any) -> tuple[Any, ...]:
         """Return F, J, f', f'', f''' of a block for x, (x', x'') and (z, z', z'', z''')."""
         if b not in self._jets:
             self._jets[b] = Call(jets(self.graphs.scene, self.graphs.blocks[b]))
-        F, J, *rest = self._jets[b](x, *rates, *z, self._u(s), self.d, self.p)
+        F, J, *rest = self._jets[b](x, *rates, *z, self.u(s), self.d, self.p)
         return (F, J.reshape(len(F), -1), *rest)
 
     # -- unknowns of earlier blocks ----------------------------------------------------------
@@ -177,7 +180,7 @@ class CrossingFinder:
         g = self.graphs
         n, graph, earlier = g.nx, g.blocks[b], g.ancestors(b)[:-1]
         x, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
-        own, columns, rows = graph.own, self.columns(b), self._rows(b)
+        own, columns, rows = graph.own, self.columns(b), self.rows(b)
         if b not in self._systems:
             self._systems[b] = Call(crossing(g.scene, graph))
 
@@ -194,7 +197,7 @@ class CrossingFinder:
         count, unit = graph.size, self.unit
         moved = np.inf
         for _ in range(ITERATIONS):
-            at = [z[0], z[1] * unit, z[2] * unit**2, self._u(here), self.d * unit]
+            at = [z[0], z[1] * unit, z[2] * unit**2, self.u(here), self.d * unit]
             system, slope = self._systems[b](y, *at, self.p, columns, rows)
             if not (np.isfinite(system).all() and np.isfinite(slope).all()):
                 return None
@@ -234,7 +237,7 @@ class CrossingFinder:
         cross, or where the path comes on neither of them.
         """
         graph = self.graphs.blocks[b]
-        columns, rows = self.columns(b), self._rows(b)
+        columns, rows = self.columns(b), self.rows(b)
         x, nothing = y[: graph.size] * columns, np.zeros(graph.size)
 
         def second(slope: Any) -> Any:
@@ -282,7 +285,7 @@ class CrossingFinder:
         Unknowns of earlier blocks are refined first: theirs would.
         """
         g = self.graphs
-        wide, u = np.asarray(whole, LONG), self._u(s)
+        wide, u = np.asarray(whole, LONG), self.u(s)
 
         def value(k: int) -> Any:
             graph = g.blocks[k]
@@ -294,14 +297,14 @@ class CrossingFinder:
             for _ in range(2):
                 wide[g.blocks[k].own] -= np.linalg.lstsq(J, value(k).astype(float))[0]
         wide[g.blocks[b].own] = x
-        found = float(abs(np.asarray(w, LONG) @ (value(b) / self._rows(b))))
+        found = float(abs(np.asarray(w, LONG) @ (value(b) / self.rows(b))))
         return found if found > EXACT else 0.0
 
     def _branch(
         self, b: int, s: float, x: Any, slope: Any, scaled: Any, w: Any, v: Any, z: Any
     ) -> Branch:
         """Return a branch with its second derivative, by the condition of third order."""
-        columns, rows = self.columns(b), self._rows(b)
+        columns, rows = self.columns(b), self.rows(b)
         nothing = np.zeros(len(x))
         bend = self._solve(scaled, -self.jet(b, s, x, (slope, nothing), z)[3] / rows) * columns
         rest = float(w @ (self.jet(b, s, x, (slope, bend), z)[4] / rows))

@@ -98,7 +98,10 @@ class Evaluator:
         for reach in path.reach.values():
             for end in (reach.low, reach.high):
                 if end is not None and end.kind != "limit":
-                    result |= np.abs(s - end.s) <= 4 * SMALLEST * path.largest
+                    near = abs(end.s - (end.s if end.reached is None else end.reached))
+                    middle = end.s if end.reached is None else (end.s + end.reached) / 2
+                    slack = 4 * SMALLEST * path.largest
+                    result |= np.abs(s - middle) <= near / 2 + slack
         return result
 
     def _limits(self, path: Path, s: Any) -> dict[int, list[Limit]]:
@@ -210,7 +213,8 @@ class Evaluator:
         """
         with np.errstate(invalid="ignore", over="ignore"):
             h = path.constants.kappa * results[3] * np.sqrt(results[4])
-        good = (h <= H_LIMIT) & (first | self.sign_tells)
+            rounding = path.constants.kappa * results[3] ** 2 * path.constants.rho
+        good = (h + rounding <= H_LIMIT) & (first | self.sign_tells)
         if path.sign is not None:
             good &= np.sign(results[2]) == path.sign_at(s)
         with np.errstate(invalid="ignore"):

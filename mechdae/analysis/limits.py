@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.numbers import Constants
 from mechdae.kernels.graphs import Graphs
 
 ITERATIONS = 30
@@ -26,8 +27,9 @@ class Limit:
     """Where a group's motion ends.
 
     ``kind`` is "limit" (a fold), "change_point", "ambiguous" (branches too near each other, by
-    ``gap``), "dead_point", "pole" or "unproved"; ``x`` (nx,) the unknowns there; for a fold
-    ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its expansion.
+    ``gap``), "cusp", "dead_point", "pole" or "unproved"; ``x`` (nx,) the unknowns there; for a
+    fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its expansion. ``reached``
+    is how far the path was proved where that is short of the end.
     """
 
     s: float
@@ -39,10 +41,13 @@ class Limit:
     v: Any = None
     c: float = 0.0
     gap: float = 0.0
+    reached: float | None = None
 
     @property
     def belongs(self) -> float:
-        """How far behind the end poses still count as poses of the path: at it, or not."""
+        """How far behind the end poses still count as poses of the path; negative: before it."""
+        if self.reached is not None:
+            return -abs(self.reached - self.s)
         return 4 * np.spacing(abs(self.s)) if self.kind == "change_point" else 0.0
 
     def leads_to(self, x: Any, s: float, tolerance: float) -> bool:
@@ -63,12 +68,17 @@ class LimitFinder:
         Kernels of the scene.
     whole
         The input [consts; u0; d] of the path's kernels.
-    p, scale, u0, d
-        Parameter values, a length of the mechanism, u = u0 + s d.
+    constants
+        Numbers and bounds of the scene.
+    u0, d, unit
+        u = u0 + s d; a radian of the driver, or a length of the mechanism.
     """
 
-    def __init__(self, graphs: Graphs, whole: Any, p: Any, scale: float, u0: Any, d: Any) -> None:
-        self.graphs, self.whole, self.p, self.u0, self.d = graphs, whole, p, u0, d
+    def __init__(
+        self, graphs: Graphs, whole: Any, constants: Constants, u0: Any, d: Any, unit: float
+    ) -> None:
+        self.graphs, self.whole, self.u0, self.d = graphs, whole, u0, d
+        self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
         self._functions: dict[int, Any] = {}
         self.weights = [
             np.array(ca.Function("w", [graphs.scale], [graphs.weights(b)[0]])(scale)).ravel()
@@ -169,7 +179,7 @@ class LimitFinder:
         _, slope, J, F_y, _ = self._evaluate(b, y)
         push = _push(slope, F_y, len(chain), own)
         left = np.linalg.svd(J * self.weights[b])[0][:, -1]
-        size = float(np.linalg.norm(push)) or 1.0
+        size = max(float(np.linalg.norm(push)), float(self.mu[b]) / self.unit)
         return "change_point" if abs(left @ push) < 1e-2 * size else "dead_point"
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from mechdae.analysis.bridge import ZONE, Bridge, Builder, Zone
 from mechdae.analysis.crossings import Crossing, CrossingFinder
+from mechdae.analysis.cusps import CuspFinder
 from mechdae.analysis.interpolate import near_limit, quintic
 from mechdae.analysis.limits import CLOSE, Limit, LimitFinder
 from mechdae.analysis.numbers import Constants
@@ -99,17 +100,9 @@ class Path:
         self.groups = [group.index for group in g.scene.groups]
         self.block_group = [graph.block.group for graph in g.blocks]
         self.reach = {index: Reach() for index in self.groups}
-        self.finder = LimitFinder(
-            self.graphs, self.whole, self.constants.p, self.constants.scale, self.u0, self.d
-        )
-        self.bridges = Builder(
-            CrossingFinder(
-                g, self.constants.p, self.constants.scale, self.u0, self.d, self.largest
-            ),
-            self._step,
-            self.constants.kappa,
-            self.finder.weights,
-        )
+        crossings = CrossingFinder(g, self.constants, self.u0, self.d, self.largest)
+        self.finder = LimitFinder(g, self.whole, self.constants, self.u0, self.d, crossings.unit)
+        self.bridges = Builder(crossings, self._step, self.constants, self.finder.weights)
         self.zones: list[Zone] = []
         self.laboured = 0
         self._next_try: dict[tuple[int, float], float] = {}
@@ -315,12 +308,7 @@ class Path:
                     kind = "unproved"
                 else:
                     kind = self.finder.kind(b, s, x)
-                gap = 0.0
-                if kind != "pole":
-                    near = self.bridges.finder.find(b, s, state, sense, {}, self.largest)
-                    kind, gap = ("ambiguous", near.gap) if near is not None else (kind, gap)
-                limit = Limit(s, b, self.block_group[b], kind, x, gap=gap)
-                self._end(limit, ended, up)
+                self._end(self._last(b, s, state, sense, kind), ended, up)
                 self.laboured = 0
                 return self.largest
 
@@ -342,6 +330,20 @@ class Path:
             rest -= sense * (here - s)
             s = here
         return False
+
+    def _last(self, b: int, s: float, state: Any, sense: float, kind: str) -> Limit:
+        """Return the end of a path that cannot be proved any further."""
+        x, group = state[: self.graphs.nx], self.block_group[b]
+        if kind == "pole":
+            return Limit(s, b, group, kind, x)
+        near = self.bridges.finder.find(b, s, state, sense, {}, self.largest)
+        if near is not None:
+            return Limit(s, b, group, "ambiguous", x, gap=near.gap)
+        for k in reversed(self.graphs.ancestors(b)):
+            place = CuspFinder(self.bridges.finder).find(k, s, state, sense)
+            if place is not None:
+                return Limit(place, k, self.block_group[k], "cusp", x, reached=s)
+        return Limit(s, b, group, kind, x)
 
     # -- limit positions -----------------------------------------------------------------
 

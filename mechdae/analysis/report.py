@@ -25,6 +25,7 @@ STOPS = {
     "pole": "a slide runs away there, its guides become parallel",
     "change_point": "a change point, two branches meet there",
     "ambiguous": "two branches come too near each other to be told apart",
+    "cusp": "two branches end there with one tangent, the motion must turn back",
     "dead_point": "a dead point of the driver, the speed ratio is infinite there",
 }
 

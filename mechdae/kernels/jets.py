@@ -61,3 +61,21 @@ def crossing(scene: Scene, graph: BlockGraph) -> Any:
     )
     inputs = [y, z, z1, z2, u, u1, p, columns, rows]
     return ca.Function("crossing", inputs, [ca.densify(system), ca.densify(ca.jacobian(system, y))])
+
+
+def vertex(scene: Scene, graph: BlockGraph) -> Any:
+    """Return the system of a block's singular pose with a load e on its equations.
+
+    (y, w0, z, u, p, columns, rows) -> G, G_y with y = (x / columns, e, v / columns):
+    F / rows = e w0, J v = 0 and v . v = 1.
+    """
+    n, nz, nu = graph.size, len(graph.uses), scene.u.numel()
+    y, w0 = SX.sym("y", 2 * n + 1), SX.sym("w0", n)
+    z, u, p = SX.sym("z", nz), SX.sym("u", nu), scene.model.p
+    columns, rows = SX.sym("columns", n), SX.sym("rows", n)
+    block = ca.Function("block", [graph.x, graph.z, scene.u, p], [graph.F, graph.J])
+    F, J = block(y[:n] * columns, z, u, p)
+    v = y[n + 1 :]
+    system = ca.vertcat(F / rows - y[n] * w0, (J @ (columns * v)) / rows, ca.sumsqr(v) - 1)
+    inputs = [y, w0, z, u, p, columns, rows]
+    return ca.Function("vertex", inputs, [ca.densify(system), ca.densify(ca.jacobian(system, y))])
