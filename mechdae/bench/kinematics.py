@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.setting import Setting, prepare
 from mechdae.analysis.sweep import run
+from mechdae.bench.alternatives import alternatives
 from mechdae.bench.extended import true_error
 from mechdae.bench.yardstick import yardstick
 from mechdae.describe.problem import Problem, load
@@ -21,6 +23,9 @@ from mechdae.errors import InputError
 
 SIZES = (1_000, 10_000, 100_000)
 QUICK_SIZES = (1_000, 10_000)
+COMPARED, QUICK_COMPARED = 10_000, 1_000
+"""Number of poses at which other methods are measured beside."""
+MOST_SEQUENTIAL = 10_000
 SAMPLES = 400
 
 
@@ -66,15 +71,18 @@ def work_of(problem: Problem) -> Work:
     raise InputError(f"problem '{problem.name}' has no sweep of one driver to measure")
 
 
-def measure(item: Work, sizes: tuple[int, ...], repeats: int = 7) -> list[dict[str, Any]]:
-    """Return one record per size: work, n, ratio, yardstick, error, seconds.
+def measure(
+    item: Work, sizes: tuple[int, ...], repeats: int = 7, compared: int | None = None
+) -> list[dict[str, Any]]:
+    """Return one record per size: work, method, n, ratio, yardstick, error, seconds.
 
     ``seconds`` is the median of a sweep with its kernels built: path, poses, velocities,
     accelerations, certificates and bounds. ``first`` adds the building; ``error`` is the
-    largest true error of an unknown [rad] (or m) over a sample of the poses, ``allowed``
-    two units in the last place of it plus 1e-15, ``bound`` the certified bound.
+    largest true error of an unknown [rad, or lengths of the mechanism] over a sample of the
+    poses, ``allowed`` two units in the last place of it plus 1e-15, ``bound`` the certified
+    bound. At the size `compared` other ways to get the positions are measured too.
     """
-    records = []
+    records: list[dict[str, Any]] = []
     for n in sizes:
         task = replace(item.task, poses=n)
         start = time.perf_counter()
@@ -82,12 +90,15 @@ def measure(item: Work, sizes: tuple[int, ...], repeats: int = 7) -> list[dict[s
         result = run(setting, task)
         first = time.perf_counter() - start
         u = np.linspace(0, 2 * np.pi, n)
-        ours, theirs = _interleaved(partial(run, setting, task), partial(yardstick, u), repeats)
+        ours, theirs = interleaved(partial(run, setting, task), partial(yardstick, u), repeats)
         poses = result.poses
-        error, allowed = _error(setting, poses, result)
+        rows = _sample(poses)
+        error, allowed = _error(setting, poses.x[rows], poses.s[rows])
         records.append(
             {
                 "work": item.name,
+                "method": "certified",
+                "setting": "",
                 "n": n,
                 "ratio": ours / theirs,
                 "yardstick": theirs,
@@ -99,10 +110,27 @@ def measure(item: Work, sizes: tuple[int, ...], repeats: int = 7) -> list[dict[s
                 "not_ok": int((~poses.alive.all(axis=1)).sum()),
             }
         )
+        if n != compared or not len(rows) or records[-1]["not_ok"]:
+            continue
+        for name, way in alternatives(setting, result, MOST_SEQUENTIAL):
+            method, _, chosen = name.partition(", ")
+            ours, theirs = interleaved(way, partial(yardstick, u), max(1, repeats // 2))
+            records.append(
+                {
+                    "work": item.name,
+                    "method": method,
+                    "setting": chosen,
+                    "n": n,
+                    "ratio": ours / theirs,
+                    "yardstick": theirs,
+                    "error": _error(setting, way()[rows], poses.s[rows])[0],
+                    "seconds": ours,
+                }
+            )
     return records
 
 
-def _interleaved(
+def interleaved(
     ours: Callable[[], Any], theirs: Callable[[], Any], repeats: int
 ) -> tuple[float, float]:
     times: tuple[list[float], list[float]] = ([], [])
@@ -114,14 +142,19 @@ def _interleaved(
     return median(times[0]), median(times[1])
 
 
-def _error(setting: Setting, poses: Any, result: Any) -> tuple[float, float]:
+def _sample(poses: Any) -> Any:
     rows = np.flatnonzero(poses.alive.all(axis=1) & ~poses.at_limit)
-    rows = rows[:: max(1, len(rows) // SAMPLES)]
-    x, u = poses.x[rows], poses.s[rows, None]
+    return rows[:: max(1, len(rows) // SAMPLES)]
+
+
+def _error(setting: Setting, x: Any, s: Any) -> tuple[float, float]:
+    """Return the largest true error of the unknowns `x` (k, nx) at `s`, and what is allowed."""
     if not x.shape[1]:
         return 0.0, 1e-15
-    error = true_error(setting.graphs, x, u, setting.assembler.p)
-    allowed = 2 * np.spacing(np.maximum(1.0, np.abs(x))) + 1e-15
+    angle = np.array([name == "angle" for _, name in setting.scene.x_names], bool)
+    unit = np.where(angle, 1.0, mechanism_scale(setting.scene.model.mechanism))
+    error = true_error(setting.graphs, x, s[:, None], setting.assembler.p) / unit
+    allowed = 2 * np.spacing(np.maximum(1.0, np.abs(x / unit))) + 1e-15
     worst = np.unravel_index(np.argmax(error / allowed), error.shape)
     return float(error[worst]), float(allowed[worst])
 
@@ -129,14 +162,17 @@ def _error(setting: Setting, poses: Any, result: Any) -> tuple[float, float]:
 def table(records: list[dict[str, Any]]) -> str:
     """Return the records as text."""
     lines = [
-        f"{'work':28} {'poses':>8} {'ms':>9} {'ns/pose':>9} {'x yardstick':>12} "
+        f"{'work':44} {'poses':>8} {'ms':>9} {'ns/pose':>9} {'x yardstick':>12} "
         f"{'first ms':>9} {'error':>9} {'bound':>9}"
     ]
     for r in records:
+        name = r["work"] if r["method"] == "certified" else f"  {r['method']}, {r['setting']}"
+        first = f"{r['first'] * 1e3:9.1f}" if "first" in r else " " * 9
+        bound = f"{r['bound']:9.1e}" if "bound" in r else ""
         lines.append(
-            f"{r['work']:28} {r['n']:8d} {r['seconds'] * 1e3:9.2f} "
-            f"{r['seconds'] / r['n'] * 1e9:9.0f} {r['ratio']:12.2f} {r['first'] * 1e3:9.1f} "
-            f"{r['error']:9.1e} {r['bound']:9.1e}"
+            f"{name:44} {r['n']:8d} {r['seconds'] * 1e3:9.2f} "
+            f"{r['seconds'] / r['n'] * 1e9:9.0f} {r['ratio']:12.2f} {first} "
+            f"{r['error']:9.1e} {bound}".rstrip()
         )
     last = records[-1]
     lines.append(
@@ -145,7 +181,7 @@ def table(records: list[dict[str, Any]]) -> str:
         f"medians of interleaved runs"
     )
     lines.append(
-        "each sweep: positions, velocities, accelerations, certificates and bounds; "
-        "'first' builds the kernels too"
+        "each sweep: positions, velocities, accelerations, certificates and bounds, 'first' builds "
+        "the kernels too; interpolated, rootfinder: positions only, without certificate"
     )
     return "\n".join(lines)

@@ -12,23 +12,31 @@ from mechdae.cli import message
 def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("problem", nargs="?", metavar="P", help="default: the standard works")
     parser.add_argument("--quick", action="store_true", help="fewer poses and repeats")
-    parser.add_argument("--out", metavar="DIR", help="write bench.json there")
+    parser.add_argument("--out", metavar="DIR", help="write bench.json and bench.svg there")
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.bench.kinematics import QUICK_SIZES, SIZES, measure, standard, table, work_of
+    from mechdae.bench import kinematics as bench
     from mechdae.describe.problem import load
 
-    works = [work_of(load(options.problem))] if options.problem else standard()
-    sizes, repeats = (QUICK_SIZES, 3) if options.quick else (SIZES, 7)
+    works = [bench.work_of(load(options.problem))] if options.problem else bench.standard()
+    sizes, repeats = (bench.QUICK_SIZES, 3) if options.quick else (bench.SIZES, 7)
+    compared = bench.QUICK_COMPARED if options.quick else bench.COMPARED
     records = []
     for item in works:
-        records += measure(item, sizes, repeats)
-    print(table(records))
+        message(f"measuring {item.name}", options.quiet)
+        records += bench.measure(item, sizes, repeats, compared)
+    print(bench.table(records))
     if options.out:
         folder = Path(options.out)
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / "bench.json"
         path.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
         message(f"written: {path}", options.quiet)
+        if any(record["method"] != "certified" for record in records):
+            from mechdae.draw import save
+            from mechdae.draw.speed import draw
+
+            picture = save(draw(records), folder / "bench.svg")
+            message(f"written: {picture}", options.quiet)
     return 0

@@ -1,0 +1,67 @@
+"""Speed against error: records of `mechdae bench` as a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from mechdae.draw import style
+
+MARKS = {"certified": "o", "interpolated": "s", "rootfinder": "^"}
+COLOURS = ("#0072b2", "#d55e00", "#007a5a", "#8a4f7d", "#56b4e9", "#5f6b76")
+SMALLEST = 1e-17
+
+
+def draw(records: Sequence[dict[str, Any]]) -> Axes:
+    """Return axes with time, as a ratio to the yardstick, over the largest error.
+
+    One colour for each work, one mark for each method; the dashed line is the rounding unit.
+    """
+    n = max(record["n"] for record in records if record["method"] != "certified")
+    figure = Figure(figsize=(7.0, 4.6), dpi=style.DPI, facecolor=style.PAPER)
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.1, 0.12, 0.58, 0.76))
+    works = list(dict.fromkeys(record["work"] for record in records))
+    for colour, work in zip(COLOURS, works, strict=False):
+        for method, mark in MARKS.items():
+            chosen = [
+                r for r in records if r["work"] == work and r["method"] == method and r["n"] == n
+            ]
+            if not chosen:
+                continue
+            chosen.sort(key=lambda record: record["error"])
+            axes.loglog(
+                [max(record["error"], SMALLEST) for record in chosen],
+                [record["ratio"] for record in chosen],
+                marker=mark,
+                markersize=8 if method == "certified" else 5,
+                markerfacecolor=colour if method == "certified" else style.PAPER,
+                color=colour,
+                linewidth=style.THIN,
+                label=f"{work}: {WORDS[method]}",
+            )
+    axes.axvline(2.0**-52, color=style.FAINT, linewidth=style.THIN, linestyle=(0, (4, 2.5)))
+    axes.axhline(1.0, color=style.FAINT, linewidth=style.THIN, linestyle=(0, (4, 2.5)))
+    axes.set_xlabel("largest error of an unknown [rad, lengths of the mechanism]")
+    axes.set_ylabel("time / closed-form four-bar in NumPy")
+    axes.grid(True, which="major", color=style.GHOST, linewidth=0.5)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.set_title(
+        f"Speed against error, {n} poses", loc="left", color=style.INK, fontsize=11, pad=12
+    )
+    axes.legend(
+        loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0
+    )
+    return axes
+
+
+WORDS = {
+    "certified": "certified sweep with rates",
+    "interpolated": "positions, interpolated",
+    "rootfinder": "positions, rootfinder",
+}
