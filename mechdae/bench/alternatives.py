@@ -51,7 +51,7 @@ def interpolated(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, A
 
         def way(nodes: Any = nodes, parts: Any = parts) -> Any:
             result.evaluator.at(result.path, nodes)
-            return quintic(nodes, *parts, s)
+            return quintic(nodes, parts[0], parts[1], parts[2], s)
 
         yield f"interpolated, {count} nodes", way
 
@@ -63,7 +63,7 @@ def rootfinder(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, Any
     problem = {"x": scene.x, "p": ca.vertcat(scene.u, scene.model.p), "g": ca.densify(residual)}
     first = result.poses.x[0]
     for tolerance in TOLERANCES:
-        options = {"abstol": tolerance, "linear_solver": "qr", "error_on_fail": False}
+        options: dict[str, Any] = {"abstol": tolerance, "linear_solver": "qr", "error_on_fail": False}
         solver = Call(ca.rootfinder("solver", "newton", problem, options))
 
         def way(solver: Call = solver) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from mechdae.draw import style
 
@@ -24,7 +25,7 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     n = max(record["n"] for record in records if record["method"] != "certified")
     figure = Figure(figsize=(7.0, 4.6), dpi=style.DPI, facecolor=style.PAPER)
     FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.1, 0.12, 0.58, 0.76))
+    axes = figure.add_axes((0.1, 0.12, 0.64, 0.76))
     works = list(dict.fromkeys(record["work"] for record in records))
     for colour, work in zip(COLOURS, works, strict=False):
         for method, mark in MARKS.items():
@@ -42,7 +43,6 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
                 markerfacecolor=colour if method == "certified" else style.PAPER,
                 color=colour,
                 linewidth=style.THIN,
-                label=f"{work}: {WORDS[method]}",
             )
     axes.axvline(2.0**-52, color=style.FAINT, linewidth=style.THIN, linestyle=(0, (4, 2.5)))
     axes.axhline(1.0, color=style.FAINT, linewidth=style.THIN, linestyle=(0, (4, 2.5)))
@@ -54,14 +54,22 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     axes.set_title(
         f"Speed against error, {n} poses", loc="left", color=style.INK, fontsize=11, pad=12
     )
-    axes.legend(
-        loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0
-    )
+    shared = {"frameon": False, "fontsize": 8, "borderaxespad": 0, "alignment": "left"}
+    lines = [Line2D([], [], color=c, label=work) for c, work in zip(COLOURS, works, strict=False)]
+    first = axes.legend(handles=lines, loc="upper left", bbox_to_anchor=(1.03, 1.0), **shared)
+    axes.add_artist(first)
+    marks = [
+        Line2D([], [], color=style.INK, marker=mark, linestyle="", label=WORDS[method])
+        for method, mark in MARKS.items()
+    ]
+    for handle in marks[1:]:
+        handle.set_markerfacecolor(style.PAPER)
+    axes.legend(handles=marks, loc="upper left", bbox_to_anchor=(1.03, 0.72), **shared)
     return axes
 
 
 WORDS = {
-    "certified": "certified sweep with rates",
-    "interpolated": "positions, interpolated",
-    "rootfinder": "positions, rootfinder",
+    "certified": "certified sweep,\nrates and bounds",
+    "interpolated": "interpolated,\npositions only",
+    "rootfinder": "casadi rootfinder,\npositions only",
 }
