@@ -102,6 +102,8 @@ class Result:
         Condition number of the worst block; near a limit rates lose that many digits.
     fault
         What is wrong with the answer, None when nothing is.
+    parameters, table
+        Of a study, whose rows are sets of parameters: name -> (n,), path -> (n, ...).
     """
 
     problem: str
@@ -122,6 +124,8 @@ class Result:
     summary: dict[str, Any] = field(default_factory=dict)
     fault: str | None = None
     definition: Task | None = None
+    parameters: dict[str, Any] = field(default_factory=dict)
+    table: dict[str, Any] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.status)
@@ -136,6 +140,10 @@ class Result:
                     part: {key: plain(array) for key, array in series.items()}
                     for part, series in table.items()
                 }
+        for name in ("parameters", "table"):
+            arrays = getattr(self, name)
+            if arrays:
+                result[name] = {key: plain(np.asarray(array)) for key, array in arrays.items()}
         if self.labels is not None:
             result["labels"] = [list(row) for row in self.labels]
         result["status"] = [str(text) for text in self.status]
@@ -176,6 +184,10 @@ class Result:
                     else:
                         for axis, column in zip("xyz", array.T, strict=False):
                             yield f"{part}.{name}.{axis}", unit, column
+        for name, array in self.parameters.items():
+            yield name, "", array
+        for path, array in self.table.items():
+            yield from _flat(path, array)
         for name, unit in (("length", "m"), ("angle", "rad")):
             if name in self.bound:
                 yield f"bound.{name}", unit, self.bound[name]
@@ -189,6 +201,14 @@ class Result:
             return UNITS.get(name, "1")
         base = "rad" if part.endswith(".angle") else "m"
         return base + {"position": "", "velocity": "/s", "acceleration": "/s2"}.get(name, "")
+
+
+def _flat(path: str, array: Any) -> Iterator[tuple[str, str, Any]]:
+    """Yield the numbers of each row of a study as columns ``path[i][j]``."""
+    unit = UNITS.get(path.rsplit("/", 1)[-1], "")
+    for place in np.ndindex(*array.shape[1:]):
+        name = path + "".join(f"[{i}]" for i in place)
+        yield name, unit, array[(slice(None), *place)]
 
 
 def plain(value: Any) -> Any:

@@ -20,6 +20,8 @@ def table(result: Result, terminal: bool = False) -> str:
     lines = [f"{result.problem} / {result.task} ({result.kind})  {result.title}".rstrip()]
     if result.kind == "modes":
         lines += _modes(result, width)
+    elif result.kind == "study":
+        lines += _study(result)
     elif len(result) == 1:
         lines += _single(result)
     else:
@@ -152,6 +154,36 @@ def _modes(result: Result, width: int) -> list[str]:
         lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
     if "free" in summary:
         lines.append(f"  not counted: modes in which {', '.join(summary['free'])} moves by itself")
+    return lines
+
+
+def _study(result: Result) -> list[str]:
+    """Return a row for each set of parameters; of a path with many numbers its range."""
+    columns = [("status", [str(text) for text in result.status])]
+    columns += [(name, _cells(array)) for name, array in result.parameters.items()]
+    for whole, array in result.table.items():
+        path = whole.split("/", 1)[-1]
+        if array.ndim == 1:
+            columns.append((path, _cells(array)))
+            continue
+        flat = array.reshape(len(array), -1)
+        seen = np.isfinite(flat).any(axis=1)
+        low, high = (np.full(len(flat), np.nan) for _ in range(2))
+        low[seen], high[seen] = np.nanmin(flat[seen], axis=1), np.nanmax(flat[seen], axis=1)
+        columns += [(f"least {path}", _cells(low)), (f"largest {path}", _cells(high))]
+    spread = np.linspace(0, len(result) - 1, min(ROWS, len(result)))
+    rows = sorted({round(place) for place in spread.tolist()})
+    sizes = [max(len(title), *(len(cells[k]) for k in rows)) + 2 for title, cells in columns]
+    while len(columns) > 3 and sum(sizes) > WIDE:
+        columns, sizes = columns[:-1], sizes[:-1]
+    lines = ["  " + "".join(f"{t:>{n}}" for (t, _), n in zip(columns, sizes, strict=True))]
+    for k in rows:
+        cells = [f"{cells[k]:>{n}}" for (_, cells), n in zip(columns, sizes, strict=True)]
+        lines.append("  " + "".join(cells))
+    if len(rows) < len(result):
+        lines.append(f"  ({len(rows)} of {len(result)} sets shown; --out DIR writes all)")
+    counts = ", ".join(f"{count} {word}" for word, count in result.summary["status"].items())
+    lines.append(f"  sets      {counts}")
     return lines
 
 

@@ -21,9 +21,9 @@ class Constants:
         See `Graphs.constants`.
     """
 
-    def __init__(self, graphs: Graphs, size_u: Any, size_x: Any = None) -> None:
+    def __init__(self, graphs: Graphs, size_u: Any, size_x: Any = None, p: Any = None) -> None:
         self.graphs = graphs
-        self.p = graphs.scene.model.p_values
+        self.p = graphs.scene.model.p_values if p is None else np.asarray(p, float)
         self.scale = mechanism_scale(graphs.scene.model.mechanism)
         angle = np.array([name == "angle" for _, name in graphs.scene.x_names], bool)
         if size_x is None:

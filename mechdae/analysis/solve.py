@@ -9,7 +9,7 @@ from pathlib import Path
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import Problem, load
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import Driven, Modes, Sweep, Task
+from mechdae.describe.tasks import Driven, Modes, Study, Sweep, Task
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
@@ -60,6 +60,10 @@ def solve(
             from mechdae.analysis.assembly import modes
 
             return modes(whole, name, chosen)
+        if isinstance(chosen, Study):
+            from mechdae.analysis.study import study
+
+            return study(whole, name, chosen)
     except MechdaeError as error:
         if isinstance(error, InputError) and not error.where.startswith(
             ("mechanism", "bodies", "joints", "sketch", "parameters")
@@ -69,7 +73,7 @@ def solve(
     raise UnavailableError(
         f"tasks of kind '{chosen.kind}' are not computed by this version",
         where=f"tasks.{name}.kind",
-        hint="available: sweep, modes",
+        hint="available: sweep, modes, study",
     )
 
 

@@ -63,7 +63,11 @@ def rootfinder(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, Any
     problem = {"x": scene.x, "p": ca.vertcat(scene.u, scene.model.p), "g": ca.densify(residual)}
     first = result.poses.x[0]
     for tolerance in TOLERANCES:
-        options: dict[str, Any] = {"abstol": tolerance, "linear_solver": "qr", "error_on_fail": False}
+        options: dict[str, Any] = {
+            "abstol": tolerance,
+            "linear_solver": "qr",
+            "error_on_fail": False,
+        }
         solver = Call(ca.rootfinder("solver", "newton", problem, options))
 
         def way(solver: Call = solver) -> Any:

@@ -18,7 +18,7 @@ from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground, Mechanism, evaluate_all
 from mechdae.describe.reading import plain, read, split_unit, to_si
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import TASKS, Driven, Driver, Task
+from mechdae.describe.tasks import TASKS, Driven, Driver, Study, Task
 from mechdae.describe.values import Number, Value, key, number
 from mechdae.errors import (
     InputError,
@@ -294,8 +294,21 @@ def _read_task(name: str, table: Any) -> Task:
                 read(Driver, item, f"{place}.drivers[{i}]")
                 for i, item in enumerate(rest["drivers"])
             ]
+    if kind is Study and isinstance(rest.get("vary"), Mapping):
+        rest["vary"] = _grid(rest["vary"], f"{place}.vary")
     task: Task = read(kind, rest, place)
     return task
+
+
+def _grid(table: Mapping[str, Any], place: str) -> dict[str, Any]:
+    """Return name -> [from, to, count] in SI; a unit belongs to the first two numbers."""
+    result = {}
+    for entry, items in table.items():
+        base, suffix = split_unit(entry)
+        if not isinstance(items, list) or len(items) != 3:
+            raise InputError("[from, to, count] is needed", where=f"{place}.{entry}")
+        result[base] = [*to_si(items[:2], suffix), items[2]]
+    return result
 
 
 def _check_depth(data: Any) -> None:

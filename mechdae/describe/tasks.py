@@ -146,14 +146,15 @@ class Synthesis(Task):
 
 @dataclass(frozen=True)
 class Study(Task):
-    """A task over a grid or a sample of parameters."""
+    """A sweep over a grid of parameters (``vary``) or over sets of them (``samples``)."""
 
-    vary: Any = key("free", None)
-    samples: Any = key("free", None)
-    of: str | None = key("text", None)
-    outputs: tuple[str, ...] | None = key("names", None)
+    vary: Any = key("free", None, doc="name -> [from, to, count]; all combinations")
+    samples: Any = key("free", None, doc="name -> [values], as many for each name")
+    of: str | None = key("text", None, doc="the sweep that is repeated")
+    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that sweep in the JSON")
 
     kind: ClassVar[str] = "study"
+    available: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,315 @@
+"""The task of kind study: one sweep for many sets of parameters.
+
+Series of a sweep with one driver over given values go through all sets in lockstep; sets
+that the lockstep cannot prove, and everything else that a task gives (``summary/...``),
+are computed one by one.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.crossings import NODES_PER_TURN
+from mechdae.analysis.evaluate import in_time
+from mechdae.analysis.lockstep import Lockstep
+from mechdae.analysis.numbers import Constants, mechanism_scale
+from mechdae.analysis.setting import Setting, first_pose, prepare
+from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import evaluate_all
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Study, Sweep
+from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
+from mechdae.results import Result
+
+MAX_SETS = 200_000
+MAX_NUMBERS = 50_000_000
+SERIES = ("bodies", "points", "joints")
+PORTION = 400_000
+"""Poses of all sets that are computed in one portion."""
+
+
+def study(problem: Problem, name: str, task: Study) -> Result:
+    """Return a result whose rows are sets of parameters.
+
+    ``parameters`` holds the sets, ``table`` one array (sets, ...) for each path in `outputs`;
+    ``status`` is ok for sets in which all poses are, else the first other status.
+
+    Raises
+    ------
+    InputError
+        Unknown parameters, paths or tasks, too many sets.
+    """
+    base_name, base = _base(problem, task)
+    names, sets = _sets(problem, task)
+    if not task.outputs:
+        raise InputError(
+            "name the paths to tabulate", where="outputs", hint='"summary/swing/rocker"'
+        )
+    collector = _Collector(problem, base_name, base, names, sets, tuple(task.outputs))
+    table, status = collector.run()
+    summary = {
+        "sets": len(sets),
+        "of": base_name,
+        "status": {word: status.count(word) for word in dict.fromkeys(status)},
+        "work": {"lockstep": collector.together, "one_by_one": len(sets) - collector.together},
+    }
+    reached = any(word == "ok" for word in status)
+    return Result(
+        problem.name,
+        name,
+        task.kind,
+        problem.mechanism,
+        problem.title,
+        parameters={key: sets[:, k] for k, key in enumerate(names)},
+        table=table,
+        status=np.array(status),
+        summary=summary,
+        fault=None if reached else f"none of {len(sets)} sets is assembled at all poses",
+        definition=task,
+    )
+
+
+def _base(problem: Problem, task: Study) -> tuple[str, Sweep]:
+    known = {key: other for key, other in problem.tasks.items() if isinstance(other, Sweep)}
+    if task.of is None:
+        if len(known) != 1:
+            raise InputError("say which task is varied", where="of", hint=", ".join(known))
+        return next(iter(known.items()))
+    if task.of not in known:
+        raise UnknownName("sweep", task.of, known, where="of")
+    return task.of, known[task.of]
+
+
+def _sets(problem: Problem, task: Study) -> tuple[list[str], Any]:
+    """Return names (m,) and values (k, m) of the parameter sets."""
+    if (task.vary is None) == (task.samples is None):
+        raise InputError("give either 'vary' or 'samples'", where="vary")
+    word = "vary" if task.vary is not None else "samples"
+    table = task.vary if task.vary is not None else task.samples
+    if not isinstance(table, Mapping) or not table:
+        raise InputError("a table name = [...] is needed", where=word)
+    known = evaluate_all(problem.mechanism.parameters)
+    automatic = {*known, *dict(problem.mechanism.numbers())}
+    columns = []
+    for key, items in table.items():
+        if key not in automatic:
+            raise UnknownName("parameter", key, automatic, where=word)
+        if not isinstance(items, tuple | list) or not items:
+            raise InputError("a list of numbers is needed", where=f"{word}.{key}")
+        try:
+            columns.append(_column(word, items, known))
+        except MechdaeError as error:
+            raise error.inside(f"{word}.{key}") from None
+    if word == "samples":
+        if len({len(column) for column in columns}) > 1:
+            raise InputError("the lists have different lengths", where=word)
+        sets = np.array(columns, float).T
+    else:
+        count = int(np.prod([len(column) for column in columns]))
+        if count > MAX_SETS:
+            raise InputError(f"{count} sets, at most {MAX_SETS} are computed", where=word)
+        sets = np.array(list(itertools.product(*columns)), float)
+    if len(sets) > MAX_SETS:
+        raise InputError(f"{len(sets)} sets, at most {MAX_SETS} are computed", where=word)
+    return list(table), sets
+
+
+def _column(word: str, items: Any, known: Mapping[str, float]) -> list[float]:
+    values = [evaluate(item, dict(known)) for item in items]
+    if word == "samples":
+        return values
+    if len(values) != 3 or values[2] != int(values[2]) or values[2] < 1:
+        raise InputError("[from, to, count] is needed, count a whole number above 0")
+    count = int(values[2])
+    return [values[0]] if count == 1 else np.linspace(values[0], values[1], count).tolist()
+
+
+class _Collector:
+    """Fills the table of a study."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        name: str,
+        task: Sweep,
+        names: list[str],
+        sets: Any,
+        outputs: tuple[str, ...],
+    ) -> None:
+        self.problem, self.name, self.task = problem, name, task
+        self.names, self.sets, self.outputs = names, sets, outputs
+        self.together = 0
+
+    def run(self) -> tuple[dict[str, Any], list[str]]:
+        """Return path -> (sets, ...) and the status of each set."""
+        rows: list[Any] = [None] * len(self.sets)
+        status = ["unassembled"] * len(self.sets)
+        if self._in_series():
+            self._lockstep(rows, status)
+        for k in range(len(self.sets)):
+            if rows[k] is None:
+                rows[k], status[k] = self._single(k)
+        return self._stacked(rows), status
+
+    def _stacked(self, rows: list[Any]) -> dict[str, Any]:
+        table = {}
+        for j, path in enumerate(self.outputs):
+            shapes = [np.shape(row[j]) for row in rows if row is not None and row[j] is not None]
+            if not shapes:
+                table[path] = np.full(len(rows), np.nan)
+                continue
+            shape = max(set(shapes), key=shapes.count)
+            if len(rows) * int(np.prod(shape, initial=1)) > MAX_NUMBERS:
+                raise InputError(f"{path}: more than {MAX_NUMBERS} numbers", where="outputs")
+            array = np.full((len(rows), *shape), np.nan)
+            for k, row in enumerate(rows):
+                if row is not None and row[j] is not None and np.shape(row[j]) == shape:
+                    array[k] = row[j]
+            table[path] = array
+        return table
+
+    def _in_series(self) -> bool:
+        """Return whether all outputs are series of one driver over given values."""
+        drivers = self.task.all_drivers
+        plain = len(drivers) == 1 and drivers[0].law is None and drivers[0].range is None
+        heads = all(path.split("/")[0] in SERIES for path in self.outputs)
+        return plain and heads and self.task.mode is None and self.task.derivatives <= 2
+
+    def _values(self, k: int) -> dict[str, float]:
+        return dict(zip(self.names, self.sets[k].tolist(), strict=True))
+
+    def _single(self, k: int) -> tuple[list[Any] | None, str]:
+        from mechdae.analysis.solve import solve
+
+        try:
+            result = solve(self.problem.with_values(self._values(k)), self.name)
+        except SolveError:
+            return None, "unassembled"
+        words = [str(word) for word in result.status]
+        worst = next((word for word in words if word not in ("ok", "limit")), "ok")
+        row = []
+        for path in self.outputs:
+            value = _missing_ok(result, path)
+            row.append(None if value is None else np.array(value, float))
+        return row, worst
+
+    # -- lockstep --------------------------------------------------------------------------
+
+    def _lockstep(self, rows: list[Any], status: list[str]) -> None:
+        """Fill in the sets that all poses of are proved in lockstep."""
+        setting = prepare(self.problem, self.task)
+        if not setting.graphs.single:
+            return
+        for path in self.outputs:
+            _columns(setting, path)  # unknown names are reported before anything is computed
+        try:
+            u, x = first_pose(setting, self.task)
+        except SolveError:
+            return
+        plan, s = setting.plan, float(u[0])
+        is_angle = plan.coordinates[0].is_angle
+        scale = mechanism_scale(setting.scene.model.mechanism)
+        largest = 2 * np.pi / NODES_PER_TURN * (1.0 if is_angle else scale)
+        values = plan.values[:, 0]
+        size_u = np.array([max(np.abs(values).max(), abs(s)) + 1e-9])
+        lanes = Lockstep(setting, largest)
+        numbers, rates = self._parameters(setting), self._rates()
+        if numbers is None or rates is None:
+            return
+        portion = max(1, PORTION // max(len(values), 1))
+        base = setting.scene.model.p_values
+        for start in range(0, len(self.sets), portion):
+            chosen = range(start, min(start + portion, len(self.sets)))
+            p = [base, *(numbers[k] for k in chosen)]
+            found = lanes.run([Constants(setting.graphs, size_u, None, q) for q in p], x, s, values)
+            own = np.concatenate([rates[:1], rates[start : start + len(chosen)]])[:, None, :]
+            y = in_time(found.y, own[:, :, :1], own[:, :, 1:])
+            for i, k in enumerate(chosen, start=1):
+                if not found.kept[i]:
+                    continue
+                rows[k] = [_series(setting, path, [part[i] for part in y]) for path in self.outputs]
+                status[k] = "ok"
+                self.together += 1
+
+    def _rates(self) -> Any:
+        """Return speed and acceleration of the driver in each set (k, 2).
+
+        None where a set changes the values that the driver takes.
+        """
+        driver, parameters = self.task.all_drivers[0], dict(self.problem.mechanism.parameters)
+        places = [n for n in (driver.from_, driver.to, *(driver.at or ())) if n is not None]
+        given = (
+            driver.speed if driver.speed is not None else 1.0,
+            driver.acceleration if driver.acceleration is not None else 0.0,
+        )
+        if not any(isinstance(number, str) for number in (*places, *given)):
+            return np.tile(np.array(given, float), (len(self.sets), 1))
+        known = evaluate_all(parameters)
+        rates = np.empty((len(self.sets), 2))
+        for k in range(len(self.sets)):
+            own = evaluate_all({**parameters, **self._values_of(k, parameters)})
+            if any(evaluate(number, own) != evaluate(number, known) for number in places):
+                return None
+            rates[k] = [evaluate(number, own) for number in given]
+        return rates
+
+    def _parameters(self, setting: Setting) -> Any:
+        """Return the parameter vectors (k, np) of the sets; None where they do not suffice."""
+        model = setting.scene.model
+        place = {name: i for i, name in enumerate(model.p_names)}
+        if any(name not in place for name in self.names):
+            return None  # a literal zero is no symbol of this model
+        base = dict(self.problem.mechanism.parameters)
+        dependent = [name for name, number in base.items() if isinstance(number, str)]
+        result = np.tile(model.p_values, (len(self.sets), 1))
+        for j, name in enumerate(self.names):
+            result[:, place[name]] = self.sets[:, j]
+        if dependent and set(self.names) & set(base):
+            for k in range(len(self.sets)):
+                known = evaluate_all({**base, **self._values_of(k, base)})
+                for name in dependent:
+                    result[k, place[name]] = known[name]
+        return result
+
+    def _values_of(self, k: int, base: Mapping[str, Any]) -> dict[str, float]:
+        return {name: value for name, value in self._values(k).items() if name in base}
+
+
+def _columns(setting: Setting, path: str) -> tuple[int, tuple[int, ...]]:
+    """Return order of the derivative and columns of a path like ``points/rod.B/velocity``."""
+    from mechdae.analysis.outputs import RATES
+
+    head, _, tail = path.partition("/")
+    part, _, quantity = tail.rpartition("/")
+    entries = [e for e in setting.outputs.entries if e.kind == head and e.name != "guide"]
+    if not any(entry.part == part for entry in entries):
+        raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
+    own = [entry for entry in entries if entry.part == part]
+    for entry in own:
+        names = RATES[entry.name]
+        if quantity in names and (entry.kind, entry.name) != ("joints", "angle"):
+            return names.index(quantity), entry.columns
+        if quantity == entry.name:
+            return 0, entry.columns
+    known = [f"{head}/{part}/{name}" for entry in own for name in RATES[entry.name]]
+    raise UnknownName("path", path, known)
+
+
+def _series(setting: Setting, path: str, y: list[Any]) -> Any:
+    order, columns = _columns(setting, path)
+    values = y[order][:, columns]
+    return values if "/position" in path or len(columns) > 1 else values[:, 0]
+
+
+def _missing_ok(result: Result, path: str) -> Any:
+    """Return the value at a path; None for a summary that this set does not have."""
+    try:
+        return result.value(path)
+    except UnknownName:
+        if path.startswith("summary/"):
+            return None
+        raise

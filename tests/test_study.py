@@ -1,0 +1,146 @@
+"""Studies: a sweep for many sets of parameters, in lockstep and one by one."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.cli import main
+
+TURN = md.Sweep(md.Driver("crank.angle", from_=0, to=2 * np.pi, speed="w"), poses=73)
+
+
+def four_bar() -> md.Problem:
+    mechanism = md.Mechanism(
+        ground=md.Ground({"A": (0, 0), "D": ("d", 0)}),
+        bodies=[
+            md.Body("crank", {"A": (0, 0), "B": ("a", 0)}),
+            md.Body("coupler", {"B": (0, 0), "C": ("b", 0), "P": ("half", 0.04)}),
+            md.Body("rocker", {"D": (0, 0), "C": ("c", 0)}),
+        ],
+        joints=[
+            md.Revolute("A", "ground.A", "crank.A"),
+            md.Revolute("B", "crank.B", "coupler.B"),
+            md.Revolute("C", "coupler.C", "rocker.C"),
+            md.Revolute("D", "ground.D", "rocker.D"),
+        ],
+        parameters={"a": 0.04, "b": 0.12, "c": 0.08, "d": 0.1, "half": "b/2", "w": 2.0},
+        sketch={"crank": 1.0, "coupler": 0.3, "rocker": 1.4},
+    )
+    return md.Problem(mechanism, {"turn": TURN}, name="four-bar")
+
+
+def closed(a: float, b: float, c: float, d: float, u: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return P and the rocker's angle of the open four-bar with P above the middle of b."""
+    B = a * np.exp(1j * u.astype(np.longdouble))
+    gap = d - B
+    e = abs(gap)
+    coupler = np.angle(gap) + np.arccos((e * e + b * b - c * c) / (2 * b * e))
+    C = B + b * np.exp(1j * coupler)
+    return B + (b / 2 + 0.04j) * np.exp(1j * coupler), np.unwrap(np.angle(C - d))
+
+
+OUTPUTS = ("points/coupler.P/position", "bodies/rocker/angle", "bodies/rocker/angular_velocity")
+
+
+def test_a_grid_in_lockstep_is_right() -> None:
+    vary = {"a": [0.03, 0.04, 3], "b": [0.11, 0.13, 4], "d": [0.095, 0.11, 3]}
+    result = md.solve(four_bar(), md.Study(vary=vary, of="turn", outputs=OUTPUTS))
+    u = np.linspace(0, 2 * np.pi, 73)
+    assert len(result) == 36
+    assert set(result.status) == {"ok"}
+    assert result.summary["work"] == {"lockstep": 36, "one_by_one": 0}
+    for k in range(36):
+        a, b, d = (float(result.parameters[name][k]) for name in ("a", "b", "d"))
+        P, rocker = closed(a, b, 0.08, d, u)
+        ours = result.table["points/coupler.P/position"][k]
+        assert np.abs(ours[:, 0] + 1j * ours[:, 1] - P).max() < 1e-15
+        assert np.abs(result.table["bodies/rocker/angle"][k] - rocker).max() < 1e-14
+        h = 1e-5
+        ahead, behind = (closed(a, b, 0.08, d, u + step)[1] for step in (h, -h))
+        speed = 2 * (ahead - behind) / (2 * h)
+        assert np.abs(result.table[OUTPUTS[2]][k] - speed).max() < 1e-8
+
+
+def test_lockstep_and_one_by_one_agree() -> None:
+    problem = four_bar()
+    samples = {"a": [0.03, 0.041, 0.05], "c": [0.08, 0.079, 0.09], "w": [1.0, 2.0, -3.0]}
+    together = md.solve(problem, md.Study(samples=samples, of="turn", outputs=OUTPUTS))
+    single = md.solve(
+        problem, md.Study(samples=samples, of="turn", outputs=(*OUTPUTS, "summary/swing/rocker"))
+    )
+    assert together.summary["work"]["one_by_one"] == 0
+    assert single.summary["work"]["lockstep"] == 0
+    for path in OUTPUTS:
+        assert together.table[path] == pytest.approx(single.table[path], rel=1e-12, abs=1e-12)
+    assert np.all(single.table["summary/swing/rocker"] > 0.5)
+
+
+def test_sets_that_lock_are_followed_alone_and_said() -> None:
+    study = md.Study(samples={"a": [0.04, 0.07]}, of="turn", outputs=(OUTPUTS[1],))
+    result = md.solve(four_bar(), study)
+    assert list(result.status) == ["ok", "unassembled"]
+    assert result.summary["work"] == {"lockstep": 1, "one_by_one": 1}
+    assert np.isfinite(result.table[OUTPUTS[1]][0]).all()
+    assert np.isnan(result.table[OUTPUTS[1]][1]).any()
+    assert result.fault is None
+
+
+def test_a_swapped_branch_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lane that starts on the other side of the dyad is left to be followed alone."""
+    from mechdae.analysis.lockstep import Lockstep
+
+    right = Lockstep._start
+
+    def wrong(self, numbers, consts, x, s):
+        state, sign, kept = right(self, numbers, consts, x, s)
+        state[1, : self.graphs.nx] = right(self, numbers, consts, -x, s)[0][1, : self.graphs.nx]
+        return state, sign, kept
+
+    monkeypatch.setattr(Lockstep, "_start", wrong)
+    study = md.Study(samples={"a": [0.039, 0.041]}, of="turn", outputs=(OUTPUTS[1],))
+    result = md.solve(four_bar(), study)
+    assert result.summary["work"]["one_by_one"] >= 1
+    assert set(result.status) == {"ok"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"vary": {"aa": [1, 2, 3]}}, "aa"),
+        ({"vary": {"a": [1, 2]}}, "from, to, count"),
+        ({"vary": {"a": [1, 2, 2.5]}}, "whole number"),
+        ({"vary": {"a": [0.03, 0.04, 1000], "b": [0.1, 0.12, 1000]}}, "at most"),
+        ({"samples": {"a": [1, 2], "b": [1]}}, "different lengths"),
+        ({}, "vary"),
+        ({"vary": {"a": [0.03, 0.04, 2]}, "outputs": ("bodies/rokcer/angle",)}, "rocker"),
+        ({"vary": {"a": [0.03, 0.04, 2]}, "outputs": ()}, "paths"),
+        ({"vary": {"a": [0.03, 0.04, 2]}, "of": "trun"}, "turn"),
+    ],
+)
+def test_bad_studies(keys: dict, words: str) -> None:
+    study = replace(md.Study(of="turn", outputs=("bodies/rocker/angle",)), **keys)
+    with pytest.raises(md.InputError, match=words):
+        md.solve(four_bar(), study)
+
+
+def test_a_study_in_a_file(tmp_path, capsys) -> None:
+    text = md.dumps(four_bar()) + (
+        '[tasks.map]\nkind = "study"\nof = "turn"\n'
+        "vary = { a_mm = [30, 40, 2], b = [0.11, 0.13, 2] }\n"
+        'outputs = ["points/coupler.P/position", "summary/swing/rocker"]\n'
+    )
+    path = tmp_path / "map.toml"
+    path.write_text(text)
+    assert main(["solve", str(path), "--task", "map", "--json", "--out", str(tmp_path)]) == 0
+    task = json.loads(capsys.readouterr().out)["tasks"]["map"]
+    assert task["parameters"] == {"a": [0.03, 0.03, 0.04, 0.04], "b": [0.11, 0.13, 0.11, 0.13]}
+    assert np.shape(task["table"]["points/coupler.P/position"]) == (4, 73, 2)
+    assert np.shape(task["table"]["summary/swing/rocker"]) == (4,)
+    assert "points/coupler.P/position[0][1]" in (tmp_path / "map.csv").read_text().split("\n")[0]
+    assert main(["solve", str(path), "--task", "map"]) == 0
+    assert "swing/rocker" in capsys.readouterr().out
