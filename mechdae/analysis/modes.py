@@ -6,6 +6,7 @@ groups by Newton's method from many starts, and their count is only "found".
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 from mechdae.analysis.eliminant import BlockSolver
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.plan import Sketch
+from mechdae.analysis.truss import Truss, truss
 from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.kernels.graphs import Graphs
 from mechdae.model.structure import Group
@@ -65,6 +67,7 @@ class Assembler:
             BlockSolver(self.scene, graph, self.p, self.size) for graph in graphs.blocks
         ]
         self._functions: dict[Coordinate | str, Any] = {}
+        self._trusses: dict[int, Truss | None] = {}
         self.free: list[Group] = []
         """Groups met with a freedom of their own: their outer pins coincide."""
 
@@ -133,6 +136,8 @@ class Assembler:
             for start in found:
                 z = start[graph.uses] if graph.uses else np.zeros(0)
                 result = solver.solve(z, u)
+                if result is None and (shape := self._truss(group)) is not None:
+                    return self._of_truss(shape, x, u)
                 if result is None or (nearby and result.infinite):
                     starts = 1 if result is not None else STARTS
                     solutions, sure, gap = self._search(b, start, u, starts), False, 0.0
@@ -146,11 +151,39 @@ class Assembler:
                 if not len(solutions):
                     failure = Failure(group, gap, infinite)
                 for solution in solutions:
-                    new = start.copy()
-                    new[graph.own] = self._nearest_turn(b, solution)
+                    new = put(start, graph.own, self._nearest_turn(b, solution))
                     ahead.append(self._polish(b, new, u))
             found = ahead
         return found, proven, failure if not found else None
+
+    def _truss(self, group: Group) -> Truss | None:
+        """Return the group as a platform on three legs, None when it is none."""
+        if group.index not in self._trusses:
+            self._trusses[group.index] = truss(self.scene, group, self.p)
+        return self._trusses[group.index]
+
+    def _of_truss(self, shape: Truss, x: Any, u: Any) -> tuple[list[Any], bool, Failure | None]:
+        """Return all poses of a platform on three legs."""
+        group = shape.group
+        poses, closed = shape.solve(self.coordinates(x, u), u)
+        if closed.free:
+            self.free.append(group)
+        found = []
+        for q in poses:
+            ahead = [x]
+            for b in self.blocks_of(group):
+                own = self.graphs.blocks[b].own
+                solutions = self._turned(b, np.array([q[self.scene.x_names[i]] for i in own]))
+                ahead = [self._polish(b, put(y, own, s), u) for y in ahead for s in solutions]
+            found += ahead
+        return found, closed.proven, None if found else Failure(group, closed.gap)
+
+    def _turned(self, b: int, solution: Any) -> list[Any]:
+        """Return the solution with all whole turns of its angles that gears tell apart."""
+        solver = self.solvers[b]
+        counts = [max(round(solver.period(j) / (2 * np.pi)), 1) for j in range(len(solution))]
+        turns = itertools.product(*[range(count) for count in counts])
+        return [self._nearest_turn(b, solution + 2 * np.pi * np.array(k)) for k in turns]
 
     def _polish(self, b: int, x: Any, u: Any) -> Any:
         """Return x after a few Newton steps in block `b`; kept as it is at a fold."""
@@ -382,3 +415,10 @@ class Assembler:
             if np.abs(t - t[0]).max() > 1e-6
         ]
         return keys or list(self.slides(group, poses[0], u))
+
+
+def put(x: Any, own: list[int], values: Any) -> Any:
+    """Return x with the unknowns of a block replaced."""
+    result = x.copy()
+    result[own] = values
+    return result
