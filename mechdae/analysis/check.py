@@ -75,7 +75,11 @@ def check(problem: Problem) -> list[Verdict]:
 
 def _verdict(entry: Expected, result: Result, known: dict[str, float]) -> Verdict:
     found = result.value(entry.what)
-    if entry.what.split("/")[0] in SERIES and isinstance(found, list) and not _all_modes(entry, result):
+    if (
+        entry.what.split("/")[0] in SERIES
+        and isinstance(found, list)
+        and not _all_modes(entry, result)
+    ):
         found = found[_pose(entry, result, known)]
     if isinstance(found, dict):
         raise InputError(f"{entry.what} is a table; name one of {', '.join(found)}")

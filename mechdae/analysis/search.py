@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.eliminant import BlockSolver
+from mechdae.analysis.triad import newton_steps
 from mechdae.kernels.batch import Batch
 
 FIRST = 256
@@ -110,7 +111,7 @@ class Search:
             F, J = self._values(x)
             fine = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
             x, F, J = x[fine], F[fine], J[fine]
-            step = _solve(J, F)
+            step = newton_steps(J, F)
             size = np.abs(step).max(axis=1, initial=0.0)
             with np.errstate(divide="ignore"):
                 x = x - step * self.scale * np.minimum(1.0, LARGEST_STEP / size)[:, None]
@@ -123,7 +124,7 @@ class Search:
         if not len(reached):
             return reached
         F, J = self._values(reached)
-        reached = reached - _solve(J, F) * self.scale
+        reached = reached - newton_steps(J, F) * self.scale
         F, _ = self._values(reached)
         far = 1 + np.abs(reached[:, self.lengths] / self.solver.size).max(axis=1, initial=0.0)
         return reached[np.abs(F).max(axis=1) <= ROUNDING * far]
@@ -148,11 +149,3 @@ class Search:
         with np.errstate(invalid="ignore", divide="ignore"):
             turns = np.where(self.period > 0, np.round(gap / self.period), 0.0)
         return (np.abs(gap - turns * self.period) / self.scale).max(axis=1) < SAME
-
-
-def _solve(J: Any, F: Any) -> Any:
-    """Return the Newton steps (k, n); of least length where J is singular."""
-    try:
-        return np.linalg.solve(J, F[:, :, None])[:, :, 0]
-    except np.linalg.LinAlgError:
-        return np.einsum("kij,kj->ki", np.linalg.pinv(J), F)

@@ -175,11 +175,11 @@ class _Platform:
         share = np.einsum("kij,ki->kj", U, c)
         with np.errstate(all="ignore"):
             main, other = (share / S).T
-        places = [other]
-        if self.circle:
-            rest = np.sqrt(np.maximum(self.length[0] ** 2 - main**2, 0.0))
-            places += [rest, -rest]
-        P = np.stack([main * along[:, 0] + t * along[:, 1] for t in places])
+            places = [other]
+            if self.circle:
+                rest = np.sqrt(np.maximum(self.length[0] ** 2 - main**2, 0.0))
+                places += [rest, -rest]
+            P = np.stack([main * along[:, 0] + t * along[:, 1] for t in places])
         wide = np.broadcast_to(w, P.shape)
         good = np.isfinite(P)
         return P[good], wide[good]
@@ -206,7 +206,7 @@ class _Platform:
         P, w = self.candidates(w / np.abs(w))
         for _ in range(12):
             f, J = self.residual(P, w)
-            step = _solve(J, f)
+            step = newton_steps(J, f)
             P = P - (step[:, 0] + 1j * step[:, 1])
             w = w * np.exp(-1j * step[:, 2])
         f, J = self.residual(P, w)
@@ -238,7 +238,7 @@ class _Platform:
         return self.size * float(misses.min()) if misses.size else 0.0
 
 
-def _solve(J: Any, f: Any) -> Any:
+def newton_steps(J: Any, f: Any) -> Any:
     """Return the Newton steps (k, n); of least length where J is singular."""
     try:
         return np.linalg.solve(J, f[:, :, None])[:, :, 0]

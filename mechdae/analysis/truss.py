@@ -119,7 +119,7 @@ class Truss:
             self.rigid.append(joint)
         elif joint.kind == "revolute" or driven == "slide":
             slot = joint.name if driven else ""
-            pin = {Place(*joint.first.split("."), slot), Place(*joint.second.split("."))}
+            pin = {place(joint.first, slot), place(joint.second)}
             for other in [other for other in self.pins if other & pin]:
                 self.pins.remove(other)
                 pin |= other
@@ -190,9 +190,9 @@ class Truss:
             self._numbers[name] = float(value(self.p))
         return self._numbers[name].real
 
-    def _local(self, body: str, point: str) -> complex:
+    def _local(self, place: Place) -> complex:
         """Return a point in its body's frame."""
-        name = f"{body}.{point}"
+        name = f"{place.body}.{place.point}"
         if name not in self._numbers:
             value = ca.Function("n", [self.model.p], [ca.densify(self.model.local(name))])
             self._numbers[name] = complex(*np.array(value(self.p)).ravel())
@@ -256,7 +256,7 @@ class _Numbers:
         shape = self.shape
         k, kind = shape.driven.get(joint.name, (0, ""))
         turn = shape._turn(joint, self.u)
-        first, second = (shape._local(*place.split(".")) for place in (joint.first, joint.second))
+        first, second = shape._local(place(joint.first)), shape._local(place(joint.second))
         if kind == "slide":
             first += float(self.u[k]) * cmath.rect(1, shape._number(f"{joint.name}.axis"))
         relative: Pose = (first - cmath.rect(1, turn) * second, turn)
@@ -267,10 +267,10 @@ class _Numbers:
             body, start = joint.second_body, self.placement(joint.first_body)
         self.placed[body] = _compose(start, relative)
 
-    def place(self, place: Place) -> complex:
+    def spot(self, place: Place) -> complex:
         """Return a point in the frame of its node."""
         shape = self.shape
-        local = shape._local(place.body, place.point)
+        local = shape._local(place)
         if place.slot:
             slide = float(self.u[shape.driven[place.slot][0]])
             local += slide * cmath.rect(1, shape._number(f"{place.slot}.axis"))
@@ -293,7 +293,7 @@ class _Numbers:
         if strut.driven is not None:
             c = strut.driven
             k = next(k for k, other in self.shape.rails if other == c)
-            point = self.place(Place(c.part, c.point))
+            point = self.spot(Place(c.part, c.point))
             return Leg(0j, point, float(self.u[k]), 1j if c.axis else 1)
         if strut.joint is not None:
             return self._higher(strut.joint)
@@ -301,14 +301,14 @@ class _Numbers:
         at_base, at_platform = strut.ends
         if at_base.guide is None and at_platform.guide is None:
             places = [at_base.hub, at_platform.hub, at_base.link, at_platform.link]
-            base, platform, one, other = (self.place(place) for place in places if place)
+            base, platform, one, other = (self.spot(place) for place in places if place)
             return Leg(base, platform, abs(other - one))
         pinned, sliding = strut.ends if at_platform.guide else strut.ends[::-1]
         assert sliding.guide is not None
         assert pinned.hub is not None
         assert pinned.link is not None
-        on_platform, hub = sliding is at_platform, self.place(pinned.hub)
-        guide, offset, normal = self._guide(sliding.guide, strut.link, self.place(pinned.link))
+        on_platform, hub = sliding is at_platform, self.spot(pinned.hub)
+        guide, offset, normal = self._guide(sliding.guide, strut.link, self.spot(pinned.link))
         if on_platform:
             return Leg(hub, guide, -offset, normal, turning=True)
         return Leg(guide, hub, offset, normal)
@@ -316,15 +316,15 @@ class _Numbers:
     def _guide(self, joint: Joint, node: str, pin: complex) -> tuple[complex, float, complex]:
         """Return a point of a guide, the offset of a sliding link's pin from it, its normal."""
         turned = cmath.rect(1, self._guided(joint, node))
-        first, second = (Place(*p.split(".")) for p in (joint.first, joint.second))
+        first, second = place(joint.first), place(joint.second)
         inside = self.shape._node(joint.first_body) == node
         normal = self._normal(joint) * (turned if inside else 1)
         link, hub = (first, second) if inside else (second, first)
-        away = turned * (self.place(link) - pin)
-        return self.place(hub), -(normal.conjugate() * away).real, normal
+        away = turned * (self.spot(link) - pin)
+        return self.spot(hub), -(normal.conjugate() * away).real, normal
 
     def _higher(self, joint: Joint) -> Leg:
-        first, second = (self.place(Place(*p.split("."))) for p in (joint.first, joint.second))
+        first, second = self.spot(place(joint.first)), self.spot(place(joint.second))
         turning = self.shape._node(joint.first_body) == self.shape.platform
         base, platform = (second, first) if turning else (first, second)
         if joint.kind == "distance":
@@ -355,7 +355,7 @@ class _Numbers:
             if end.guide is not None:
                 turned = w * cmath.rect(1, self._guided(end.guide, strut.link))
             elif end.link is not None and end.hub is not None:
-                pins.append((self.place(end.link), z + w * self.place(end.hub)))
+                pins.append((self.spot(end.link), z + w * self.spot(end.hub)))
         if len(pins) == 2:
             turned = (pins[1][1] - pins[0][1]) / (pins[1][0] - pins[0][0])
             turned /= abs(turned)
@@ -373,6 +373,12 @@ class _Numbers:
             yield (body, "x"), origin.real
             yield (body, "y"), origin.imag
             yield (body, "angle"), cmath.phase(w * cmath.rect(1, angle))
+
+
+def place(reference: str, slot: str = "") -> Place:
+    """Return the place of ``body.point``."""
+    body, point = reference.split(".")
+    return Place(body, point, slot)
 
 
 def _compose(frame: Pose, relative: Pose) -> Pose:
