@@ -170,6 +170,95 @@ def test_legs_that_do_not_meet_say_by_how_much() -> None:
         assert "stays open by" in result.fault
 
 
+# -- motion ----------------------------------------------------------------------------------------
+
+CRANK = 0.4
+
+
+def driven(kinds, seed: int):
+    """Return a platform whose first leg stands on a crank, and its conditions by the angle.
+
+    The mechanism closes as drawn for a crank angle of zero.
+    """
+    drawn = Platform(["RR", *kinds], np.random.default_rng(seed))
+    mechanism = drawn.mechanism()
+    pivot = complex(*drawn.points["P1"])
+    ground = {**mechanism.ground.points, "O": ((pivot - CRANK).real, pivot.imag)}
+    crank = md.Body("idle", {"O": (0, 0), "A": (CRANK, 0)})
+    joints = dict(mechanism.joints)
+    old = joints["J1"]
+    ends = [end.replace("ground.P1", "idle.A") for end in (old.first, old.second)]
+    joints["J1"] = md.Revolute("J1", *ends)
+    bodies = {**mechanism.bodies, "idle": crank}
+    sketch = {"idle": 0.0, "plate": drawn.phi0}
+    built = replace(
+        mechanism, ground=md.Ground(ground), bodies=bodies, joints=joints, sketch=sketch
+    )
+
+    def conditions(u: float) -> list[Condition]:
+        tip = pivot - CRANK + CRANK * np.exp(1j * np.clongdouble(u))
+        return [replace(drawn.conditions[0], b=tip), *drawn.conditions[1:]]
+
+    return built, conditions
+
+
+def fold(conditions, z: complex, phi: float, u: float) -> float:
+    """Return the crank angle of a limit position: Newton's method with 80-bit differences."""
+    long = np.longdouble
+
+    def legs(y):
+        w, place = np.exp(1j * np.clongdouble(y[2])), np.clongdouble(y[0] + 1j * y[1])
+        return np.array([c.miss(place, w) for c in conditions(y[3])])
+
+    def slope(function, y, columns):
+        steps = [long(1e-6) * (np.arange(4) == k) for k in range(columns)]
+        return np.stack([(function(y + h) - function(y - h)) / long(2e-6) for h in steps], axis=-1)
+
+    def system(y):
+        a, b, c = slope(legs, y, 3)
+        return np.append(legs(y), np.dot(a, np.cross(b, c)))
+
+    y = np.array([z.real, z.imag, phi, u], long)
+    for _ in range(12):
+        y = y - np.linalg.solve(slope(system, y, 4).astype(float), system(y).astype(float))
+    return float(y[3])
+
+
+@pytest.mark.parametrize(
+    ("kinds", "seed"),
+    [
+        (("RR", "RR"), 2),
+        (("PR", "RR"), 2),
+        (("RP", "distance"), 0),
+        (("PR", "RP"), 5),
+        (("plate slot", "ground slot"), 5),
+    ],
+)
+def test_motion_of_a_triad_and_its_limits(kinds, seed: int) -> None:
+    mechanism, conditions = driven(kinds, seed)
+    task = md.Sweep(md.Driver("idle.angle", range="assembled"), poses=9)
+    result = md.solve(mechanism, task)
+    assert set(result.status) == {"ok", "limit"}
+    found = poses_along(result)
+    values = result.drivers["idle.angle"].position
+    for u, pose in zip(values[1:-1], found[1:-1], strict=True):
+        known = [(np.exp(1j * phi), z) for phi, z in scan(conditions(u))]
+        assert min(max(abs(pose[0] - w), abs(pose[1] - z)) for w, z in known) < 1e-10
+    assert values[0] < 0 < values[-1]
+    for limit, (w, z) in ((values[0], found[0]), (values[-1], found[-1])):
+        assert limit == pytest.approx(fold(conditions, z, np.angle(w), limit), abs=1e-12)
+        inside = limit - 1e-4 * np.sign(limit)
+        outside = limit + 1e-4 * np.sign(limit)
+        counts = [modes(mechanism, "idle.angle", u).summary for u in (inside, outside)]
+        assert counts[0]["count"] - counts[1]["count"] == 2
+        assert all(count["proven"] for count in counts)
+
+
+def poses_along(result: md.Result) -> list[tuple[complex, complex]]:
+    z = result.points["plate.Z"].position @ [1, 1j]
+    return list(zip(np.exp(1j * result.bodies["plate"].angle), z, strict=True))
+
+
 # -- special shapes ------------------------------------------------------------------------------
 
 TRIANGLE = (0, 1, 0.4 + 0.9j)

@@ -1,8 +1,8 @@
 """Solutions of one block by Newton's method from many starts: found, not proven.
 
 The starts are an additive recurrence, which fills the cube of the angles more evenly than
-random numbers; lengths follow from the angles by least squares. Starts are doubled until the
-last half found nothing new and each solution was reached several times.
+random numbers; lengths that enter linearly follow from the angles by least squares. Starts are
+doubled until the last half found nothing new and each solution was reached several times.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ FIRST = 256
 MOST = 16_384
 HITS = 4
 """Starts that must lead to each solution before the search is ended."""
+SPREAD = 4.0
+"""Interval of lengths that are not fitted, in sizes of the mechanism."""
 ITERATIONS = 60
 LARGEST_STEP = 0.7
 ROUNDING = 1e-13
@@ -56,6 +58,10 @@ class Search:
         self.function = Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
         angle = np.array(solver.angle, bool)
         self.lengths = np.flatnonzero(~angle)
+        columns = ca.vec(graph.J[:, self.lengths.tolist()])
+        bent = ca.jacobian(columns, graph.x)[:, self.lengths.tolist()].nnz() > 0
+        self.fitted = self.lengths[:0] if bent else self.lengths
+        """Lengths that follow from the angles: the equations are linear in all of them."""
         self.scale = np.where(angle, 1.0, solver.size)
         self.period = np.array([solver.period(j) for j in range(self.n)])
         self.row = np.array([solver.size if unit == "m" else 1.0 for unit in graph.block.units])
@@ -88,7 +94,8 @@ class Search:
         steps = base ** -np.arange(1.0, self.n + 1)
         cube = np.mod(0.5 + np.arange(first, last)[:, None] * steps, 1.0) - 0.5
         whole = np.where(self.period > 0, self.period, 2 * np.pi)
-        return cube * np.where(np.isin(np.arange(self.n), self.lengths), 2 * self.scale, whole)
+        whole[self.lengths] = SPREAD * self.scale[self.lengths]
+        return cube * whole
 
     def _values(self, x: Any) -> tuple[Any, Any]:
         """Return F (k, n) in units of the rows and J (k, n, n) in those of rows and unknowns."""
@@ -98,10 +105,10 @@ class Search:
 
     def _with_lengths(self, x: Any) -> Any:
         """Return starts whose lengths fit their angles best."""
-        for _ in range(2 if len(self.lengths) else 0):
+        if len(self.fitted):
             F, J = self._values(x)
-            step = np.einsum("kij,kj->ki", np.linalg.pinv(J[:, :, self.lengths]), F)
-            x[:, self.lengths] -= step * self.scale[self.lengths]
+            step = np.einsum("kij,kj->ki", np.linalg.pinv(J[:, :, self.fitted]), F)
+            x[:, self.fitted] -= step * self.scale[self.fitted]
         return x
 
     def _newton(self, x: Any) -> Any:
