@@ -13,6 +13,8 @@ from three_legs import KINDS, Condition, Platform, scan
 
 import mechdae as md
 from mechdae.analysis.triad import Leg, closures, real_roots
+from mechdae.cli import main
+from mechdae.tables import table
 
 EVERY = list(itertools.combinations_with_replacement(KINDS, 3))
 
@@ -121,6 +123,18 @@ def test_a_sweep_past_a_near_collision_stays_on_its_branch(short: float) -> None
         known = [phi for phi, _ in scan(platform_at(r, u), 5000, span)]
         assert (low, high) == pytest.approx(sorted(known), abs=1e-9)
         assert low < TOUCH_PHI < high
+
+
+def test_branches_that_touch_are_crossed() -> None:
+    problem = md.load("triad-six-modes").with_values({"r": TOUCH_R})
+    task = md.Sweep(md.Driver("crank.angle", from_=0.0, to=2 * np.pi), poses=13)
+    result = md.solve(problem, task, mode="+2")
+    assert set(result.status) == {"ok"}
+    (event,) = result.events
+    assert event["kind"] == "change_point"
+    assert event["at"] == pytest.approx(TOUCH_U + 2 * np.pi, abs=1e-11)
+    angle = result.bodies["platform"].angle
+    assert angle[[0, -1]] == pytest.approx([PHI[2], PHI[3]], abs=0.01)
 
 
 # -- every combination of legs ---------------------------------------------------------------------
@@ -520,6 +534,14 @@ def test_labels_of_a_triad_behind_a_dyad() -> None:
         assert abs(np.sin(gap / 2)) < 1e-12
 
 
+@pytest.mark.parametrize(
+    ("name", "label"), [("stephenson-six-bar", "-,-"), ("triad-six-modes", "-2")]
+)
+def test_labels_on_the_command_line_may_begin_with_minus(name, label, capsys) -> None:
+    assert main(["solve", name, "--task", "turn", "--poses", "2", "--mode", label]) == 0
+    assert f"mode      {label}\n" in capsys.readouterr().out
+
+
 def test_whole_turns_that_a_gear_tells_apart() -> None:
     mechanism = md.load("triad-six-modes").mechanism
     geared = replace(
@@ -589,6 +611,7 @@ def test_a_search_finds_all_fourteen_poses_of_a_star() -> None:
     assert entry["found"] == 14
     assert entry["starts"] <= 2048
     assert entry["least_hits"] >= 4
+    assert "searched: VI 6 links(2,3,4,5,6,7): 14 found from" in table(result)
     wanted = np.exp(1j * np.array(STAR.split(), float).reshape(-1, 3))
     ours = np.exp(1j * np.stack([result.bodies[f"link{k}"].angle for k in (1, 2, 3)], axis=1))
     for row in wanted:
@@ -605,7 +628,7 @@ def test_a_search_without_a_pose_says_how_many_starts_it_made() -> None:
 
 def test_the_sketch_is_the_first_start_of_a_search() -> None:
     wanted = np.array(STAR.split(), float).reshape(-1, 3)
-    for row in wanted[::4]:
+    for row in wanted[::7]:
         sketch = {f"link{k}": row[k - 1] + 0.02 for k in (1, 2, 3)}
         mechanism = replace(star(), sketch={"crank": 0.0, **sketch})
         result = md.solve(
