@@ -293,6 +293,15 @@ def test_a_platform_on_parallel_legs_is_said_to_be_free() -> None:
     assert len(found.z) == 2
 
 
+def test_a_platform_on_parallel_guides_is_said_to_be_free() -> None:
+    # at phi = 0 all three lines are parallel and it slides; elsewhere it is held
+    legs = [Leg(0, 0, 0, 1j), Leg(1 + 1j, 1j, 0, 1j, True), Leg(2 - 1j, -1j, 0, 1j, True)]
+    found = closures(legs)
+    assert found.free
+    assert not found.proven
+    assert np.all(np.abs(found.z) < 100)
+
+
 def test_two_poses_of_one_angle() -> None:
     # two parallel lines fix the angle at asin(1/2), the circle gives two places for each
     legs = [Leg(0, 0, 0, 1j), Leg(0.5j, 1, 0, 1j), Leg(0.3 + 0.2j, 0.5 + 0.1j, 0.9)]
@@ -315,6 +324,13 @@ def test_roots_on_the_circle_are_told_from_roots_beside_it(gap: float, proven: b
     single = all(np.sum(cluster == k) == 1 for k in cluster)
     assert single == proven
     assert len(roots) == (2 if gap > 0 else 0)
+
+
+def test_a_polynomial_of_noise_proves_nothing() -> None:
+    for c, doubts in (([1e-14, 3e-16, 1e-14], 1), ([1e-14, 3e-9, 1e-14], 0)):
+        roots, radius, _ = real_roots(np.array(c, complex), 1e-15)
+        assert len(roots) == doubts
+        assert np.all(radius > 1)
 
 
 @pytest.mark.parametrize("carrier", ["crank.A", "leg1.A"])

@@ -205,6 +205,8 @@ class _Platform:
         """Return distinct poses (P, w) near the roots, which are certain, and freedom."""
         P, w = self.candidates(w / np.abs(w))
         for _ in range(12):
+            held = np.abs(P) < 1e3 * FAR
+            P, w = P[held], w[held]
             f, J = self.residual(P, w)
             step = newton_steps(J, f)
             P = P - (step[:, 0] + 1j * step[:, 1])
@@ -214,7 +216,7 @@ class _Platform:
         good &= np.abs(f).max(axis=1, initial=0.0) <= 64 * self.grain * (1 + np.abs(P))
         P, w, J = P[good], w[good], J[good]
         least = np.linalg.svd(J, compute_uv=False)[:, -1]
-        beta = np.sqrt(3) / np.maximum(least, 1e-300)
+        beta = np.sqrt(3) / np.maximum(least, 1e-100)
         kappa = LIPSCHITZ * (1 + np.abs(P))
         certain = beta * kappa * beta * 16 * self.grain * (1 + np.abs(P)) <= CERTAIN
         radius = np.where(certain, np.minimum(1 / (2 * beta * kappa), 1e-4), 1e-6)
@@ -223,9 +225,10 @@ class _Platform:
             if all(abs(P[k] - P[j]) + abs(w[k] - w[j]) > radius[j] for j in kept):
                 kept.append(int(k))
         P, w, certain = P[kept], w[kept], certain[kept]
-        a, c, _, _ = self.linear(w)
-        loose = ~certain & (np.abs(a).max(axis=1, initial=0.0) <= 1e-7)
-        loose &= np.abs(c).max(axis=1, initial=0.0) <= 1e-7
+        a = self.linear(w)[0]
+        S = np.linalg.svd(np.stack([a.real, a.imag], axis=-1), compute_uv=False)
+        # linear equations that hold for a whole circle of places, or a whole line
+        loose = ~certain & (S[:, 0 if self.circle else 1] <= 1e-6)
         return P[~loose], w[~loose], certain[~loose], bool(loose.any())
 
     def gap(self) -> float:
@@ -269,8 +272,9 @@ def real_roots(c: Any, noise: float) -> tuple[Any, Any, Any]:
         c = c[1:-1]
     w = np.roots(c[::-1])
     degree = len(w)
-    if not degree:
-        return w, np.zeros(0), np.zeros(0, int)
+    if not degree:  # a constant; one that may be zero says nothing about any angle
+        doubts = int(abs(c[0]) <= noise)
+        return np.ones(doubts, complex), np.full(doubts, 2.0), np.zeros(doubts, int)
     powers = np.abs(w)[:, None] ** np.arange(degree + 1)
     value = np.abs(np.polyval(c[::-1], w)) + noise * powers.sum(axis=1)
     apart = w[:, None] - w
