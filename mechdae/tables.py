@@ -152,6 +152,9 @@ def _modes(result: Result, width: int) -> list[str]:
     for label, sketch in zip(result.labels or (), summary["sketches"], strict=True):
         text = "  ".join(f"{name} = {value:g}" for name, value in sketch.items())
         lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
+    for entry in summary.get("search", []):
+        text = f"{entry['found']} found from {entry['starts']} starts"
+        lines.append(f"  searched: {entry['group']}: {text}, each by {entry['least_hits']} or more")
     if "free" in summary:
         lines.append(f"  not counted: modes in which {', '.join(summary['free'])} moves by itself")
     return lines

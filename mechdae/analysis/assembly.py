@@ -52,6 +52,8 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     if assembler.free:
         names = sorted({group.name for group in assembler.free})
         summary["free"] = names  # modes in which the group moves by itself are not counted
+    if assembler.searched:
+        summary["search"] = assembler.searches()
     drivers = {
         c.text: Series({"position": np.full(len(found), u[k])})
         for k, c in enumerate(numbers.coordinates)

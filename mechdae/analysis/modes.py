@@ -1,11 +1,12 @@
 """Assembly modes: all poses at one value of the drivers, group by group.
 
-Dyads (geared ones included) are solved by elimination, and their count is proven; larger
-groups by Newton's method from many starts, and their count is only "found".
+Dyads (geared ones included) and platforms on three legs are solved by elimination, and their
+count is proven; larger groups by Newton's method from many starts, and their count is only "found".
 """
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,12 +17,11 @@ import numpy as np
 from mechdae.analysis.eliminant import BlockSolver
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.plan import Sketch
+from mechdae.analysis.search import MOST, Found, Search
+from mechdae.analysis.truss import Truss, truss
 from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.kernels.graphs import Graphs
 from mechdae.model.structure import Group
-
-STARTS = 400
-SEED = 20181
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,12 @@ class Mode:
 
 @dataclass(frozen=True)
 class Failure:
-    """A group that has no pose here: its index, the gap and the residual's unit."""
+    """A group that has no pose here, and the gap; `starts` of a search that found none."""
 
     group: Group
     gap: float
     infinite: bool = False
+    starts: int = 0
 
 
 class Assembler:
@@ -65,6 +66,10 @@ class Assembler:
             BlockSolver(self.scene, graph, self.p, self.size) for graph in graphs.blocks
         ]
         self._functions: dict[Coordinate | str, Any] = {}
+        self._trusses: dict[int, Truss | None] = {}
+        self._searches: dict[int, Search] = {}
+        self.searched: dict[int, list[Found]] = {}
+        """What searches from many starts found, by group."""
         self.free: list[Group] = []
         """Groups met with a freedom of their own: their outer pins coincide."""
 
@@ -133,9 +138,11 @@ class Assembler:
             for start in found:
                 z = start[graph.uses] if graph.uses else np.zeros(0)
                 result = solver.solve(z, u)
+                if result is None and (shape := self._truss(group)) is not None:
+                    return self._of_truss(shape, x, u)
                 if result is None or (nearby and result.infinite):
-                    starts = 1 if result is not None else STARTS
-                    solutions, sure, gap = self._search(b, start, u, starts), False, 0.0
+                    most = 1 if result is not None else MOST
+                    solutions, sure, gap = self._search(b, start, u, most), False, 0.0
                     infinite = False
                 else:
                     solutions, sure = result.x, result.proven
@@ -144,13 +151,42 @@ class Assembler:
                 if result is not None and result.free:
                     self.free.append(group)
                 if not len(solutions):
-                    failure = Failure(group, gap, infinite)
+                    starts = 0 if result is not None else self.searched[group.index][-1].starts
+                    failure = Failure(group, gap, infinite, starts)
                 for solution in solutions:
-                    new = start.copy()
-                    new[graph.own] = self._nearest_turn(b, solution)
+                    new = put(start, graph.own, self._nearest_turn(b, solution))
                     ahead.append(self._polish(b, new, u))
             found = ahead
         return found, proven, failure if not found else None
+
+    def _truss(self, group: Group) -> Truss | None:
+        """Return the group as a platform on three legs, None when it is none."""
+        if group.index not in self._trusses:
+            self._trusses[group.index] = truss(self.scene, group, self.p)
+        return self._trusses[group.index]
+
+    def _of_truss(self, shape: Truss, x: Any, u: Any) -> tuple[list[Any], bool, Failure | None]:
+        """Return all poses of a platform on three legs."""
+        group = shape.group
+        poses, closed = shape.solve(self.coordinates(x, u), u)
+        if closed.free:
+            self.free.append(group)
+        found = []
+        for q in poses:
+            ahead = [x]
+            for b in self.blocks_of(group):
+                own = self.graphs.blocks[b].own
+                solutions = self._turned(b, np.array([q[self.scene.x_names[i]] for i in own]))
+                ahead = [self._polish(b, put(y, own, s), u) for y in ahead for s in solutions]
+            found += ahead
+        return found, closed.proven, None if found else Failure(group, closed.gap)
+
+    def _turned(self, b: int, solution: Any) -> list[Any]:
+        """Return the solution with all whole turns of its angles that gears tell apart."""
+        solver = self.solvers[b]
+        counts = [max(round(solver.period(j) / (2 * np.pi)), 1) for j in range(len(solution))]
+        turns = itertools.product(*[range(count) for count in counts])
+        return [self._nearest_turn(b, solution + 2 * np.pi * np.array(k)) for k in turns]
 
     def _polish(self, b: int, x: Any, u: Any) -> Any:
         """Return x after a few Newton steps in block `b`; kept as it is at a fold."""
@@ -180,44 +216,30 @@ class Assembler:
                 result[j] -= period * np.round((result[j] - wanted) / period)
         return result
 
-    def _search(self, b: int, x: Any, u: Any, count: int) -> Any:
+    def _search(self, b: int, x: Any, u: Any, most: int = MOST) -> Any:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
         graph, solver = self.graphs.blocks[b], self.solvers[b]
-        random = np.random.default_rng(SEED)
-        scale = np.where(solver.angle, 1.0, self.size)
-        starts = random.uniform(-np.pi, np.pi, (count, graph.size)) * scale
-        hint = [self.sketch.get(self.scene.x_names[i][0], np.nan) for i in graph.own]
-        if np.all(np.isfinite(hint)):
-            starts[0] = hint
-        kept: list[Any] = []
-        for start in starts:
-            y = x.copy()
-            y[graph.own] = start
-            for _ in range(50):
-                F, J, _ = graph.value_at(y, u, self.p)
-                if not np.all(np.isfinite(F)):
-                    break
-                step = np.linalg.lstsq(J, F, rcond=None)[0]
-                size = float(np.abs(step / scale).max())
-                y[graph.own] -= step * min(1.0, 0.7 / size if size else 1.0)
-                if size < 1e-13:
-                    break
-            else:
-                continue
-            solution = y[graph.own]
-            if np.all(np.isfinite(solution)) and not any(
-                self._same(solver, solution, other) for other in kept
-            ):
-                kept.append(solution)
-        return np.array(kept).reshape(-1, graph.size)
+        if b not in self._searches:
+            self._searches[b] = Search(solver, self.scene.u, self.scene.model.p)
+        names = [self.scene.x_names[i] for i in graph.own]
+        hint = [self.sketch.get(body, np.nan) if n == "angle" else np.nan for body, n in names]
+        z = x[graph.uses] if graph.uses else np.zeros(0)
+        found = self._searches[b](z, u, np.array(hint), most)
+        self.searched.setdefault(graph.block.group, []).append(found)
+        return found.x
 
-    @staticmethod
-    def _same(solver: BlockSolver, a: Any, b: Any) -> bool:
-        gaps = [
-            abs(np.remainder(d + period / 2, period) - period / 2) if period else abs(d)
-            for d, period in ((a[j] - b[j], solver.period(j)) for j in range(len(a)))
+    def searches(self) -> list[dict[str, Any]]:
+        """Return what was searched for: group, starts, solutions, fewest starts that led to one."""
+        names = {group.index: group.name for group in self.scene.groups}
+        return [
+            {
+                "group": names[index],
+                "starts": sum(found.starts for found in runs),
+                "found": sum(len(found.x) for found in runs),
+                "least_hits": min((int(n) for found in runs for n in found.hits), default=0),
+            }
+            for index, runs in self.searched.items()
         ]
-        return bool(max(gaps) < 1e-7)
 
     # -- labels ----------------------------------------------------------------------------
 
@@ -307,7 +329,7 @@ class Assembler:
                     own = (label,) if self.labelled(group) else ()
                     ahead.append(Mode(x, mode.labels + own))
             found = ahead
-        found.sort(key=lambda mode: [(text[0] != "+", text) for text in mode.labels])
+        found.sort(key=lambda mode: [(text[0] != "+", len(text), text) for text in mode.labels])
         return found[:limit], proven, failure if not found else None
 
     def from_sketch(self, u: Any) -> tuple[Any, Failure | None, list[Group]]:
@@ -382,3 +404,10 @@ class Assembler:
             if np.abs(t - t[0]).max() > 1e-6
         ]
         return keys or list(self.slides(group, poses[0], u))
+
+
+def put(x: Any, own: list[int], values: Any) -> Any:
+    """Return x with the unknowns of a block replaced."""
+    result = x.copy()
+    result[own] = values
+    return result

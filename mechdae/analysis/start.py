@@ -106,6 +106,10 @@ def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
     group = failure.group
     gap = f" by {failure.gap:.4g} m" if 0 < failure.gap < math.inf else ""
     what = f"group {group.name} cannot be assembled: joint {group.key_joint} stays open{gap}"
+    if failure.starts:
+        what = (
+            f"group {group.name}: no pose was found by Newton's method from {failure.starts} starts"
+        )
     if failure.infinite:
         what = f"group {group.name} has infinitely many modes: a gear ratio is not rational"
     return AssemblyError(

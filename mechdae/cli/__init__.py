@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if name == asked:
             _module(name).arguments(command)
     try:
-        arguments = parser.parse_args(words)
+        arguments = parser.parse_args(_with_labels(words))
     except SystemExit as stop:
         return int(stop.code or 0)
     try:
@@ -66,6 +66,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("mechdae: interrupted", file=sys.stderr)
         return 130
+
+
+def _with_labels(words: list[str]) -> list[str]:
+    """Return the words with ``--mode -,+2`` as one: the label looks like an option."""
+    joined: list[str] = []
+    for word in words:
+        if (
+            joined
+            and joined[-1] == "--mode"
+            and word[:1] == "-"
+            and not word.strip("+-,0123456789")
+        ):
+            joined[-1] = f"--mode={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 def _module(command: str):  # type: ignore[no-untyped-def]

@@ -1,0 +1,158 @@
+"""Solutions of one block by Newton's method from many starts: found, not proven.
+
+The starts are an additive recurrence, which fills the cube of the angles more evenly than
+random numbers; lengths that enter linearly follow from the angles by least squares. Starts are
+doubled until the last half found nothing new and each solution was reached several times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.eliminant import BlockSolver
+from mechdae.analysis.triad import newton_steps
+from mechdae.kernels.batch import Batch
+
+FIRST = 256
+MOST = 16_384
+HITS = 4
+"""Starts that must lead to each solution before the search is ended."""
+SPREAD = 4.0
+"""Interval of lengths that are not fitted, in sizes of the mechanism."""
+ITERATIONS = 60
+LARGEST_STEP = 0.7
+ROUNDING = 1e-13
+"""Largest residual of a solution, in sizes of the mechanism and radians."""
+SAME = 1e-7
+
+
+@dataclass(frozen=True)
+class Found:
+    """Distinct solutions ``x`` (k, n), the number of starts that led to each, and of all starts."""
+
+    x: Any
+    hits: Any
+    starts: int
+
+
+class Search:
+    """Looks for the solutions of one block.
+
+    Parameters
+    ----------
+    solver
+        The block: its graph, parameters and periods.
+    u_symbols, p_symbols
+        Symbols of drivers and parameters.
+    """
+
+    def __init__(self, solver: BlockSolver, u_symbols: Any, p_symbols: Any) -> None:
+        graph = solver.graph
+        self.solver, self.n = solver, graph.size
+        inputs = [graph.x, graph.z, u_symbols, p_symbols]
+        results = [ca.densify(graph.F), ca.densify(ca.vec(graph.J))]
+        self.function = Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
+        angle = np.array(solver.angle, bool)
+        self.lengths = np.flatnonzero(~angle)
+        columns = ca.vec(graph.J[:, self.lengths.tolist()])
+        bent = ca.jacobian(columns, graph.x)[:, self.lengths.tolist()].nnz() > 0
+        self.fitted = self.lengths[:0] if bent else self.lengths
+        """Lengths that follow from the angles: the equations are linear in all of them."""
+        self.scale = np.where(angle, 1.0, solver.size)
+        self.period = np.array([solver.period(j) for j in range(self.n)])
+        self.row = np.array([solver.size if unit == "m" else 1.0 for unit in graph.block.units])
+
+    def __call__(self, z: Any, u: Any, hint: Any, most: int = MOST) -> Found:
+        """Return the solutions for given earlier unknowns and driver values.
+
+        `hint` (n,) is the first start, nan where nothing is known.
+        """
+        self._shared = (z, u, self.solver.p)
+        kept, hits = np.zeros((0, self.n)), np.zeros(0, int)
+        done, goal = 0, min(FIRST, most)
+        while True:
+            starts = self._starts(done, goal)
+            if done == 0:
+                starts[0] = np.where(np.isfinite(hint), hint, starts[0])
+            reached = self._newton(self._with_lengths(starts))
+            known = len(kept)
+            kept, hits = self._merge(kept, hits, reached)
+            settled = done and len(kept) == known and np.all(hits >= HITS)
+            done, goal = goal, 2 * goal
+            if settled or goal > most:
+                return Found(kept, hits, done)
+
+    def _starts(self, first: int, last: int) -> Any:
+        """Return points `first` to `last` of the sequence, one row each."""
+        base = 2.0
+        for _ in range(60):  # the root of base^(n + 1) = base + 1
+            base = (1 + base) ** (1 / (self.n + 1))
+        steps = base ** -np.arange(1.0, self.n + 1)
+        cube = np.mod(0.5 + np.arange(first, last)[:, None] * steps, 1.0) - 0.5
+        whole = np.where(self.period > 0, self.period, 2 * np.pi)
+        whole[self.lengths] = SPREAD * self.scale[self.lengths]
+        return cube * whole
+
+    def _values(self, x: Any) -> tuple[Any, Any]:
+        """Return F (k, n) in units of the rows and J (k, n, n) in those of rows and unknowns."""
+        F, J = self.function(x, *self._shared)
+        J = J.reshape(-1, self.n, self.n).transpose(0, 2, 1)
+        return F / self.row, J * self.scale / self.row[:, None]
+
+    def _with_lengths(self, x: Any) -> Any:
+        """Return starts whose lengths fit their angles best."""
+        if len(self.fitted):
+            F, J = self._values(x)
+            step = np.einsum("kij,kj->ki", np.linalg.pinv(J[:, :, self.fitted]), F)
+            x[:, self.fitted] -= step * self.scale[self.fitted]
+        return x
+
+    def _newton(self, x: Any) -> Any:
+        """Return the solutions that Newton's method reaches, one row for each start that does."""
+        found = []
+        for _ in range(ITERATIONS):
+            F, J = self._values(x)
+            fine = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
+            x, F, J = x[fine], F[fine], J[fine]
+            step = newton_steps(J, F)
+            size = np.abs(step).max(axis=1, initial=0.0)
+            with np.errstate(divide="ignore"):
+                x = x - step * self.scale * np.minimum(1.0, LARGEST_STEP / size)[:, None]
+            there = size < 1e-11
+            found.append(x[there])
+            x = x[~there]
+            if not len(x):
+                break
+        reached = np.concatenate(found)
+        if not len(reached):
+            return reached
+        F, J = self._values(reached)
+        reached = reached - newton_steps(J, F) * self.scale
+        F, _ = self._values(reached)
+        far = 1 + np.abs(reached[:, self.lengths] / self.solver.size).max(axis=1, initial=0.0)
+        return reached[np.abs(F).max(axis=1) <= ROUNDING * far]
+
+    def _merge(self, kept: Any, hits: Any, reached: Any) -> tuple[Any, Any]:
+        """Return the distinct solutions with their hits when `reached` is added."""
+        hits = hits.copy()
+        for k, known in enumerate(kept):
+            same = self._same(reached, known)
+            hits[k] += same.sum()
+            reached = reached[~same]
+        while len(reached):
+            same = self._same(reached, reached[0])
+            kept = np.vstack([kept, reached[:1]])
+            hits = np.append(hits, same.sum())
+            reached = reached[~same]
+        return kept, hits
+
+    def _same(self, x: Any, y: Any) -> Any:
+        """Return which rows are the solution `y`, whole periods apart."""
+        gap = x - y
+        with np.errstate(invalid="ignore", divide="ignore"):
+            turns = np.where(self.period > 0, np.round(gap / self.period), 0.0)
+        return (np.abs(gap - turns * self.period) / self.scale).max(axis=1) < SAME
