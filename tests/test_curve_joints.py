@@ -459,6 +459,22 @@ def test_bounds_hold_in_extended_precision_and_say_what_they_are(name: str) -> N
         assert 0 < constants.floors[0] <= 0.75 * 0.05 * (1 + 1e-12)
 
 
+def test_a_corner_where_the_curve_closes_is_said() -> None:
+    law = "(0.03 + 0.002*s*(2*pi - s))"
+    result = md.solve(cam(f"{law}*cos(s)", f"{law}*sin(s)", lift=0.045), turn(-6, 6, 49))
+    assert set(result.status) == {"ok"}
+    s = np.remainder(PI / 2 - result.drivers["cam.angle"].position, 2 * PI)
+    place = 0.03 + 0.002 * s * (2 * PI - s)
+    assert np.abs(result.points["follower.N"].position[:, 1] - place).max() < 2e-17
+    rate = -0.002 * (2 * PI - 2 * s) * SPEED
+    assert np.abs(result.points["follower.N"].velocity[:, 1] - rate).max() < 1e-15
+    (note,) = result.summary["notes"]
+    angle = 2 * math.degrees(math.atan2(0.004 * PI, 0.03))
+    assert f"a corner of {angle:.3g} degrees" in note
+    smooth = md.solve(BOUNDS["dwell of one turn"][0], turn(0, 1, 2))
+    assert "notes" not in smooth.summary
+
+
 def dwell(s: object) -> object:
     """The law of the cam with two dwells."""
 

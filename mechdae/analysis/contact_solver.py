@@ -29,6 +29,8 @@ COARSE = 180
 ITERATIONS = 40
 SEED = 20181
 SAME = 1e-7
+SEAM, CORNER = 1e-7, 1e-4
+"""How near to the ends of a closed curve its tangents are taken, and angles that count."""
 CLOSED = 1e-9
 """Residual of a solution over the size of the mechanism."""
 
@@ -223,6 +225,26 @@ class Contacts:
     def closed(self, joint: str) -> bool:
         """Return whether the curve of a joint is closed."""
         return self.scene.model.contacts[joint].closed
+
+    def corners(self) -> list[str]:
+        """Return what to know about closed curves whose ends meet at an angle."""
+        notes = []
+        joints = {name for group in self.scene.groups for name in group.joints}
+        for name, contact in self.scene.model.contacts.items():
+            if name not in joints or not contact.wrapped:
+                continue
+            function = ca.Function("t", [contact.s, self.scene.model.p], [contact.tangent])
+            low, high = contact.range
+            step = SEAM * (high - low)
+            first, last = (np.array(function(s, self.p)) for s in (low + step, high - step))
+            cross = float(last[0, 0] * first[1, 0] - last[1, 0] * first[0, 0])
+            angle = abs(np.arctan2(cross, float(np.sum(first * last))))
+            if angle > CORNER:
+                notes.append(
+                    f"joint {name}: the curve has a corner of {np.degrees(angle):.3g} degrees "
+                    f"where it closes, velocities jump there"
+                )
+        return notes
 
     def touch(self, group: Group, x: Any, u: Any) -> bool:
         """Return whether all contacts of a group lie on their curves, rollers outside them."""

@@ -55,6 +55,7 @@ def doubts(assembler: Assembler, plan: Plan, x: Any, u: Any) -> list[str]:
                 f"{plan.coordinates[0].text} turns {turns:.1f} times in {len(plan.values)} poses; "
                 f"numbers without a suffix are radians"
             )
+    notes += assembler.contacts.corners()
     for group in assembler.scene.groups:
         off = assembler.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:
