@@ -19,7 +19,7 @@ from mechdae.bench.extended import true_error
 from mechdae.describe.problem import Problem, from_dict
 from mechdae.describe.table import Table
 from mechdae.describe.writing import dumps
-from mechdae.errors import MechanismError, MechdaeError
+from mechdae.errors import AssemblyError, MechanismError, MechdaeError
 from mechdae.kernels.enclosure import Floors, enclosure, lower_bounds
 from mechdae.kernels.majorant import NoMajorant
 
@@ -263,6 +263,64 @@ def test_a_stop_between_two_steps_is_not_passed() -> None:
     low, high = (event["at"] for event in result.events)
     assert high == pytest.approx(-turn_back, rel=1e-7)  # flat: s is stationary nearby
     assert low == pytest.approx(turn_back - 2 * PI, abs=1e-7 * turn_back)
+
+
+def test_a_contact_that_is_no_unknown_ends_as_well() -> None:
+    """A yoke with a bent slot: all is explicit, s = r sin u."""
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[md.Body("crank", {"O": (0, 0), "A": (0.05, 0)}), md.Body("yoke", {"S": (0, 0)})],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Curve("slot", "yoke.S", "crank.A", x="2*s**2", y="s", range=(-0.04, 0.03)),
+            md.Prismatic("guide", "ground.O", "yoke.S"),
+        ],
+        sketch={"crank": 0.2},
+    )
+    result = md.solve(mechanism, md.Sweep(md.Driver("crank.angle", range="assembled"), poses=9))
+    assert result.summary["work"]["unknowns"] == 0
+    ends = [math.asin(-0.8), math.asin(0.6)]
+    assert result.summary["limits"] == pytest.approx(ends, rel=1e-13)
+    u = result.drivers["crank.angle"].position
+    slide = 0.05 * np.cos(u) - 2 * (0.05 * np.sin(u)) ** 2
+    assert np.abs(result.joints["guide"].slide - slide).max() < 1e-17
+    task = md.Sweep(md.Driver("crank.angle", from_=0.0, to=1.0), poses=11)
+    beyond = md.solve(mechanism, task)
+    places = beyond.drivers["crank.angle"].position
+    assert np.array_equal(beyond.status == "ok", places <= ends[1])
+    with pytest.raises(AssemblyError, match="joint slot stays open"):
+        md.solve(replace(mechanism, sketch=Table({"crank": 1.2})), task)
+
+
+def test_both_ends_of_a_rod_on_curves_are_a_four_bar() -> None:
+    """Two contacts in one block; circles are cranks."""
+    a, b, c, d = 0.03, 0.08, 0.07, 0.09
+    circle = "{}*cos(s)", "{}*sin(s)"
+    mechanism = md.Mechanism(
+        ground=md.Ground({"A": (0, 0), "D": (d, 0)}),
+        bodies=[md.Body("rod", {"B": (0, 0), "C": (b, 0)})],
+        joints=[
+            md.Curve(
+                n,
+                f"ground.{p}",
+                f"rod.{q}",
+                x=circle[0].format(r),
+                y=circle[1].format(r),
+                closed=True,
+            )
+            for n, p, q, r in (("one", "A", "B", a), ("two", "D", "C", c))
+        ],
+        sketch={"one": 0.5, "two": 1.5, "rod": 0.5},
+    )
+    task = md.Sweep(md.Driver("one.s", range="assembled"), poses=13)
+    result = md.solve(mechanism, task)
+    assert result.summary["limits"] == [None, None]
+    u = result.joints["two"].s
+    gap = d + c * np.exp(1j * u) - a * np.exp(1j * result.drivers["one.s"].position)
+    assert np.abs(np.abs(gap) - b).max() < 3e-17
+    assert np.abs(np.exp(1j * result.bodies["rod"].angle) - gap / b).max() < 1e-15
+    modes = md.solve(mechanism, md.Modes(md.Driver("rod.angle", at=[0.5])))
+    assert modes.summary["count"] == 2
 
 
 def test_the_end_of_a_bent_slot() -> None:

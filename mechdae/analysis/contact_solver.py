@@ -59,8 +59,14 @@ class ContactSolver(BlockSolver):
                 self._tangents.append((j, names.index((owner, "angle")), function))
         bound = {self._at, *(k for j, k, _ in self._tangents if j == self._at)}
         self._others = [j for j in range(self.n) if j not in bound]
+        self._closed = not self._others or (len(self._others) == 1 and self._follows())
         inputs = [graph.x, graph.z, scene.u, scene.model.p]
         self._both = ca.Function("FJ", inputs, [ca.densify(graph.F), ca.densify(graph.J)])
+
+    def _follows(self) -> bool:
+        """Return whether the one other unknown follows from s: it turns a vector, or is linear."""
+        j = self._others[0]
+        return self.turns[j] == (1, 1) if self.angle[j] else self.constant[j][j]
 
     def period(self, j: int) -> float:
         """Return the period of unknown `j`; 0 where there is none."""
@@ -71,10 +77,10 @@ class ContactSolver(BlockSolver):
     def solve(self, z: Any, u: Any) -> Solutions | None:
         """Return the solutions found."""
         low, high = self.contact.range
-        count = SCAN if len(self._others) < 2 else COARSE
+        count = SCAN if self._closed else COARSE
         s = low + (high - low) * np.arange(count + 1) / count
         gap = 0.0
-        if len(self._others) > 1:
+        if not self._closed:
             starts = self._many(s)
         else:
             x = self._on(s)

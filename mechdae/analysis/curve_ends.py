@@ -35,6 +35,8 @@ class CurveEnds:
     ----------
     groups : list of int
         Groups that have a contact on any curve.
+    watched : set of int
+        Groups that have one on an open curve.
     """
 
     def __init__(self, graphs: Graphs, p: Any) -> None:
@@ -43,6 +45,7 @@ class CurveEnds:
         self.groups = sorted({owner[contact.joint.name] for contact in graphs.contacts})
         self.open = [contact for contact in graphs.contacts if not contact.closed]
         self._owner = owner
+        self.watched = {owner[contact.joint.name] for contact in self.open}
         self._seen: dict[bool, float] = {}
         if self.open:
             scene = graphs.scene

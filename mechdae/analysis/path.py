@@ -107,6 +107,7 @@ class Path:
         self.bridges = Builder(crossings, self._step, self.constants, self.finder.weights)
         self.zones: list[Zone] = []
         self.curves = CurveEnds(self.graphs, self.constants.p)
+        self.followed = {*self.block_group, *self.curves.watched}
         self.laboured = 0
         self._next_try: dict[tuple[int, float], float] = {}
         self._next_bridge: dict[tuple[int, float], float] = {}
@@ -145,7 +146,7 @@ class Path:
         """Return at which places a group follows the path: followed, and before its ends."""
         reach = self.reach[group]
         inside = reach.contains(s)
-        if group in self.block_group:
+        if group in self.followed:
             slack = 2 * APPROACH * self.largest  # the last node before a limit stops short of it
             if reach.low is None:
                 inside &= s >= self.s[0] - slack
@@ -180,7 +181,7 @@ class Path:
             return
         sense = 1.0 if up else -1.0
         ended = {i for i in self.groups if (self.reach[i].high if up else self.reach[i].low)}
-        wanted = set(self.block_group if needed is None else needed)
+        wanted = set(self.followed if needed is None else needed)
         step = self.largest
         while self._on_curves(ended, up) and wanted - ended and not (first and wanted & ended):
             s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])

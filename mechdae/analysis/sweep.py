@@ -87,7 +87,7 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
 
 def _cover(path: Path, values: Any, is_angle: bool) -> None:
     """Follow the path over all values, and the other way round where a group is lost."""
-    if not path.graphs.nx:
+    if not path.followed:
         return
     path.extend(float(np.max(values)))
     path.extend(float(np.min(values)))
