@@ -23,6 +23,9 @@ UNITS = {
     "slide_velocity": "m/s",
     "slide_acceleration": "m/s2",
     "coriolis": "m/s2",
+    "s": "1",
+    "s_velocity": "1/s",
+    "s_acceleration": "1/s2",
 }
 
 
@@ -199,7 +202,7 @@ class Result:
         """Return the unit of a series: of "drivers" by the coordinate, else by its name."""
         if kind != "drivers":
             return UNITS.get(name, "1")
-        base = "rad" if part.endswith(".angle") else "m"
+        base = {"angle": "rad", "s": "1"}.get(part.rpartition(".")[2], "m")
         return base + {"position": "", "velocity": "/s", "acceleration": "/s2"}.get(name, "")
 
 

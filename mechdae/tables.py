@@ -68,7 +68,7 @@ def _sweep(result: Result, width: int) -> list[str]:
     for coordinate, series in result.drivers.items():
         angle = coordinate.endswith(".angle")
         values = np.degrees(series.position) if angle else series.position
-        unit = "deg" if angle else "m"
+        unit = "deg" if angle else result.unit("drivers", coordinate, "position")
         largest = float(np.max(np.abs(values), initial=0.0))
         columns.append((f"{coordinate} [{unit}]", _cells(values, largest)))
     driven = set(result.drivers)
@@ -77,7 +77,7 @@ def _sweep(result: Result, width: int) -> list[str]:
         entries = list(getattr(result, kind).items())
         # the last links are the ones a mechanism is made for
         for part, series in reversed(entries) if kind == "points" else entries:
-            if {f"{part}.angle", f"{part}.slide"} & driven:
+            if {f"{part}.angle", f"{part}.slide", f"{part}.s"} & driven:
                 continue
             if kind == "points" and part not in points:
                 continue
@@ -134,6 +134,8 @@ def _columns(kind: str, part: str, series: Any) -> list[tuple[str, list[str]]]:
             entries.append((f"{part} [rad/s]", _cells(series.angular_velocity)))
     elif "slide" in series:
         entries.append((f"{part}.slide [m]", _cells(series.slide)))
+    elif "s" in series:
+        entries.append((f"{part}.s", _cells(series.s)))
     return entries
 
 
@@ -192,19 +194,20 @@ def _study(result: Result) -> list[str]:
 
 def _facts(result: Result) -> list[str]:
     summary, lines = result.summary, []
-    is_angle = all(c.endswith(".angle") for c in result.drivers)
+    units = {result.unit("drivers", c, "position") for c in result.drivers}
+    unit = units.pop() if len(units) == 1 else "m"
     if summary.get("formula"):
         lines.append(f"  formula   {summary['formula']}")
     if summary.get("mode"):
         lines.append(f"  mode      {summary['mode']}")
     if summary.get("limits"):
-        ends = [_driver(value, is_angle) for value in summary["limits"]]
+        ends = [_driver(value, unit) for value in summary["limits"]]
         lines.append(f"  limits    {ends[0]} .. {ends[1]}")
-    for word, unit in (("swing", "deg"), ("stroke", "m")):
+    for word, suffix in (("swing", "deg"), ("stroke", "m")):
         for name, value in summary.get(word, {}).items():
             value = value if abs(value) > 1e-14 else 0.0
             shown = math.degrees(value) if word == "swing" else value
-            lines.append(f"  {word:9} {name}: {shown:.12g} {unit}")
+            lines.append(f"  {word:9} {name}: {shown:.12g} {suffix}")
     if result.kind == "sweep":
         counts = ", ".join(f"{count} {status}" for status, count in summary["status"].items())
         lines.append(f"  status    {counts}")
@@ -216,15 +219,17 @@ def _facts(result: Result) -> list[str]:
         ]
         if bounds:
             worst = np.nanmax(result.condition[np.isfinite(result.condition)], initial=1.0)
-            lines.append(f"  error <=  {', '.join(bounds)} (proved); condition {worst:.3g}")
+            lines.append(
+                f"  error <=  {', '.join(bounds)} ({summary['bound']}); condition {worst:.3g}"
+            )
     for event in result.events:
         if event["in_range"]:
-            digits = 12 if event["kind"] == "limit" else 6
+            digits = 12 if event["kind"] in ("limit", "end_of_curve") else 6
             word = event["kind"].replace("_", " ")
-            place = _driver(event["at"], is_angle, digits)
+            place = _driver(event["at"], unit, digits)
             lines.append(f"  {word:9} {place}: group {event['name']}, joint {event['joint']}")
     for entry in summary.get("failed", []):
-        place = f"{_driver(entry['from'], is_angle)} .. {_driver(entry['to'], is_angle)}"
+        place = f"{_driver(entry['from'], unit)} .. {_driver(entry['to'], unit)}"
         group = (
             f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
         )
@@ -234,9 +239,11 @@ def _facts(result: Result) -> list[str]:
     return lines
 
 
-def _driver(value: Any, is_angle: bool, digits: int = 12) -> str:
+def _driver(value: Any, unit: str, digits: int = 12) -> str:
     if value is None:
         return "none"
     if isinstance(value, list):
-        return ", ".join(_driver(item, is_angle, digits) for item in value)
-    return f"{math.degrees(value):.{digits}g} deg" if is_angle else f"{value:.{digits}g} m"
+        return ", ".join(_driver(item, unit, digits) for item in value)
+    if unit == "rad":
+        return f"{math.degrees(value):.{digits}g} deg"
+    return f"{value:.{digits}g}" + (" m" if unit == "m" else "")

@@ -12,6 +12,7 @@ from mechdae.analysis import start
 from mechdae.analysis.modes import Assembler, Mode
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.plan import plan, sketched
+from mechdae.analysis.undercut import cuts
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Modes
 from mechdae.errors import InputError
@@ -49,6 +50,13 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         "not_in_scene": the_scene.not_in_scene,
         "sketches": [start.as_sketch(assembler, mode, u) for mode in found],
     }
+    rollers = cuts(the_scene, np.array([mode.x for mode in found]), np.tile(u, (len(found), 1)))
+    if rollers:  # poses that solve the equations and cannot be built
+        summary["undercut"] = [
+            {"mode": found[k].label, "joint": cut.joint, "depth": cut.depth}
+            for cut in rollers
+            for k in range(cut.first, cut.last + 1)
+        ]
     if assembler.free:
         names = sorted({group.name for group in assembler.free})
         summary["free"] = names  # modes in which the group moves by itself are not counted

@@ -22,9 +22,13 @@ def output_bounds(
     """
     slope, rounding = (
         np.array(part)
-        for part in graphs.output_bounds(constants.size_x, constants.size_u, constants.p)
+        for part in graphs.output_bounds(
+            constants.size_x, constants.size_u, constants.p, constants.floors, *constants.boxes
+        )
     )
-    slope = slope.reshape(graphs.ny, graphs.nx) if graphs.nx else np.zeros((graphs.ny, 0))
+    count = constants.boxes[0].shape[1]
+    rounding = rounding.reshape(graphs.ny, count).max(axis=1)
+    slope = slope.reshape(graphs.ny, count, graphs.nx).max(axis=1)
     error = np.nan_to_num(poses.error, nan=0.0)
     result = {}
     for word, kinds in (("length", ("position", "slide")), ("angle", ("angle",))):
@@ -36,5 +40,5 @@ def output_bounds(
             continue
         rows = np.array(sorted({tuple(row) for row in slope[columns].tolist()}))
         worst = (error @ rows.T).max(axis=1, initial=0.0)
-        result[word] = worst + float(rounding.ravel()[columns].max(initial=0.0))
+        result[word] = worst + float(rounding[columns].max(initial=0.0))
     return result

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.numbers import Constants
+from mechdae.analysis.numbers import Constants, natural_sizes
 from mechdae.kernels.call import Call
 from mechdae.kernels.extended import LONG, evaluate
 from mechdae.kernels.graphs import ROUNDOFF, Graphs
@@ -108,10 +108,8 @@ class CrossingFinder:
         self._systems: dict[int, Any] = {}
 
     def columns(self, b: int) -> Any:
-        """Return the units of a block's unknowns: a length of the mechanism, or 1 rad."""
-        names = self.graphs.scene.x_names
-        own = self.graphs.blocks[b].own
-        return np.array([1.0 if names[i][1] == "angle" else self.scale for i in own])
+        """Return the units of a block's unknowns, see `natural_sizes`."""
+        return natural_sizes(self.graphs.scene, self.scale)[self.graphs.blocks[b].own]
 
     def rows(self, b: int) -> Any:
         units = self.graphs.blocks[b].block.units

@@ -66,7 +66,7 @@ class Evaluator:
         names = graphs.scene.x_names
         self.angles = np.array([name == "angle" for _, name in names], bool)
         self.lengths = np.array(
-            [all(names[i][1] != "angle" for i in graph.own) for graph in graphs.blocks], bool
+            [all(names[i][1] not in ("angle", "s") for i in g.own) for g in graphs.blocks], bool
         )
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
@@ -97,7 +97,7 @@ class Evaluator:
         result = np.zeros(len(s), bool)
         for reach in path.reach.values():
             for end in (reach.low, reach.high):
-                if end is not None and end.kind != "limit":
+                if end is not None and end.kind != "limit" and not end.regular:
                     near = abs(end.s - (end.s if end.reached is None else end.reached))
                     middle = end.s if end.reached is None else (end.s + end.reached) / 2
                     slack = 4 * SMALLEST * path.largest
@@ -132,7 +132,8 @@ class Evaluator:
             if not rows.size:
                 continue
             reach = path.reach[group]
-            if any(end and end.kind != "limit" for end in (reach.low, reach.high)):
+            ends = [end for end in (reach.low, reach.high) if end]
+            if any(end.kind != "limit" and not end.regular for end in ends):
                 continue  # branches meet there: turning back need not lead to the same one
             first = reach.low.s if reach.low else low
             last = reach.high.s if reach.high else high

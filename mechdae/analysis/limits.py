@@ -22,14 +22,19 @@ ROUGH, CLOSE = 0.5, 0.02
 """Share by which the expansion at a fold may miss the pose the path has reached."""
 
 
+REACHED = ("change_point", "end_of_curve")
+"""Ends whose own pose belongs to the path."""
+
+
 @dataclass(frozen=True, eq=False)
 class Limit:
     """Where a group's motion ends.
 
     ``kind`` is "limit" (a fold), "change_point", "ambiguous" (branches too near each other, by
-    ``gap``), "cusp", "dead_point", "pole" or "unproved"; ``x`` (nx,) the unknowns there; for a
-    fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its expansion. ``reached``
-    is how far the path was proved where that is short of the end.
+    ``gap``), "cusp", "dead_point", "pole", "end_of_curve" or "unproved"; ``x`` (nx,) the
+    unknowns there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its
+    expansion. ``reached`` is how far the path was proved where that is short of the end, at
+    the end of a curve ``joint`` is its joint.
     """
 
     s: float
@@ -42,13 +47,19 @@ class Limit:
     c: float = 0.0
     gap: float = 0.0
     reached: float | None = None
+    joint: str = ""
 
     @property
     def belongs(self) -> float:
         """How far behind the end poses still count as poses of the path; negative: before it."""
         if self.reached is not None:
             return -abs(self.reached - self.s)
-        return 4 * np.spacing(abs(self.s)) if self.kind == "change_point" else 0.0
+        return 4 * np.spacing(abs(self.s)) if self.kind in REACHED else 0.0
+
+    @property
+    def regular(self) -> bool:
+        """Whether the pose there is like any other: the end of a curve."""
+        return self.kind == "end_of_curve"
 
     def leads_to(self, x: Any, s: float, tolerance: float) -> bool:
         """Return whether the expansion leads back to the pose `x` at `s`."""
@@ -80,8 +91,9 @@ class LimitFinder:
         self.graphs, self.whole, self.u0, self.d = graphs, whole, u0, d
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
         self._functions: dict[int, Any] = {}
+        inputs = [graphs.scale, graphs.p]
         self.weights = [
-            np.array(ca.Function("w", [graphs.scale], [graphs.weights(b)[0]])(scale)).ravel()
+            np.array(ca.Function("w", inputs, [graphs.weights(b)[0]])(scale, self.p)).ravel()
             for b in range(graphs.nb)
         ]
 

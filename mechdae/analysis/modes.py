@@ -14,12 +14,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.contact_solver import Contacts, ContactSolver
 from mechdae.analysis.eliminant import BlockSolver
-from mechdae.analysis.numbers import mechanism_scale
+from mechdae.analysis.numbers import driver_size, mechanism_scale, natural_sizes, periods
 from mechdae.analysis.plan import Sketch
 from mechdae.analysis.search import MOST, Found, Search
 from mechdae.analysis.truss import Truss, truss
 from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.kernels.blocks import BlockGraph
 from mechdae.kernels.graphs import Graphs
 from mechdae.model.structure import Group
 
@@ -63,8 +65,12 @@ class Assembler:
         self.p = self.scene.model.p_values
         self.size = mechanism_scale(self.scene.model.mechanism)
         self.solvers = [
-            BlockSolver(self.scene, graph, self.p, self.size) for graph in graphs.blocks
+            self._solver(graph, any(self.scene.x_names[i][1] == "s" for i in graph.own))
+            for graph in graphs.blocks
         ]
+        self.contacts = Contacts(self.scene, self.p)
+        period = periods(self.scene)
+        self.turn = np.where(period > 0, period, 2 * np.pi)
         self._functions: dict[Coordinate | str, Any] = {}
         self._trusses: dict[int, Truss | None] = {}
         self._searches: dict[int, Search] = {}
@@ -72,6 +78,12 @@ class Assembler:
         """What searches from many starts found, by group."""
         self.free: list[Group] = []
         """Groups met with a freedom of their own: their outer pins coincide."""
+
+    def _solver(self, graph: BlockGraph, contact: bool) -> BlockSolver:
+        solver = BlockSolver(self.scene, graph, self.p, self.size)
+        if not contact or solver.linear:
+            return solver
+        return ContactSolver(self.scene, graph, self.p, self.size)
 
     def blocks_of(self, group: Group) -> list[int]:
         return [b for b, graph in enumerate(self.graphs.blocks) if graph.block.group == group.index]
@@ -157,7 +169,10 @@ class Assembler:
                     new = put(start, graph.own, self._nearest_turn(b, solution))
                     ahead.append(self._polish(b, new, u))
             found = ahead
-        return found, proven, failure if not found else None
+        touching = [pose for pose in found if self.contacts.touch(group, pose, u)]
+        if found and not touching:
+            failure = Failure(group, 0.0)
+        return touching, proven, failure if not touching else None
 
     def _truss(self, group: Group) -> Truss | None:
         """Return the group as a platform on three legs, None when it is none."""
@@ -212,15 +227,24 @@ class Assembler:
         for j, i in enumerate(graph.own):
             period = solver.period(j)
             if period:
-                wanted = self.sketch.get(self.scene.x_names[i][0], 0.0)
+                wanted = self._wanted(*self.scene.x_names[i])
                 result[j] -= period * np.round((result[j] - wanted) / period)
         return result
+
+    def _wanted(self, owner: str, name: str) -> float:
+        """Return the sketched value of an unknown that has a period, in its absence a middle."""
+        if name == "s":
+            middle = sum(self.scene.model.contacts[owner].range) / 2
+            places = {c.part: value for c, value in self.places.items() if c.kind == "curve"}
+            return places.get(owner, middle)
+        return self.sketch.get(owner, 0.0)
 
     def _search(self, b: int, x: Any, u: Any, most: int = MOST) -> Any:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         if b not in self._searches:
-            self._searches[b] = Search(solver, self.scene.u, self.scene.model.p)
+            sizes = natural_sizes(self.scene, self.size)[graph.own]
+            self._searches[b] = Search(solver, self.scene.u, self.scene.model.p, sizes)
         names = [self.scene.x_names[i] for i in graph.own]
         hint = [self.sketch.get(body, np.nan) if n == "angle" else np.nan for body, n in names]
         z = x[graph.uses] if graph.uses else np.zeros(0)
@@ -273,7 +297,8 @@ class Assembler:
         signs = [self.sign(group, x, u) for x in poses]
         if self._signs_tell(group):
             return signs
-        angles = [self._first_angle(group, x, u) for x in poses]
+        first = self.contacts.first if self.contacts.of(group) else self._first_angle
+        angles = [first(group, x, u) for x in poses]
         labels = []
         for k, sign in enumerate(signs):
             rank = 1 + sum(other == sign and angles[i] < angles[k] for i, other in enumerate(signs))
@@ -293,8 +318,10 @@ class Assembler:
             poses, _, _ = self.candidates(group, x, u)
             names = self.group_labels(group, poses, u)
             own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
+            turn = self.turn[own]
             gaps = [
-                np.abs(np.sin((pose[own] - x[own]) / 2)).max() if own else 0.0 for pose in poses
+                np.abs(np.sin((pose[own] - x[own]) * np.pi / turn)).max() if own else 0.0
+                for pose in poses
             ]
             labels.append(names[int(np.argmin(gaps))] if gaps else sign)
         return ",".join(labels)
@@ -367,8 +394,9 @@ class Assembler:
         for c, wanted in self.places.items():
             if set(self._bodies(c)) & set(group.bodies):
                 value = float(self._coordinate(c)(x, u, self.p))
-                gap = (value - wanted) / (1.0 if c.is_angle else self.size)
-                gaps.append(np.remainder(gap + np.pi, 2 * np.pi) - np.pi if c.is_angle else gap)
+                gap = (value - wanted) / driver_size(self.scene.model, c, self.size)
+                turns = c.is_angle or (c.kind == "curve" and self.contacts.closed(c.part))
+                gaps.append(np.remainder(gap + np.pi, 2 * np.pi) - np.pi if turns else gap)
         return float(np.sqrt(np.sum(np.square(gaps)))) if gaps else 0.0
 
     def _bodies(self, c: Coordinate) -> tuple[str, ...]:
@@ -384,13 +412,15 @@ class Assembler:
         return self._functions[c]
 
     def slides(self, group: Group, x: Any, u: Any) -> dict[str, float]:
-        """Return the slides of a group's sliding joints [m]."""
+        """Return the slides of a group's sliding joints [m], and s of its contacts."""
         mechanism = self.scene.model.mechanism
         found = {}
         for name in group.joints:
             if mechanism.joints[name].kind == "prismatic":
                 c = coordinate(mechanism, f"{name}.slide")
                 found[name] = float(self._coordinate(c)(x, u, self.p))
+            if mechanism.joints[name].kind == "curve":
+                found[name] = self.contacts.place(name, x, u)
         return found
 
     def hint(self, group: Group, x: Any, u: Any) -> list[str]:

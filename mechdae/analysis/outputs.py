@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.coordinates import CURVE_JOINTS
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.model.reduction import Scene
 from mechdae.results import Named, Series
@@ -16,6 +17,7 @@ RATES = {
     "angle": ("angle", "angular_velocity", "angular_acceleration"),
     "position": ("position", "velocity", "acceleration"),
     "slide": ("slide", "slide_velocity", "slide_acceleration"),
+    "s": ("s", "s_velocity", "s_acceleration"),
 }
 
 
@@ -25,7 +27,7 @@ class Entry:
 
     kind: str  # bodies, points or joints
     part: str
-    name: str  # angle, position or slide
+    name: str  # angle, position, slide or s
     columns: tuple[int, ...]
     bodies: tuple[str, ...]
 
@@ -63,6 +65,8 @@ class Outputs:
             self._add("joints", name, "slide", slide, bodies)
             if joint.first_body != GROUND:
                 self._add("joints", name, "guide", ends.first.angle, bodies)
+        if joint.kind in CURVE_JOINTS:
+            self._add("joints", name, "s", self.scene.model.contacts[name].s, bodies)
         if joint.kind in ("revolute", "pin-in-slot"):
             self._add("joints", name, "angle", ends.second.angle - ends.first.angle, bodies)
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from mechdae.analysis.bridge import ZONE, Bridge, Builder, Zone
 from mechdae.analysis.crossings import Crossing, CrossingFinder
+from mechdae.analysis.curve_ends import CurveEnds
 from mechdae.analysis.cusps import CuspFinder
 from mechdae.analysis.interpolate import near_limit, quintic
 from mechdae.analysis.limits import CLOSE, Limit, LimitFinder
@@ -95,7 +96,8 @@ class Path:
         self.whole = np.concatenate([self.constants.vector(), self.u0, self.d])
         self._one = Batch(g.advance, shared=[2], chunk=1)
         self._many: Any = None
-        lengths = np.array([name != "angle" for _, name in self.graphs.scene.x_names], bool)
+        names = [name for _, name in self.graphs.scene.x_names]
+        lengths = np.array([name not in ("angle", "s") for name in names], bool)
         self.far = np.where(lengths, FAR * self.constants.scale, np.inf)
         self.groups = [group.index for group in g.scene.groups]
         self.block_group = [graph.block.group for graph in g.blocks]
@@ -104,6 +106,8 @@ class Path:
         self.finder = LimitFinder(g, self.whole, self.constants, self.u0, self.d, crossings.unit)
         self.bridges = Builder(crossings, self._step, self.constants, self.finder.weights)
         self.zones: list[Zone] = []
+        self.curves = CurveEnds(self.graphs, self.constants.p)
+        self.followed = {*self.block_group, *self.curves.watched}
         self.laboured = 0
         self._next_try: dict[tuple[int, float], float] = {}
         self._next_bridge: dict[tuple[int, float], float] = {}
@@ -142,7 +146,7 @@ class Path:
         """Return at which places a group follows the path: followed, and before its ends."""
         reach = self.reach[group]
         inside = reach.contains(s)
-        if group in self.block_group:
+        if group in self.followed:
             slack = 2 * APPROACH * self.largest  # the last node before a limit stops short of it
             if reach.low is None:
                 inside &= s >= self.s[0] - slack
@@ -177,9 +181,9 @@ class Path:
             return
         sense = 1.0 if up else -1.0
         ended = {i for i in self.groups if (self.reach[i].high if up else self.reach[i].low)}
-        wanted = set(self.block_group if needed is None else needed)
+        wanted = set(self.followed if needed is None else needed)
         step = self.largest
-        while wanted - ended and not (first and wanted & ended):
+        while self._on_curves(ended, up) and wanted - ended and not (first and wanted & ended):
             s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             rest = sense * (to - s)
             if rest <= 0:
@@ -345,15 +349,46 @@ class Path:
                 return Limit(place, k, self.block_group[k], "cusp", x, reached=s)
         return Limit(s, b, group, kind, x)
 
+    # -- curves --------------------------------------------------------------------------
+
+    def _on_curves(self, ended: set[int], up: bool) -> bool:
+        """End groups whose contact left an open curve since the last call; return True."""
+        for limit in self.curves.left(self, up):
+            for index in self._hanging(limit.group):
+                reach = self.reach[index]
+                if up and (reach.high is None or reach.high.s > limit.s):
+                    reach.high = limit
+                elif not up and (reach.low is None or reach.low.s < limit.s):
+                    reach.low = limit
+                ended.add(index)
+        return True
+
+    def on_curves(self) -> tuple[Any, Any]:
+        """Return x (m, nx) and u (m, nd) of the nodes where all contacts follow the path."""
+        S, X, _, _ = self.arrays()
+        rows = np.ones(len(S), bool)
+        for index in self.curves.groups:
+            rows &= self.reach[index].contains(S)
+        return X[rows], self.u0 + S[rows, None] * self.d
+
+    def at(self, s: float) -> Any:
+        """Return the unknowns (nx,) at a place between nodes, from the node before it."""
+        k = min(max(int(np.searchsorted(self.s, s, side="right")) - 1, 0), len(self.s) - 1)
+        return self._step(self.state[k], self.s[k], s - self.s[k])[0][: self.graphs.nx]
+
+    def _hanging(self, group: int) -> set[int]:
+        """Return a group and those attached to it."""
+        after = {group}
+        for other in self.graphs.scene.groups:
+            if after & set(other.after):
+                after.add(other.index)
+        return after & set(self.groups)
+
     # -- limit positions -----------------------------------------------------------------
 
     def _end(self, limit: Limit, ended: set[int], up: bool) -> None:
         """Record that a group, and the groups attached to it, go no further."""
-        after = {limit.group}
-        for group in self.graphs.scene.groups:
-            if after & set(group.after):
-                after.add(group.index)
-        for index in after & set(self.groups) - ended:
+        for index in self._hanging(limit.group) - ended:
             ended.add(index)
             if up:
                 self.reach[index].high = limit
@@ -375,6 +410,7 @@ class Path:
         Stops where the goal lies before the limit, and where the steps do not hold.
         """
         alive = self._alive(ended)
+        share = 0.6  # of the distance; the steps that hold near a fold are a fixed share of it
         while True:
             distance = sense * (limit.s - s)
             if distance <= APPROACH * self.largest:
@@ -384,7 +420,7 @@ class Path:
                 return False
             if distance > rest:
                 return False
-            step = 0.6 * distance
+            step = share * distance
             while True:
                 after, test, det, miss = self._step(state, s, sense * step)
                 if self._good(after, test, det, miss, alive, self._front[up]):
@@ -397,6 +433,7 @@ class Path:
                         self._end(limit, ended, up)
                         return True
                     return False
+            share = min(0.6, 1.5 * step / distance)
             self.counts.steps += 1
             s, state, rest = s + sense * step, after, rest - step
             self._append(s, state, up)

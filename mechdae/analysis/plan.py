@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import SLIDE_JOINTS, Coordinate, coordinate
+from mechdae.describe.coordinates import CURVE_JOINTS, SLIDE_JOINTS, Coordinate, coordinate
 from mechdae.describe.expression import build, evaluate
 from mechdae.describe.mechanism import Mechanism, evaluate_all
 from mechdae.describe.tasks import DEFAULT_POSES, Driven, Driver, Sweep
@@ -175,6 +175,8 @@ def _coordinate_name(mechanism: Mechanism, name: str) -> str:
     if name in mechanism.bodies:
         return f"{name}.angle"
     if name in mechanism.joints:
-        slides = mechanism.joints[name].kind in SLIDE_JOINTS
-        return f"{name}.slide" if slides else f"{name}.angle"
+        kind = mechanism.joints[name].kind
+        if kind in CURVE_JOINTS:
+            return f"{name}.s"
+        return f"{name}.slide" if kind in SLIDE_JOINTS else f"{name}.angle"
     return name

@@ -13,6 +13,7 @@ from mechdae.analysis.evaluate import Poses
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan
 from mechdae.analysis.setting import Run, Setting
+from mechdae.analysis.undercut import cuts
 from mechdae.analysis.zones import zone_of
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Sweep
@@ -20,12 +21,15 @@ from mechdae.model.structure import Group, formula
 from mechdae.results import Named, Result, Series
 
 WORDS = ("ok", "limit", "singular", "ambiguous", "unassembled")
+MOST = 4
+"""Intervals named in one sentence."""
 STOPS = {
     "unproved": "its steps became too small to go on proving the path",
     "pole": "a slide runs away there, its guides become parallel",
     "change_point": "a change point, two branches meet there",
     "ambiguous": "two branches come too near each other to be told apart",
     "cusp": "two branches end there with one tangent, the motion must turn back",
+    "end_of_curve": "the contact of joint {joint} is at the end of its curve",
     "dead_point": "a dead point of the driver, the speed ratio is infinite there",
 }
 
@@ -64,7 +68,7 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
                         if setting.graphs.single
                         else list(path.u0 + limit.s * path.d),
                         "group": list(group.bodies),
-                        "joint": group.key_joint,
+                        "joint": limit.joint or group.key_joint,
                         "name": group.name,
                         "in_range": bool(low <= limit.s <= high),
                         **near,
@@ -130,12 +134,15 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary["mode"] = _mode(setting, run)
     summary["not_in_scene"] = setting.scene.not_in_scene
     near = (zone_of(run.path.zones, poses.s) >= 0).any()
-    summary["bound"] = "estimated" if near else "proved"
+    summary["bound"] = "estimated" if near or run.path.constants.estimated else "proved"
     if failed:
         summary["failed"] = failed
     notes = setting.notes + _near_crossings(setting, run.path)
     if notes:
         summary["notes"] = notes
+    events, rollers = _undercut(setting, run)
+    if rollers:
+        summary["undercut"] = rollers
     counts = run.path.counts
     summary["work"] = {
         "unknowns": setting.graphs.nx,
@@ -155,12 +162,35 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         status=status,
         bound=Series(bounds),
         condition=_condition(poses, certified),
-        events=tuple(run.events),
+        events=(*run.events, *events),
         summary=summary,
-        fault=_fault(setting, run, status, failed),
+        fault=_fault(setting, run, status, failed, rollers),
         definition=task,
         **named,
     )
+
+
+def _undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return events and intervals of the poses in which a roller cuts into its curve."""
+    if not setting.graphs.contacts:
+        return [], []
+    groups = {name: group for group in setting.scene.groups for name in group.joints}
+    events, intervals = [], []
+    x, values = run.poses.x, run.values
+    if setting.graphs.single and not setting.plan.named:  # between the poses as well
+        nodes, places = run.path.on_curves()
+        between = (places[:, 0] > values.min()) & (places[:, 0] < values.max())
+        x, values = np.vstack([x, nodes[between]]), np.vstack([values, places[between]])
+        order = np.argsort(values[:, 0], kind="stable")
+        x, values = x[order], values[order]
+    for cut in cuts(setting.scene, x, values):
+        ends = [values[k] for k in (cut.first, cut.last)]
+        first, last = (u.tolist() if len(u) > 1 else float(u[0]) for u in ends)
+        group = groups[cut.joint]
+        named = {"group": list(group.bodies), "joint": cut.joint, "name": group.name}
+        events.append({"kind": "undercut", "at": first, **named, "in_range": True})
+        intervals.append({"from": first, "to": last, "joint": cut.joint, "depth": cut.depth})
+    return events, intervals
 
 
 def _modes_at_start(setting: Setting, run: Run) -> str:
@@ -254,9 +284,19 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
             last = _between(run.path, last, after, default=last)
         entry: dict[str, Any] = {"from": first, "to": last}
         if group is not None:
-            entry |= {"group": list(group.bodies), "joint": group.key_joint, "name": group.name}
+            joint = _left_curve(run.path, group, (first + last) / 2) or group.key_joint
+            entry |= {"group": list(group.bodies), "joint": joint, "name": group.name}
         intervals.append(entry)
     return intervals
+
+
+def _left_curve(path: Path, group: Group, s: float) -> str:
+    """Return the joint whose contact left its curve on the way to `s`, '' for none."""
+    reach = path.reach[group.index]
+    for end, beyond in ((reach.low, -1), (reach.high, 1)):
+        if end is not None and end.regular and (s - end.s) * beyond > 0:
+            return end.joint
+    return ""
 
 
 def _between(path: Path, a: float, b: float, default: float | None = None) -> float:
@@ -279,10 +319,41 @@ def _first_lost(setting: Setting, alive: Any) -> Group | None:
     return None
 
 
-def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]) -> str | None:
+def _fault(
+    setting: Setting,
+    run: Run,
+    status: Any,
+    failed: list[dict[str, Any]],
+    rollers: list[dict[str, Any]],
+) -> str | None:
     """Return what is wrong with the answer in one sentence, None when nothing is."""
-    if not failed:
-        return None
+    parts = []
+    if failed:
+        parts.append(_lost(setting, run, status, failed))
+    for joint in dict.fromkeys(entry["joint"] for entry in rollers):
+        own = [entry for entry in rollers if entry["joint"] == joint]
+        parts.append(_cutting(setting, joint, own))
+    return "; ".join(parts) or None
+
+
+def _cutting(setting: Setting, joint: str, intervals: list[dict[str, Any]]) -> str:
+    """Return where a roller cuts into its curve."""
+    c, several = setting.plan.coordinates[0], not setting.graphs.single
+    places = []
+    for entry in intervals[:MOST]:
+        ends = [entry[end][0] if several else entry[end] for end in ("from", "to")]
+        first, last = (start.shown(c.unit, value) for value in ends)
+        places.append(first if first == last else f"{first} to {last}")
+    more = f" and {len(intervals) - MOST} more" if len(intervals) > MOST else ""
+    depth = max(entry["depth"] for entry in intervals)
+    return (
+        f"the roller of joint {joint} cuts into its curve, by up to {depth:.2g} m, "
+        f"at {c.text} = {', '.join(places)}{more}"
+    )
+
+
+def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]) -> str:
+    """Return which poses are lost and why."""
     entry = failed[0]
     c = setting.plan.coordinates[0]
     lost = int(np.isin(status, ("unassembled", "singular")).sum())
@@ -291,12 +362,12 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     text = f"{lost} of {len(status)} poses {'are not reached' if stopped else 'do not assemble'}"
     if "name" in entry and not stopped:
         text += f": group {entry['name']} opens at joint {entry['joint']}"
-    interval = [start.shown(c.is_angle, entry[end]) for end in ("from", "to")]
+    interval = [start.shown(c.unit, entry[end]) for end in ("from", "to")]
     text += f", first at {c.text} = {interval[0]}" + (
         f" to {interval[1]}" if interval[0] != interval[1] else ""
     )
     ends = [
-        start.shown(c.is_angle, event["at"])
+        start.shown(c.unit, event["at"])
         for event in run.events
         if event["kind"] == "limit" and setting.graphs.single
     ]
@@ -305,7 +376,8 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     for event in stops:
         at = [event["at"]] if setting.graphs.single else event["at"]
         place = start.where(setting.scene, at)
-        text += f"; the motion stops at {place}: {STOPS[event['kind']]}"
+        why = STOPS[event["kind"]].format(joint=event["joint"])
+        text += f"; the motion stops at {place}: {why}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
             text += ", and on the other one the driver stands still"
     if status[0] == "unassembled":

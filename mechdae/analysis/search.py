@@ -48,9 +48,11 @@ class Search:
         The block: its graph, parameters and periods.
     u_symbols, p_symbols
         Symbols of drivers and parameters.
+    sizes
+        Natural sizes (n,) of the unknowns.
     """
 
-    def __init__(self, solver: BlockSolver, u_symbols: Any, p_symbols: Any) -> None:
+    def __init__(self, solver: BlockSolver, u_symbols: Any, p_symbols: Any, sizes: Any) -> None:
         graph = solver.graph
         self.solver, self.n = solver, graph.size
         inputs = [graph.x, graph.z, u_symbols, p_symbols]
@@ -62,7 +64,7 @@ class Search:
         bent = ca.jacobian(columns, graph.x)[:, self.lengths.tolist()].nnz() > 0
         self.fitted = self.lengths[:0] if bent else self.lengths
         """Lengths that follow from the angles: the equations are linear in all of them."""
-        self.scale = np.where(angle, 1.0, solver.size)
+        self.scale = np.asarray(sizes, float)
         self.period = np.array([solver.period(j) for j in range(self.n)])
         self.row = np.array([solver.size if unit == "m" else 1.0 for unit in graph.block.units])
 

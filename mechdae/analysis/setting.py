@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.analysis import start
 from mechdae.analysis.evaluate import Evaluator, Poses
 from mechdae.analysis.modes import Assembler
-from mechdae.analysis.numbers import Constants
+from mechdae.analysis.numbers import Constants, divisors
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan, plan, sketched
@@ -23,6 +23,8 @@ from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
 
 GROWTHS = 8
+SAFE = 0.75
+"""Share of a divisor's least size at the nodes of a path that it may keep between them."""
 
 
 @dataclass
@@ -78,21 +80,30 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
 
 
 def covered(
-    follow: Callable[[Constants], tuple[Path, Any]], setting: Setting, span: Any, margin: float
+    follow: Callable[[Constants], tuple[Path, Any]],
+    setting: Setting,
+    span: Any,
+    margin: float,
+    start: tuple[Any, Any],
 ) -> tuple[Path, Any]:
     """Return what `follow` gives with bounds that hold for the path it found.
 
     The bounds of a sweep need the size of unknowns and drivers before they are known: they
-    are assumed, and enlarged where the path went further.
+    are assumed, and enlarged where the path went further. So is what curves divide by,
+    which is measured, first at `start` (unknowns, driver values).
     """
     size_u = np.max(np.abs(np.asarray(span, float)), axis=0) + margin
     size_x = None
+    kept = divisors(setting.graphs, start[0][None, :], np.atleast_2d(start[1])) / 2
     for _ in range(GROWTHS):
-        numbers = Constants(setting.graphs, size_u, size_x)
+        numbers = Constants(setting.graphs, size_u, size_x, kept)
         path, values = follow(numbers)
         found_x, found_u = path.sizes()
-        if np.all(found_x <= numbers.size_x) and np.all(found_u <= size_u):
+        found = divisors(setting.graphs, *path.on_curves())
+        safe = not numbers.measured or np.all(numbers.floors[: len(found)] <= SAFE * found)
+        if safe and np.all(found_x <= numbers.size_x) and np.all(found_u <= size_u):
             return path, values
+        kept = np.minimum(kept, found)
         size_u = np.maximum(size_u, 1.5 * found_u)
         size_x = np.maximum(numbers.size_x, 1.5 * found_x)
     raise SolveError("an unknown grows without bound along the path")

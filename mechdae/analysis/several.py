@@ -8,7 +8,7 @@ import numpy as np
 
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import Evaluator, Poses
-from mechdae.analysis.numbers import Constants, mechanism_scale
+from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale
 from mechdae.analysis.path import Path
 from mechdae.analysis.report import limit_events
 from mechdae.analysis.setting import Run, Setting, covered, first_pose
@@ -50,7 +50,8 @@ def several_drivers(setting: Setting, task: Sweep) -> Run:
 def _line(setting: Setting, u: Any, x: Any, to: Any) -> Path:
     """Return the certified path from `u` (s = 0) to the driver values `to` (s = 1)."""
     scale = mechanism_scale(setting.scene.model.mechanism)
-    scales = np.array([1.0 if c.is_angle else scale for c in setting.plan.coordinates])
+    model = setting.scene.model
+    scales = np.array([driver_size(model, c, scale) for c in setting.plan.coordinates])
     d = np.asarray(to, float) - u
     length = float(np.max(np.abs(d) / scales)) or 1.0
     largest = 2 * np.pi / NODES_PER_TURN / length
@@ -61,7 +62,7 @@ def _line(setting: Setting, u: Any, x: Any, to: Any) -> Path:
         path.extend(1.0)
         return path, None
 
-    return covered(follow, setting, np.vstack([setting.plan.values, u]), 0.0)[0]
+    return covered(follow, setting, np.vstack([setting.plan.values, u]), 0.0, (x, u))[0]
 
 
 def _joined(parts: list[Poses], n: int) -> Poses:

@@ -55,6 +55,7 @@ def doubts(assembler: Assembler, plan: Plan, x: Any, u: Any) -> list[str]:
                 f"{plan.coordinates[0].text} turns {turns:.1f} times in {len(plan.values)} poses; "
                 f"numbers without a suffix are radians"
             )
+    notes += assembler.contacts.corners()
     for group in assembler.scene.groups:
         off = assembler.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:
@@ -122,13 +123,15 @@ def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
 def where(scene: Scene, u: Any) -> str:
     """Return the driver values for a message."""
     return ", ".join(
-        f"{c.text} = {shown(c.is_angle, v)}" for c, v in zip(scene.drivers, u, strict=True)
+        f"{c.text} = {shown(c.unit, v)}" for c, v in zip(scene.drivers, u, strict=True)
     )
 
 
-def shown(is_angle: bool, value: float) -> str:
+def shown(unit: str, value: float) -> str:
     """Return a driver's value with its unit for people."""
-    return f"{math.degrees(value):.6g} deg" if is_angle else f"{value:.6g} m"
+    if unit == "rad":
+        return f"{math.degrees(value):.6g} deg"
+    return f"{value:.6g} m" if unit == "m" else f"{value:.6g}"
 
 
 def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, float]:
@@ -136,13 +139,13 @@ def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, float]:
     q = assembler.coordinates(mode.x, u)
     angles = {}
     for (body, name), value in q.items():
-        if name == "angle":
+        if name == "angle" and body in assembler.scene.model.mechanism.bodies:
             angles[f"{body}_deg"] = round(math.degrees(value), 3) + 0.0
     for group in assembler.scene.groups:
         unknown = {name for b in assembler.blocks_of(group) for name in assembler.names(b)}
-        if unknown & {"x", "y"}:
+        if unknown & {"x", "y", "s"} or assembler.contacts.of(group):
             angles |= assembler.slides(group, mode.x, u)
     for c, value in zip(assembler.scene.drivers, u, strict=True):
         if c.kind != "body angle":
-            angles[c.part if c.kind == "slide" else c.text] = float(value)
+            angles[c.part if c.kind in ("slide", "curve") else c.text] = float(value)
     return angles

@@ -117,7 +117,12 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, An
     values = np.array([q[name] for name in model.q_names])
     function = ca.Function("J", [model.q, model.p], [ca.densify(model.phi_q)])
     jacobian = np.array(function(values, model.p_values))
-    jacobian = jacobian * np.array([1.0 if n == "angle" else scale for _, n in model.q_names])
+    contacts = model.contacts
+    sizes = [
+        contacts[owner].unit if name == "s" else 1.0 if name == "angle" else scale
+        for owner, name in model.q_names
+    ]
+    jacobian = jacobian * np.array(sizes)
     size = np.linalg.norm(jacobian, axis=1)
     jacobian = jacobian / np.where(size > 0, size, 1.0)[:, None]
     left, sigma, _ = np.linalg.svd(jacobian)

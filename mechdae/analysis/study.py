@@ -202,7 +202,7 @@ class _Collector:
     def _lockstep(self, rows: list[Any], status: list[str]) -> None:
         """Fill in the sets that all poses of are proved in lockstep."""
         setting = prepare(self.problem, self.task)
-        if not setting.graphs.single:
+        if not setting.graphs.single or setting.graphs.contacts:
             return
         for path in self.outputs:
             _columns(setting, path)  # unknown names are reported before anything is computed
@@ -225,7 +225,7 @@ class _Collector:
         for start in range(0, len(self.sets), portion):
             chosen = range(start, min(start + portion, len(self.sets)))
             p = [base, *(numbers[k] for k in chosen)]
-            found = lanes.run([Constants(setting.graphs, size_u, None, q) for q in p], x, s, values)
+            found = lanes.run([Constants(setting.graphs, size_u, p=q) for q in p], x, s, values)
             own = np.concatenate([rates[:1], rates[start : start + len(chosen)]])[:, None, :]
             y = in_time(found.y, own[:, :, :1], own[:, :, 1:])
             for i, k in enumerate(chosen, start=1):

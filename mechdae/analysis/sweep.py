@@ -9,7 +9,7 @@ import numpy as np
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import Evaluator, in_time
 from mechdae.analysis.extremes import ranges
-from mechdae.analysis.numbers import Constants, mechanism_scale
+from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale, natural_sizes, periods
 from mechdae.analysis.path import Path
 from mechdae.analysis.report import ends, limit_events, report
 from mechdae.analysis.setting import Run, Setting, covered, first_pose, prepare
@@ -47,8 +47,11 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
     plan, graphs = setting.plan, setting.graphs
     u, x = first_pose(setting, task)
     is_angle = plan.coordinates[0].is_angle
+    contact = setting.scene.model.contacts.get(plan.coordinates[0].part)
+    closed = contact is not None and contact.closed
     scale = mechanism_scale(setting.scene.model.mechanism)
-    largest = 2 * np.pi / NODES_PER_TURN * (1.0 if is_angle else scale)
+    size = driver_size(setting.scene.model, plan.coordinates[0], scale)
+    largest = 2 * np.pi / NODES_PER_TURN * size
     evaluator = Evaluator(graphs, setting.outputs)
     summary: dict[str, Any] = {}
 
@@ -58,8 +61,9 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
         path.begin(x, float(u[0]))
         if plan.values is None:
             notes = setting.notes
+            turn = 2 * np.pi * size if is_angle or closed else None
             values, summary["limits"] = _assembled(
-                path, float(u[0]), is_angle, scale, plan.poses, notes
+                path, float(u[0]), turn, 4 * scale, plan.poses, notes
             )
         else:
             values = plan.values[:, 0]
@@ -67,7 +71,8 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
         return path, values
 
     span = u[None, :] if plan.values is None else np.vstack([plan.values, u])
-    path, values = covered(follow, setting, span, 4 * np.pi if is_angle else 4 * scale)
+    margin = 4 * (scale if plan.coordinates[0].unit == "m" else np.pi * size)
+    path, values = covered(follow, setting, span, margin, (x, u))
     poses = evaluator.at(path, values)
     low, high = float(np.min(values)), float(np.max(values))
     if not plan.named and task.derivatives >= 2:
@@ -82,7 +87,7 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
 
 def _cover(path: Path, values: Any, is_angle: bool) -> None:
     """Follow the path over all values, and the other way round where a group is lost."""
-    if not path.graphs.nx:
+    if not path.followed:
         return
     path.extend(float(np.max(values)))
     path.extend(float(np.min(values)))
@@ -96,24 +101,24 @@ def _cover(path: Path, values: Any, is_angle: bool) -> None:
 
 
 def _assembled(
-    path: Path, s: float, is_angle: bool, scale: float, count: int, notes: list[str]
+    path: Path, s: float, turn: float | None, length: float, count: int, notes: list[str]
 ) -> tuple[Any, list[float | None]]:
     """Return driver values over the whole assembled arc and its ends (None: turns fully).
 
-    The driver is moved up turn by turn until a group ends or the mechanism is back at its
-    first pose, then down to the other end.
+    The driver is moved up turn by turn (or, where it has no `turn`, by `length`) until a
+    group ends or the mechanism is back at its first pose, then down to the other end.
     """
-    span, most = (2 * np.pi, MAX_TURNS) if is_angle else (4 * scale, MAX_SPANS)
+    span, most = (turn, MAX_TURNS) if turn else (length, MAX_SPANS)
     high = low = None
     for turns in range(1, most + 1):
         path.extend(s + turns * span, first=True)
         high = ends(path)[1]
         if high is not None:
             break
-        if is_angle and _closed(path):
+        if turn and _closed(path):
             # whole turns from zero, or from the full turn below a sketch further away
-            base = 0.0 if abs(s) <= 2 * np.pi else 2 * np.pi * np.floor(s / (2 * np.pi))
-            grid = base + 2 * np.pi * turns * np.arange(count) / max(count - 1, 1)
+            base = 0.0 if abs(s) <= turn else turn * np.floor(s / turn)
+            grid = base + turn * turns * np.arange(count) / max(count - 1, 1)
             path.extend(float(grid[-1]))
             path.extend(float(grid[0]))
             return grid, [None, None]
@@ -134,7 +139,10 @@ def _assembled(
 
 def _closed(path: Path) -> bool:
     """Return whether the mechanism is back at its first pose at the path's last node."""
+    scene = path.graphs.scene
     moved = path.state[-1][: path.graphs.nx] - path.origin[1]
-    angle = np.array([name == "angle" for _, name in path.graphs.scene.x_names], bool)
-    moved = np.where(angle, moved - 2 * np.pi * np.round(moved / (2 * np.pi)), moved)
-    return bool(np.abs(moved).max(initial=0.0) < 1e-9)
+    period = periods(scene)
+    whole = np.where(period > 0, period, 1.0)
+    moved = np.where(period > 0, moved - whole * np.round(moved / whole), moved)
+    size = natural_sizes(scene, path.constants.scale)
+    return bool(np.abs(moved / size).max(initial=0.0) < 1e-9)

@@ -9,14 +9,15 @@ from mechdae.errors import MechanismError, UnavailableError, UnknownName
 
 ANGLE_JOINTS = ("revolute", "pin-in-slot")
 SLIDE_JOINTS = ("prismatic", "pin-in-slot")
+CURVE_JOINTS = ("curve",)
 
 
 @dataclass(frozen=True)
 class Coordinate:
     """A scalar that can be driven, sketched or reported.
 
-    ``kind`` is "body angle", "point", "joint angle" or "slide"; ``part`` the body or joint,
-    ``point`` and ``axis`` (0, 1, 2) complete a point's coordinate.
+    ``kind`` is "body angle", "point", "joint angle", "slide" or "curve"; ``part`` the body or
+    joint, ``point`` and ``axis`` (0, 1, 2) complete a point's coordinate.
     """
 
     text: str
@@ -27,8 +28,13 @@ class Coordinate:
 
     @property
     def is_angle(self) -> bool:
-        """Whether the unit is the radian (else the metre)."""
+        """Whether the unit is the radian."""
         return self.kind in ("body angle", "joint angle")
+
+    @property
+    def unit(self) -> str:
+        """The unit: "rad", "m", or "1" for the parameter of a curve."""
+        return "rad" if self.is_angle else "1" if self.kind == "curve" else "m"
 
 
 def coordinate(mechanism: Mechanism, text: str) -> Coordinate:
@@ -56,7 +62,9 @@ def coordinate(mechanism: Mechanism, text: str) -> Coordinate:
             return Coordinate(text, "joint angle", parts[0])
         if parts[1] == "slide" and joint.kind in SLIDE_JOINTS:
             return Coordinate(text, "slide", parts[0])
-        if parts[1] in ("angle", "slide"):
+        if parts[1] == "s" and joint.kind in CURVE_JOINTS:
+            return Coordinate(text, "curve", parts[0])
+        if parts[1] in ("angle", "slide", "s"):
             raise MechanismError(f"a {joint.kind} joint has no coordinate '{text}'")
     elif parts[0] == GROUND:
         raise MechanismError(f"'{text}' is fixed: the ground does not move")
@@ -76,6 +84,7 @@ def coordinate_names(mechanism: Mechanism) -> list[str]:
     for name, joint in mechanism.joints.items():
         names += [f"{name}.angle"] if joint.kind in ANGLE_JOINTS else []
         names += [f"{name}.slide"] if joint.kind in SLIDE_JOINTS else []
+        names += [f"{name}.s"] if joint.kind in CURVE_JOINTS else []
     return names
 
 
@@ -97,7 +106,8 @@ def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selectio
         Nothing of that name, with the nearest ones.
     """
     every = [f"{name}.{point}" for name, body in mechanism.bodies.items() for point in body.points]
-    joints = [name for name, j in mechanism.joints.items() if j.kind in ANGLE_JOINTS + SLIDE_JOINTS]
+    movable = ANGLE_JOINTS + SLIDE_JOINTS + CURVE_JOINTS
+    joints = [name for name, j in mechanism.joints.items() if j.kind in movable]
     if outputs is None:
         return Selection(tuple(mechanism.bodies), tuple(every), tuple(joints))
     bodies: list[str] = []

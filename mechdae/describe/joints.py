@@ -6,6 +6,7 @@ coordinate is second minus first, the reaction listed for it acts on the second 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
@@ -63,6 +64,7 @@ class Joint(Value):
                 )
 
 
+TURN = 2 * math.pi
 NOT_NEGATIVE = ("friction", "friction_static", "pin_radius", "contact_length", "roller_radius")
 
 
@@ -228,17 +230,54 @@ class Distance(Joint):
 
 @dataclass(frozen=True)
 class Curve(Joint):
-    """Follower point of the second body on a curve (x(s), y(s)) of the first."""
+    """Follower point of the second body on a curve (x(s), y(s)) of the first.
 
-    x: str = key("text")
-    y: str = key("text")
-    range: tuple[Number, ...] | None = key("pair", None)
-    closed: bool = key("flag", False)
-    roller_radius: Number | None = key("number", None, doc="m")
+    The curve lies in the first body, its origin is the first point, the axes are those of
+    the body. With ``roller_radius`` the second point is the centre of a roller on the
+    ``side`` of growing s: right is outside of a closed curve that runs counter-clockwise.
+    Relative coordinate: s, the place of the contact on the curve.
+    """
+
+    x: Number = key("expression", doc="expression of s and parameters, m")
+    y: Number = key("expression", doc="expression of s and parameters, m")
+    range: tuple[Number, ...] | None = key("pair", None, doc="first and last s; closed: [0, 2 pi]")
+    closed: bool = key("flag", False, doc="the curve ends where it begins")
+    roller_radius: Number | None = key("number", None, doc="m; absent: a point follower")
+    side: str = key("text", "right", choices=("right", "left"), doc="of the roller")
     friction: Number | None = key("number", None)
 
     kind: ClassVar[str] = "curve"
     lower: ClassVar[bool] = False
+
+    @property
+    def ends(self) -> tuple[Number, Number]:
+        """First and last value of s."""
+        first, last = self.range or (0.0, TURN)
+        return first, last
+
+    def numbers(self) -> Iterator[tuple[str, Number]]:
+        yield from super().numbers()
+        yield from zip(("start", "end"), self.ends, strict=True)
+
+    def with_number(self, entry: str, number: Number) -> Joint:
+        first, last = self.ends
+        if entry in ("start", "end"):
+            return replace(self, range=(number, last) if entry == "start" else (first, number))
+        return super().with_number(entry, number)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if self.range is None and not self.closed:
+            raise MechanismError(
+                "the key 'range' is missing",
+                where=f"joints.{self.name}.range",
+                hint="range = [first s, last s], or closed = true for one turn",
+            )
+        if values["end"] <= values["start"]:
+            raise MechanismError(
+                f"range ends at {values['end']:g}, not after its start {values['start']:g}",
+                where=f"joints.{self.name}.range",
+            )
 
 
 JOINTS: dict[str, type[Joint]] = {

@@ -10,8 +10,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar
 
+from mechdae.describe.curve import check_curve
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
-from mechdae.describe.joints import JOINTS, Joint
+from mechdae.describe.joints import JOINTS, Curve, Joint
 from mechdae.describe.loads import Load
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key
@@ -330,6 +331,8 @@ def _check_values(mechanism: Mechanism) -> None:
     values = mechanism.values()
     for joint in mechanism.joints.values():
         joint.check({entry: values[f"{joint.name}.{entry}"] for entry, _ in joint.numbers()})
+        if isinstance(joint, Curve):
+            check_curve(joint, mechanism.parameters, values)
     for name, body in mechanism.bodies.items():
         for entry in ("mass", "inertia"):
             if values.get(f"{name}.{entry}", 0.0) < 0:

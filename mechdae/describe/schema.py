@@ -17,6 +17,7 @@ NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an ex
 NAMES = NAME.pattern.replace("\\Z", "$").join(["^", ""])
 _KINDS: dict[str, dict[str, Any]] = {
     "number": NUMBER,
+    "expression": NUMBER,
     "name": {"type": "string", "pattern": NAMES},
     "text": {"type": "string"},
     "whole": {"type": "integer", "minimum": 1},
@@ -33,7 +34,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "reference": {"type": "string", "pattern": r"^\w+\.\w+$"},
     "free": {},
 }
-WITH_UNIT = ("number", "numbers", "pair", "points", "free")
+WITH_UNIT = ("number", "expression", "numbers", "pair", "points", "free")
 
 
 def schema() -> dict[str, Any]:

@@ -187,6 +187,7 @@ def describe(value: Any) -> str:
 
 COERCE: dict[str, Callable[[Any], Any]] = {
     "number": number,
+    "expression": number,
     "name": name,
     "text": text,
     "whole": whole,

@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from mechdae.describe.joints import Curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style, symbols
+from mechdae.draw.curves import draw_curve, reach
 from mechdae.draw.driver import draw_drivers, driven_bodies, drivers_of, value_text
 from mechdae.draw.figure import new_axes
-from mechdae.draw.guides import curve_points, draw_guides, gaps_of, travel
+from mechdae.draw.guides import draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
 from mechdae.draw.places import PINNED, Place, free_points, places_of
 from mechdae.draw.scene import Array, Scene, choose_pose, read_scene
@@ -96,6 +97,8 @@ def _extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, 
     ]
     for joint in scene.joints(pose):
         points += [scene.place(joint.first, pose), scene.place(joint.second, pose)]
+        if isinstance(joint, Curve):
+            points += list(reach(scene, joint, pose))
     pivots = {
         side
         for joint in scene.mechanism.joints.values()
@@ -112,8 +115,6 @@ def _extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, 
             more.append(center + radius * np.array([[-1, -1], [1, 1]]))
         if joint.kind == "rack":
             more.append(np.array(rack_span(scene, joint, pose)[:2]))
-        if isinstance(joint, Curve):
-            more.append(curve_points(scene, joint, pose))
         if joint.kind in ("prismatic", "pin-in-slot"):
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
             now = float(scene.slide(joint)[pose])
@@ -123,9 +124,9 @@ def _extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, 
         more += [track for _, track in _tracks(scene)]
     everything = np.vstack(more)
     everything = everything[np.isfinite(everything).all(axis=1)]
-    reach = FAR * (size or 1.0)
-    low = np.maximum(everything.min(axis=0), near.min(axis=0) - reach)
-    high = np.minimum(everything.max(axis=0), near.max(axis=0) + reach)
+    most = FAR * (size or 1.0)
+    low = np.maximum(everything.min(axis=0), near.min(axis=0) - most)
+    high = np.minimum(everything.max(axis=0), near.max(axis=0) + most)
     return low, high, size
 
 
@@ -207,6 +208,12 @@ def _draw_links(
         first, second = (
             sheet.at(scene.place(entry, pose)) for entry in (joint.first, joint.second)
         )
+        if isinstance(joint, Curve):
+            corners = draw_curve(sheet, scene, joint, pose, colors)
+            if corners is not None:
+                links.polygons.setdefault(joint.first_body, corners)
+                sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+                links.bars[joint.first_body] = [*links.bars[joint.first_body], *sides]
         if joint.kind == "prismatic":
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
             links.blocks[joint.second_body] = symbols.rectangle(second, axis)

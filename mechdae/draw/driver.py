@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.joints import Curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style, symbols
+from mechdae.draw.curves import tangent
 from mechdae.draw.places import Place
 from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import Sheet, arc, normal
@@ -36,7 +38,7 @@ def value_text(result: Any, entry: Coordinate, pose: int) -> str:
     value = float(np.atleast_1d(result.drivers[entry.text].position)[pose])
     if entry.is_angle:
         return f"{entry.text} = {_plain(np.rad2deg(value), 3)}°"
-    return f"{entry.text} = {_plain(value, 5)} m"
+    return f"{entry.text} = {_plain(value, 5)}" + (" m" if entry.unit == "m" else "")
 
 
 def _plain(value: float, digits: int) -> str:
@@ -144,7 +146,10 @@ def _draw_travel(sheet: Sheet, scene: Scene, entry: Coordinate, pose: int, sense
     """Draw a straight arrow beside the point that travels."""
     if entry.part in scene.mechanism.joints:
         joint = scene.mechanism.joints[entry.part]
-        axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
+        if isinstance(joint, Curve):
+            axis = tangent(scene, joint, pose)
+        else:
+            axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
         point = joint.second
     else:
         axis = np.eye(2)[entry.axis]

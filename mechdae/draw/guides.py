@@ -1,11 +1,10 @@
-"""Guides, blocks, slots and curves: the pairs in which something slides."""
+"""Guides, blocks and slots: the pairs in which something slides."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mechdae.describe.expression import evaluate
-from mechdae.describe.joints import Curve, Joint
+from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style, symbols
 from mechdae.draw.scene import Array, Scene
@@ -58,10 +57,6 @@ def draw_guides(
             parts = _draw_prismatic(sheet, scene, joint, pose, size, gaps, colors)
         elif joint.kind == "pin-in-slot":
             parts = _draw_slot(sheet, scene, joint, pose, size, colors)
-        elif joint.kind == "curve":
-            assert isinstance(joint, Curve)
-            _draw_curve(sheet, scene, joint, pose)
-            continue
         else:
             continue
         lines.setdefault(joint.first_body, []).extend(parts)
@@ -229,28 +224,3 @@ def _draw_slot(
     for part in drawn if outside else []:
         sheet.line(part, color=color, width=style.BAR, z=style.Z_BAR)
     return [(start, end)]
-
-
-def _draw_curve(sheet: Sheet, scene: Scene, joint: Curve, pose: int) -> None:
-    points = sheet.at(curve_points(scene, joint, pose))
-    sheet.line(points, width=style.BAR, z=style.Z_BAR, gid=f"joint-{joint.name}-curve")
-    center = sheet.at(scene.place(joint.second, pose))
-    radius = scene.numbers.get(f"{joint.name}.roller_radius", 0.0) * sheet.metre
-    if radius > 0:
-        symbols.rim(sheet, center, radius, f"joint-{joint.name}-roller")
-    else:
-        symbols.dot(sheet, center, f"joint-{joint.name}-follower")
-
-
-def curve_points(scene: Scene, joint: Curve, pose: int, count: int = 180) -> Array:
-    """Return points of a curve [m]; without a range its parameter makes one turn."""
-    bounds = [evaluate(entry, scene.numbers) for entry in joint.range or (0.0, 2 * np.pi)]
-    origin = scene.place(joint.first, pose)
-    along = scene.direction(joint.first_body, 0.0, pose)
-    points = [
-        origin
-        + evaluate(joint.x, {**scene.numbers, "s": float(s)}) * along
-        + evaluate(joint.y, {**scene.numbers, "s": float(s)}) * normal(along)
-        for s in np.linspace(bounds[0], bounds[1], count + 1)
-    ]
-    return np.array(points)

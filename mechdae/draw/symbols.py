@@ -85,6 +85,14 @@ def slot(sheet: Sheet, start: Array, end: Array, gid: str, color: str = style.IN
     sheet.area(outline, edge=color, width=1.4 * style.LINE, z=style.Z_BLOCK, gid=gid)
 
 
+def groove(sheet: Sheet, points: Array, gid: str, color: str = style.INK) -> None:
+    """Draw a curved slot along the path of its pin."""
+    edge = 1.4 * style.LINE
+    sheet.line(points, width=2 * style.SLOT, color=color, z=style.Z_FILL, gid=gid, weight=0)
+    inner = 2 * (style.SLOT - edge)
+    sheet.line(points, width=inner, color=style.PAPER, z=style.Z_FILL, weight=0)
+
+
 def bridge(sheet: Sheet, center: Array, along: Array, side: Array, gid: str, color: str) -> None:
     """Draw the half-arc by which a bar runs past a pin without a break."""
     turn = float(np.arctan2(along[1], along[0]))

@@ -18,6 +18,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.kernels.blocks import BlockGraph, inverse, norm
+from mechdae.kernels.enclosure import SLOTS, Floors, enclosure, lower_bounds
 from mechdae.kernels.majorant import NoMajorant, majorant
 from mechdae.model.reduction import Scene
 
@@ -25,6 +26,8 @@ SX = ca.SX
 ROUNDOFF = 2.0**-53
 PATH_STEP_LIMIT = 0.45
 OPTIONS = {"cse": True}
+NEAR = 0.5
+"""Share of a step by which its bounds hold around it where they are not for all poses."""
 
 
 class Graphs:
@@ -50,7 +53,16 @@ class Graphs:
         self.scale = SX.sym("scale")
         self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nb)
         self.grain = SX.sym("grain", self.nx)
-        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain)
+        owners = {name for group in scene.groups for name in group.joints}
+        self.contacts = [c for name, c in scene.model.contacts.items() if name in owners]
+        floor = SX.sym("floor", SLOTS if self.contacts else 0)
+        self.floors = Floors(floor)
+        owned = {contact.joint.name for contact in self.contacts}
+        self.places = [
+            i for i, (owner, name) in enumerate(scene.x_names) if name == "s" and owner in owned
+        ]
+        self.low, self.high = (SX.sym(name, len(self.places)) for name in ("low", "high"))
+        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain, floor)
         if self.single:
             self.du, self.ddu = SX(1), SX(0)
         else:
@@ -61,14 +73,20 @@ class Graphs:
     def weights(self, b: int) -> tuple[Any, Any]:
         """Return column and row weights that make a block of mixed units dimensionless."""
         block = self.blocks[b].block
-        lengths = [self.scene.x_names[i][1] != "angle" for i in block.x]
-        mixed = len(set(lengths)) > 1 or len(set(block.units)) > 1
-        if not mixed:
-            return SX.ones(len(lengths)), SX.ones(len(lengths))
+        names = [self.scene.x_names[i] for i in block.x]
+        kinds = {name if name in ("angle", "s") else "length" for _, name in names}
+        if "s" not in kinds and len(kinds) == 1 and len(set(block.units)) == 1:
+            return SX.ones(len(names)), SX.ones(len(names))
         one = SX(1)
-        columns = ca.vertcat(*[self.scale if length else one for length in lengths])
+        columns = ca.vertcat(*[self._unit(*name) for name in names])
         rows = ca.vertcat(*[self.scale if unit == "m" else one for unit in block.units])
         return columns, rows
+
+    def _unit(self, owner: str, name: str) -> Any:
+        """Return the unit in which an unknown is of the order of one."""
+        if name == "s":
+            return self.scene.model.contacts[owner].turn
+        return SX(1) if name == "angle" else self.scale
 
     def _solve(self, b: int, x: Any, u: Any, trig: Any) -> tuple[Any, Any, Any, Any, Any]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
@@ -196,42 +214,114 @@ class Graphs:
         values = function(*new, self.p, rate, acceleration)
         return list(values[: self.derivatives + 1])
 
+    # -- bounds ----------------------------------------------------------------------------
+
+    def _bound(
+        self,
+        expressions: Any,
+        moving: list[Any],
+        sizes: list[Any],
+        ranges: list[Any],
+        rounding: bool = False,
+    ) -> tuple[Any, Any]:
+        """Return bounds of |expressions| and of their rounding errors.
+
+        `ranges` are tighter than `sizes`, and used by the curves that need it; those give
+        errors only with `rounding`.
+        """
+        try:
+            return majorant(expressions, moving, sizes)
+        except NoMajorant:
+            if not self.contacts:
+                raise
+            return enclosure(expressions, moving, ranges, self.floors, rounding)
+
+    def _ranges(self, sizes: list[Any]) -> list[Any]:
+        """Return where unknowns and drivers lie: contacts in a box, the rest by their sizes."""
+        low = _put(-sizes[0], self.places, ca.vertsplit(self.low) if self.places else [])
+        high = _put(+sizes[0], self.places, ca.vertsplit(self.high) if self.places else [])
+        return [(low, high), (-sizes[1], sizes[1])]
+
+    @cached_property
+    def enclosed(self) -> bool:
+        """Whether some bounds hold in boxes of the contacts' places only, see `_ranges`."""
+        return bool(self.contacts) and not all(self._plain(b) for b in range(self.nb))
+
+    @cached_property
+    def divisors(self) -> tuple[Any, Any]:
+        """What curves divide by: its size at a pose, and at least in a whole sweep.
+
+        Functions (x, u, p) -> |divisor| and (|x|, |u|, p, low, high) -> lower bound, 0
+        without one.
+        """
+        functions = (self.constants, self.advance, self.output_bounds)  # they name them all
+        assert all(function is not None for function in functions)
+        sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving = [self.scene.x, self.scene.u]
+        stacked = ca.vertcat(*self.floors.divisors) if self.floors.divisors else SX(0, 1)
+        least = lower_bounds(stacked, moving, self._ranges(sizes))
+        return (
+            ca.Function("divisors", [*moving, self.p], [ca.fabs(stacked)]),
+            ca.Function("least", [*sizes, self.p, self.low, self.high], [least]),
+        )
+
     # -- constants of a sweep --------------------------------------------------------------
 
     @cached_property
     def constants(self) -> Any:
         """Bounds that hold for a whole sweep.
 
-        (|x|, |u|, p, scale) -> kappa, rho, mu (nb,): Lipschitz constant of J, rounding of F
-        (norm of its rows), bound of |J|. Raises `NoMajorant` where an operation has no bound.
+        (|x|, |u|, p, scale, floors, low, high) -> kappa, rho, mu (nb,): Lipschitz constant of
+        J, rounding of F (norm of its rows), bound of |J|. Contacts lie between low and high.
+        Raises `NoMajorant` where an operation has no bound.
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
-        moving = [self.scene.x, self.scene.u]
+        moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         kappas, rhos, mus = [], [], []
         for b, graph in enumerate(self.blocks):
             w, r = self.weights(b)
-            hessian = ca.jacobian(ca.vec(graph.J), graph.x)
-            bound, _ = majorant(hessian, moving, sizes)
-            square = ca.reshape(bound, graph.size * graph.size, graph.size) @ ca.diag(w)
-            pairs = ca.reshape(square, graph.size, graph.size * graph.size)
-            kappas.append(norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w))))
-            _, rounding = majorant(graph.F, moving, sizes)
+            kappas.append(self._lipschitz(b, moving, sizes, ranges))
+            _, rounding = self._bound(graph.F, moving, sizes, ranges, rounding=True)
             rhos.append(ROUNDOFF * norm(rounding / r))
-            bound, _ = majorant(graph.J, moving, sizes)
+            bound, _ = self._bound(graph.J, moving, sizes, ranges)
             square = ca.reshape(bound, graph.size, graph.size)
             mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
         results = [_column(kappas), _column(rhos), _column(mus)]
-        return ca.Function("constants", [*sizes, self.p, self.scale], results)
+        inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
+        return ca.Function("constants", inputs, results)
+
+    def _lipschitz(self, b: int, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
+        """Return a Lipschitz constant of a block's weighted Jacobian in its own unknowns."""
+        graph = self.blocks[b]
+        w, r = self.weights(b)
+        bound, _ = self._bound(ca.jacobian(ca.vec(graph.J), graph.x), moving, sizes, ranges)
+        square = ca.reshape(bound, graph.size * graph.size, graph.size) @ ca.diag(w)
+        pairs = ca.reshape(square, graph.size, graph.size * graph.size)
+        return norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w)))
+
+    def _plain(self, b: int) -> bool:
+        """Return whether majorants bound a block for all poses."""
+        graph = self.blocks[b]
+        try:
+            majorant(graph.F, [graph.x], [graph.x])
+        except NoMajorant:
+            return False
+        return True
 
     @cached_property
     def output_bounds(self) -> Any:
-        """(|x|, |u|, p) -> bound of |dy/dx| (ny, nx) and rounding of y (ny,)."""
+        """Bounds that hold for the outputs y of a whole sweep.
+
+        (|x|, |u|, p, floors, low, high) -> bound of |dy/dx| (ny, nx), rounding of y (ny,).
+        """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
-        moving = [self.scene.x, self.scene.u]
-        slope, _ = majorant(ca.jacobian(self.outputs, self.scene.x), moving, sizes)
-        _, rounding = majorant(self.outputs, moving, sizes)
+        moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
+        jacobian = ca.jacobian(self.outputs, self.scene.x)
+        slope, _ = self._bound(jacobian, moving, sizes, ranges)
+        _, rounding = self._bound(self.outputs, moving, sizes, ranges, rounding=True)
         shaped = ca.reshape(slope, self.ny, self.nx)
-        return ca.Function("output_bounds", [*sizes, self.p], [shaped, ROUNDOFF * rounding])
+        inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
+        return ca.Function("output_bounds", inputs, [shaped, ROUNDOFF * rounding])
 
     # -- one certified step ----------------------------------------------------------------
 
@@ -292,27 +382,55 @@ class Graphs:
             ca.fabs(v[uses]) if uses else SX(0, 1),
             ca.fabs(du),
         ]
+        ranges = self._step_ranges(b, x, v, bend, u, du, ds) if self.contacts else []
         every = ca.vertcat(graph.x, graph.z, self.scene.u)
         rates = ca.vertcat(graph.vx, graph.vz, graph.vu)
         turned = ca.jtimes(ca.vec(graph.J), every, rates)
-        tau, _ = majorant(graph.second, moving, limits)
-        sigma, _ = majorant(turned, moving, limits)
+        tau, _ = self._bound(graph.second, moving, limits, ranges)
+        sigma, _ = self._bound(turned, moving, limits, ranges)
         residual = ds * ds * tau / 2 + ca.fabs(graph.value(x, u, self.p)[0])
         change = ds * ca.reshape(sigma, graph.size, graph.size)
         if uses:
             deviation = ds * ds * bend[uses]
-            slope, _ = majorant(graph.Fz, moving, limits)
+            slope, _ = self._bound(graph.Fz, moving, limits, ranges)
             residual += ca.reshape(slope, graph.size, len(uses)) @ deviation
             cross = ca.jacobian(ca.vec(graph.J), graph.z)
-            bound, _ = majorant(cross, moving, limits)
+            bound, _ = self._bound(cross, moving, limits, ranges)
             moved = ca.reshape(bound, graph.size * graph.size, len(uses)) @ deviation
             change += ca.reshape(moved, graph.size, graph.size)
         delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))
         grown = beta / ca.fmax(1 - delta, 1e-9)
         eta = grown * (norm(residual / r) + self.rho[b])
-        h = grown * self.kappa[b] * eta
+        kappa, everywhere = self.kappa[b], self._plain(b)
+        if not everywhere:  # bounds for all poses are too wide: those near the tangent
+            units = ca.vertcat(*[self._unit(*self.scene.x_names[i]) for i in own])
+            reach = ds * ca.fabs(v[own]) + ds * ds * bend[own]
+            near = NEAR * ca.mmax(reach / units)
+            wide = self._step_ranges(b, x, v, bend, u, du, ds, near)
+            kappa = self._lipschitz(b, moving, limits, wide)
+        h = grown * kappa * eta
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
-        return ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius
+        test = ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT)
+        return test if everywhere else ca.fmax(test, radius / near), radius
+
+    def _step_ranges(
+        self, b: int, x: Any, v: Any, bend: Any, u: Any, du: Any, ds: Any, near: Any = 0.0
+    ) -> list[tuple[Any, Any]]:
+        """Return where unknowns, drivers and rates of a block lie over a step.
+
+        The unknowns may lie `near`, in their units, on both sides.
+        """
+        graph = self.blocks[b]
+
+        def parts(vector: Any) -> tuple[Any, Any]:
+            return vector[graph.own], vector[graph.uses] if graph.uses else SX(0, 1)
+
+        units = ca.vertcat(*[self._unit(*name) for name in self.scene.x_names])
+        reach = ds * ca.fabs(v) + ds * ds * bend + near * units
+        across = ds * ca.fabs(du)
+        around = list(zip(parts(x - reach), parts(x + reach), strict=True))
+        rates = [(rate, rate) for rate in parts(v)]
+        return [*around, (u - across, u + across), *rates, (du, du)]
 
     # -- limit positions -------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 FORMULAS: dict[int, Callable[..., Any]] = {
     ca.OP_ASSIGN: lambda a: a,
@@ -45,7 +46,29 @@ NAMES: dict[int, tuple[str, str]] = {
     ca.OP_FMAX: ("fmax", "maximum"),
 }
 """The names of the other operations in casadi and in NumPy."""
-SYMBOLIC = {**FORMULAS, **{code: getattr(ca, names[0]) for code, names in NAMES.items()}}
+LOGIC: dict[int, tuple[Callable[..., Any], Callable[..., Any]]] = {
+    ca.OP_LT: (lambda a, b: a < b, lambda a, b: np.less(a, b) * 1.0),
+    ca.OP_LE: (lambda a, b: a <= b, lambda a, b: np.less_equal(a, b) * 1.0),
+    ca.OP_EQ: (lambda a, b: a == b, lambda a, b: np.equal(a, b) * 1.0),
+    ca.OP_NE: (lambda a, b: a != b, lambda a, b: np.not_equal(a, b) * 1.0),
+    ca.OP_NOT: (ca.logic_not, lambda a: np.equal(a, 0) * 1.0),
+    ca.OP_IF_ELSE_ZERO: (
+        lambda a, b: ca.if_else(a, b, 0),
+        lambda a, b: np.where(np.not_equal(a, 0), b, 0.0),
+    ),
+    ca.OP_REMAINDER: (ca.remainder, lambda a, b: a - b * np.rint(a / b)),
+}
+"""Pieces, from derivatives of min and max and from curves of one turn: casadi, arrays."""
+SYMBOLIC = {
+    **FORMULAS,
+    **{code: getattr(ca, names[0]) for code, names in NAMES.items()},
+    **{code: pair[0] for code, pair in LOGIC.items()},
+}
+ARRAYS = {
+    **FORMULAS,
+    **{code: getattr(np, names[1]) for code, names in NAMES.items()},
+    **{code: pair[1] for code, pair in LOGIC.items()},
+}
 
 
 def replay(

@@ -6,16 +6,30 @@ Operation by operation the results are those of casadi's own virtual machine.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.replay import NAMES
+from mechdae.kernels.replay import LOGIC, NAMES
 
 CACHE_BYTES = 2_000_000
 SMALLEST_CHUNK = 512
+
+
+def into(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function with the argument ``out`` of a NumPy operation."""
+
+    def write(*arguments: Any, out: Any = None) -> Any:
+        if out is None:
+            return function(*arguments)
+        out[...] = function(*arguments)
+        return out
+
+    return write
+
+
 _UFUNCS: dict[int, Any] = {
     ca.OP_ADD: np.add,
     ca.OP_SUB: np.subtract,
@@ -28,6 +42,7 @@ _UFUNCS: dict[int, Any] = {
     ca.OP_CONSTPOW: np.power,
     ca.OP_ASSIGN: np.positive,
     **{code: getattr(np, names[1]) for code, names in NAMES.items()},
+    **{code: into(pair[1]) for code, pair in LOGIC.items()},
 }
 
 

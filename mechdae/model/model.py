@@ -18,6 +18,7 @@ import numpy as np
 from mechdae.describe.coordinates import Coordinate
 from mechdae.describe.expression import build
 from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
+from mechdae.model.contacts import contacts
 from mechdae.model.frames import Frame, fixed_frame, planar_frame
 from mechdae.model.residuals import Ends, rows_of
 
@@ -66,7 +67,10 @@ class Model:
     p, p_names, p_values : SX (np,), list, array
         Parameters, their names and values [SI, rad].
     q, q_names : SX (nq,), list of (body, coordinate)
-        Absolute coordinates of all bodies in declared order.
+        Absolute coordinates of all bodies in declared order, then those of the joints that
+        have their own, (joint, coordinate): see `contacts`.
+    contacts : dict
+        Curve joints in symbols, by name.
     rows : list of Row
         Joint equations, without drivers.
     """
@@ -96,9 +100,15 @@ class Model:
             for coordinate, symbol in self._frames[name].coordinates:
                 self.q_names.append((name, coordinate))
                 symbols.append(symbol)
+        parameters = dict(zip(self.p_names, self.p.elements(), strict=True))
+        self.contacts = contacts(mechanism, parameters, self.numbers, FUNCTIONS)
+        for name, contact in self.contacts.items():
+            for coordinate, symbol in contact.coordinates:
+                self.q_names.append((name, coordinate))
+                symbols.append(symbol)
         self.q = ca.vertcat(*symbols)
         self.ends = {
-            name: Ends(joint, self.frame, self.point, self.numbers)
+            name: Ends(joint, self.frame, self.point, self.numbers, self.contacts.get(name))
             for name, joint in mechanism.joints.items()
         }
         self.rows = [Row(name, *row) for name, ends in self.ends.items() for row in rows_of(ends)]
@@ -155,6 +165,8 @@ class Model:
             return self.frame(coordinate.part).angle
         if coordinate.kind == "point":
             return self.point(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
+        if coordinate.kind == "curve":
+            return self.contacts[coordinate.part].s
         ends = self.ends[coordinate.part]
         if coordinate.kind == "joint angle":
             return ends.second.angle - ends.first.angle
@@ -166,10 +178,8 @@ class Model:
         inputs = []
         for coordinate in coordinates:
             u = SX.sym(f"u_{coordinate.text}")
-            unit = "rad" if coordinate.is_angle else "m"
-            rows.append(
-                Row(coordinate.text, "driver", self.coordinate(coordinate) - u, unit, driver=True)
-            )
+            residual = self.coordinate(coordinate) - u
+            rows.append(Row(coordinate.text, "driver", residual, coordinate.unit, driver=True))
             inputs.append(u)
         return rows, ca.vertcat(*inputs) if inputs else SX(0, 1)
 
@@ -218,4 +228,5 @@ class Model:
                     ca.horzcat(-m * c[1], m * c[0], inertia + m * ca.sumsqr(c)),
                 )
             )
-        return ca.diagcat(*blocks)
+        own = sum(len(contact.coordinates) for contact in self.contacts.values())
+        return ca.diagcat(*blocks, SX(own, own)) if own else ca.diagcat(*blocks)

@@ -14,6 +14,7 @@ import casadi as ca
 
 from mechdae.describe.joints import Joint
 from mechdae.errors import UnavailableError
+from mechdae.model.contacts import Contact
 from mechdae.model.frames import Frame
 
 Rows = list[tuple[str, Any, str]]
@@ -28,7 +29,9 @@ class Ends:
         frame: Callable[[str], Frame],
         point: Callable[[str], Any],
         number: Mapping[str, Any],
+        contact: Contact | None = None,
     ) -> None:
+        self.contact = contact
         self.joint, self._frame, self._number = joint, frame, number
         self.first, self.second = frame(joint.first_body), frame(joint.second_body)
         self.p1, self.p2 = point(joint.first), point(joint.second)
@@ -100,6 +103,19 @@ def belt(ends: Ends) -> Rows:
     return [("belt", turned - (ends.first.angle - carrier), "rad")]
 
 
+def curve(ends: Ends) -> Rows:
+    """P2 - P1 - R1 (c(s) + rho n) = 0; with a roller turn c'(s) x (cos psi, sin psi) = 0."""
+    contact = ends.contact
+    assert contact is not None
+    place, touch = contact.point, []
+    if contact.rolls:
+        place = place + ends.number("roller_radius") * contact.normal
+        (dx, dy), along = ca.vertsplit(contact.tangent), contact.direction
+        touch = [("tangent", dx * along[1] - dy * along[0], "m")]
+    gap = ends.gap - ends.first.direction(place)
+    return [("x", gap[0], "m"), ("y", gap[1], "m"), *touch]
+
+
 RESIDUALS: dict[str, tuple[Callable[[Ends], Rows], ...]] = {
     "revolute": (coincide,),
     "prismatic": (on_line, same_turn),
@@ -109,6 +125,7 @@ RESIDUALS: dict[str, tuple[Callable[[Ends], Rows], ...]] = {
     "gear": (gear,),
     "rack": (rack,),
     "belt": (belt,),
+    "curve": (curve,),
 }
 
 

@@ -2,7 +2,8 @@
 
 (1) Block-triangular form of the absolute Jacobian; (2) a directed graph of blocks and
 bodies: a block points to the blocks whose coordinates its rows use, a body and the blocks
-of its coordinates point to each other; (3) the strongly connected components are the
+of its coordinates point to each other, and so do a curve joint, its own coordinates and its
+equations; (3) the strongly connected components are the
 Assur groups, in the order in which they are solved from the driver outwards. Class, order
 and kind follow Artobolevsky; a higher pair counts as the link and the two lower pairs that
 replace it.
@@ -98,13 +99,17 @@ def assur_groups(model: Model, rows: Sequence[Row]) -> list[Group]:
         block_of_row[rowperm[rowblock[block] : rowblock[block + 1]]] = block
         block_of_column[colperm[colblock[block] : colblock[block + 1]]] = block
     bodies = list(model.mechanism.bodies)
-    place = {name: count + i for i, name in enumerate(bodies)}
+    place = {name: count + i for i, name in enumerate([*bodies, *model.contacts])}
     arrows: set[tuple[int, int]] = set()
     for i, j in zip(*pattern.get_triplet(), strict=True):
         arrows.add((int(block_of_row[i]), int(block_of_column[j])))
     for j, (name, _) in enumerate(model.q_names):
         arrows |= {(place[name], int(block_of_column[j])), (int(block_of_column[j]), place[name])}
-    component = _components(count + len(bodies), arrows)
+    for i, row in enumerate(rows):
+        if row.owner in model.contacts:
+            block = int(block_of_row[i])
+            arrows |= {(place[row.owner], block), (block, place[row.owner])}
+    component = _components(count + len(place), arrows)
     members: dict[int, list[str]] = {}
     for name in bodies:
         members.setdefault(component[place[name]], []).append(name)
@@ -210,6 +215,8 @@ def _dyad_kind(bodies: set[str], inner: list[Joint], outer: list[Joint]) -> str:
         lower = [j.letter for j in outer if j.lower]
         higher = next(j for j in outer if not j.lower)
         slot_inside = higher.first_body in bodies
+        if higher.kind == "curve":
+            return "cam"
         replaced = {"pin-in-slot": "PR" if slot_inside else "RP", "distance": "RR"}
         letters = [*lower, *replaced.get(higher.kind, "")]
     sequence = "".join(letters)

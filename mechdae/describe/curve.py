@@ -1,0 +1,121 @@
+"""The curve of a curve joint as numbers: places, extent, and what makes it no curve."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+from mechdae.describe.expression import evaluate, names_in
+from mechdae.describe.joints import Curve
+from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
+
+PARAMETER = "s"
+SAMPLES = 48
+CLOSES = 1e-11
+"""Share of its extent by which a closed curve may miss its beginning: rounding."""
+REPEATS = 1e-9
+PROBES = (0.0, 0.13, 0.37, 0.61, 0.83)
+
+
+def span(joint: Curve, values: Mapping[str, float]) -> tuple[float, float]:
+    """Return the first and the last s; `values` are those of `Mechanism.values`."""
+    return values[f"{joint.name}.start"], values[f"{joint.name}.end"]
+
+
+def place(joint: Curve, values: Mapping[str, float], s: float) -> tuple[float, float]:
+    """Return the point (x, y) of the curve in its body, from the joint's first point [m].
+
+    Raises
+    ------
+    MechdaeError
+        No finite real value there.
+    """
+    known = {**values, PARAMETER: s}
+    result = []
+    for axis in ("x", "y"):
+        try:
+            result.append(evaluate(getattr(joint, axis), known))
+        except MechdaeError as problem:
+            problem.what += f" at s = {s:.6g}"
+            raise problem.inside(f"joints.{joint.name}.{axis}") from None
+    return result[0], result[1]
+
+
+def samples(joint: Curve, values: Mapping[str, float]) -> list[tuple[float, float]]:
+    """Return points of the curve, both ends of the range among them [m]."""
+    first, last = span(joint, values)
+    grid = [first + (last - first) * k / SAMPLES for k in range(SAMPLES)]
+    return [place(joint, values, s) for s in (*grid, last)]
+
+
+def extent(joint: Curve, values: Mapping[str, float]) -> float:
+    """Return the larger side of the box around the curve [m]."""
+    return _extent(samples(joint, values))
+
+
+def repeats(joint: Curve, values: Mapping[str, float]) -> bool:
+    """Return whether the expressions of a closed curve have the period of its range.
+
+    Where they do not (a law given for one turn only), s is taken modulo the range.
+    """
+    first, last = span(joint, values)
+    allowed = REPEATS * extent(joint, values)
+    try:
+        pairs = [
+            (place(joint, values, s), place(joint, values, s + turns * (last - first)))
+            for s in (first + share * (last - first) for share in PROBES)
+            for turns in (1, -1)
+        ]
+    except MechdaeError:
+        return False
+    return all(math.dist(a, b) <= allowed for a, b in pairs)
+
+
+def check_curve(joint: Curve, parameters: Iterable[str], values: Mapping[str, float]) -> None:
+    """Raise for a curve that is none: unknown names, no s, not finite, not closed.
+
+    Raises
+    ------
+    MechdaeError
+        With the key path.
+    """
+    where = f"joints.{joint.name}"
+    known = {*parameters}
+    if PARAMETER in known:
+        raise MechanismError(
+            f"'{PARAMETER}' is the parameter of the curve in joint {joint.name}",
+            where=f"parameters.{PARAMETER}",
+            hint="choose another name",
+        )
+    used: set[str] = set()
+    for axis in ("x", "y"):
+        text = getattr(joint, axis)
+        for name in sorted(names_in(text)) if isinstance(text, str) else ():
+            if name not in known and name != PARAMETER:
+                raise UnknownName("name", name, [PARAMETER, *known], where=f"{where}.{axis}")
+            used.add(name)
+    if PARAMETER not in used:
+        raise MechanismError(
+            "neither x nor y depends on s: that is a point, no curve",
+            where=f"{where}.x",
+            hint='x and y are expressions of s, like x = "a*cos(s)"',
+        )
+    points = samples(joint, values)
+    size = _extent(points)
+    if size == 0:
+        raise MechanismError("the curve is a single point", where=f"{where}.x")
+    gap = math.dist(points[0], points[-1])
+    if joint.closed and gap > CLOSES * size:
+        first, last = span(joint, values)
+        raise InputError(
+            f"the curve is not closed: its ends, s = {first:g} and {last:g}, are {gap:.4g} m apart",
+            where=f"{where}.closed",
+            hint="correct range, x or y, or leave 'closed' out",
+        )
+
+
+def _extent(points: list[tuple[float, float]]) -> float:
+    return max(
+        max(point[axis] for point in points) - min(point[axis] for point in points)
+        for axis in (0, 1)
+    )

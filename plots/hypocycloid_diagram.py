@@ -1,0 +1,22 @@
+"""A hypocycloid drive: eccentric, lobed disc, Oldham coupling, one pin of the ring."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+import mechdae as md
+from mechdae.draw import save
+
+
+def figure() -> Figure:
+    """Return the figure."""
+    result = md.solve(md.load("hypocycloid-drive"), task="turns")
+    drawn = md.plot(result, "diagram", pose=100).get_figure(root=True)
+    assert isinstance(drawn, Figure)
+    return drawn
+
+
+if __name__ == "__main__":
+    save(figure(), Path(__file__).with_suffix(".svg"))
