@@ -23,9 +23,13 @@ UNITS = {
     "slide_velocity": "m/s",
     "slide_acceleration": "m/s2",
     "coriolis": "m/s2",
+    "jerk": "m/s3",
+    "angular_jerk": "rad/s3",
+    "slide_jerk": "m/s3",
 }
 
 
+DRIVER_UNITS = {"velocity": "/s", "acceleration": "/s2", "jerk": "/s3"}
 PLURALS = {"body": "bodies", "point": "points", "joint": "joints", "driver": "drivers"}
 
 
@@ -188,7 +192,7 @@ class Result:
         if kind != "drivers":
             return UNITS.get(name, "1")
         base = "rad" if part.endswith(".angle") else "m"
-        return base + {"position": "", "velocity": "/s", "acceleration": "/s2"}.get(name, "")
+        return base + DRIVER_UNITS.get(name, "")
 
 
 def plain(value: Any) -> Any:

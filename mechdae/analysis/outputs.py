@@ -13,9 +13,9 @@ from mechdae.model.reduction import Scene
 from mechdae.results import Named, Series
 
 RATES = {
-    "angle": ("angle", "angular_velocity", "angular_acceleration"),
-    "position": ("position", "velocity", "acceleration"),
-    "slide": ("slide", "slide_velocity", "slide_acceleration"),
+    "angle": ("angle", "angular_velocity", "angular_acceleration", "angular_jerk"),
+    "position": ("position", "velocity", "acceleration", "jerk"),
+    "slide": ("slide", "slide_velocity", "slide_acceleration", "slide_jerk"),
 }
 
 
@@ -90,7 +90,7 @@ class Outputs:
             for order, name in enumerate(names[: len(values)]):
                 columns = values[order][:, entry.columns]
                 series[name] = columns if entry.name == "position" else columns[:, 0]
-        if len(values) == 3:
+        if len(values) >= 3:
             for entry in self.entries:
                 if entry.name == "slide":
                     tables["joints"][entry.part]["coriolis"] = self._coriolis(entry, values)

@@ -225,6 +225,8 @@ def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
             series["velocity"] = np.broadcast_to(plan.speed[:, k], n).copy()
         if task.derivatives >= 2:
             series["acceleration"] = np.broadcast_to(plan.acceleration[:, k], n).copy()
+        if task.derivatives >= 3:
+            series["jerk"] = np.broadcast_to(plan.jerk[:, k], n).copy()
         table[c.text] = Series(series)
     return Named("driver", table)
 

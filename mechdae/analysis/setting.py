@@ -53,9 +53,9 @@ class Run:
 def prepare(problem: Problem, task: Sweep) -> Setting:
     """Return scene and kernels of a task; nothing is evaluated yet."""
     mechanism = problem.mechanism
-    if task.derivatives > 2:
+    if task.derivatives > 3:
         raise UnavailableError(
-            "derivatives above the second are not computed by this version", where="derivatives"
+            "derivatives above the third are not computed by this version", where="derivatives"
         )
     numbers = plan(mechanism, task)
     model = Model(mechanism)

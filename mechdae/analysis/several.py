@@ -27,6 +27,7 @@ def several_drivers(setting: Setting, task: Sweep) -> Run:
     evaluator = Evaluator(setting.graphs, setting.outputs)
     speed = np.broadcast_to(plan.speed, values.shape)
     acceleration = np.broadcast_to(plan.acceleration, values.shape)
+    jerk = np.broadcast_to(plan.jerk, values.shape)
     u, x = first_pose(setting, task)
     lines = list(values) if plan.named or n == 1 else [values[0], values[-1]]
     parts: list[Poses] = []
@@ -36,7 +37,7 @@ def several_drivers(setting: Setting, task: Sweep) -> Run:
         through = not plan.named and k == 1
         rows = slice(0, n) if through else slice(first, first + 1)
         grid = np.linspace(0.0, 1.0, n) if through else np.ones(1)
-        part = evaluator.at(path, grid, (speed[rows], acceleration[rows]))
+        part = evaluator.at(path, grid, (speed[rows], acceleration[rows], jerk[rows]))
         if plan.named or through or n == 1 or not part.alive.all():
             parts.append(part)
             first += len(grid)

@@ -73,7 +73,7 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
     if not plan.named and task.derivatives >= 2:
         found = ranges(evaluator, setting.outputs, path, poses, low, high)
         summary.update({word: table for word, table in found.items() if table})
-    poses.y = in_time(poses.y, plan.speed, plan.acceleration)
+    poses.y = in_time(poses.y, plan.speed, plan.acceleration, plan.jerk)
     events = limit_events(setting, path, low, high)
     if "limits" not in summary and any(end is not None for end in ends(path)):
         summary["limits"] = ends(path)

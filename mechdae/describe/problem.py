@@ -346,7 +346,8 @@ def _check_driver(driver: Driver, known: Mapping[str, float]) -> None:
         raise InputError("'from' and 'to' are needed together", where="driver")
     if driver.at is not None and not driver.at:
         raise InputError("the list of values is empty", where="driver.at")
-    numbers = [*(driver.at or ()), driver.from_, driver.to, driver.speed, driver.acceleration]
+    rates = (driver.speed, driver.acceleration, driver.jerk)
+    numbers = [*(driver.at or ()), driver.from_, driver.to, *rates]
     for entry in numbers:
         for used in sorted(names_in(entry)) if isinstance(entry, str) else ():
             if used not in known:

@@ -17,8 +17,8 @@ class Driver(Value):
     """An imposed coordinate: named values, an interval, or the whole assembled arc.
 
     ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
-    ``speed`` and ``acceleration`` are its rates at every pose (default 1 and 0: rates per
-    unit of driver speed, the "analogues" of the theory of mechanisms).
+    ``speed``, ``acceleration`` and ``jerk`` are its rates at every pose (default 1, 0 and 0:
+    rates per unit of driver speed, the "analogues" of the theory of mechanisms).
     """
 
     coordinate: str = key("text")
@@ -30,6 +30,7 @@ class Driver(Value):
     times: tuple[Number, ...] | None = key("numbers", None)
     speed: Number | None = key("number", None)
     acceleration: Number | None = key("number", None)
+    jerk: Number | None = key("number", None)
 
 
 @dataclass(frozen=True)
