@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result
+from mechdae.results import KINDS, Result
 
 ROWS = 19
 WIDE = 100
@@ -34,11 +34,11 @@ def _single(result: Result) -> list[str]:
     points = set(_distinct_points(result))
     units = {
         (part, name): result.unit(kind, part, name)
-        for kind in ("drivers", "bodies", "points", "joints")
+        for kind in KINDS
         for part, series in getattr(result, kind).items()
         for name in series
     }
-    for kind in ("drivers", "bodies", "points", "joints"):
+    for kind in KINDS:
         for part, series in getattr(result, kind).items():
             if kind == "points" and part not in points:
                 continue
@@ -69,6 +69,11 @@ def _sweep(result: Result, width: int) -> list[str]:
         unit = "deg" if angle else "m"
         largest = float(np.max(np.abs(values), initial=0.0))
         columns.append((f"{coordinate} [{unit}]", _cells(values, largest)))
+    for name, series in result.outputs.items():
+        unit = result.unit("outputs", name, "value")
+        values = np.degrees(series["value"]) if unit == "rad" else series["value"]
+        title = f"{name} [{'deg' if unit == 'rad' else unit}]" if unit else name
+        columns.append((title, _cells(values, float(np.nanmax(np.abs(values), initial=0.0)))))
     driven = set(result.drivers)
     points = set(_distinct_points(result))
     for kind in ("points", "joints", "bodies"):

@@ -10,6 +10,7 @@ from mechdae.analysis import start
 from mechdae.analysis.bounds import output_bounds
 from mechdae.analysis.bridge import Zone
 from mechdae.analysis.evaluate import Poses
+from mechdae.analysis.named import time_of
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan
 from mechdae.analysis.setting import Run, Setting
@@ -117,6 +118,10 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     status[doubtful] = "ambiguous"
     named: dict[str, Any] = outputs.named(poses.y)
     certified = np.isin(status, ("ok", "limit"))
+    columns = outputs.columns(setting.expressions.coordinates)
+    time = time_of(problem.mechanism, task, plan, run.values)
+    there = [array[:, columns] for array in poses.y]
+    named["outputs"], lost = setting.expressions.evaluate(there, time, certified)
     bounds = output_bounds(setting.graphs, outputs, run.path.constants, poses)
     for bound in bounds.values():
         bound[~certified] = np.nan
@@ -133,7 +138,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary["bound"] = "estimated" if near else "proved"
     if failed:
         summary["failed"] = failed
-    notes = setting.notes + _near_crossings(setting, run.path)
+    notes = setting.notes + _near_crossings(setting, run.path) + setting.expressions.notes + lost
     if notes:
         summary["notes"] = notes
     counts = run.path.counts

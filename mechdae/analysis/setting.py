@@ -11,6 +11,7 @@ import numpy as np
 from mechdae.analysis import start
 from mechdae.analysis.evaluate import Evaluator, Poses
 from mechdae.analysis.modes import Assembler
+from mechdae.analysis.named import NamedOutputs, requests, time_of
 from mechdae.analysis.numbers import Constants
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.path import Path
@@ -34,6 +35,7 @@ class Setting:
     outputs: Outputs
     graphs: Graphs
     assembler: Assembler
+    expressions: NamedOutputs
     on_change_point: str = "continue"
     notes: list[str] = field(default_factory=list)
 
@@ -60,10 +62,19 @@ def prepare(problem: Problem, task: Sweep) -> Setting:
     numbers = plan(mechanism, task)
     model = Model(mechanism)
     the_scene = scene(model, numbers.coordinates, task.outputs)
-    outputs = Outputs(the_scene)
+    expressions = NamedOutputs(
+        model,
+        the_scene.selection.named,
+        task.derivatives,
+        listed=task.outputs is not None,
+        time=time_of(mechanism, task, numbers) is not None,
+    )
+    outputs = Outputs(the_scene, requests(model, list(expressions.rates)))
     graphs = Graphs(the_scene, outputs.expression, task.derivatives)
     assembler = Assembler(graphs, sketched(mechanism))
-    return Setting(numbers, the_scene, outputs, graphs, assembler, task.on_change_point)
+    return Setting(
+        numbers, the_scene, outputs, graphs, assembler, expressions, task.on_change_point
+    )
 
 
 def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:

@@ -148,5 +148,7 @@ def _task(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
     if isinstance(task, Sweep):
         words = ["positions", "velocities", "accelerations", "jerks"]
         entry["builds"] = words[: task.derivatives + 1]
+        if pruned.selection.named:
+            entry["builds"].append("outputs " + ", ".join(pruned.selection.named))
         entry["poses"] = numbers.poses
     return entry
