@@ -27,6 +27,11 @@ UNITS = {
     "jerk": "m/s3",
     "angular_jerk": "rad/s3",
     "slide_jerk": "m/s3",
+    "transmission_angle": "rad",
+    "tangent": "rad",
+    "curvature": "1/m",
+    "centrode_fixed": "m",
+    "centrode_moving": "m",
 }
 
 
@@ -108,6 +113,8 @@ class Result:
     drivers, bodies, points, joints, outputs
         Named series, SI and radians; nan where a pose has no value. `outputs` are those that
         the problem names.
+    centres
+        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``.
     status : (n,) array of str
         ok, limit, unassembled, singular, ambiguous.
     bound
@@ -128,6 +135,7 @@ class Result:
     points: Named = field(default_factory=lambda: Named("point", {}))
     joints: Named = field(default_factory=lambda: Named("joint", {}))
     outputs: Named = field(default_factory=lambda: Named("output", {}))
+    centres: Series = field(default_factory=lambda: Series({}))
     status: Any = None
     bound: Series = field(default_factory=lambda: Series({}))
     condition: Any = None
@@ -151,6 +159,8 @@ class Result:
                     part: {key: plain(array) for key, array in series.items()}
                     for part, series in table.items()
                 }
+        if self.centres:
+            result["centres"] = {pair: plain(array) for pair, array in self.centres.items()}
         if self.labels is not None:
             result["labels"] = [list(row) for row in self.labels]
         result["status"] = [str(text) for text in self.status]
@@ -200,6 +210,9 @@ class Result:
                     else:
                         for axis, column in zip("xyz", array.T, strict=False):
                             yield f"{part}.{name}.{axis}", unit, column
+        for pair, array in self.centres.items():
+            for axis, column in zip("xyz", array.T, strict=False):
+                yield f"centre.{pair}.{axis}", "m", column
         for name, unit in (("length", "m"), ("angle", "rad")):
             if name in self.bound:
                 yield f"bound.{name}", unit, self.bound[name]

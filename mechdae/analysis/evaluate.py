@@ -72,6 +72,10 @@ class Evaluator:
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.zones = ZonePoses(graphs)
+        self.entry_groups = [
+            (entry, [self.groups.index(g) for g in outputs.groups_of(entry)])
+            for entry in outputs.entries
+        ]
         self.refined = 0
 
     def at(self, path: Path, s: Any, rates: Rates = ()) -> Poses:
@@ -285,8 +289,7 @@ class Evaluator:
         y = list(results[5:])
         x[~alive[:, self.column_group]] = np.nan
         error[~alive[:, self.column_group]] = np.nan
-        for entry in self.outputs.entries:
-            groups = [self.groups.index(g) for g in self.outputs.groups_of(entry)]
+        for entry, groups in self.entry_groups:
             dead = ~alive[:, groups].all(axis=1)
             if dead.any():
                 for array in y:

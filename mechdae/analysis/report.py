@@ -10,6 +10,7 @@ from mechdae.analysis import start
 from mechdae.analysis.bounds import output_bounds
 from mechdae.analysis.bridge import Zone
 from mechdae.analysis.evaluate import Poses
+from mechdae.analysis.measures.measure import sorted_events
 from mechdae.analysis.named import time_of
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan
@@ -116,7 +117,9 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     status = _status(poses)
     doubtful = _ambiguous(run.path, poses.s) & (status == "ok")
     status[doubtful] = "ambiguous"
-    named: dict[str, Any] = outputs.named(poses.y)
+    found = run.found
+    named: dict[str, Any] = outputs.named(poses.y, found.series)
+    named["centres"] = Series(found.centres)
     certified = np.isin(status, ("ok", "limit"))
     columns = outputs.columns(setting.expressions.coordinates)
     time = time_of(problem.mechanism, task, plan, run.values)
@@ -136,9 +139,11 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary["not_in_scene"] = setting.scene.not_in_scene
     near = (zone_of(run.path.zones, poses.s) >= 0).any()
     summary["bound"] = "estimated" if near else "proved"
+    summary |= found.summary
     if failed:
         summary["failed"] = failed
-    notes = setting.notes + _near_crossings(setting, run.path) + setting.expressions.notes + lost
+    notes = setting.notes + _near_crossings(setting, run.path)
+    notes += setting.expressions.notes + lost + found.notes
     if notes:
         summary["notes"] = notes
     counts = run.path.counts
@@ -160,7 +165,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         status=status,
         bound=Series(bounds),
         condition=_condition(poses, certified),
-        events=tuple(run.events),
+        events=tuple(sorted_events([*run.events, *found.events]) if found.events else run.events),
         summary=summary,
         fault=_fault(setting, run, status, failed),
         definition=task,

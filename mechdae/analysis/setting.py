@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.analysis import start
 from mechdae.analysis.evaluate import Evaluator, Poses
+from mechdae.analysis.measures import measure
 from mechdae.analysis.modes import Assembler
 from mechdae.analysis.named import NamedOutputs, requests, time_of
 from mechdae.analysis.numbers import Constants
@@ -50,6 +51,7 @@ class Run:
     values: Any
     events: list[dict[str, Any]]
     summary: dict[str, Any]
+    found: measure.Found = field(default_factory=measure.Found)
 
 
 def prepare(problem: Problem, task: Sweep) -> Setting:
@@ -69,8 +71,10 @@ def prepare(problem: Problem, task: Sweep) -> Setting:
         listed=task.outputs is not None,
         time=time_of(mechanism, task, numbers) is not None,
     )
-    outputs = Outputs(the_scene, requests(model, list(expressions.rates)))
-    graphs = Graphs(the_scene, outputs.expression, task.derivatives)
+    hidden = requests(model, list(expressions.rates)) + measure.requests(the_scene, task)
+    outputs = Outputs(the_scene, hidden)
+    order = max(task.derivatives, measure.order_of(task))
+    graphs = Graphs(the_scene, outputs.expression, order)
     assembler = Assembler(graphs, sketched(mechanism))
     return Setting(
         numbers, the_scene, outputs, graphs, assembler, expressions, task.on_change_point

@@ -8,6 +8,7 @@ import numpy as np
 
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import Evaluator, Poses
+from mechdae.analysis.measures.measure import at_poses
 from mechdae.analysis.numbers import Constants, mechanism_scale
 from mechdae.analysis.path import Path
 from mechdae.analysis.report import limit_events
@@ -45,7 +46,8 @@ def several_drivers(setting: Setting, task: Sweep) -> Run:
             break
         x, u = part.x[-1], corner
     poses = _joined(parts, n)
-    return Run(path, evaluator, poses, values, limit_events(setting, path, -1.0, 2.0), {})
+    events = limit_events(setting, path, -1.0, 2.0)
+    return Run(path, evaluator, poses, values, events, {}, at_poses(setting.outputs, task, poses))
 
 
 def _line(setting: Setting, u: Any, x: Any, to: Any) -> Path:

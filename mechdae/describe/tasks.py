@@ -10,6 +10,17 @@ from mechdae.describe.values import Number, Value, key, sequence
 from mechdae.errors import InputError
 
 DEFAULT_POSES = 361
+MEASURES = (
+    "transmission",
+    "extremes",
+    "time-ratio",
+    "dwell",
+    "envelope",
+    "curve",
+    "centrodes",
+    "instant-centres",
+)
+"""What can be read off a sweep beside its poses."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +83,8 @@ class Sweep(Driven):
     poses: int | None = key("whole", None)
     derivatives: int = key("natural", 2)
     on_change_point: str = key("text", "continue", choices=("continue", "stop", "switch"))
+    measures: tuple[str, ...] | None = key("names", None, choices=MEASURES)
+    dwell_tolerance: Number = key("number", 0.01, doc="share of the swing or stroke")
 
     kind: ClassVar[str] = "sweep"
     available: ClassVar[bool] = True
