@@ -10,6 +10,8 @@ from mechdae.analysis.measures.courses import Course, rates_of
 from mechdae.analysis.measures.track import SAME, TURN, Piece, Sample, Track
 
 ROUNDS = 60
+CLOSE = 1e-6
+"""Share of the driver's unit within which two dwells are the same one."""
 
 
 def dwells(track: Track, courses: dict[str, Course], share: float) -> dict[str, Any]:
@@ -53,26 +55,29 @@ class _Finder:
 
     def all(self) -> list[dict[str, Any]]:
         """Return the dwells at stationary positions of the sweep, whole turns aside."""
-        slack = SAME * self.track.unit
-        windows = []
-        for i, s in enumerate(self.places):
-            if self.track.low - slack <= s <= self.track.high + slack:
-                windows.append(self._window(i))
-        found = []
-        known: list[tuple[float, float]] = []
-        for window in dict.fromkeys(windows):
-            entry = self._entry(*window)
-            if entry is None or any(self._again(entry, other) for other in known):
-                continue
-            known.append((entry["from"], entry["to"]))
-            found.append(entry)
+        track, slack = self.track, SAME * self.track.unit
+        windows = [
+            (*self._window(i), piece.shift)
+            for piece in track.pieces(self.course.quantity.groups, track.low, track.high)
+            for i, s in enumerate(self.places)
+            if piece.low - slack <= s <= piece.high + slack
+        ]
+        found: list[dict[str, Any]] = []
+        for first, last, shift in dict.fromkeys(windows):
+            entry = self._entry(first, last)
+            if entry is not None:
+                entry |= {"from": entry["from"] + shift, "to": entry["to"] + shift}
+                if not any(self._again(entry, other) for other in found):
+                    found.append(entry)
         return found
 
-    def _again(self, entry: dict[str, Any], other: tuple[float, float]) -> bool:
+    def _again(self, entry: dict[str, Any], other: dict[str, Any]) -> bool:
         """Return whether a dwell is another one whole turns later."""
-        gaps = [entry["from"] - other[0], entry["to"] - other[1]]
+        gaps = [entry[end] - other[end] for end in ("from", "to")]
         turns = round(gaps[0] / TURN) if self.track.is_angle else 0
-        return bool(max(abs(gap - turns * TURN) for gap in gaps) <= 1e3 * SAME * self.track.unit)
+        if abs(entry["mean"] - other["mean"]) > CLOSE * self.half:
+            return False
+        return bool(max(abs(gap - turns * TURN) for gap in gaps) <= CLOSE * self.track.unit)
 
     def _window(self, i: int) -> tuple[int, int]:
         """Return the stationary positions around one whose values fit into the band."""
