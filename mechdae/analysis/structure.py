@@ -148,6 +148,8 @@ def _task(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
     if isinstance(task, Sweep):
         words = ["positions", "velocities", "accelerations", "jerks"]
         entry["builds"] = words[: task.derivatives + 1]
+        if task.measures:
+            entry["builds"].append("measures " + ", ".join(task.measures))
         if pruned.selection.named:
             entry["builds"].append("outputs " + ", ".join(pruned.selection.named))
         entry["poses"] = numbers.poses
