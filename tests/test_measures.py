@@ -730,3 +730,54 @@ def test_lines_for_the_terminal() -> None:
         assert line in text, line
     edge = np.degrees(acos((0.1**2 + 0.396**2 - 0.3**2) / (2 * 0.1 * 0.396)))
     assert f"dwell     guide: {-edge:.6g} deg .. {edge:.6g} deg at 0.398 m +- 0.002 m" in text
+
+
+def loose_four_bar(a: float, b: float, c: float, d: float, crank: float, sign: int):
+    parts = four_bar(np.array([crank]), a, b, c, d, 0.3, 0.4, sign)
+    return md.Mechanism(
+        ground=md.Ground(points={"A": [0, 0], "D": [d, 0]}),
+        bodies=[
+            md.Body("crank", points={"A": [0, 0], "B": [a, 0]}),
+            md.Body("coupler", points={"B": [0, 0], "C": [b, 0], "P": [0.3, 0.4]}),
+            md.Body("rocker", points={"D": [0, 0], "C": [c, 0]}),
+        ],
+        joints=[
+            md.Revolute("A", "ground.A", "crank.A"),
+            md.Revolute("B", "crank.B", "coupler.B"),
+            md.Revolute("C", "coupler.C", "rocker.C"),
+            md.Revolute("D", "ground.D", "rocker.D"),
+        ],
+        sketch={name: float(parts[name][0]) for name in ("crank", "coupler", "rocker")},
+    )
+
+
+@pytest.mark.parametrize(
+    ("sizes", "crank", "sign"),
+    [
+        (
+            (0.224072382971274, 1.1197442375383306, 0.20155958866287726, 0.8543731552197638),
+            2.04,
+            -1,
+        ),
+        (
+            (0.26558553775542726, 0.2558903343759978, 0.8889523243235484, 0.8203268186736603),
+            3.5,
+            -1,
+        ),
+    ],
+)
+def test_limit_positions_cost_no_more_than_they_should(sizes, crank: float, sign: int) -> None:
+    """Speeds grow without bound towards limits; neither samples nor zeros may run after them."""
+    mechanism = loose_four_bar(*sizes, crank, sign)
+    driver = md.Driver("crank.angle", range="assembled")
+    plain = md.solve(mechanism, md.Sweep(driver, poses=201))
+    result = md.solve(mechanism, md.Sweep(driver, poses=5, measures=MEASURES))
+    assert "notes" not in result.summary
+    assert result.summary["work"]["pose_evaluations"] < 30_000
+    assert result.summary["transmission"]["C"]["min"] == pytest.approx(0, abs=1e-14)
+    for name, series in plain.bodies.items():
+        found = result.summary["extremes"][f"{name}.angle"]
+        assert found["min"]["value"] <= series.angle.min() + 1e-14
+        assert found["max"]["value"] >= series.angle.max() - 1e-14
+        ends = sorted(found[word]["value"] for word in ("min", "max"))
+        assert np.ptp(series.angle) == pytest.approx(ends[1] - ends[0], rel=1e-2)

@@ -183,9 +183,8 @@ class Track:
         sample = self.at(places)
         if not self.turns or len(places) < 2:
             return sample
-        speed = np.nan_to_num(np.abs(sample.y[1][:, self.turns]), posinf=0.0)
-        fastest = np.maximum(speed[:-1], speed[1:]).max(axis=1)
-        finer = _filled(places, FINEST / np.maximum(fastest, 1e-300))
+        turned = np.nan_to_num(np.abs(np.diff(sample.y[0][:, self.turns], axis=0))).max(axis=1)
+        finer = _filled(places, np.diff(places) * FINEST / np.maximum(turned, FINEST))
         return sample if len(finer) == len(places) else self.at(finer)
 
     # -- where something vanishes ---------------------------------------------------------
@@ -232,6 +231,11 @@ class Track:
             np.concatenate([up, ~up]),
         )
 
+    def _at_end(self, s: float) -> bool:
+        """Return whether a place is where a group ends, to rounding."""
+        ends = [end.s for r in self.path.reach.values() for end in (r.low, r.high) if end]
+        return any(abs(s - end) <= SAME * self.unit for end in ends)
+
     def refine(self, family: Family, columns: Any, a: Any, b: Any, rising: Any) -> Any:
         """Return the zeros of functions in their brackets [a, b]; nan where one is lost."""
         a, b = np.array(a, float), np.array(b, float)
@@ -244,7 +248,7 @@ class Track:
             rows = np.arange(len(active))
             f, df = (part[rows, columns[active]] for part in family(self.at(s[active])))
             gone = ~np.isfinite(f)
-            self.lost += int(np.count_nonzero(gone))
+            self.lost += sum(not self._at_end(place) for place in s[active[gone]])
             s[active[gone]] = np.nan
             active, f, df = active[~gone], f[~gone], df[~gone]
             here = s[active]
