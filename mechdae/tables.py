@@ -212,7 +212,7 @@ def _happens(event: dict[str, Any]) -> str:
     if event["kind"] == "stationary":
         unit = "angle" if event["of"].endswith(".angle") else "length"
         return f"{event['of']} {event['extreme']} {_quantity(event['value'], unit)}"
-    if event["kind"] == "cusp":
+    if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
         x, y = event["position"]
         return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) m"
     return f"group {event['name']}, joint {event['joint']}"

@@ -168,6 +168,21 @@ def test_an_unknown_third_derivative_of_a_law_is_left_out() -> None:
     assert np.isfinite(result.points["rod.C"].jerk[1]).all()
 
 
+def test_no_jerk_is_made_up_at_a_change_point() -> None:
+    """A parallelogram passes its change point at pi: the expansion there has no third rate."""
+    problem = md.load("change-point-parallelogram")
+    driver = md.Driver("crank.angle", at=[2.0, np.pi - 0.001, np.pi, 4.0], speed=2.0)
+    result = md.solve(problem, replace(problem.tasks["turn"], driver=driver, derivatives=3))
+    assert set(result.status) == {"ok"}
+    series = result.points["rocker.C"]
+    assert np.isfinite(series.acceleration).all()
+    assert np.isnan(series.jerk).any(axis=1).tolist() == [False, True, True, False]
+    arm = series.position - [problem.mechanism.values()["ground.D.x"], 0]
+    expected = 8 * np.stack([arm[:, 1], -arm[:, 0]], axis=1)  # -omega^3 k x r
+    assert series.jerk[[0, 3]] == pytest.approx(expected[[0, 3]], abs=1e-12)
+    assert np.isfinite(result.points["crank.B"].jerk).all()
+
+
 @pytest.mark.parametrize(("name", "pose", "step"), [("four-bar-crank-rocker", 290, 289)])
 def test_nobody_else_pays_for_the_third_derivative(name: str, pose: int, step: int) -> None:
     problem = md.load(name)

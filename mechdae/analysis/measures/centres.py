@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.measures.courses import AT_REST, rates_of
+from mechdae.analysis.measures.courses import AT_REST, rates_of, travel
 from mechdae.analysis.measures.track import SAME, Track
 from mechdae.analysis.outputs import Outputs, Request
 from mechdae.describe.mechanism import GROUND
@@ -127,9 +127,7 @@ def at_infinity(track: Track, outputs: Outputs, columns: list[int]) -> dict[str,
             continue
         groups = {group.index for group in scene.groups if body in group.bodies}
         pieces = track.pieces(groups, track.low - track.margin, track.high + track.margin)
-        with np.errstate(invalid="ignore"):
-            rates = [np.abs(track.sample(piece).y[1][:, column]) for piece in pieces]
-        if not any((rate > AT_REST / track.unit).any() for rate in rates):
+        if not any(travel(track.sample(piece), [column])[0] > AT_REST for piece in pieces):
             still.append(body)
             continue
         slack = SAME * track.unit

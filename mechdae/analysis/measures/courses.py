@@ -10,8 +10,8 @@ import numpy as np
 from mechdae.analysis.measures.track import SAME, Family, Sample, Track
 from mechdae.analysis.outputs import Outputs
 
-AT_REST = 1e-12
-"""Rate, per unit of the driver, below which a quantity of unit size does not move."""
+AT_REST = 1e-11
+"""Share of a radian, or of a length of the mechanism, by which rounding may move what rests."""
 TIE = 1e-12
 """Share of the range within which two extremes are the same; the first one is named."""
 
@@ -56,6 +56,15 @@ def rates_of(columns: list[int]) -> Family:
         return sample.y[1][:, columns], sample.y[2][:, columns]
 
     return family
+
+
+def travel(sample: Sample, columns: list[int]) -> Any:
+    """Return greatest less least value of columns, 0 for those without values."""
+    values = sample.y[0][:, columns]
+    known = np.isfinite(values)
+    top = np.where(known, values, -np.inf).max(axis=0, initial=-np.inf)
+    bottom = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
+    return np.where(known.any(axis=0), top - bottom, 0.0)
 
 
 @dataclass(frozen=True)
@@ -111,13 +120,12 @@ def courses(track: Track, wanted: list[Quantity]) -> dict[str, Course]:
 def _follow(track: Track, groups: frozenset[int], members: list[Course]) -> None:
     """Fill in the courses of quantities of the same groups."""
     columns = [course.quantity.column for course in members]
-    size = np.array([1.0 if c.quantity.is_angle else track.scale for c in members]) / track.unit
+    size = np.array([1.0 if c.quantity.is_angle else track.scale for c in members])
     family = rates_of(columns)
     pieces = track.pieces(groups, track.low - track.margin, track.high + track.margin)
     moving = np.zeros(len(members), bool)
     for piece in pieces:
-        with np.errstate(invalid="ignore"):
-            moving |= (np.abs(track.sample(piece).y[1][:, columns]) > AT_REST * size).any(axis=0)
+        moving |= travel(track.sample(piece), columns) > AT_REST * size
     for course, moves in zip(members, moving, strict=True):
         course.moves = bool(moves)
     slack = SAME * track.unit

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.measures.courses import AT_REST
+from mechdae.analysis.measures.courses import AT_REST, travel
 from mechdae.analysis.measures.quadrature import Chart, integrate
 from mechdae.analysis.measures.track import SAME, Family, Piece, Sample, Track
 from mechdae.analysis.outputs import Entry, Outputs
@@ -66,12 +66,10 @@ class _Curve:
         self.columns = list(entry.columns)
         margin = track.margin
         searched = track.pieces(groups, track.low - margin, track.high + margin)
-        size = AT_REST * track.scale / track.unit
-        with np.errstate(invalid="ignore"):
-            self.moves = any(
-                (np.abs(track.sample(piece).y[1][:, self.columns]) > size).any()
-                for piece in searched
-            )
+        self.moves = any(
+            (travel(track.sample(piece), self.columns) > AT_REST * track.scale).any()
+            for piece in searched
+        )
         self.cusps: list[dict[str, Any]] = []
         self.reversals: list[dict[str, Any]] = []
         self.stops: list[float] = []

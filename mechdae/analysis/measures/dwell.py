@@ -10,6 +10,8 @@ from mechdae.analysis.measures.courses import Course, rates_of
 from mechdae.analysis.measures.track import SAME, TURN, Piece, Sample, Track
 
 ROUNDS = 60
+FINE = 1e-13
+"""Share of the band within which its middle is known."""
 CLOSE = 1e-6
 """Share of the driver's unit within which two dwells are the same one."""
 
@@ -23,8 +25,7 @@ def dwells(track: Track, courses: dict[str, Course], share: float) -> dict[str, 
     found = {}
     for course in courses.values():
         if course.quantity.is_output and course.moves and course.range > 0:
-            finder = _Finder(track, course, share * course.range)
-            entries = finder.all()
+            entries = _Finder(track, course, share * course.range).all()
             if entries:
                 found[course.quantity.part] = entries
     return found
@@ -62,11 +63,18 @@ class _Finder:
             for i, s in enumerate(self.places)
             if piece.low - slack <= s <= piece.high + slack
         ]
+        chosen = list(dict.fromkeys(windows))
+        means = [self._mean(first, last) for first, last, _ in chosen]
+        lefts = self._leaves(
+            [(first, -1, m) for (first, _, _), m in zip(chosen, means, strict=True)]
+        )
+        rights = self._leaves([(last, 1, m) for (_, last, _), m in zip(chosen, means, strict=True)])
         found: list[dict[str, Any]] = []
-        for first, last, shift in dict.fromkeys(windows):
-            entry = self._entry(first, last)
-            if entry is not None:
-                entry |= {"from": entry["from"] + shift, "to": entry["to"] + shift}
+        for (_, _, shift), mean, left, right in zip(chosen, means, lefts, rights, strict=True):
+            if np.isfinite([left[0], right[0]]).all():
+                ends = {"from": left[0] + shift, "to": right[0] + shift}
+                entry: dict[str, Any] = {**ends, "mean": mean, "within": self.half}
+                entry |= {"cut": True} if left[1] or right[1] else {}
                 if not any(self._again(entry, other) for other in found):
                     found.append(entry)
         return found
@@ -93,59 +101,55 @@ class _Finder:
             first -= 1
         return first, last
 
-    def _entry(self, first: int, last: int) -> dict[str, Any] | None:
+    def _mean(self, first: int, last: int) -> float:
+        """Return the middle of the band that holds a window's positions the longest."""
         inside = self.values[first : last + 1]
-        top, bottom = float(inside.max()), float(inside.min())
-        lowest, highest = top - self.half, bottom + self.half  # means that keep all of them
-        mean = lowest if self.peaks[last] else highest
-        left, right = self._left(first, mean), self._right(last, mean)
-        if self.peaks[first] != self.peaks[last]:
-            if left[1]:
-                mean = lowest if self.peaks[last] else highest
-            elif right[1]:
-                mean = lowest if self.peaks[first] else highest
-            else:
-                mean = self._longest(first, last, lowest, highest)
-            left, right = self._left(first, mean), self._right(last, mean)
-        if not np.isfinite([left[0], right[0]]).all():
-            return None
-        entry = {"from": left[0], "to": right[0], "mean": mean, "within": self.half}
-        if left[1] or right[1]:
-            entry["cut"] = True
-        return entry
+        lowest, highest = float(inside.max()) - self.half, float(inside.min()) + self.half
+        starts, ends = (lowest if self.peaks[k] else highest for k in (first, last))
+        if self.peaks[first] == self.peaks[last]:
+            return starts
+        if self._leaves([(first, -1, ends)])[0][1]:
+            return ends  # on the other side the motion ends before the band does
+        if self._leaves([(last, 1, ends)])[0][1]:
+            return starts
+        return self._longest(first, last, lowest, highest)
 
-    def _left(self, first: int, mean: float) -> tuple[float, bool]:
-        return self._leaves(self.places[first], -1, mean, bool(self.peaks[first]))
+    def _leaves(self, asked: list[tuple[int, int, float]]) -> list[tuple[float, bool]]:
+        """Return where bands are left, and whether the motion ends before that.
 
-    def _right(self, last: int, mean: float) -> tuple[float, bool]:
-        return self._leaves(self.places[last], 1, mean, bool(self.peaks[last]))
+        Each is asked for by a stationary position, the sense to go on in and the band's middle.
+        """
+        found: list[tuple[float, bool]] = []
+        brackets: list[tuple[int, float, float, bool, float]] = []
+        for i, sense, mean in asked:
+            s, peak = self.places[i], bool(self.peaks[i])
+            level = mean - self.half if peak else mean + self.half
+            ahead = np.flatnonzero((self.s - s) * sense > 0)[::sense]
+            out = np.flatnonzero((self.q[ahead] < level) if peak else (self.q[ahead] > level))
+            found.append((self.piece.high if sense > 0 else self.piece.low, True))
+            if out.size:
+                k = int(out[0])
+                inner, outer = s if k == 0 else self.s[ahead[k - 1]], self.s[ahead[k]]
+                low, high = min(inner, outer), max(inner, outer)
+                brackets.append((len(found) - 1, low, high, (not peak) == (sense > 0), level))
+        if brackets:
+            owners, a, b, rising, levels = (np.array(part) for part in zip(*brackets, strict=True))
 
-    def _leaves(self, s: float, sense: int, mean: float, peak: bool) -> tuple[float, bool]:
-        """Return where the band is left from a stationary position on, and whether it is not."""
-        level = mean - self.half if peak else mean + self.half
-        order = np.argsort(sense * self.s)
-        ahead = order[(self.s[order] - s) * sense > 0]
-        beyond = (self.q[ahead] < level) if peak else (self.q[ahead] > level)
-        out = np.flatnonzero(beyond)
-        if not out.size:
-            return (self.piece.high if sense > 0 else self.piece.low), True
-        k = int(out[0])
-        inner = s if k == 0 else float(self.s[ahead[k - 1]])
-        outer = float(self.s[ahead[k]])
-        ends = (inner, outer) if sense > 0 else (outer, inner)
-        rising = np.array([(not peak) == (sense > 0)])
+            def family(sample: Sample) -> tuple[Any, Any]:
+                q, rate = (array[:, [self.column]] for array in sample.y[:2])
+                return q - levels, rate + 0 * levels
 
-        def family(sample: Sample) -> tuple[Any, Any]:
-            return sample.y[0][:, [self.column]] - level, sample.y[1][:, [self.column]]
-
-        a, b = (np.array([end]) for end in ends)
-        return float(self.track.refine(family, np.zeros(1, int), a, b, rising)[0]), False
+            for owner, place in zip(
+                owners, self.track.refine(family, np.arange(len(a)), a, b, rising), strict=True
+            ):
+                found[owner] = (float(place), False)
+        return found
 
     def _longest(self, first: int, last: int, lowest: float, highest: float) -> float:
         """Return the mean of the longest interval that leaves the band at opposite faces."""
 
         def growth(mean: float) -> float:
-            ends = [self._left(first, mean)[0], self._right(last, mean)[0]]
+            ends = [end for end, _ in self._leaves([(first, -1, mean), (last, 1, mean)])]
             slopes = self.track.at(np.array(ends)).y[1][:, self.column]
             return float(1 / slopes[1] - 1 / slopes[0])
 
@@ -155,8 +159,8 @@ class _Finder:
             return a if fa <= 0 else b
         for _ in range(ROUNDS):  # Illinois' rule
             c = b - fb * (b - a) / (fb - fa)
-            if c in (a, b):
-                break
+            if abs(c - b) <= FINE * self.half:
+                return c
             fc = growth(c)
             if fc == 0:
                 return c

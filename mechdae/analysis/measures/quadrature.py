@@ -22,8 +22,8 @@ _RULE = np.array([*[(-x, k, g) for x, k, g in _HALF], *_MIDDLE, *reversed(_HALF)
 PLACES, KRONROD, GAUSS = (_RULE[:, 0] + 1) / 2, _RULE[:, 1] / 2, _RULE[:, 2] / 2
 """Nodes on [0, 1] and weights of the rules with 15 and 7 nodes."""
 HALVINGS = 40
-TOLERANCE = 1e-12
-"""Share of a function's size that one panel may contribute to its error."""
+TOLERANCE = 1e-11
+"""Share of a function's size that the first panels together may contribute to its error."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def integrate(
         if scale is None:
             scale = size(fine.sum(axis=0))
         with np.errstate(invalid="ignore"):
-            again = (gap > TOLERANCE * scale).any(axis=1) & (halving < HALVINGS)
+            again = (gap > TOLERANCE / len(charts) * scale).any(axis=1) & (halving < HALVINGS)
         total = total + fine[~again].sum(axis=0)
         error = error + gap[~again].sum(axis=0)
         halves = [panels[p] for p in np.flatnonzero(again)]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.measures.courses import AT_REST, Quantity, rates_of
+from mechdae.analysis.measures.courses import AT_REST, Quantity, rates_of, travel
 from mechdae.analysis.measures.track import SAME, TURN, Piece, Track
 
 CLOSED = 1e-9
@@ -47,11 +47,10 @@ def _ratio(track: Track, quantity: Quantity) -> float | str | None:
     if not held or first > start or last < start + TURN:
         return "no full turn of the driver was followed"
     piece = Piece(max(start - track.margin, first), min(start + TURN + track.margin, last))
-    rate = track.sample(piece).y[1][:, column]
     size = 1.0 if quantity.is_angle else track.scale
-    if not np.all(np.isfinite(rate)):
+    if not np.all(np.isfinite(track.sample(piece).y[1][:, column])):
         return "a pose of the turn is not certified"
-    if np.abs(rate).max() <= AT_REST * size:
+    if travel(track.sample(piece), [column])[0] <= AT_REST * size:
         return None
     ends = track.at(np.array([start, start + TURN]))
     gain = [float(array[1, column] - array[0, column]) for array in ends.y[:3]]
