@@ -36,7 +36,7 @@ def csv_text(result: Result) -> str:
     writer = csv.writer(out, lineterminator="\n")
     labels = result.labels or ()
     head = ["status"] + (["mode"] if labels else [])
-    writer.writerow(head + [f"{name} [{unit}]" for name, unit, _ in columns])
+    writer.writerow(head + [f"{name} [{unit}]" if unit else name for name, unit, _ in columns])
     for k, status in enumerate(result.status):
         first = [status] + ([",".join(labels[k])] if labels else [])
         writer.writerow(first + [_digits(array[k]) for _, _, array in columns])

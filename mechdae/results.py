@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.quantity import unit_of
 from mechdae.describe.tasks import Task
 from mechdae.errors import UnknownName
 
@@ -26,10 +27,28 @@ UNITS = {
     "s": "1",
     "s_velocity": "1/s",
     "s_acceleration": "1/s2",
+    "s_jerk": "1/s3",
+    "jerk": "m/s3",
+    "angular_jerk": "rad/s3",
+    "slide_jerk": "m/s3",
+    "transmission_angle": "rad",
+    "tangent": "rad",
+    "curvature": "1/m",
+    "centrode_fixed": "m",
+    "centrode_moving": "m",
 }
 
 
-PLURALS = {"body": "bodies", "point": "points", "joint": "joints", "driver": "drivers"}
+OUTPUT_RATES = ("value", "rate", "second", "third")
+DRIVER_UNITS = {"velocity": "/s", "acceleration": "/s2", "jerk": "/s3"}
+PLURALS = {
+    "body": "bodies",
+    "point": "points",
+    "joint": "joints",
+    "driver": "drivers",
+    "output": "outputs",
+}
+KINDS = ("drivers", "bodies", "points", "joints", "outputs")
 
 
 class Series(Mapping[str, Any]):
@@ -95,8 +114,11 @@ class Result:
 
     Attributes
     ----------
-    drivers, bodies, points, joints
-        Named series, SI and radians; nan where a pose has no value.
+    drivers, bodies, points, joints, outputs
+        Named series, SI and radians; nan where a pose has no value. `outputs` are those that
+        the problem names.
+    centres
+        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``.
     status : (n,) array of str
         ok, limit, unassembled, singular, ambiguous.
     bound
@@ -118,6 +140,8 @@ class Result:
     bodies: Named = field(default_factory=lambda: Named("body", {}))
     points: Named = field(default_factory=lambda: Named("point", {}))
     joints: Named = field(default_factory=lambda: Named("joint", {}))
+    outputs: Named = field(default_factory=lambda: Named("output", {}))
+    centres: Series = field(default_factory=lambda: Series({}))
     status: Any = None
     bound: Series = field(default_factory=lambda: Series({}))
     condition: Any = None
@@ -136,7 +160,7 @@ class Result:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, as in the JSON of this task (nan as None)."""
         result: dict[str, Any] = {"kind": self.kind}
-        for name in ("drivers", "bodies", "points", "joints"):
+        for name in KINDS:
             table = getattr(self, name)
             if table:
                 result[name] = {
@@ -147,6 +171,8 @@ class Result:
             arrays = getattr(self, name)
             if arrays:
                 result[name] = {key: plain(np.asarray(array)) for key, array in arrays.items()}
+        if self.centres:
+            result["centres"] = {pair: plain(array) for pair, array in self.centres.items()}
         if self.labels is not None:
             result["labels"] = [list(row) for row in self.labels]
         result["status"] = [str(text) for text in self.status]
@@ -164,21 +190,30 @@ class Result:
     def value(self, path: str) -> Any:
         """Return the plain data at a slash path below the task (``points/rod.B/velocity``).
 
+        A named output stands for its value, or is the first step of a path.
+
         Raises
         ------
         UnknownName
             With the nearest names on that level.
         """
         here: Any = self.to_dict()
-        for step in path.split("/"):
+        for step in self.whole_path(path).split("/"):
             if not isinstance(here, dict) or step not in here:
                 raise UnknownName("path", path, list(here) if isinstance(here, dict) else [])
             here = here[step]
         return here
 
+    def whole_path(self, path: str) -> str:
+        """Return the path a named output stands for (``Theta``, ``Theta/rate``), else `path`."""
+        name, _, rest = path.partition("/")
+        if name in self.outputs and name not in self.__dataclass_fields__:
+            return f"outputs/{name}/{rest or 'value'}"
+        return path
+
     def columns(self) -> Iterator[tuple[str, str, Any]]:
         """Yield (name, unit, (n,) array) for every scalar series, drivers first."""
-        for kind in ("drivers", "bodies", "points", "joints"):
+        for kind in KINDS:
             for part, series in getattr(self, kind).items():
                 for name, array in series.items():
                     unit = self.unit(kind, part, name)
@@ -191,19 +226,26 @@ class Result:
             yield name, "", array
         for path, array in self.table.items():
             yield from _flat(path, array)
+        for pair, array in self.centres.items():
+            for axis, column in zip("xyz", array.T, strict=False):
+                yield f"centre.{pair}.{axis}", "m", column
         for name, unit in (("length", "m"), ("angle", "rad")):
             if name in self.bound:
                 yield f"bound.{name}", unit, self.bound[name]
         if self.condition is not None:
             yield "condition", "1", self.condition
 
-    @staticmethod
-    def unit(kind: str, part: str, name: str) -> str:
-        """Return the unit of a series: of "drivers" by the coordinate, else by its name."""
+    def unit(self, kind: str, part: str, name: str) -> str:
+        """Return the unit of a series: of "drivers" by the coordinate, else by its name.
+
+        That of a named output is empty where it does not follow from its expression.
+        """
+        if kind == "outputs":
+            return unit_of(self.mechanism, part, OUTPUT_RATES.index(name))
         if kind != "drivers":
             return UNITS.get(name, "1")
         base = {"angle": "rad", "s": "1"}.get(part.rpartition(".")[2], "m")
-        return base + {"position": "", "velocity": "/s", "acceleration": "/s2"}.get(name, "")
+        return base + DRIVER_UNITS.get(name, "")
 
 
 def _flat(path: str, array: Any) -> Iterator[tuple[str, str, Any]]:

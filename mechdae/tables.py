@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result
+from mechdae.results import KINDS, Result
 
 ROWS = 19
 WIDE = 100
+MOST = 12
+"""Extremes that are shown."""
 
 
 def table(result: Result, terminal: bool = False) -> str:
@@ -36,11 +38,11 @@ def _single(result: Result) -> list[str]:
     points = set(_distinct_points(result))
     units = {
         (part, name): result.unit(kind, part, name)
-        for kind in ("drivers", "bodies", "points", "joints")
+        for kind in KINDS
         for part, series in getattr(result, kind).items()
         for name in series
     }
-    for kind in ("drivers", "bodies", "points", "joints"):
+    for kind in KINDS:
         for part, series in getattr(result, kind).items():
             if kind == "points" and part not in points:
                 continue
@@ -71,6 +73,11 @@ def _sweep(result: Result, width: int) -> list[str]:
         unit = "deg" if angle else result.unit("drivers", coordinate, "position")
         largest = float(np.max(np.abs(values), initial=0.0))
         columns.append((f"{coordinate} [{unit}]", _cells(values, largest)))
+    for name, series in result.outputs.items():
+        unit = result.unit("outputs", name, "value")
+        values = np.degrees(series["value"]) if unit == "rad" else series["value"]
+        title = f"{name} [{'deg' if unit == 'rad' else unit}]" if unit else name
+        columns.append((title, _cells(values, float(np.nanmax(np.abs(values), initial=0.0)))))
     driven = set(result.drivers)
     points = set(_distinct_points(result))
     for kind in ("points", "joints", "bodies"):
@@ -222,12 +229,13 @@ def _facts(result: Result) -> list[str]:
             lines.append(
                 f"  error <=  {', '.join(bounds)} ({summary['bound']}); condition {worst:.3g}"
             )
+    lines += _measures(result, unit)
     for event in result.events:
         if event["in_range"]:
             digits = 12 if event["kind"] in ("limit", "end_of_curve") else 6
             word = event["kind"].replace("_", " ")
             place = _driver(event["at"], unit, digits)
-            lines.append(f"  {word:9} {place}: group {event['name']}, joint {event['joint']}")
+            lines.append(f"  {word:9} {place}: {_happens(event)}")
     for entry in summary.get("failed", []):
         place = f"{_driver(entry['from'], unit)} .. {_driver(entry['to'], unit)}"
         group = (
@@ -237,6 +245,66 @@ def _facts(result: Result) -> list[str]:
     if summary.get("not_in_scene"):
         lines.append(f"  not in the scene, not checked: {', '.join(summary['not_in_scene'])}")
     return lines
+
+
+def _happens(event: dict[str, Any]) -> str:
+    """Return what an event is about."""
+    if event["kind"] == "stationary":
+        kind = "angle" if event["of"].endswith(".angle") else "length"
+        return f"{event['of']} {event['extreme']} {_quantity(event['value'], kind)}"
+    if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
+        x, y = event["position"]
+        return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) m"
+    return f"group {event['name']}, joint {event['joint']}"
+
+
+def _measures(result: Result, unit: str) -> list[str]:
+    """Return short lines of what the task's measures found."""
+    summary, lines = result.summary, []
+
+    def at(value: Any) -> str:
+        return _driver(value, unit, 6)
+
+    for joint, found in summary.get("transmission", {}).items():
+        low, high = (_quantity(found[word], "angle") for word in ("min", "max"))
+        places = f"{low} at {at(found['at'])}, greatest {high} at {at(found['max_at'])}"
+        lines.append(f"  transmission angle {joint}: least {places}")
+    ranges = summary.get("extremes", {})
+    for name, ends in list(ranges.items())[:MOST]:
+        kind = "angle" if name.endswith(".angle") else "length"
+        texts = [f"{_quantity(e['value'], kind)} at {at(e['at'])}" for e in ends.values()]
+        lines.append(f"  extremes  {name}: {' .. '.join(texts)}")
+    if len(ranges) > MOST:
+        lines.append(f"  extremes  ({MOST} of {len(ranges)} shown)")
+    for name, ratio in summary.get("time_ratio", {}).items():
+        back = _quantity(summary["return_angle"][name], "angle")
+        lines.append(f"  time ratio {name}: {ratio:.12g} (return in {back})")
+    for name, reason in summary.get("no_time_ratio", {}).items():
+        lines.append(f"  time ratio {name}: none, {reason}")
+    for name, entries in summary.get("dwell", {}).items():
+        slides = name in result.joints and "slide" in result.joints[name]
+        for entry in entries:
+            mean, half = (
+                _quantity(entry[word], "length" if slides else "angle")
+                for word in ("mean", "within")
+            )
+            cut = ", cut" if entry.get("cut") else ""
+            interval = f"{at(entry['from'])} .. {at(entry['to'])}{cut}"
+            lines.append(f"  dwell     {name}: {interval} at {mean} +- {half}")
+    if summary.get("envelope"):
+        x0, x1, y0, y1 = (f"{value:.9g}" for value in summary["envelope"]["all"])
+        lines.append(f"  envelope  x {x0} .. {x1} m, y {y0} .. {y1} m")
+    for name, found in summary.get("curve", {}).items():
+        area = f", closed, area {found['area']:.9g} m2" if "area" in found else ""
+        if found["length"] is not None:
+            lines.append(f"  curve     {name}: length {found['length']:.12g} m{area}")
+    for name, places in summary.get("centrodes", {}).get("at_infinity", {}).items():
+        lines.append(f"  centre    {name}: at infinity at {', '.join(map(at, places))}")
+    return lines
+
+
+def _quantity(value: float, unit: str) -> str:
+    return f"{math.degrees(value):.9g} deg" if unit == "angle" else f"{value:.9g} m"
 
 
 def _driver(value: Any, unit: str, digits: int = 12) -> str:

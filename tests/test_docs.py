@@ -93,11 +93,19 @@ def test_every_joint_load_and_task_kind_is_documented() -> None:
         assert f"`{kind}`" in joints, kind
 
 
+def test_every_measure_is_documented() -> None:
+    from mechdae.describe.tasks import MEASURES
+
+    text = (ROOT / "docs/measures.md").read_text(encoding="utf-8")
+    for name in MEASURES:
+        assert f"| `{name}` |" in text, name
+
+
 # -- command line ----------------------------------------------------------------------------------
 
 
 def consoles() -> list[tuple[str, str]]:
-    pages = ("docs/command-line.md", "docs/problem-file.md")
+    pages = ("docs/command-line.md", "docs/problem-file.md", "docs/measures.md")
     return [(page, block) for page in pages for block in fences(page, "console")]
 
 
@@ -165,16 +173,17 @@ def test_problems_named_exist() -> None:
 # -- Python ----------------------------------------------------------------------------------------
 
 
-def test_python_blocks_run_and_print_what_is_shown(tmp_path, monkeypatch) -> None:
+@pytest.mark.parametrize(("page", "least"), [("docs/python.md", 8), ("docs/measures.md", 1)])
+def test_python_blocks_run_and_print_what_is_shown(page, least, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    text = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", text, re.S | re.M)
-    assert len(blocks) >= 8
+    assert len(blocks) >= least
     names: dict[str, object] = {}
     for code, shown in blocks:
         out = io.StringIO()
         with contextlib.redirect_stdout(out):
-            exec(compile(code, "docs/python.md", "exec"), names)
+            exec(compile(code, page, "exec"), names)
         assert agree(shown.splitlines(), out.getvalue().splitlines()), out.getvalue()
 
 

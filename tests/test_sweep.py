@@ -506,11 +506,8 @@ def test_bounds_are_enlarged_where_unknowns_outgrow_them() -> None:
 
 
 def test_requests_of_later_versions_are_refused() -> None:
-    with pytest.raises(md.UnavailableError, match="above the second"):
-        md.solve("slider-crank", md.Sweep(md.Driver("crank.angle", at=[1]), derivatives=3))
-    mechanism = replace(md.load("slider-crank").mechanism, outputs={"mu": "rod.angle"})
-    with pytest.raises(md.UnavailableError, match="named output 'mu'"):
-        md.solve(mechanism, md.Sweep(md.Driver("crank.angle", at=[1]), outputs=["mu"]))
+    with pytest.raises(md.UnavailableError, match="above the third"):
+        md.solve("slider-crank", md.Sweep(md.Driver("crank.angle", at=[1]), derivatives=4))
 
 
 def test_both_ends_of_a_driving_slide_are_limits() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.analysis import start
 from mechdae.analysis.modes import Assembler, Mode
+from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.plan import plan, sketched
 from mechdae.analysis.undercut import cuts
@@ -33,8 +34,11 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     if numbers.values is None or len(numbers.values) != 1:
         raise InputError("assembly modes are those of one pose: give the driver as at = [value]")
     u = numbers.values[0]
-    the_scene = scene(Model(mechanism), numbers.coordinates, task.outputs)
-    outputs = Outputs(the_scene)
+    model = Model(mechanism)
+    the_scene = scene(model, numbers.coordinates, task.outputs)
+    listed = task.outputs is not None
+    expressions = NamedOutputs(model, the_scene.selection.named, 0, listed=listed, time=False)
+    outputs = Outputs(the_scene, requests(model, list(expressions.rates)))
     graphs = Graphs(the_scene, outputs.expression, 0)
     assembler = Assembler(graphs, sketched(mechanism))
     found, proven, failure = assembler.modes(u, task.limit)
@@ -67,6 +71,10 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         for k, c in enumerate(numbers.coordinates)
     }
     tables: dict[str, Any] = outputs.named([y])
+    there = [y[:, outputs.columns(expressions.coordinates)]]
+    tables["outputs"], lost = expressions.evaluate(there, None, np.ones(len(found), bool))
+    if lost:
+        summary["notes"] = lost
     return Result(
         problem.name,
         name,

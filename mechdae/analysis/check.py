@@ -14,9 +14,9 @@ from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Expected, Problem
 from mechdae.describe.tasks import Modes, Sweep
 from mechdae.errors import InputError, MechdaeError
-from mechdae.results import Result
+from mechdae.results import KINDS, Result
 
-SERIES = ("drivers", "bodies", "points", "joints", "efforts", "bound", "condition", "status")
+SERIES = (*KINDS, "efforts", "centres", "bound", "condition", "status")
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def check(problem: Problem) -> list[Verdict]:
 def _verdict(entry: Expected, result: Result, known: dict[str, float]) -> Verdict:
     found = result.value(entry.what)
     if (
-        entry.what.split("/")[0] in SERIES
+        result.whole_path(entry.what).split("/")[0] in SERIES
         and isinstance(found, list)
         and not _all_modes(entry, result)
     ):

@@ -22,6 +22,8 @@ ATTEMPTS = 6
 TINY = 1e-17
 """Left-over distance to the solution below which no further Newton step is taken [rad]."""
 HALF_TURN = 1.5
+Rates = tuple[Any, ...]
+"""Rates of several drivers in time, (n, nd) arrays."""
 
 
 @dataclass
@@ -49,13 +51,12 @@ class Evaluator:
     """Evaluates poses of one scene.
 
     With one driver the rates are with respect to it (see `in_time`); several drivers need
-    their speeds and accelerations, and the rates are with respect to time.
+    their own rates in time, and the rates are with respect to time.
     """
 
     def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
         self.graphs, self.outputs = graphs, outputs
-        shared = [2] if graphs.single else [4]
-        self.pose = Batch(graphs.pose, shared=shared)
+        self.pose = Batch(graphs.pose, shared=[graphs.pose.n_in() - 1])
         self.groups = [group.index for group in graphs.scene.groups]
         self.column_group = np.zeros(graphs.nx, int)
         for graph in graphs.blocks:
@@ -71,16 +72,21 @@ class Evaluator:
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.zones = ZonePoses(graphs)
+        self.entry_groups = [
+            (entry, [self.groups.index(g) for g in outputs.groups_of(entry)])
+            for entry in outputs.entries
+        ]
         self.refined = 0
 
-    def at(self, path: Path, s: Any, rates: tuple[Any, Any] | None = None) -> Poses:
+    def at(self, path: Path, s: Any, rates: Rates = ()) -> Poses:
         """Return the poses at path parameters `s` (n,).
 
-        `rates` are speeds and accelerations (n, nd) of several drivers, zero by default.
+        `rates` are speeds, accelerations and jerks (n, nd) of several drivers, zero by default.
         """
         s = np.asarray(s, float)
         nothing = np.zeros((len(s), self.graphs.nu))
-        rates = rates if rates is not None else (nothing, nothing)
+        count = len(self.graphs.driven)
+        rates = tuple([*rates, *[nothing] * count][:count])
         alive = np.stack([path.follows(g, s) for g in self.groups], axis=1)
         guess = path.guess(s) if self.graphs.nx else np.zeros((len(s), 0))
         limits = self._limits(path, s)
@@ -154,7 +160,7 @@ class Evaluator:
         guess: Any,
         alive: Any,
         limits: dict[int, list[Limit]],
-        rates: tuple[Any, Any],
+        rates: Rates,
     ) -> Poses:
         constants = path.constants
         results, first = self._converged(path, guess, s, rates)
@@ -177,9 +183,7 @@ class Evaluator:
             self._put_limit(path, k, s[k], found, alive, results)
         return self._poses(s, results, alive, at_limit, uncertain, constants)
 
-    def _converged(
-        self, path: Path, guess: Any, s: Any, rates: tuple[Any, Any]
-    ) -> tuple[list[Any], Any]:
+    def _converged(self, path: Path, guess: Any, s: Any, rates: Rates) -> tuple[list[Any], Any]:
         """Return the pose kernel's results after as many steps as needed.
 
         The second value tells which blocks were certified from the guess itself.
@@ -235,9 +239,7 @@ class Evaluator:
                 lost[:, j] |= lost[:, self.groups.index(other)]
         alive &= ~lost
 
-    def _call(
-        self, path: Path, guess: Any, s: Any, rates: tuple[Any, Any], consts: Any
-    ) -> list[Any]:
+    def _call(self, path: Path, guess: Any, s: Any, rates: Rates, consts: Any) -> list[Any]:
         if self.graphs.single:
             return self.pose(guess, s[:, None], consts)
         u = path.u0 + s[:, None] * path.d
@@ -288,8 +290,7 @@ class Evaluator:
         y = list(results[5:])
         x[~alive[:, self.column_group]] = np.nan
         error[~alive[:, self.column_group]] = np.nan
-        for entry in self.outputs.entries:
-            groups = [self.groups.index(g) for g in self.outputs.groups_of(entry)]
+        for entry, groups in self.entry_groups:
             dead = ~alive[:, groups].all(axis=1)
             if dead.any():
                 for array in y:
@@ -302,16 +303,19 @@ class Evaluator:
         return Poses(s, x, alive, at_limit, lost, nowhere, error, condition, y)
 
 
-def _rows(rates: tuple[Any, Any], rows: Any) -> tuple[Any, Any]:
-    return rates[0][rows], rates[1][rows]
+def _rows(rates: Rates, rows: Any) -> Rates:
+    return tuple(rate[rows] for rate in rates)
 
 
-def in_time(values: list[Any], speed: Any, acceleration: Any) -> list[Any]:
-    """Return y, dy/dt, d2y/dt2 from y and its derivatives with respect to a single driver.
+def in_time(values: list[Any], speed: Any, acceleration: Any, jerk: Any = 0.0) -> list[Any]:
+    """Return y and its rates in time from its derivatives with respect to a single driver.
 
-    `speed` and `acceleration` of the driver are (n, 1) arrays.
+    `speed`, `acceleration` and `jerk` of the driver are (n, 1) arrays.
     """
     rates = list(values)
+    if len(values) > 3:
+        cubic = values[3] * (speed * speed * speed)
+        rates[3] = cubic + 3 * values[2] * (speed * acceleration) + values[1] * jerk
     if len(values) > 2:
         rates[2] = values[2] * (speed * speed) + values[1] * acceleration
     if len(values) > 1:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,26 +15,31 @@ from mechdae.model.reduction import Scene
 from mechdae.results import Named, Series
 
 RATES = {
-    "angle": ("angle", "angular_velocity", "angular_acceleration"),
-    "position": ("position", "velocity", "acceleration"),
-    "slide": ("slide", "slide_velocity", "slide_acceleration"),
-    "s": ("s", "s_velocity", "s_acceleration"),
+    "angle": ("angle", "angular_velocity", "angular_acceleration", "angular_jerk"),
+    "position": ("position", "velocity", "acceleration", "jerk"),
+    "slide": ("slide", "slide_velocity", "slide_acceleration", "slide_jerk"),
+    "s": ("s", "s_velocity", "s_acceleration", "s_jerk"),
 }
+
+
+Tables = Mapping[str, Mapping[str, Mapping[str, Any]]]
+Request = tuple[str, Any, tuple[str, ...]]
+"""What is evaluated beside what is reported: key, expression over q, bodies it depends on."""
 
 
 @dataclass(frozen=True)
 class Entry:
     """One reported quantity: where it goes, its scalars and the bodies it depends on."""
 
-    kind: str  # bodies, points or joints
+    kind: str  # bodies, points or joints; hidden, for other quantities
     part: str
-    name: str  # angle, position, slide or s
+    name: str  # angle, position, slide or s; value, for hidden ones
     columns: tuple[int, ...]
     bodies: tuple[str, ...]
 
 
 class Outputs:
-    """The reported quantities of a scene.
+    """The reported quantities of a scene, and what else is evaluated with them.
 
     Attributes
     ----------
@@ -42,7 +48,7 @@ class Outputs:
     entries : list of Entry
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, hidden: Iterable[Request] = ()) -> None:
         self.scene = scene
         self.entries: list[Entry] = []
         self._scalars: list[Any] = []
@@ -54,6 +60,8 @@ class Outputs:
             self._add("points", reference, "position", model.point(reference), (body,))
         for name in chosen.joints:
             self._add_joint(name)
+        for key, expression, bodies in hidden:
+            self._add("hidden", key, "value", expression, bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
         self.expression = scene.expression(stacked)
 
@@ -81,11 +89,19 @@ class Outputs:
         """Return the groups whose unknowns the quantity depends on."""
         return {g.index for g in self.scene.groups if set(g.bodies) & set(entry.bodies)}
 
-    def named(self, values: list[Any]) -> dict[str, Named]:
-        """Return bodies, points and joints from the arrays y, y', y'' (n, ny)."""
+    def columns(self, keys: Iterable[str]) -> list[int]:
+        """Return the columns of hidden quantities."""
+        found = {entry.part: entry.columns for entry in self.entries if entry.kind == "hidden"}
+        return [column for key in keys for column in found[key]]
+
+    def named(self, values: list[Any], extra: Tables | None = None) -> dict[str, Named]:
+        """Return bodies, points and joints from the arrays y, y', ... (n, ny).
+
+        `extra` has further series: kind, part, name -> array.
+        """
         tables: dict[str, dict[str, dict[str, Any]]] = {"bodies": {}, "points": {}, "joints": {}}
         for entry in self.entries:
-            if entry.name == "guide":
+            if entry.name == "guide" or entry.kind == "hidden":
                 continue
             series = tables[entry.kind].setdefault(entry.part, {})
             names: tuple[str, ...] = RATES[entry.name]
@@ -94,10 +110,13 @@ class Outputs:
             for order, name in enumerate(names[: len(values)]):
                 columns = values[order][:, entry.columns]
                 series[name] = columns if entry.name == "position" else columns[:, 0]
-        if len(values) == 3:
+        if len(values) >= 3:
             for entry in self.entries:
                 if entry.name == "slide":
                     tables["joints"][entry.part]["coriolis"] = self._coriolis(entry, values)
+        for kind, parts in (extra or {}).items():
+            for part, arrays in parts.items():
+                tables[kind].setdefault(part, {}).update(arrays)
         words = {"bodies": "body", "points": "point", "joints": "joint"}
         return {
             kind: Named(words[kind], {part: Series(arrays) for part, arrays in table.items()})

@@ -24,7 +24,8 @@ class Plan:
 
     ``values`` is (n, nd), None for the whole assembled arc; ``named`` tells that the file
     names each pose (``at``, or a law at given times); ``sketch`` is the drivers' values in
-    the sketch, nan without. ``speed`` and ``acceleration`` are (1, nd), or (n, nd) by a law.
+    the sketch, nan without. ``speed``, ``acceleration`` and ``jerk`` are (1, nd), or (n, nd)
+    by a law.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -33,6 +34,7 @@ class Plan:
     named: bool
     speed: Any
     acceleration: Any
+    jerk: Any
     sketch: Any
 
     @property
@@ -58,15 +60,16 @@ def plan(mechanism: Mechanism, task: Driven) -> Plan:
             raise InputError('range = "assembled" needs a single driver')
         laws = [_moved(driver, poses, known) for driver in drivers]
         columns = None if any(assembled) else [law[0] for law in laws]
-        speed, acceleration = (
-            np.stack(np.broadcast_arrays(*[law[order] for law in laws]), axis=1) for order in (1, 2)
+        speed, acceleration, jerk = (
+            np.stack(np.broadcast_arrays(*[law[order] for law in laws]), axis=1)
+            for order in (1, 2, 3)
         )
     except MechdaeError as problem:
         raise problem.inside("driver") from None
     sketch = [_driver_in_sketch(mechanism, c, known) for c in coordinates]
     values = None if columns is None else np.stack(columns, axis=1)
     named = any(driver.at is not None or driver.law is not None for driver in drivers)
-    return Plan(coordinates, values, poses, named, speed, acceleration, np.array(sketch))
+    return Plan(coordinates, values, poses, named, speed, acceleration, jerk, np.array(sketch))
 
 
 def _pose_count(task: Driven) -> int:
@@ -87,33 +90,36 @@ def _pose_count(task: Driven) -> int:
     return count
 
 
-def _moved(driver: Driver, poses: int, known: dict[str, float]) -> tuple[Any, Any, Any]:
-    """Return values (n,), speeds and accelerations (1,) or (n,) of one driver."""
+def _moved(driver: Driver, poses: int, known: dict[str, float]) -> tuple[Any, Any, Any, Any]:
+    """Return values (n,), speeds, accelerations and jerks (1,) or (n,) of one driver."""
     if driver.law is not None:
         return _law(driver, known)
     speed = evaluate(driver.speed if driver.speed is not None else 1.0, known)
     acceleration = evaluate(driver.acceleration if driver.acceleration is not None else 0.0, known)
+    jerk = evaluate(driver.jerk if driver.jerk is not None else 0.0, known)
     values = np.zeros(0) if driver.range is not None else _values(driver, poses, known)
-    return values, np.array([speed]), np.array([acceleration])
+    return values, np.array([speed]), np.array([acceleration]), np.array([jerk])
 
 
-def _law(driver: Driver, known: dict[str, float]) -> tuple[Any, Any, Any]:
-    """Return u(t), u'(t), u''(t) at the times of a law."""
+def _law(driver: Driver, known: dict[str, float]) -> tuple[Any, Any, Any, Any]:
+    """Return u(t), u'(t), u''(t), u'''(t) at the times of a law; the last one may be nan."""
     assert driver.law is not None
     if driver.times is None:
         raise InputError("'times' is missing: the law is evaluated there", where="times")
-    if driver.speed is not None or driver.acceleration is not None:
-        raise InputError("a law of time gives speed and acceleration itself", where="speed")
+    for entry in ("speed", "acceleration", "jerk"):
+        if getattr(driver, entry) is not None:
+            raise InputError("a law of time gives its rates itself", where=entry)
     t = ca.SX.sym("t")
     u = ca.SX(build(driver.law, {**known, "t": t}, FUNCTIONS))
     first = ca.jacobian(u, t)
-    function = ca.Function("law", [t], [u, first, ca.jacobian(first, t)])
+    second = ca.jacobian(first, t)
+    function = ca.Function("law", [t], [u, first, second, ca.jacobian(second, t)])
     times = np.array([evaluate(value, known) for value in driver.times])
     rows = [[float(part) for part in function(time)] for time in times]
-    if not np.all(np.isfinite(rows)):
+    values, speed, acceleration, jerk = np.array(rows).T
+    if not np.all(np.isfinite([values, speed, acceleration])):
         raise InputError("the law has no finite value at some time", where="law")
-    values, speed, acceleration = np.array(rows).T
-    return values, speed, acceleration
+    return values, speed, acceleration, np.where(np.isfinite(jerk), jerk, np.nan)
 
 
 def _values(driver: Driver, poses: int, known: dict[str, float]) -> Any:

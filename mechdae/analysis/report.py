@@ -10,6 +10,8 @@ from mechdae.analysis import start
 from mechdae.analysis.bounds import output_bounds
 from mechdae.analysis.bridge import Zone
 from mechdae.analysis.evaluate import Poses
+from mechdae.analysis.measures.measure import sorted_events
+from mechdae.analysis.named import time_of
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan
 from mechdae.analysis.setting import Run, Setting
@@ -119,8 +121,14 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     status = _status(poses)
     doubtful = _ambiguous(run.path, poses.s) & (status == "ok")
     status[doubtful] = "ambiguous"
-    named: dict[str, Any] = outputs.named(poses.y)
+    found = run.found
+    named: dict[str, Any] = outputs.named(poses.y, found.series)
+    named["centres"] = Series(found.centres)
     certified = np.isin(status, ("ok", "limit"))
+    columns = outputs.columns(setting.expressions.coordinates)
+    time = time_of(problem.mechanism, task, plan, run.values)
+    there = [array[:, columns] for array in poses.y]
+    named["outputs"], lost = setting.expressions.evaluate(there, time, certified)
     bounds = output_bounds(setting.graphs, outputs, run.path.constants, poses)
     for bound in bounds.values():
         bound[~certified] = np.nan
@@ -135,9 +143,11 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary["not_in_scene"] = setting.scene.not_in_scene
     near = (zone_of(run.path.zones, poses.s) >= 0).any()
     summary["bound"] = "estimated" if near or run.path.constants.estimated else "proved"
+    summary |= found.summary
     if failed:
         summary["failed"] = failed
     notes = setting.notes + _near_crossings(setting, run.path)
+    notes += setting.expressions.notes + lost + found.notes
     if notes:
         summary["notes"] = notes
     events, rollers = _undercut(setting, run)
@@ -162,7 +172,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         status=status,
         bound=Series(bounds),
         condition=_condition(poses, certified),
-        events=(*run.events, *events),
+        events=tuple(sorted_events([*run.events, *events, *found.events])),
         summary=summary,
         fault=_fault(setting, run, status, failed, rollers),
         definition=task,
@@ -255,6 +265,8 @@ def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
             series["velocity"] = np.broadcast_to(plan.speed[:, k], n).copy()
         if task.derivatives >= 2:
             series["acceleration"] = np.broadcast_to(plan.acceleration[:, k], n).copy()
+        if task.derivatives >= 3:
+            series["jerk"] = np.broadcast_to(plan.jerk[:, k], n).copy()
         table[c.text] = Series(series)
     return Named("driver", table)
 

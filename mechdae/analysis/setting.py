@@ -10,7 +10,9 @@ import numpy as np
 
 from mechdae.analysis import start
 from mechdae.analysis.evaluate import Evaluator, Poses
+from mechdae.analysis.measures import measure
 from mechdae.analysis.modes import Assembler
+from mechdae.analysis.named import NamedOutputs, requests, time_of
 from mechdae.analysis.numbers import Constants, divisors
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.path import Path
@@ -36,6 +38,7 @@ class Setting:
     outputs: Outputs
     graphs: Graphs
     assembler: Assembler
+    expressions: NamedOutputs
     on_change_point: str = "continue"
     notes: list[str] = field(default_factory=list)
 
@@ -50,22 +53,34 @@ class Run:
     values: Any
     events: list[dict[str, Any]]
     summary: dict[str, Any]
+    found: measure.Found = field(default_factory=measure.Found)
 
 
 def prepare(problem: Problem, task: Sweep) -> Setting:
     """Return scene and kernels of a task; nothing is evaluated yet."""
     mechanism = problem.mechanism
-    if task.derivatives > 2:
+    if task.derivatives > 3:
         raise UnavailableError(
-            "derivatives above the second are not computed by this version", where="derivatives"
+            "derivatives above the third are not computed by this version", where="derivatives"
         )
     numbers = plan(mechanism, task)
     model = Model(mechanism)
     the_scene = scene(model, numbers.coordinates, task.outputs)
-    outputs = Outputs(the_scene)
-    graphs = Graphs(the_scene, outputs.expression, task.derivatives)
+    expressions = NamedOutputs(
+        model,
+        the_scene.selection.named,
+        task.derivatives,
+        listed=task.outputs is not None,
+        time=time_of(mechanism, task, numbers) is not None,
+    )
+    hidden = requests(model, list(expressions.rates)) + measure.requests(the_scene, task)
+    outputs = Outputs(the_scene, hidden)
+    order = max(task.derivatives, measure.order_of(task))
+    graphs = Graphs(the_scene, outputs.expression, order)
     assembler = Assembler(graphs, sketched(mechanism))
-    return Setting(numbers, the_scene, outputs, graphs, assembler, task.on_change_point)
+    return Setting(
+        numbers, the_scene, outputs, graphs, assembler, expressions, task.on_change_point
+    )
 
 
 def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import Evaluator, Poses
+from mechdae.analysis.measures.measure import at_poses
 from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale
 from mechdae.analysis.path import Path
 from mechdae.analysis.report import limit_events
@@ -27,6 +28,7 @@ def several_drivers(setting: Setting, task: Sweep) -> Run:
     evaluator = Evaluator(setting.graphs, setting.outputs)
     speed = np.broadcast_to(plan.speed, values.shape)
     acceleration = np.broadcast_to(plan.acceleration, values.shape)
+    jerk = np.broadcast_to(plan.jerk, values.shape)
     u, x = first_pose(setting, task)
     lines = list(values) if plan.named or n == 1 else [values[0], values[-1]]
     parts: list[Poses] = []
@@ -36,7 +38,7 @@ def several_drivers(setting: Setting, task: Sweep) -> Run:
         through = not plan.named and k == 1
         rows = slice(0, n) if through else slice(first, first + 1)
         grid = np.linspace(0.0, 1.0, n) if through else np.ones(1)
-        part = evaluator.at(path, grid, (speed[rows], acceleration[rows]))
+        part = evaluator.at(path, grid, (speed[rows], acceleration[rows], jerk[rows]))
         if plan.named or through or n == 1 or not part.alive.all():
             parts.append(part)
             first += len(grid)
@@ -44,7 +46,8 @@ def several_drivers(setting: Setting, task: Sweep) -> Run:
             break
         x, u = part.x[-1], corner
     poses = _joined(parts, n)
-    return Run(path, evaluator, poses, values, limit_events(setting, path, -1.0, 2.0), {})
+    events = limit_events(setting, path, -1.0, 2.0)
+    return Run(path, evaluator, poses, values, events, {}, at_poses(setting.outputs, task, poses))
 
 
 def _line(setting: Setting, u: Any, x: Any, to: Any) -> Path:

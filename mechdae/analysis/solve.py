@@ -66,7 +66,7 @@ def solve(
             return study(whole, name, chosen)
     except MechdaeError as error:
         if isinstance(error, InputError) and not error.where.startswith(
-            ("mechanism", "bodies", "joints", "sketch", "parameters")
+            ("mechanism", "bodies", "joints", "sketch", "parameters", "outputs.")
         ):
             error.inside(f"tasks.{name}")
         raise

@@ -151,6 +151,11 @@ def _task(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
         "not_in_scene": pruned.not_in_scene,
     }
     if isinstance(task, Sweep):
-        entry["builds"] = ["positions", "velocities", "accelerations"][: task.derivatives + 1]
+        words = ["positions", "velocities", "accelerations", "jerks"]
+        entry["builds"] = words[: task.derivatives + 1]
+        if task.measures:
+            entry["builds"].append("measures " + ", ".join(task.measures))
+        if pruned.selection.named:
+            entry["builds"].append("outputs " + ", ".join(pruned.selection.named))
         entry["poses"] = numbers.poses
     return entry

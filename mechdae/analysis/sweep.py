@@ -9,6 +9,7 @@ import numpy as np
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import Evaluator, in_time
 from mechdae.analysis.extremes import ranges
+from mechdae.analysis.measures.measure import along_path, at_poses
 from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale, natural_sizes, periods
 from mechdae.analysis.path import Path
 from mechdae.analysis.report import ends, limit_events, report
@@ -40,7 +41,9 @@ def sweep(problem: Problem, name: str, task: Sweep) -> Result:
 
 def run(setting: Setting, task: Sweep) -> Run:
     """Evaluate a prepared sweep."""
-    return _one_driver(setting, task) if setting.graphs.single else several_drivers(setting, task)
+    result = (_one_driver if setting.graphs.single else several_drivers)(setting, task)
+    result.poses.y = result.poses.y[: task.derivatives + 1]
+    return result
 
 
 def _one_driver(setting: Setting, task: Sweep) -> Run:
@@ -78,11 +81,13 @@ def _one_driver(setting: Setting, task: Sweep) -> Run:
     if not plan.named and task.derivatives >= 2:
         found = ranges(evaluator, setting.outputs, path, poses, low, high)
         summary.update({word: table for word, table in found.items() if table})
-    poses.y = in_time(poses.y, plan.speed, plan.acceleration)
     events = limit_events(setting, path, low, high)
     if "limits" not in summary and any(end is not None for end in ends(path)):
         summary["limits"] = ends(path)
-    return Run(path, evaluator, poses, values[:, None], events, summary)
+    measured = at_poses(setting.outputs, task, poses, 1.0 if is_angle else scale)
+    along_path(setting.outputs, task, evaluator, path, values, measured)
+    poses.y = in_time(poses.y, plan.speed, plan.acceleration, plan.jerk)
+    return Run(path, evaluator, poses, values[:, None], events, summary, measured)
 
 
 def _cover(path: Path, values: Any, is_angle: bool) -> None:

@@ -17,7 +17,7 @@ from mechdae.analysis.path import Path
 from mechdae.kernels.batch import Batch
 from mechdae.kernels.graphs import Graphs
 
-Rates = tuple[Any, Any]
+Rates = tuple[Any, ...]
 PASSES = 2
 
 
@@ -42,8 +42,8 @@ class ZonePoses:
 
     def _function(self, blocks: frozenset[int]) -> Batch:
         if blocks not in self._functions:
-            shared = [2] if self.graphs.single else [4]
-            self._functions[blocks] = Batch(self.graphs.held(blocks), shared)
+            function = self.graphs.held(blocks)
+            self._functions[blocks] = Batch(function, [function.n_in() - 4])
         return self._functions[blocks]
 
     def held(self, path: Path, s: Any) -> Any:
@@ -75,7 +75,7 @@ class ZonePoses:
         used = sorted(set(index[rows].tolist()))
         ends = np.array([[path.zones[k].low, path.zones[k].high] for k in used]).ravel()
         corners = np.concatenate([path.zones[k].nodes[1][[0, -1]] for k in used])
-        still = (np.zeros((len(ends), self.graphs.nu)),) * 2
+        still = (np.zeros((len(ends), self.graphs.nu)),) * len(self.graphs.driven)
         passed = pose(corners, ends, still)[1].reshape(len(used), 2, -1).max(axis=1)
         x, v, a, error = (np.empty((len(rows), self.graphs.nx)) for _ in range(4))
         places = index[rows]
@@ -110,7 +110,7 @@ class ZonePoses:
         start = x[here]
         start[:, outside] = guess[np.ix_(rows, outside)]
         u = path.u0 + s[rows, None] * path.d
-        moving = [] if self.graphs.single else [rates[0][rows], rates[1][rows]]
+        moving = [] if self.graphs.single else [rate[rows] for rate in rates]
         consts, function = path.constants.vector(), self._function(blocks)
         for _ in range(PASSES):
             part = function(start, u, *moving, consts, v[here], a[here], error[here])

@@ -1,17 +1,15 @@
-"""Checks that need the whole mechanism: what loads and named outputs refer to."""
+"""Checks that need the whole mechanism: what loads refer to."""
 
 from __future__ import annotations
 
 from dataclasses import fields
 from typing import Any
 
-from mechdae.describe.coordinates import coordinate, coordinate_names
-from mechdae.describe.expression import names_in
+from mechdae.describe.coordinates import coordinate
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.named import check_expression
 from mechdae.errors import InputError, MechdaeError, UnknownName
-
-RATES = (".speed", ".acceleration")
 
 
 def check_loads(mechanism: Mechanism) -> None:
@@ -30,28 +28,6 @@ def check_loads(mechanism: Mechanism) -> None:
                     check_expression(mechanism, number, entry.name)
         except MechdaeError as problem:
             raise problem.inside(f"loads.{name}") from None
-
-
-def check_outputs(mechanism: Mechanism) -> None:
-    """Raise for a named output that is no expression of the mechanism's coordinates."""
-    for name, text in mechanism.outputs.items():
-        check_expression(mechanism, text, f"outputs.{name}")
-
-
-def check_expression(mechanism: Mechanism, text: Any, place: str) -> None:
-    """Raise for an expression with names that are no parameter, coordinate, rate or time."""
-    if not isinstance(text, str):
-        return
-    try:
-        for used in sorted(names_in(text)):
-            base = next((used.removesuffix(rate) for rate in RATES if used.endswith(rate)), used)
-            if used == "t" or used in mechanism.parameters or used in mechanism.outputs:
-                continue
-            if base not in coordinate_names(mechanism):
-                known = [*mechanism.parameters, *coordinate_names(mechanism), "t"]
-                raise UnknownName("name", used, known)
-    except MechdaeError as problem:
-        raise problem.inside(place) from None
 
 
 def _check_load(mechanism: Mechanism, load: Load) -> None:

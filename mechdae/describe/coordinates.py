@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.errors import MechanismError, UnavailableError, UnknownName
+from mechdae.errors import MechanismError, UnknownName
 
 ANGLE_JOINTS = ("revolute", "pin-in-slot")
 SLIDE_JOINTS = ("prismatic", "pin-in-slot")
@@ -90,15 +90,18 @@ def coordinate_names(mechanism: Mechanism) -> list[str]:
 
 @dataclass(frozen=True)
 class Selection:
-    """What a task reports: bodies, points ``body.point`` and joints by name."""
+    """What a task reports: bodies, points ``body.point``, joints, named outputs by name."""
 
     bodies: tuple[str, ...]
     points: tuple[str, ...]
     joints: tuple[str, ...]
+    named: tuple[str, ...] = ()
 
 
 def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selection:
-    """Return the bodies, points and joints that `outputs` name; None means all.
+    """Return the bodies, points, joints and named outputs in `outputs`; None means all.
+
+    A name that belongs to a part and to a named output means both.
 
     Raises
     ------
@@ -109,7 +112,8 @@ def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selectio
     movable = ANGLE_JOINTS + SLIDE_JOINTS + CURVE_JOINTS
     joints = [name for name, j in mechanism.joints.items() if j.kind in movable]
     if outputs is None:
-        return Selection(tuple(mechanism.bodies), tuple(every), tuple(joints))
+        whole = (tuple(mechanism.bodies), tuple(every), tuple(joints))
+        return Selection(*whole, tuple(mechanism.outputs))
     bodies: list[str] = []
     points: list[str] = []
     chosen: list[str] = []
@@ -121,16 +125,12 @@ def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selectio
             points += [point for point in every if point.split(".")[0] == text]
         elif text in joints:
             chosen.append(text)
-        elif text in mechanism.outputs:
-            raise UnavailableError(
-                f"the named output '{text}' is not computed by this version",
-                hint="name bodies, points, joints or coordinates",
-            )
-        else:
+        elif text not in mechanism.outputs:
             try:
                 found = coordinate(mechanism, text)
             except UnknownName:
                 names = [*every, *mechanism.bodies, *joints, *coordinate_names(mechanism)]
+                names += mechanism.outputs
                 raise UnknownName("output", text, names) from None
             if found.kind == "body angle":
                 bodies.append(found.part)
@@ -138,4 +138,5 @@ def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selectio
                 points.append(f"{found.part}.{found.point}")
             else:
                 chosen.append(found.part)
-    return Selection(*(tuple(dict.fromkeys(items)) for items in (bodies, points, chosen)))
+    named = [text for text in outputs if text in mechanism.outputs]
+    return Selection(*(tuple(dict.fromkeys(items)) for items in (bodies, points, chosen, named)))

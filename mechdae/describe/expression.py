@@ -70,7 +70,7 @@ def _check(node: ast.AST, text: str, depth: int) -> None:
         if node.func.id not in FUNCTIONS:
             raise UnknownName("function", node.func.id, FUNCTIONS)
         parts = node.args
-    elif _dotted(node) or _is_number(node):
+    elif dotted(node) or _is_number(node):
         parts = []
     else:
         raise InputError(
@@ -85,7 +85,7 @@ def _is_number(node: ast.AST) -> bool:
     return isinstance(node, ast.Constant) and type(node.value) in (int, float)
 
 
-def _dotted(node: ast.AST) -> str:
+def dotted(node: ast.AST) -> str:
     """Return ``a.b.c`` for a (dotted) name, '' for anything else."""
     parts = []
     while isinstance(node, ast.Attribute):
@@ -99,7 +99,7 @@ def names_in(text: str) -> set[str]:
     found: set[str] = set()
 
     def walk(node: ast.AST) -> None:
-        name = _dotted(node)
+        name = dotted(node)
         if name:
             found.add(name)
         elif isinstance(node, ast.Call):
@@ -117,7 +117,7 @@ def build(text: str, names: Mapping[str, Any], functions: Mapping[str, Callable[
     """Return the expression over the values in `names` (floats or symbols)."""
 
     def walk(node: Any) -> Any:
-        name = _dotted(node)
+        name = dotted(node)
         if name:
             if name in names:
                 return names[name]

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.describe import library
-from mechdae.describe.checks import check_loads, check_outputs
+from mechdae.describe.checks import check_loads
 from mechdae.describe.coordinates import coordinate, selection
 from mechdae.describe.expression import names_in
 from mechdae.describe.joints import JOINTS, SPATIAL, Joint
 from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground, Mechanism, evaluate_all
+from mechdae.describe.named import check_outputs
 from mechdae.describe.reading import plain, read, split_unit, to_si
 from mechdae.describe.table import Table
 from mechdae.describe.tasks import TASKS, Driven, Driver, Study, Task
@@ -330,7 +331,7 @@ def _check_task(mechanism: Mechanism, name: str, task: Task) -> None:
         coordinates = [coordinate(mechanism, driver.coordinate).text for driver in task.all_drivers]
         if len(set(coordinates)) < len(coordinates):
             raise MechanismError("two drivers impose the same coordinate", where="drivers")
-        if task.available and not set(task.outputs or ()) & set(mechanism.outputs):
+        if task.available:
             selection(mechanism, task.outputs)
         for driver in task.all_drivers:
             _check_driver(driver, known)
@@ -359,7 +360,8 @@ def _check_driver(driver: Driver, known: Mapping[str, float]) -> None:
         raise InputError("'from' and 'to' are needed together", where="driver")
     if driver.at is not None and not driver.at:
         raise InputError("the list of values is empty", where="driver.at")
-    numbers = [*(driver.at or ()), driver.from_, driver.to, driver.speed, driver.acceleration]
+    rates = (driver.speed, driver.acceleration, driver.jerk)
+    numbers = [*(driver.at or ()), driver.from_, driver.to, *rates]
     for entry in numbers:
         for used in sorted(names_in(entry)) if isinstance(entry, str) else ():
             if used not in known:

@@ -107,8 +107,11 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
         value = dict(_KINDS[word])
         if entry.metadata["doc"]:
             value["description"] = entry.metadata["doc"]
-        if entry.metadata["choices"]:
-            value["enum"] = list(entry.metadata["choices"])
+        choices = list(entry.metadata["choices"])
+        if choices and word == "names":
+            value["items"] = {"enum": choices}
+        elif choices:
+            value["enum"] = choices
         properties[name] = value
         if word in WITH_UNIT:
             properties |= {f"{name}{suffix}": value for suffix in UNITS}

@@ -10,6 +10,17 @@ from mechdae.describe.values import Number, Value, key, sequence
 from mechdae.errors import InputError
 
 DEFAULT_POSES = 361
+MEASURES = (
+    "transmission",
+    "extremes",
+    "time-ratio",
+    "dwell",
+    "envelope",
+    "curve",
+    "centrodes",
+    "instant-centres",
+)
+"""What can be read off a sweep beside its poses."""
 
 
 @dataclass(frozen=True)
@@ -17,8 +28,8 @@ class Driver(Value):
     """An imposed coordinate: named values, an interval, or the whole assembled arc.
 
     ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
-    ``speed`` and ``acceleration`` are its rates at every pose (default 1 and 0: rates per
-    unit of driver speed, the "analogues" of the theory of mechanisms).
+    ``speed``, ``acceleration`` and ``jerk`` are its rates at every pose (default 1, 0 and 0:
+    rates per unit of driver speed, the "analogues" of the theory of mechanisms).
     """
 
     coordinate: str = key("text")
@@ -30,6 +41,7 @@ class Driver(Value):
     times: tuple[Number, ...] | None = key("numbers", None)
     speed: Number | None = key("number", None)
     acceleration: Number | None = key("number", None)
+    jerk: Number | None = key("number", None)
 
 
 @dataclass(frozen=True)
@@ -71,6 +83,8 @@ class Sweep(Driven):
     poses: int | None = key("whole", None)
     derivatives: int = key("natural", 2)
     on_change_point: str = key("text", "continue", choices=("continue", "stop", "switch"))
+    measures: tuple[str, ...] | None = key("names", None, choices=MEASURES)
+    dwell_tolerance: Number = key("number", 0.01, doc="share of the swing or stroke")
 
     kind: ClassVar[str] = "sweep"
     available: ClassVar[bool] = True

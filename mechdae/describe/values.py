@@ -45,8 +45,10 @@ class Value:
                 continue
             try:
                 value = COERCE[kind](value)
-                if entry.metadata["choices"] and value not in entry.metadata["choices"]:
-                    raise UnknownName("value", str(value), entry.metadata["choices"])
+                choices = entry.metadata["choices"]
+                for item in value if isinstance(value, tuple) else (value,):
+                    if choices and item not in choices:
+                        raise UnknownName("value", str(item), choices)
             except MechdaeError as problem:
                 raise problem.inside(entry.name.rstrip("_")) from None
             object.__setattr__(self, entry.name, value)

@@ -5,6 +5,9 @@ of earlier blocks. With v = (x_b', z', u') the rates follow from
 
     J x_b'  = -(F_z z' + F_u u')
     J x_b'' = -(D2F[v, v] + F_z z'' + F_u u'')
+    J x_b''' = -(D3F[v, v, v] + 3 D2F[v, a] + F_z z''' + F_u u''')
+
+with a = (x_b'', z'', u''). The third is built only when it is asked for.
 
 Inverses are adjugates up to 4 x 4; larger ones are refined, because an unrolled
 factorisation loses digits like the square of the condition number.
@@ -58,6 +61,21 @@ class BlockGraph:
         at = [xb, z, u, p, sines, cosines]
         self._value = ca.Function("value", at, [F, J, Fz])
         self._rates = ca.Function("rates", [*at, *rate], [r1, r2])
+        self._trig, self._moving = (angles, sines, cosines), (xb, z, u, p)
+
+    @cached_property
+    def _thirds(self) -> Any:
+        """Right-hand side of the third rates as a function."""
+        xb, z, u, p = self._moving
+        ax, jz = SX.sym("ax", xb.numel()), SX.sym("jz", z.numel())
+        ju = SX.sym("ju", u.numel())
+        every = ca.vertcat(xb, z, u)
+        third = ca.jtimes(self.second, every, ca.vertcat(self.vx, self.vz, self.vu))
+        third += 3 * ca.jtimes(self.first, every, ca.vertcat(ax, self.az, self.au))
+        third += ca.jtimes(self.F, ca.vertcat(z, u), ca.vertcat(jz, ju))
+        (r3,) = with_trig([-third], *self._trig)
+        rates = [self.vx, self.vz, self.vu, ax, self.az, self.au, jz, ju]
+        return ca.Function("thirds", [xb, z, u, p, *self._trig[1:], *rates], [r3])
 
     @cached_property
     def function(self) -> Any:
@@ -100,6 +118,14 @@ class BlockGraph:
         """Return the right-hand side of J x''."""
         rates = (self._own(v), self._used(v), du, self._used(a), ddu)
         return self._rates(*self._at(x, u, p, trig), *rates)[1]
+
+    def third_rate(
+        self, x: Any, u: Any, p: Any, rates: tuple[Any, Any, Any], driven: list[Any], trig: Any
+    ) -> Any:
+        """Return the right-hand side of J x'''; `driven` holds the three rates of u."""
+        (v, a, j), (du, ddu, dddu) = rates, driven
+        known = (self._own(v), self._used(v), du, self._own(a), self._used(a), ddu)
+        return self._thirds(*self._at(x, u, p, trig), *known, self._used(j), dddu)
 
     def _own(self, x: Any) -> Any:
         return x[self.own]

@@ -40,7 +40,7 @@ class Graphs:
     outputs : SX (ny,)
         Expressions over (x, u, p) to evaluate with their rates at every pose.
     derivatives
-        Highest order of rates of the outputs, 0 to 2.
+        Highest order of rates of the outputs, 0 to 3.
     """
 
     def __init__(self, scene: Scene, outputs: Any, derivatives: int = 2) -> None:
@@ -64,9 +64,10 @@ class Graphs:
         self.low, self.high = (SX.sym(name, len(self.places)) for name in ("low", "high"))
         self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain, floor)
         if self.single:
-            self.du, self.ddu = SX(1), SX(0)
+            self.driven = [SX(1), SX(0), SX(0)]
         else:
-            self.du, self.ddu = SX.sym("du", self.nu), SX.sym("ddu", self.nu)
+            names = ("du", "ddu", "dddu")[: max(derivatives, 2)]
+            self.driven = [SX.sym(name, self.nu) for name in names]
 
     # -- weights ---------------------------------------------------------------------------
 
@@ -131,18 +132,18 @@ class Graphs:
         self,
         x: Any,
         u: Any,
-        du: Any,
-        ddu: Any,
+        driven: list[Any],
         order: int,
         trig: Any = None,
         eta: list[Any] | None = None,
         held: Mapping[int, tuple[Any, Any, Any]] = MappingProxyType({}),
     ) -> dict[str, Any]:
-        """Return x', x'' and the certificate's parts at a solved pose.
+        """Return x', x'', x''' and the certificate's parts at a solved pose.
 
-        `held` gives x', x'' (None: by the equations) and the error of blocks that keep theirs.
+        `driven` are the rates of the drivers, as many as `order`. `held` gives x', x'' (None: by
+        the equations) and the error of blocks that keep theirs; their x''' is unknown.
         """
-        v, a = SX.zeros(self.nx), SX.zeros(self.nx)
+        v, a, j = SX.zeros(self.nx), SX.zeros(self.nx), SX.zeros(self.nx)
         error = SX.zeros(self.nx)
         dets, betas = [], []
         trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
@@ -152,12 +153,16 @@ class Graphs:
             first, second, known = held.get(b, (None, None, None))
             if order >= 1:
                 if first is None:
-                    first = inv @ graph.first_rate(x, u, self.p, v, du, trig)
+                    first = inv @ graph.first_rate(x, u, self.p, v, driven[0], trig)
                 v = _put(v, own, first)
             if order >= 2:
                 if second is None:
-                    second = inv @ graph.second_rate(x, u, self.p, v, du, a, ddu, trig)
+                    push = graph.second_rate(x, u, self.p, v, driven[0], a, driven[1], trig)
+                    second = inv @ push
                 a = _put(a, own, second)
+            if order >= 3:
+                push = graph.third_rate(x, u, self.p, (v, a, j), driven, trig)
+                j = _put(j, own, SX.nan(graph.size) if b in held else inv @ push)
             left = 2 * self.kappa[b] * eta[b] if eta else 0
             local = beta * (self.rho[b] + left) * self.weights(b)[0] + self.grain[own]
             if graph.uses:
@@ -165,28 +170,30 @@ class Graphs:
             error = _put(error, own, local if known is None else known)
             dets.append(det)
             betas.append(beta)
-        return {"v": v, "a": a, "error": error, "det": _column(dets), "beta": _column(betas)}
+        certificate = {"error": error, "det": _column(dets), "beta": _column(betas)}
+        return {"v": v, "a": a, "j": j, **certificate}
 
     @cached_property
     def pose(self) -> Any:
         """One Newton step and everything that is reported at a pose.
 
-        (x, u[, du, ddu], consts) -> x, error, det, beta, eta^2, y, y', y''; `error` bounds
+        (x, u, consts) -> x, error, det, beta, eta^2, y, y', ... up to the order asked for;
+        rates of several drivers (u', u'', with the third order u''') follow u. `error` bounds
         the distance of each unknown from the exact solution, the term h eta included. beta
         is taken after the step: before it, it is at most beta / (1 - h).
         """
         x, eta, trig = self.newton(self.x, self.u)
-        parts = self.rates(x, self.u, self.du, self.ddu, self.derivatives, trig, eta)
+        parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta)
         outputs = self._output_rates(x, parts)
-        inputs = [self.x, self.u, *([] if self.single else [self.du, self.ddu]), self.consts]
+        inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
         return ca.Function("pose", inputs, results, OPTIONS)
 
     def held(self, blocks: frozenset[int]) -> Any:
         """Return `pose` with the unknowns of some blocks given, not solved for.
 
-        (x, u[, du, ddu], consts, x', x'', error) -> as `pose`; with one driver the rates of
-        those blocks are given too. Near a change point their equations lose all digits.
+        (x, u[, du, ddu[, dddu]], consts, x', x'', error) -> as `pose`; with one driver the rates
+        of those blocks are given too. Near a change point their equations lose all digits.
         """
         v, a, error = (SX.sym(name, self.nx) for name in ("v", "a", "error"))
         x, eta, trig = self.newton(self.x, self.u, blocks)
@@ -194,25 +201,25 @@ class Graphs:
         for b in blocks:
             own = self.blocks[b].own
             known[b] = (v[own], a[own], error[own]) if self.single else (None, None, error[own])
-        order = self.derivatives
-        parts = self.rates(x, self.u, self.du, self.ddu, order, trig, eta, known)
+        parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta, known)
         outputs = self._output_rates(x, parts)
-        inputs = [self.x, self.u, *([] if self.single else [self.du, self.ddu]), self.consts]
+        inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
         return ca.Function("held", [*inputs, v, a, error], results, OPTIONS)
 
     def _output_rates(self, x: Any, parts: dict[str, Any]) -> list[Any]:
         y, scene = self.outputs, self.scene
         old = ca.vertcat(scene.x, scene.u)
-        v, a = SX.sym("v", self.nx + self.nu), SX.sym("a", self.nx + self.nu)
-        first = ca.jtimes(y, old, v)
-        second = ca.jtimes(first, old, v) + ca.jtimes(y, old, a)
-        new = [x, self.u]
-        rate = ca.vertcat(parts["v"], self.du)
-        acceleration = ca.vertcat(parts["a"], self.ddu)
-        function = ca.Function("outputs", [scene.x, scene.u, self.p, v, a], [y, first, second])
-        values = function(*new, self.p, rate, acceleration)
-        return list(values[: self.derivatives + 1])
+        # the total derivative along (v, a, j), as often as asked for
+        along = [SX.sym(name, self.nx + self.nu) for name in "vaj"[: self.derivatives]]
+        values = [y]
+        for order in range(self.derivatives):
+            at = ca.vertcat(old, *along[:order])
+            values.append(ca.jtimes(values[-1], at, ca.vertcat(*along[: order + 1])))
+        function = ca.Function("outputs", [scene.x, scene.u, self.p, *along], values)
+        rates = [ca.vertcat(parts[n], du) for n, du in zip("vaj", self.driven, strict=False)]
+        found = function(x, self.u, self.p, *rates[: self.derivatives])
+        return list(found) if self.derivatives else [found]
 
     # -- bounds ----------------------------------------------------------------------------
 
@@ -345,7 +352,7 @@ class Graphs:
         new = x + v * ds + a * ds * ds / 2
         for _ in range(3):
             new, eta, _ = self.newton(new, ahead)
-        parts = self.rates(new, ahead, direction, SX.zeros(self.nu), 2)
+        parts = self.rates(new, ahead, [direction, SX.zeros(self.nu)], 2)
         bend = ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
         tests, misses = [], []
         for b in range(nb):

@@ -15,6 +15,7 @@ import casadi as ca
 
 from mechdae.describe.coordinates import Coordinate, Selection, selection
 from mechdae.describe.mechanism import GROUND
+from mechdae.describe.named import bodies_of
 from mechdae.model.model import Model, Row
 from mechdae.model.structure import Group, assur_groups
 
@@ -93,6 +94,7 @@ def _needed(model: Model, groups: list[Group], chosen: Selection) -> list[Group]
     bodies = set(chosen.bodies) | {point.split(".")[0] for point in chosen.points}
     for name in chosen.joints:
         bodies |= set(model.mechanism.joints[name].bodies)
+    bodies |= bodies_of(model.mechanism, chosen.named)
     bodies.discard(GROUND)
     wanted = {group.index for group in groups if group.driven or bodies & set(group.bodies)}
     front = list(wanted)

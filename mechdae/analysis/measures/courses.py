@@ -1,0 +1,153 @@
+"""How angles, slides and coordinates of points go over a sweep: stationary values, extremes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.measures.track import SAME, Family, Sample, Track
+from mechdae.analysis.outputs import Outputs
+
+AT_REST = 1e-11
+"""Share of a radian, or of a length of the mechanism, by which rounding may move what rests."""
+TIE = 1e-12
+"""Share of the range within which two extremes are the same; the first one is named."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A scalar that is reported: ``rocker.angle``, ``guide.slide``, ``coupler.P.x``."""
+
+    name: str
+    part: str
+    column: int
+    groups: frozenset[int]
+
+    @property
+    def is_angle(self) -> bool:
+        return self.name.endswith(".angle")
+
+    @property
+    def is_output(self) -> bool:
+        """Whether it is a body's angle or a slide: the coordinates of links, not of points."""
+        return self.name in (f"{self.part}.angle", f"{self.part}.slide")
+
+
+def quantities(outputs: Outputs) -> list[Quantity]:
+    """Return bodies' angles, slides and coordinates of points that a sweep reports."""
+    found = []
+    for entry in outputs.entries:
+        groups = frozenset(outputs.groups_of(entry))
+        if entry.name == "position":
+            for axis, column in zip("xyz", entry.columns, strict=False):
+                found.append(Quantity(f"{entry.part}.{axis}", entry.part, column, groups))
+        elif (entry.kind == "bodies" and entry.name == "angle") or entry.name == "slide":
+            name = f"{entry.part}.{entry.name}"
+            found.append(Quantity(name, entry.part, entry.columns[0], groups))
+    return found
+
+
+def rates_of(columns: list[int]) -> Family:
+    """Return the first rates of columns as functions that vanish where they are stationary."""
+
+    def family(sample: Sample) -> tuple[Any, Any]:
+        return sample.y[1][:, columns], sample.y[2][:, columns]
+
+    return family
+
+
+def travel(sample: Sample, columns: list[int]) -> Any:
+    """Return greatest less least value of columns, 0 for those without values."""
+    values = sample.y[0][:, columns]
+    known = np.isfinite(values)
+    top = np.where(known, values, -np.inf).max(axis=0, initial=-np.inf)
+    bottom = np.where(known, values, np.inf).min(axis=0, initial=np.inf)
+    return np.where(known.any(axis=0), top - bottom, 0.0)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A value, the driver's value there, and the place on the path."""
+
+    at: float
+    value: float
+    s: float
+    bend: float = 0.0
+    """Second rate, negative at a maximum; 0 at an end."""
+
+
+@dataclass
+class Course:
+    """A quantity over the sweep: where it is stationary and what it is at the ends."""
+
+    quantity: Quantity
+    moves: bool = False
+    stationary: list[Place] = field(default_factory=list)
+    ends: list[Place] = field(default_factory=list)
+
+    @property
+    def places(self) -> list[Place]:
+        return sorted([*self.stationary, *self.ends], key=lambda place: place.at)
+
+    def extreme(self, sense: int) -> Place | None:
+        """Return the greatest (1) or least (-1) value, the first one of equal ones."""
+        places = self.places
+        if not places:
+            return None
+        values = [place.value for place in places]
+        best = max(sense * value for value in values)
+        slack = TIE * (max(values) - min(values))
+        return next(place for place in places if sense * place.value >= best - slack)
+
+    @property
+    def range(self) -> float:
+        """Greatest less least value."""
+        values = [place.value for place in self.places]
+        return max(values) - min(values) if values else 0.0
+
+
+def courses(track: Track, wanted: list[Quantity]) -> dict[str, Course]:
+    """Return the courses of quantities by name."""
+    found = {quantity.name: Course(quantity) for quantity in wanted}
+    for groups in dict.fromkeys(quantity.groups for quantity in wanted):
+        members = [quantity for quantity in wanted if quantity.groups == groups]
+        _follow(track, groups, [found[member.name] for member in members])
+    return found
+
+
+def _follow(track: Track, groups: frozenset[int], members: list[Course]) -> None:
+    """Fill in the courses of quantities of the same groups."""
+    columns = [course.quantity.column for course in members]
+    size = np.array([1.0 if c.quantity.is_angle else track.scale for c in members])
+    family = rates_of(columns)
+    pieces = track.pieces(groups, track.low - track.margin, track.high + track.margin)
+    moving = np.zeros(len(members), bool)
+    for piece in pieces:
+        moving |= travel(track.sample(piece), columns) > AT_REST * size
+    for course, moves in zip(members, moving, strict=True):
+        course.moves = bool(moves)
+    slack = SAME * track.unit
+    for piece in pieces:
+        zeros = track.zeros(piece, family, moving)
+        places = np.concatenate([np.zeros(0), *zeros])
+        owners = [k for k, row in enumerate(zeros) for _ in row]
+        inside = (places + piece.shift >= track.low - slack) & (
+            places + piece.shift <= track.high + slack
+        )
+        poses = track.at(places)
+        for i in np.flatnonzero(inside):
+            column = columns[owners[i]]
+            at = float(np.clip(places[i] + piece.shift, track.low, track.high))
+            value, bend = poses.y[0][i, column], poses.y[2][i, column]
+            place = Place(at, float(value), float(places[i]), float(bend))
+            members[owners[i]].stationary.append(place)
+    for piece in track.pieces(groups, track.low, track.high):
+        ends = np.array([piece.low, piece.high])
+        poses = track.at(ends)
+        for course, column in zip(members, columns, strict=True):
+            for s, value in zip(ends, poses.y[0][:, column], strict=True):
+                if np.isfinite(value):
+                    at = float(np.clip(s + piece.shift, track.low, track.high))
+                    course.ends.append(Place(at, float(value), float(s)))

@@ -1,0 +1,56 @@
+"""Least and greatest values with their driver values, stationary positions, boxes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mechdae.analysis.measures.courses import Course
+
+
+def extremes(courses: dict[str, Course]) -> dict[str, Any]:
+    """Return name -> {"min": {"value", "at"}, "max": {...}} of everything that moves."""
+    found = {}
+    for name, course in courses.items():
+        low, high = course.extreme(-1), course.extreme(1)
+        if course.moves and low is not None and high is not None:
+            found[name] = {
+                "min": {"value": low.value, "at": low.at},
+                "max": {"value": high.value, "at": high.at},
+            }
+    return found
+
+
+def stationary_events(courses: dict[str, Course]) -> list[dict[str, Any]]:
+    """Return the stationary positions (dead points) of bodies and slides as events."""
+    return [
+        {
+            "kind": "stationary",
+            "of": name,
+            "at": place.at,
+            "value": place.value,
+            "extreme": "max" if place.bend < 0 else "min",
+            "in_range": True,
+        }
+        for name, course in courses.items()
+        if course.quantity.is_output
+        for place in course.stationary
+    ]
+
+
+def envelope(courses: dict[str, Course]) -> dict[str, Any]:
+    """Return the box [xmin, xmax, ymin, ymax] swept by the points: of all, and by body."""
+    boxes: dict[str, list[float]] = {}
+    for name, course in courses.items():
+        part, _, axis = name.rpartition(".")
+        low, high = course.extreme(-1), course.extreme(1)
+        if axis not in ("x", "y") or low is None or high is None:
+            continue
+        first = 0 if axis == "x" else 2
+        for key in ("all", f"bodies/{part.split('.')[0]}"):
+            box = boxes.setdefault(key, [float("inf"), -float("inf")] * 2)
+            box[first] = min(box[first], low.value)
+            box[first + 1] = max(box[first + 1], high.value)
+    if not boxes:
+        return {}
+    bodies = {key.removeprefix("bodies/"): box for key, box in boxes.items() if key != "all"}
+    return {"all": boxes["all"], "bodies": bodies}
