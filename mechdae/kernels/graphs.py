@@ -1,6 +1,7 @@
 """The casadi functions of a scene: bounds, one pose, one certified step along the path.
 
-Naming: x unknowns, u drivers, p parameters, s the path parameter with u = u0 + s d.
+Naming: x unknowns, u drivers, p parameters, s the path parameter with u = u0 + s d, or
+u = u(s) along a course (a law of time).
 Every block b has beta = |J_b^-1| (Frobenius), kappa = a Lipschitz constant of J_b.
 
 Newton-Kantorovich: with eta = |last step| and h = beta kappa eta <= 1/2 the block has one
@@ -18,6 +19,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.kernels.blocks import BlockGraph, inverse, norm
+from mechdae.kernels.course import Course
 from mechdae.kernels.majorant import NoMajorant, majorant
 from mechdae.model.reduction import Scene
 
@@ -38,14 +40,26 @@ class Graphs:
         Expressions over (x, u, p) to evaluate with their rates at every pose.
     derivatives
         Highest order of rates of the outputs, 0 to 2.
+    course
+        The curve that the drivers follow; None: straight lines.
+    lines
+        A single driver too moves along u0 + s d; else s is its value.
     """
 
-    def __init__(self, scene: Scene, outputs: Any, derivatives: int = 2) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        outputs: Any,
+        derivatives: int = 2,
+        course: Course | None = None,
+        lines: bool = False,
+    ) -> None:
         self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
+        self.course = course
         self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
         self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
         self.np, self.ny = scene.model.p.numel(), outputs.numel()
-        self.single = self.nu == 1
+        self.single = self.nu == 1 and course is None and not lines
         self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
         self.scale = SX.sym("scale")
         self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nb)
@@ -55,6 +69,18 @@ class Graphs:
             self.du, self.ddu = SX(1), SX(0)
         else:
             self.du, self.ddu = SX.sym("du", self.nu), SX.sym("ddu", self.nu)
+
+    @property
+    def turns(self) -> bool:
+        """Whether s is an angle: a whole turn of it leads to the same pose."""
+        return self.course.turns if self.course else self.single and self.scene.drivers[0].is_angle
+
+    @cached_property
+    def straight(self) -> Graphs:
+        """The same scene moving along straight lines in the drivers' values."""
+        if self.course is None and not self.single:
+            return self
+        return Graphs(self.scene, SX(0, 1), 0, lines=True)
 
     # -- weights ---------------------------------------------------------------------------
 
@@ -249,19 +275,22 @@ class Graphs:
         u0, d = SX.sym("u0", self.nu), SX.sym("d", self.nu)
         x, v, a, beta = (state[:n], state[n : 2 * n], state[2 * n : 3 * n], state[3 * n :])
         s, ds = step[0], step[1]
-        direction = SX(1) if self.single else d
-        u = s if self.single else u0 + s * d
-        ahead = s + ds if self.single else u0 + (s + ds) * d
+        u, direction, _ = self._drivers(s, u0, d)
+        ahead, du, ddu = self._drivers(s + ds, u0, d)
+        drift = self.course.drift(s, ca.fabs(ds)) if self.course else None
         new = x + v * ds + a * ds * ds / 2
         for _ in range(3):
             new, eta, _ = self.newton(new, ahead)
-        parts = self.rates(new, ahead, direction, SX.zeros(self.nu), 2)
-        bend = ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
+        parts = self.rates(new, ahead, du, ddu, 2)
+        away = ds * ds * ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
         tests, misses = [], []
         for b in range(nb):
-            test, radius = self._tube(b, x, v, bend, u, direction, beta[b], ca.fabs(ds))
+            test, radius = self._tube(b, x, v, away, u, direction, beta[b], ca.fabs(ds), drift)
             last = self.kappa[b] * parts["beta"][b] * ca.sqrt(eta[b]) / 0.2
             own = self.blocks[b].own
+            if self.course:
+                # second derivatives at the ends do not tell what a law does: the radius does
+                away = _put(away, own, ca.fmax(away[own], radius * self.weights(b)[0]))
             miss = self._length(b, new[own] - x[own] - v[own] * ds)
             tests.append(ca.fmax(test, last))
             misses.append(miss / (radius * (1 + 1e-6) + 1e-300))
@@ -270,24 +299,31 @@ class Graphs:
         inputs = [state, step, ca.vertcat(self.consts, u0, d)]
         return ca.Function("advance", inputs, results, OPTIONS)
 
+    def _drivers(self, s: Any, u0: Any, d: Any) -> tuple[Any, Any, Any]:
+        """Return the drivers' values and their derivatives with respect to s."""
+        if self.course:
+            return self.course.at(s)
+        return (s if self.single else u0 + s * d), (SX(1) if self.single else d), SX.zeros(self.nu)
+
     def _tube(
-        self, b: int, x: Any, v: Any, bend: Any, u: Any, du: Any, beta: Any, ds: Any
+        self, b: int, x: Any, v: Any, away: Any, u: Any, du: Any, beta: Any, ds: Any, drift: Any
     ) -> tuple[Any, Any]:
         """Return the test (<= 1 passes) and the radius around the tangent over a step.
 
         Along x + v t, 0 <= t <= ds, the residual is at most |F| + ds^2 tau / 2 + l, the Jacobian
         differs from its start by at most ds sigma + k; l and k hold the deviation of the
-        earlier unknowns from their tangents, taken as twice ds^2 |x''| / 2.
+        earlier unknowns from their tangents (`away`, twice ds^2 |x''| / 2), and that of the
+        drivers on a course (`drift`).
         """
         graph = self.blocks[b]
         w, r = self.weights(b)
         moving = [graph.x, graph.z, self.scene.u, graph.vx, graph.vz, graph.vu]
         own, uses = graph.own, graph.uses
-        size = ca.fabs(x) + ds * ca.fabs(v) + ds * ds * bend
+        size = ca.fabs(x) + ds * ca.fabs(v) + away
         limits = [
             size[own],
             size[uses] if uses else SX(0, 1),
-            ca.fabs(u) + ds * ca.fabs(du),
+            ca.fabs(u) + ds * ca.fabs(du) + (drift if drift is not None else 0),
             ca.fabs(v[own]),
             ca.fabs(v[uses]) if uses else SX(0, 1),
             ca.fabs(du),
@@ -299,13 +335,15 @@ class Graphs:
         sigma, _ = majorant(turned, moving, limits)
         residual = ds * ds * tau / 2 + ca.fabs(graph.value(x, u, self.p)[0])
         change = ds * ca.reshape(sigma, graph.size, graph.size)
-        if uses:
-            deviation = ds * ds * bend[uses]
-            slope, _ = majorant(graph.Fz, moving, limits)
-            residual += ca.reshape(slope, graph.size, len(uses)) @ deviation
-            cross = ca.jacobian(ca.vec(graph.J), graph.z)
+        inputs = [(graph.z, away[uses])] if uses else []
+        inputs += [(self.scene.u, drift)] if drift is not None else []
+        for symbols, deviation in inputs:
+            count = symbols.numel()
+            slope, _ = majorant(ca.jacobian(graph.F, symbols), moving, limits)
+            residual += ca.reshape(slope, graph.size, count) @ deviation
+            cross = ca.jacobian(ca.vec(graph.J), symbols)
             bound, _ = majorant(cross, moving, limits)
-            moved = ca.reshape(bound, graph.size * graph.size, len(uses)) @ deviation
+            moved = ca.reshape(bound, graph.size * graph.size, count) @ deviation
             change += ca.reshape(moved, graph.size, graph.size)
         delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))
         grown = beta / ca.fmax(1 - delta, 1e-9)
@@ -337,7 +375,7 @@ class Graphs:
         u0, d = SX.sym("u0", self.nu), SX.sym("d", self.nu)
         x = _put(SX.zeros(self.nx), chain, y[: len(chain)])
         s, v = y[len(chain)], y[len(chain) + 1 :]
-        u = s if self.single else u0 + s * d
+        u = self._drivers(s, u0, d)[0]
         w, _ = self.weights(b)
         values = [self.blocks[k].value(x, u, self.p) for k in self.ancestors(b)]
         F, J, _ = values[-1]
