@@ -19,6 +19,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "number": NUMBER,
     "name": {"type": "string", "pattern": NAMES},
     "text": {"type": "string"},
+    "expression": {"type": "string", "description": "an expression"},
     "whole": {"type": "integer", "minimum": 1},
     "natural": {"type": "integer", "minimum": 0},
     "flag": {"type": "boolean"},
@@ -33,7 +34,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "reference": {"type": "string", "pattern": r"^\w+\.\w+$"},
     "free": {},
 }
-WITH_UNIT = ("number", "numbers", "pair", "points", "free")
+WITH_UNIT = ("number", "numbers", "pair", "points", "free", "expression")
 
 
 def schema() -> dict[str, Any]:

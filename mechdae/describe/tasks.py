@@ -14,7 +14,11 @@ DEFAULT_POSES = 361
 
 @dataclass(frozen=True)
 class Driver(Value):
-    """An imposed coordinate: named values, an interval, or the whole assembled arc.
+    """An imposed coordinate: named values, an interval, the whole assembled arc, or a law.
+
+    A ``law`` is an expression of the time ``t``, over the interval ``from_``, ``to`` [s] or at
+    ``times``; with several laws one of them names the times. Among drivers that move, one
+    with a single value ``at`` is held.
 
     ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
     ``speed`` and ``acceleration`` are its rates at every pose (default 1 and 0: rates per
@@ -26,7 +30,7 @@ class Driver(Value):
     from_: Number | None = key("number", None)
     to: Number | None = key("number", None)
     range: str | None = key("text", None, choices=("assembled",))
-    law: str | None = key("text", None)
+    law: str | None = key("expression", None)
     times: tuple[Number, ...] | None = key("numbers", None)
     speed: Number | None = key("number", None)
     acceleration: Number | None = key("number", None)

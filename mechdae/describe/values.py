@@ -78,6 +78,12 @@ def text(value: Any) -> str:
     return value
 
 
+def expression(value: Any) -> str:
+    """Return the text of a checked expression."""
+    parse(text(value))
+    return str(value)
+
+
 def whole(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value <= 0:
         raise InputError(f"a whole number above 0 is needed, not {describe(value)}")
@@ -189,6 +195,7 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "number": number,
     "name": name,
     "text": text,
+    "expression": expression,
     "whole": whole,
     "natural": natural,
     "flag": flag,
