@@ -33,6 +33,8 @@ def table(result: Result, terminal: bool = False) -> str:
 def _single(result: Result) -> list[str]:
     """Return one quantity per line."""
     lines = []
+    if result.time is not None:
+        lines.append(f"  {'time':39} {result.time[0]:.15g} s")
     points = set(_distinct_points(result))
     units = {
         (part, name): result.unit(kind, part, name)
@@ -65,6 +67,8 @@ def _single(result: Result) -> list[str]:
 
 def _sweep(result: Result, width: int) -> list[str]:
     columns = [("status", [str(text) for text in result.status])]
+    if result.time is not None:
+        columns.append(("t [s]", _cells(result.time)))
     for coordinate, series in result.drivers.items():
         angle = coordinate.endswith(".angle")
         values = np.degrees(series.position) if angle else series.position
@@ -79,7 +83,7 @@ def _sweep(result: Result, width: int) -> list[str]:
         for part, series in reversed(entries) if kind == "points" else entries:
             if {f"{part}.angle", f"{part}.slide"} & driven:
                 continue
-            if kind == "points" and part not in points:
+            if kind == "points" and (part not in points or {f"{part}.x", f"{part}.y"} <= driven):
                 continue
             columns += _columns(kind, part, series)
     spread = np.linspace(0, len(result) - 1, min(ROWS, len(result)))
@@ -192,13 +196,15 @@ def _study(result: Result) -> list[str]:
 
 def _facts(result: Result) -> list[str]:
     summary, lines = result.summary, []
-    is_angle = all(c.endswith(".angle") for c in result.drivers)
+    is_angle = [c.endswith(".angle") for c in result.drivers]
+    moves = [bool(np.ptp(series.position) > 0) for series in result.drivers.values()]
+    first = is_angle[moves.index(True)] if any(moves) else is_angle[0]
     if summary.get("formula"):
         lines.append(f"  formula   {summary['formula']}")
     if summary.get("mode"):
         lines.append(f"  mode      {summary['mode']}")
     if summary.get("limits"):
-        ends = [_driver(value, is_angle) for value in summary["limits"]]
+        ends = [_driver(value, first) for value in summary["limits"]]
         lines.append(f"  limits    {ends[0]} .. {ends[1]}")
     for word, unit in (("swing", "deg"), ("stroke", "m")):
         for name, value in summary.get(word, {}).items():
@@ -222,9 +228,13 @@ def _facts(result: Result) -> list[str]:
             digits = 12 if event["kind"] == "limit" else 6
             word = event["kind"].replace("_", " ")
             place = _driver(event["at"], is_angle, digits)
+            if "time" in event:
+                place = f"t = {event['time']:.{digits}g} s, {place}"
             lines.append(f"  {word:9} {place}: group {event['name']}, joint {event['joint']}")
     for entry in summary.get("failed", []):
-        place = f"{_driver(entry['from'], is_angle)} .. {_driver(entry['to'], is_angle)}"
+        place = f"{_driver(entry['from'], first)} .. {_driver(entry['to'], first)}"
+        if "time" in entry:
+            place = f"t = {entry['time'][0]:.12g} .. {entry['time'][1]:.12g} s"
         group = (
             f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
         )
@@ -234,9 +244,11 @@ def _facts(result: Result) -> list[str]:
     return lines
 
 
-def _driver(value: Any, is_angle: bool, digits: int = 12) -> str:
+def _driver(value: Any, is_angle: bool | list[bool], digits: int = 12) -> str:
     if value is None:
         return "none"
     if isinstance(value, list):
-        return ", ".join(_driver(item, is_angle, digits) for item in value)
-    return f"{math.degrees(value):.{digits}g} deg" if is_angle else f"{value:.{digits}g} m"
+        kinds = is_angle if isinstance(is_angle, list) else [is_angle] * len(value)
+        return ", ".join(_driver(v, kind, digits) for v, kind in zip(value, kinds, strict=True))
+    kind = is_angle[0] if isinstance(is_angle, list) else is_angle
+    return f"{math.degrees(value):.{digits}g} deg" if kind else f"{value:.{digits}g} m"

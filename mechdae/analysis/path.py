@@ -74,7 +74,7 @@ class Path:
     graphs, constants
         Functions and numbers of the scene.
     u0, d : (nd,) arrays
-        u = u0 + s d; for one driver s is u itself.
+        u = u0 + s d; for one driver s is u itself. Not used along a course.
     largest
         Largest step in s.
     on_change_point
@@ -100,8 +100,8 @@ class Path:
         self.groups = [group.index for group in g.scene.groups]
         self.block_group = [graph.block.group for graph in g.blocks]
         self.reach = {index: Reach() for index in self.groups}
-        crossings = CrossingFinder(g, self.constants, self.u0, self.d, self.largest)
-        self.finder = LimitFinder(g, self.whole, self.constants, self.u0, self.d, crossings.unit)
+        crossings = CrossingFinder(g, self.constants, self.motion, self.largest)
+        self.finder = LimitFinder(g, self.whole, self.constants, self.drivers, crossings.unit)
         self.bridges = Builder(crossings, self._step, self.constants, self.finder.weights)
         self.zones: list[Zone] = []
         self.laboured = 0
@@ -133,6 +133,18 @@ class Path:
                 signs[count % 2 != 0, b] *= -1
         return signs
 
+    def redirect(self, u0: Any, d: Any, largest: float) -> None:
+        """Use the path for another line u = u0 + s d; it then begins anew."""
+        self.u0, self.d, self.largest = u0, d, largest
+        self.whole[-2 * len(d) :] = np.concatenate([u0, d])
+        self.reach = {index: Reach() for index in self.groups}
+        self.bridges.finder.largest = largest
+        self.finder.unit = self.bridges.finder.unit
+        self.zones, self.flips = [], [[] for _ in self.graphs.blocks]
+        self._next_try.clear()
+        self._next_bridge.clear()
+        self.laboured = 0
+
     def _step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
         """Return state, test, det and miss after one step."""
         result = self._one(state[None, :], np.array([[s, ds]]), self.whole)
@@ -157,7 +169,32 @@ class Path:
         for b, graph in enumerate(self.graphs.blocks):
             followed = X[self.reach[self.block_group[b]].contains(S)][:, graph.own]
             size[graph.own] = np.abs(followed).max(axis=0, initial=0.0)
-        return size, np.abs(self.u0 + S[:, None] * self.d).max(axis=0)
+        course = self.graphs.course
+        if course:
+            return size, course.reach(S, np.diff(S, append=S[-1])).max(axis=0)
+        return size, np.abs(self.drivers(S)).max(axis=0)
+
+    def drivers(self, s: Any) -> Any:
+        """Return the drivers' values (n, nd) at `s` (n,)."""
+        course = self.graphs.course
+        return course.sampled(s)[0] if course else self.u0 + s[:, None] * self.d
+
+    def motion(self, s: float) -> list[Any]:
+        """Return the drivers' values and three derivatives with respect to s, each (nd,)."""
+        course = self.graphs.course
+        if course:
+            return course.jet(s)
+        nothing = np.zeros(len(self.d))
+        return [self.u0 + s * self.d, self.d, nothing, nothing]
+
+    def rates(self, s: Any) -> tuple[Any, Any]:
+        """Return the drivers' first and second derivatives (n, nd) with respect to s."""
+        course = self.graphs.course
+        if course:
+            _, first, second = course.sampled(s)
+            return first, second
+        shape = (len(s), len(self.d))
+        return np.broadcast_to(self.d, shape), np.zeros(shape)
 
     def arrays(self) -> tuple[Any, Any, Any, Any]:
         """Return s (m,), x, x', x'' (m, nx) of the nodes, s rising."""

@@ -40,7 +40,8 @@ def ends(path: Path) -> list[float | None]:
 def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[dict[str, Any]]:
     """Return the ends of the path's groups as events, in the order of s.
 
-    ``at`` is the driver's value, with several drivers the list of their values.
+    ``at`` is the driver's value, with several drivers the list of their values; ``time`` is
+    added where they follow laws.
     """
     found: list[tuple[float, dict[str, Any]]] = []
     seen = set()
@@ -54,25 +55,29 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
                 continue
             seen.add((limit.s, limit.group))
             group = groups[limit.group]
-            near = {"gap": limit.gap} if limit.kind == "ambiguous" else {}
-            found.append(
-                (
-                    limit.s,
-                    {
-                        "kind": limit.kind,
-                        "at": limit.s
-                        if setting.graphs.single
-                        else list(path.u0 + limit.s * path.d),
-                        "group": list(group.bodies),
-                        "joint": group.key_joint,
-                        "name": group.name,
-                        "in_range": bool(low <= limit.s <= high),
-                        **near,
-                    },
-                )
-            )
+            event = _event(setting, path, limit.s, group, low <= limit.s <= high)
+            event["kind"] = limit.kind
+            if limit.kind == "ambiguous":
+                event["gap"] = limit.gap
+            found.append((limit.s, event))
     found += [pair for zone in path.zones for pair in _crossed(setting, path, zone, low, high)]
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
+
+
+def _event(setting: Setting, path: Path, s: float, group: Group, inside: bool) -> dict[str, Any]:
+    """Return an event at `s`: the drivers' values and the time, the group and its joint."""
+    at = path.drivers(np.array([s]))[0].tolist()
+    event = {
+        "kind": "",
+        "at": at if len(at) > 1 else at[0],
+        "group": list(group.bodies),
+        "joint": group.key_joint,
+        "name": group.name,
+        "in_range": bool(inside),
+    }
+    if setting.plan.timing and path.graphs.course:
+        event["time"] = s
+    return event
 
 
 def _crossed(
@@ -93,14 +98,9 @@ def _crossed(
             name: [float(a), None if b is None else float(b)]
             for name, a, b in zip(names, crossing.own.slope, other, strict=True)
         }
-        at = crossing.s if setting.graphs.single else list(path.u0 + crossing.s * path.d)
-        event = {
+        event = _event(setting, path, crossing.s, group, low <= crossing.s <= high)
+        event |= {
             "kind": "change_point",
-            "at": at,
-            "group": list(group.bodies),
-            "joint": group.key_joint,
-            "name": group.name,
-            "in_range": bool(low <= crossing.s <= high),
             "action": zone.action,
             "tangents": tangents,
             "exact": crossing.exact,
@@ -159,6 +159,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         summary=summary,
         fault=_fault(setting, run, status, failed),
         definition=task,
+        time=plan.timing.times if plan.timing else None,
         **named,
     )
 
@@ -198,7 +199,7 @@ def _near_crossings(setting: Setting, path: Path) -> list[str]:
         for crossing in zone.crossings:
             if crossing.exact:
                 continue
-            at = [zone.s] if setting.graphs.single else path.u0 + zone.s * path.d
+            at = path.drivers(np.array([zone.s]))[0]
             notes.append(
                 f"at {start.where(setting.scene, at)} two branches come within "
                 f"{crossing.gap:.1g} of each other, as near as rounding of the numbers given: "
@@ -232,8 +233,7 @@ def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
 def _mode(setting: Setting, run: Run) -> str:
     """Return the label of the assembly mode the path starts on."""
     s, x = run.path.origin
-    u = np.array([s]) if setting.graphs.single else run.path.u0 + s * run.path.d
-    return setting.assembler.label(x, u)
+    return setting.assembler.label(x, run.path.drivers(np.array([s]))[0])
 
 
 def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
@@ -242,17 +242,20 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
     if not lost.any():
         return []
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
-    values = run.values[:, 0]
+    places, plan = run.places, setting.plan
     intervals = []
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         group = _first_lost(setting, run.poses.alive[a])
-        first, last = float(values[a]), float(values[b - 1])
-        if setting.graphs.single and not setting.plan.named:
-            before = float(values[a - 1]) if a else first
-            after = float(values[b]) if b < len(values) else last
+        first, last = float(places[a]), float(places[b - 1])
+        if not plan.named:
+            before = float(places[a - 1]) if a else first
+            after = float(places[b]) if b < len(places) else last
             first = _between(run.path, before, first)
             last = _between(run.path, last, after, default=last)
-        entry: dict[str, Any] = {"from": first, "to": last}
+        values = run.path.drivers(np.array([first, last]))[:, plan.lead]
+        entry: dict[str, Any] = {"from": float(values[0]), "to": float(values[1])}
+        if plan.timing and run.path.graphs.course:
+            entry["time"] = [first, last]
         if group is not None:
             entry |= {"group": list(group.bodies), "joint": group.key_joint, "name": group.name}
         intervals.append(entry)
@@ -266,7 +269,8 @@ def _between(path: Path, a: float, b: float, default: float | None = None) -> fl
         for limit in (reach.low, reach.high):
             if limit is None:
                 continue
-            for s in (limit.s, limit.s + 2 * np.pi, limit.s - 2 * np.pi):
+            turn = 2 * np.pi if path.graphs.turns else 0.0
+            for s in (limit.s, limit.s + turn, limit.s - turn):
                 if low <= s <= high:
                     return float(s)
     return b if default is None else default
@@ -284,7 +288,7 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     if not failed:
         return None
     entry = failed[0]
-    c = setting.plan.coordinates[0]
+    c = setting.plan.coordinates[setting.plan.lead]
     lost = int(np.isin(status, ("unassembled", "singular")).sum())
     stops = [e for e in run.events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
     stopped = bool(stops)
@@ -292,22 +296,30 @@ def _fault(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]
     if "name" in entry and not stopped:
         text += f": group {entry['name']} opens at joint {entry['joint']}"
     interval = [start.shown(c.is_angle, entry[end]) for end in ("from", "to")]
-    text += f", first at {c.text} = {interval[0]}" + (
+    if "time" in entry:
+        interval = [f"{time:.6g} s" for time in entry["time"]]
+    text += f", first at {'t' if 'time' in entry else c.text} = {interval[0]}" + (
         f" to {interval[1]}" if interval[0] != interval[1] else ""
     )
-    ends = [
-        start.shown(c.is_angle, event["at"])
-        for event in run.events
-        if event["kind"] == "limit" and setting.graphs.single
-    ]
-    if ends:
-        text += f"; limit position{'s' if len(ends) > 1 else ''} at {c.text} = {', '.join(ends)}"
+    limits = [event for event in run.events if event["kind"] == "limit"]
+    if limits:
+        text += f"; limit position{'s' if len(limits) > 1 else ''} at "
+        if setting.graphs.single:
+            ends = [start.shown(c.is_angle, event["at"]) for event in limits]
+            text += f"{c.text} = {', '.join(ends)}"
+        else:
+            text += "; ".join(_place(setting, event) for event in limits)
     for event in stops:
-        at = [event["at"]] if setting.graphs.single else event["at"]
-        place = start.where(setting.scene, at)
-        text += f"; the motion stops at {place}: {STOPS[event['kind']]}"
+        text += f"; the motion stops at {_place(setting, event)}: {STOPS[event['kind']]}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
             text += ", and on the other one the driver stands still"
     if status[0] == "unassembled":
         text += _modes_at_start(setting, run)
     return text
+
+
+def _place(setting: Setting, event: dict[str, Any]) -> str:
+    """Return where an event is: the time of a law, and the drivers' values."""
+    at = event["at"] if isinstance(event["at"], list) else [event["at"]]
+    time = f"t = {event['time']:.6g} s, " if "time" in event else ""
+    return time + start.where(setting.scene, at)

@@ -40,12 +40,13 @@ class Setting:
 
 @dataclass
 class Run:
-    """Evaluated poses with the driver values they belong to."""
+    """Evaluated poses with the driver values and the places on the path they belong to."""
 
     path: Path
     evaluator: Evaluator
     poses: Poses
     values: Any
+    places: Any
     events: list[dict[str, Any]]
     summary: dict[str, Any]
 
@@ -61,7 +62,7 @@ def prepare(problem: Problem, task: Sweep) -> Setting:
     model = Model(mechanism)
     the_scene = scene(model, numbers.coordinates, task.outputs)
     outputs = Outputs(the_scene)
-    graphs = Graphs(the_scene, outputs.expression, task.derivatives)
+    graphs = Graphs(the_scene, outputs.expression, task.derivatives, numbers.course)
     assembler = Assembler(graphs, sketched(mechanism))
     return Setting(numbers, the_scene, outputs, graphs, assembler, task.on_change_point)
 
@@ -72,8 +73,8 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
         u, x = start.sketched_pose(setting.assembler, setting.plan)
         setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u)
         return u, x
-    first = setting.plan.values[0] if setting.plan.values is not None else None
-    u = first if first is not None else start.start_values(setting.plan)
+    first = setting.plan.first
+    u = np.where(np.isnan(first), start.start_values(setting.plan), first)
     return u, start.mode_by_label(setting.assembler, u, task.mode).x
 
 

@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.balls import HUGE, radii
+from mechdae.kernels.call import Call
 from mechdae.kernels.replay import SYMBOLIC, replay
 
 SX = ca.SX
@@ -45,10 +46,11 @@ class Course:
         self.s, self.u, self.turns = s, u, turns
         self.smooth, self.switches, self.gaps = _without_corners(s, u)
         rates = [self.smooth]
-        for _ in range(2):
+        for _ in range(3):
             rates.append(ca.jacobian(rates[-1], s))
-        self._rates = [ca.densify(rate) for rate in rates]
+        *self._rates, self._third = [ca.densify(rate) for rate in rates]
         self._reach: Any = None
+        self._jet: Call | None = None
 
     @cached_property
     def piece(self) -> Any:
@@ -73,6 +75,14 @@ class Course:
     def sampled(self, s: Any) -> list[Any]:
         """Return u, u' and u'' (n, nd) at `s` (n,)."""
         return [np.array(part).T for part in self.values(np.asarray(s, float)[None, :])]
+
+    def jet(self, s: float) -> list[Any]:
+        """Return u and its first three derivatives (nd,) at one `s`."""
+        if self._jet is None:
+            third = ca.Function("third", [self.s, self.switches], [self._third])
+            last = third(self.s, ca.sign(self.gap(self.s)))
+            self._jet = Call(ca.Function("jet", [self.s], [*self.values(self.s), last]))
+        return self._jet(s)
 
     def sides(self, s: Any) -> Any:
         """Return the switches (n, k) at `s` (n,)."""

@@ -193,15 +193,16 @@ class Graphs:
     def held(self, blocks: frozenset[int]) -> Any:
         """Return `pose` with the unknowns of some blocks given, not solved for.
 
-        (x, u[, du, ddu], consts, x', x'', error) -> as `pose`; with one driver the rates of
-        those blocks are given too. Near a change point their equations lose all digits.
+        (x, u[, du, ddu], consts, x', x'', error) -> as `pose`; with one driver or a course the
+        rates of those blocks are given too. Near a change point their equations lose all digits.
         """
         v, a, error = (SX.sym(name, self.nx) for name in ("v", "a", "error"))
         x, eta, trig = self.newton(self.x, self.u, blocks)
         known = {}
         for b in blocks:
             own = self.blocks[b].own
-            known[b] = (v[own], a[own], error[own]) if self.single else (None, None, error[own])
+            rates = (v[own], a[own]) if self.single or self.course else (None, None)
+            known[b] = (*rates, error[own])
         order = self.derivatives
         parts = self.rates(x, self.u, self.du, self.ddu, order, trig, eta, known)
         outputs = self._output_rates(x, parts)
