@@ -109,9 +109,9 @@ class Legs(Path):
         leg.begin(self.nodes[k], 0.0)
         leg.extend(1.0)
         self._grown(leg.sizes()[0])
-        last = 1.0 if leg.s[-1] > 1.0 else leg.s[-1]
-        self.nodes[k + 1] = leg.guess(np.array([last]))[0]
-        self._state = leg.state[-1]
+        self._state, last = leg.state[-1], min(leg.s[-1], 1.0)
+        over = leg.s[-1] > 1.0  # a change point near the corner was crossed with one step
+        self.nodes[k + 1] = leg.guess(np.ones(1))[0] if over else self._state[:n]
         for zone in leg.zones:
             if zone.high <= 1.0:
                 self.zones.append(_later(zone, k))
