@@ -286,6 +286,28 @@ def test_a_law_that_turns_just_beside_a_limit(beside: float) -> None:
         assert result.events[0]["time"] == pytest.approx(expected, abs=1e-15 / math.sqrt(beside))
 
 
+def test_a_law_over_change_points() -> None:
+    """A parallelogram rocked through its change points stays parallel, rates included."""
+    mechanism = md.load("change-point-parallelogram").mechanism
+    rock = law("crank.angle", "pi/3 + 2*sin(3*t)", 0, 6)
+    result = sweep(mechanism, rock, poses=100)
+    assert set(result.status) == {"ok"}
+    crank, rocker = result.bodies["crank"], result.bodies["rocker"]
+    wanted = math.pi / 3 + 2 * np.sin(3 * result.time)
+    assert np.abs(rocker.angle - wanted).max() < 1e-14
+    assert np.abs(rocker.angular_velocity - crank.angular_velocity).max() < 1e-11
+    assert np.abs(rocker.angular_acceleration - crank.angular_acceleration).max() < 1e-8
+    passed = [event for event in result.events if event["kind"] == "change_point"]
+    turns = [(math.pi + math.asin(math.pi / 6)) / 3, (2 * math.pi - math.asin(math.pi / 6)) / 3]
+    times = sorted(t + k * 2 * math.pi / 3 for t in turns for k in range(3))
+    assert [event["time"] for event in passed] == pytest.approx([t for t in times if t < 6], 1e-14)
+    assert [event["at"] for event in passed] == pytest.approx([0.0] * 5, abs=1e-14)
+    stopped = sweep(mechanism, rock, poses=100, on_change_point="stop")
+    assert stopped.events[0]["time"] == pytest.approx(times[0], rel=1e-14)
+    behind = stopped.time > times[0]
+    assert np.array_equal(stopped.status == "unassembled", behind)
+
+
 def test_a_tip_out_of_reach() -> None:
     x = law("tip.P.x", "0.1 + 0.5*t", 0, 1)
     mechanism = md.load("five-bar-robot").mechanism

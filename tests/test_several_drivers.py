@@ -153,6 +153,50 @@ def test_a_first_pose_behind_a_limit() -> None:
         )
 
 
+def parallelogram_and_wheel() -> md.Mechanism:
+    plain = md.load("change-point-parallelogram").mechanism
+    return replace(
+        plain,
+        bodies=[*plain.bodies.values(), md.Body("wheel", {"A": (0, 0)})],
+        joints=[*plain.joints.values(), md.Revolute("W", "ground.A", "wheel.A")],
+        sketch={**plain.sketch, "wheel": 0.0},
+    )
+
+
+@pytest.mark.parametrize("count", [4, 13, 300])
+def test_legs_over_change_points(count: int) -> None:
+    """Both branches are kept over two change points, however near to them a pose lies."""
+    crank = np.linspace(math.pi / 3, math.pi / 3 + 7, count)
+    drivers = [
+        md.Driver("crank.angle", at=crank.tolist()),
+        md.Driver("wheel.angle", at=np.sin(crank).tolist()),
+    ]
+    result = sweep(parallelogram_and_wheel(), *drivers)
+    assert set(result.status) == {"ok"}
+    assert np.abs(result.bodies["rocker"].angle - crank).max() < 1e-13
+    assert [event["kind"] for event in result.events] == ["change_point"] * 2
+    places = [event["at"][0] for event in result.events]
+    assert places == pytest.approx([math.pi, 2 * math.pi], rel=1e-14)
+    crossed = sweep(parallelogram_and_wheel(), *drivers, mode="+")
+    assert set(crossed.status) == {"ok"}
+    # anti-parallelogram: tan(rocker/2) = -(d + a)/(d - a) tan(crank/2), here -2
+    rocker = 2 * np.arctan2(-2 * np.sin(crank / 2), np.cos(crank / 2))
+    assert np.abs(np.sin((crossed.bodies["rocker"].angle - rocker) / 2)).max() < 1e-12
+
+
+def test_a_corner_on_a_change_point_ends_the_motion() -> None:
+    """No leg begins where two branches meet: nothing is claimed from there on."""
+    result = sweep(
+        parallelogram_and_wheel(),
+        md.Driver("crank.angle", at=[1.0, math.pi, 4.0]),
+        md.Driver("wheel.angle", at=[0.0, 0.1, 0.2]),
+    )
+    assert list(result.status) == ["ok", "unassembled", "unassembled"]
+    assert result.events[0]["at"][0] == pytest.approx(math.pi, abs=1e-6)
+    assert "the motion stops at crank.angle = 180 deg" in (result.fault or "")
+    assert result.bodies["wheel"].angle == pytest.approx([0.0, 0.1, 0.2])
+
+
 def test_poses_that_are_the_sketch_itself() -> None:
     result = sweep(
         five_bar(), md.Driver("left.angle", at=[2.0]), md.Driver("right.angle", at=[1.0])

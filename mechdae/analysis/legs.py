@@ -14,7 +14,6 @@ import numpy as np
 
 from mechdae.analysis.bridge import Zone
 from mechdae.analysis.crossings import NODES_PER_TURN
-from mechdae.analysis.limits import Limit
 from mechdae.analysis.numbers import Constants
 from mechdae.analysis.path import STRIDE, Path, Reach
 from mechdae.kernels.graphs import Graphs
@@ -49,7 +48,7 @@ class Legs(Path):
         Path.__init__(self, graphs, constants, corners[0], nothing, 1.0)
         self.corners, self.scales = corners, scales
         self.directions = np.diff(corners, axis=0)
-        self.leg = Path(graphs, constants, corners[0], nothing, 1.0, self.counts)
+        self.leg = Path(graphs, constants, corners[0], nothing, 1.0, self.counts, within=True)
         self.ended: set[int] = set()
         self._sizes = np.zeros(graphs.nx)
         self._fast: Sequence | None = None
@@ -109,17 +108,10 @@ class Legs(Path):
         leg.begin(self.nodes[k], 0.0)
         leg.extend(1.0)
         self._grown(leg.sizes()[0])
-        self._state, last = leg.state[-1], min(leg.s[-1], 1.0)
-        over = leg.s[-1] > 1.0  # a change point near the corner was crossed with one step
-        self.nodes[k + 1] = leg.guess(np.ones(1))[0] if over else self._state[:n]
-        for zone in leg.zones:
-            if zone.high <= 1.0:
-                self.zones.append(_later(zone, k))
-            for crossing in zone.crossings if zone.high > 1.0 else ():
-                # no leg can begin so near to a change point
-                place = (crossing.s, crossing.block, crossing.group, "change_point")
-                leg._end(Limit(*place, self.nodes[k + 1]), set(self.ended), True)
-        self._signs[k + 1 :] = leg.sign_at(np.array([last]))[0]
+        self._state = leg.state[-1]
+        self.nodes[k + 1] = self._state[:n]
+        self.zones += [_later(zone, k) for zone in leg.zones]
+        self._signs[k + 1 :] = leg.sign_at(np.array(leg.s[-1:]))[0]
         for group, reach in leg.reach.items():
             if group not in self.ended and reach.high is not None:
                 self.ended.add(group)

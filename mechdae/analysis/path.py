@@ -30,6 +30,8 @@ STRIDE = 64
 SHRUNK = 1 / 32
 """Share of the largest step below which a limit position is looked for."""
 SMALLEST = 1e-9
+NEAREST = 1e-6
+"""Share of the largest step that must be left for the way across a change point."""
 NARROWER = 12
 """Times the neighbourhood of a change point is halved until its expansion holds."""
 MOST_SMALL_STEPS = 20_000
@@ -80,6 +82,8 @@ class Path:
     on_change_point
         "continue" on the branch with the continuous tangent, "switch" to the other one, or
         "stop" the group there.
+    within
+        Whether the way across a change point must end before the goal, which is a corner.
     """
 
     graphs: Graphs
@@ -89,6 +93,7 @@ class Path:
     largest: float
     counts: Counts = field(default_factory=Counts)
     on_change_point: str = "continue"
+    within: bool = False
 
     def __post_init__(self) -> None:
         g = self.graphs
@@ -459,7 +464,9 @@ class Path:
                 continue
             distance = sense * (found.s - s)
             zone = min(ZONE * self.largest, distance)
-            if distance - zone >= rest:
+            if self.within:
+                zone = min(zone, rest - distance)
+            if distance - zone >= rest or zone < NEAREST * self.largest:
                 return False
             for _ in range(NARROWER):
                 place = self._walk(found.s - sense * zone, s, state, sense, ended, up)
