@@ -51,7 +51,7 @@ def run(setting: Setting, task: Sweep) -> Run:
     if plan.course is None:
         straight = from_pose_to_pose if plan.named or plan.poses == 1 else along_a_line
         return straight(setting, task, u, x)
-    if plan.timing and plan.timing.rough.any():
+    if task.derivatives and plan.timing and plan.timing.rough.any():
         times = [f"{time:.6g}" for time in plan.timing.times[plan.timing.rough]]
         setting.notes.append(f"a law has a corner at t = {', '.join(times)}: no rates there")
     to = np.where(np.isnan(plan.first), u, plan.first)
