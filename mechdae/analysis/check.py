@@ -109,7 +109,7 @@ def _numbers(value: Any, known: dict[str, float]) -> Any:
 
 def _all_modes(entry: Expected, result: Result) -> bool:
     """Return whether the value lists all assembly modes, in the order of their labels."""
-    return result.kind == "modes" and entry.at is None and len(result) != 1
+    return result.kind == "modes" and entry.at is None and entry.time is None and len(result) != 1
 
 
 def _pose(entry: Expected, result: Result, known: dict[str, float]) -> int:
