@@ -20,6 +20,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "expression": NUMBER,
     "name": {"type": "string", "pattern": NAMES},
     "text": {"type": "string"},
+    "law": {"type": "string", "description": "an expression of the time t"},
     "whole": {"type": "integer", "minimum": 1},
     "natural": {"type": "integer", "minimum": 0},
     "flag": {"type": "boolean"},
@@ -34,7 +35,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "reference": {"type": "string", "pattern": r"^\w+\.\w+$"},
     "free": {},
 }
-WITH_UNIT = ("number", "expression", "numbers", "pair", "points", "free")
+WITH_UNIT = ("number", "expression", "law", "numbers", "pair", "points", "free")
 
 
 def schema() -> dict[str, Any]:
