@@ -206,18 +206,19 @@ class Graphs:
         (norm of its rows), bound of |J|. Raises `NoMajorant` where an operation has no bound.
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
-        moving = [self.scene.x, self.scene.u]
         kappas, rhos, mus = [], [], []
         for b, graph in enumerate(self.blocks):
             w, r = self.weights(b)
+            moving = [graph.x, graph.z, self.scene.u]
+            own = [sizes[0][graph.own], sizes[0][graph.uses] if graph.uses else SX(0, 1), sizes[1]]
             hessian = ca.jacobian(ca.vec(graph.J), graph.x)
-            bound, _ = majorant(hessian, moving, sizes)
+            bound, _ = majorant(hessian, moving, own)
             square = ca.reshape(bound, graph.size * graph.size, graph.size) @ ca.diag(w)
             pairs = ca.reshape(square, graph.size, graph.size * graph.size)
             kappas.append(norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w))))
-            _, rounding = majorant(graph.F, moving, sizes)
+            _, rounding = majorant(graph.F, moving, own)
             rhos.append(ROUNDOFF * norm(rounding / r))
-            bound, _ = majorant(graph.J, moving, sizes)
+            bound, _ = majorant(graph.J, moving, own)
             square = ca.reshape(bound, graph.size, graph.size)
             mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
         results = [_column(kappas), _column(rhos), _column(mus)]
@@ -225,12 +226,13 @@ class Graphs:
 
     @cached_property
     def output_bounds(self) -> Any:
-        """(|x|, |u|, p) -> bound of |dy/dx| (ny, nx) and rounding of y (ny,)."""
+        """(|x|, |u|, p) -> bound of |dy/dx| (ny, nx), sparse, and rounding of y (ny,)."""
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving = [self.scene.x, self.scene.u]
-        slope, _ = majorant(ca.jacobian(self.outputs, self.scene.x), moving, sizes)
+        jacobian = ca.jacobian(self.outputs, self.scene.x)
+        slope, _ = majorant(ca.vertcat(*jacobian.nonzeros()), moving, sizes)
         _, rounding = majorant(self.outputs, moving, sizes)
-        shaped = ca.reshape(slope, self.ny, self.nx)
+        shaped = SX(jacobian.sparsity(), slope)
         return ca.Function("output_bounds", [*sizes, self.p], [shaped, ROUNDOFF * rounding])
 
     # -- one certified step ----------------------------------------------------------------
@@ -352,10 +354,11 @@ class Graphs:
 
 def _put(vector: Any, positions: list[int], values: Any) -> Any:
     """Return the vector with some entries replaced."""
-    entries = list(ca.vertsplit(vector)) if vector.numel() else []
-    for k, i in enumerate(positions):
-        entries[i] = values[k]
-    return ca.vertcat(*entries) if entries else vector
+    if not positions:
+        return vector
+    result = SX(vector)
+    result[positions] = ca.densify(values)
+    return result
 
 
 def _column(items: list[Any]) -> Any:
