@@ -44,7 +44,7 @@ def angle_slopes(scene: Scene, p: Any) -> dict[int, list[float]]:
     """Return by unknown how fast the bodies' angles turn with it, zeros left out."""
     angles = [value for (_, name), value in scene.recover.items() if name == "angle"]
     jacobian = ca.jacobian(ca.vertcat(*angles), scene.x)
-    values = ca.Function("k", [scene.model.p], [ca.vertcat(*jacobian.nonzeros())])(p)
+    values = ca.Function("k", [scene.model.p], [ca.SX(ca.vertcat(*jacobian.nonzeros()))])(p)
     columns = jacobian.sparsity().get_col()
     slopes: dict[int, list[float]] = {}
     for i, value in zip(columns, np.array(values).ravel().tolist(), strict=True):

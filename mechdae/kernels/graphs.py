@@ -230,7 +230,7 @@ class Graphs:
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving = [self.scene.x, self.scene.u]
         jacobian = ca.jacobian(self.outputs, self.scene.x)
-        slope, _ = majorant(ca.vertcat(*jacobian.nonzeros()), moving, sizes)
+        slope, _ = majorant(_column(jacobian.nonzeros()), moving, sizes)
         _, rounding = majorant(self.outputs, moving, sizes)
         shaped = SX(jacobian.sparsity(), slope)
         return ca.Function("output_bounds", [*sizes, self.p], [shaped, ROUNDOFF * rounding])

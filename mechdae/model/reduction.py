@@ -76,7 +76,7 @@ class Scene:
     def held(self, expression: Any) -> tuple[list[int], list[int], list[int]]:
         """Return the positions in x, u and p of the symbols that an expression holds."""
         held: tuple[list[int], list[int], list[int]] = ([], [], [])
-        for symbol in ca.symvar(expression):
+        for symbol in ca.symvar(SX(expression)):
             k, i = self._places[symbol.element_hash()]
             held[k].append(i)
         for positions in held:
@@ -91,7 +91,7 @@ class Scene:
 
     def expression(self, absolute: Any) -> Any:
         """Return an expression over q as one over (x, u, p)."""
-        names = [(s, self.model.name_of(s)) for s in ca.symvar(absolute)]
+        names = [(s, self.model.name_of(s)) for s in ca.symvar(SX(absolute))]
         used = [(s, self.recover[name]) for s, name in names if name in self.recover]
         if not used:
             return absolute
@@ -155,7 +155,7 @@ def reduce(scene: Scene) -> None:
         x = tuple(range(start, start + len(unknowns)))
         start += len(unknowns)
         residual = ca.vertcat(*[expression for expression, _ in own])
-        held = [s for s in ca.symvar(residual) if s.element_hash() in place]
+        held = [s for s in ca.symvar(SX(residual)) if s.element_hash() in place]
         columns = ca.jacobian(residual, ca.vertcat(*held)).sparsity().get_col()
         used = {place[held[j].element_hash()] for j in columns} - set(x)
         assert all(i < x[0] for i in used), "blocks are not in solve order"
