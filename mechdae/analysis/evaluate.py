@@ -57,12 +57,11 @@ class Evaluator:
         shared = [2] if graphs.single else [4]
         self.pose = Batch(graphs.pose, shared=shared)
         self.groups = [group.index for group in graphs.scene.groups]
+        self.place = {index: j for j, index in enumerate(self.groups)}
         self.column_group = np.zeros(graphs.nx, int)
         for graph in graphs.blocks:
-            self.column_group[graph.own] = self.groups.index(graph.block.group)
-        self.block_group = np.array(
-            [self.groups.index(graph.block.group) for graph in graphs.blocks], int
-        )
+            self.column_group[graph.own] = self.place[graph.block.group]
+        self.block_group = np.array([self.place[graph.block.group] for graph in graphs.blocks], int)
         names = graphs.scene.x_names
         self.angles = np.array([name == "angle" for _, name in names], bool)
         self.lengths = np.array(
@@ -220,18 +219,20 @@ class Evaluator:
         with np.errstate(invalid="ignore"):
             far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
             far |= ~(np.abs(results[0]) <= path.constants.size_x)
-        for b, graph in enumerate(self.graphs.blocks):
-            good[:, b] &= ~far[:, graph.own].any(axis=1)
+        if good.shape[1]:
+            good &= ~np.logical_or.reduceat(far, self.graphs.first, axis=1)
         return good | self.zones.held(path, s) if path.zones else good
 
     def _drop(self, alive: Any, uncertain: Any) -> None:
         """Take away groups with an uncertified block, and the groups attached to them."""
+        if not uncertain.any() and alive.all():
+            return
         lost = np.zeros_like(alive)
         for b, j in enumerate(self.block_group):
             lost[:, j] |= uncertain[:, b]
         for j, group in enumerate(self.graphs.scene.groups):
             for other in group.after:
-                lost[:, j] |= lost[:, self.groups.index(other)]
+                lost[:, j] |= lost[:, self.place[other]]
         alive &= ~lost
 
     def _call(
@@ -287,8 +288,8 @@ class Evaluator:
         y = list(results[5:])
         x[~alive[:, self.column_group]] = np.nan
         error[~alive[:, self.column_group]] = np.nan
-        for entry in self.outputs.entries:
-            groups = [self.groups.index(g) for g in self.outputs.groups_of(entry)]
+        for entry in () if alive.all() else self.outputs.entries:
+            groups = [self.place[g] for g in self.outputs.groups_of(entry)]
             dead = ~alive[:, groups].all(axis=1)
             if dead.any():
                 for array in y:

@@ -41,6 +41,26 @@ def quintic_rates(S: Any, X: Any, V: Any, A: Any, s: Any, orders: int = 2) -> li
     return results
 
 
+def turning(h: Any, y0: Any, v0: Any, a0: Any, y1: Any, v1: Any, a1: Any) -> tuple[Any, Any]:
+    """Return where in (0, h) the quintic pieces with these ends are stationary, and the values.
+
+    The rates at both ends of a piece have opposite signs; all arguments are (k,) arrays.
+    """
+    c1, c2, rise = v0 * h, a0 * h * h / 2, y1 - y0
+    d1, d2 = v1 * h, a1 * h * h
+    c3 = 10 * rise - 6 * c1 - 4 * d1 - 3 * c2 + d2 / 2
+    c4 = -15 * rise + 8 * c1 + 7 * d1 + 3 * c2 - d2
+    c5 = 6 * rise - 3 * (c1 + d1) - c2 + d2 / 2
+    t = v0 / (v0 - v1)
+    for _ in range(6):
+        rate = c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5)))
+        bend = 2 * c2 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = np.where(bend != 0, rate / bend, 0.0)
+        t = np.clip(t - np.nan_to_num(step), 0.0, 1.0)
+    return t * h, y0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
+
+
 def near_limit(s: Any, S: Any, X: Any, V: Any, limit: Limit, side: int) -> tuple[Any, Any]:
     """Return which places lie between the last node and a fold, and guesses there (k, nx).
 

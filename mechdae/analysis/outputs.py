@@ -45,6 +45,7 @@ class Outputs:
         self.entries: list[Entry] = []
         self._scalars: list[Any] = []
         model, chosen = scene.model, scene.selection
+        self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
         for name in chosen.bodies:
             self._add("bodies", name, "angle", model.frame(name).angle, (name,))
         for reference in chosen.points:
@@ -75,7 +76,7 @@ class Outputs:
 
     def groups_of(self, entry: Entry) -> set[int]:
         """Return the groups whose unknowns the quantity depends on."""
-        return {g.index for g in self.scene.groups if set(g.bodies) & set(entry.bodies)}
+        return {self._group_of[body] for body in entry.bodies if body in self._group_of}
 
     def named(self, values: list[Any]) -> dict[str, Named]:
         """Return bodies, points and joints from the arrays y, y', y'' (n, ny)."""

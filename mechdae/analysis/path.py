@@ -99,6 +99,7 @@ class Path:
         self.far = np.where(lengths, FAR * self.constants.scale, np.inf)
         self.groups = [group.index for group in g.scene.groups]
         self.block_group = [graph.block.group for graph in g.blocks]
+        self._moving = set(self.block_group)
         self.reach = {index: Reach() for index in self.groups}
         crossings = CrossingFinder(g, self.constants, self.u0, self.d, self.largest)
         self.finder = LimitFinder(g, self.whole, self.constants, self.u0, self.d, crossings.unit)
@@ -142,7 +143,7 @@ class Path:
         """Return at which places a group follows the path: followed, and before its ends."""
         reach = self.reach[group]
         inside = reach.contains(s)
-        if group in self.block_group:
+        if group in self._moving:
             slack = 2 * APPROACH * self.largest  # the last node before a limit stops short of it
             if reach.low is None:
                 inside &= s >= self.s[0] - slack
@@ -246,8 +247,8 @@ class Path:
         with np.errstate(invalid="ignore"):
             proved = (test <= 1) & (miss <= 1) & (np.sign(det) == sign)
             near = np.abs(state[..., : self.graphs.nx]) <= self.far
-        for b, graph in enumerate(self.graphs.blocks):
-            proved[..., b] &= near[..., graph.own].all(axis=-1)
+        if proved.shape[-1]:
+            proved &= np.logical_and.reduceat(near, self.graphs.first, axis=-1)
         return proved
 
     def _append(self, s: float, state: Any, up: bool) -> None:
@@ -487,6 +488,8 @@ class Path:
             return np.repeat(X, len(s), axis=0)
         result = quintic(S, X, V, A, s)
         for group, reach in self.reach.items():
+            if reach.low is None and reach.high is None:
+                continue
             columns = [
                 i
                 for b, g in enumerate(self.graphs.blocks)

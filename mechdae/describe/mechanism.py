@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
@@ -133,6 +134,10 @@ class Mechanism:
 
     def values(self) -> dict[str, float]:
         """Return all parameters and automatic names with their values [SI, rad]."""
+        return dict(self._values)
+
+    @cached_property
+    def _values(self) -> dict[str, float]:
         known = evaluate_all(self.parameters)
         result = dict(known)
         for name, number in self.numbers():

@@ -10,6 +10,7 @@ h <= 1/4 (Ortega and Rheinboldt, Iterative Solution of Nonlinear Equations, 1970
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType
@@ -38,12 +39,18 @@ class Graphs:
         Expressions over (x, u, p) to evaluate with their rates at every pose.
     derivatives
         Highest order of rates of the outputs, 0 to 2.
+
+    Attributes
+    ----------
+    first : list of int
+        The first unknown of each block; a block's unknowns follow one another in x.
     """
 
     def __init__(self, scene: Scene, outputs: Any, derivatives: int = 2) -> None:
         self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
         self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
         self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
+        self.first = [graph.own[0] for graph in self.blocks]
         self.np, self.ny = scene.model.p.numel(), outputs.numel()
         self.single = self.nu == 1
         self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
@@ -323,8 +330,7 @@ class Graphs:
         wanted = {b}
         for other in range(b, -1, -1):
             if other in wanted:
-                uses = set(self.blocks[other].uses)
-                wanted |= {k for k in range(other) if uses & set(self.blocks[k].own)}
+                wanted |= {bisect_right(self.first, i) - 1 for i in self.blocks[other].uses}
         return sorted(wanted)
 
     def fold(self, b: int) -> Any:
