@@ -55,7 +55,7 @@ class Evaluator:
     def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
         self.graphs, self.outputs = graphs, outputs
         shared = [2] if graphs.single else [4]
-        self.pose = Batch(graphs.pose, shared=shared)
+        self.pose = Batch(graphs.pose, shared, straight=lambda: graphs.straight_pose)
         self.groups = [group.index for group in graphs.scene.groups]
         self.place = {index: j for j, index in enumerate(self.groups)}
         self.column_group = np.zeros(graphs.nx, int)
@@ -220,7 +220,7 @@ class Evaluator:
             far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
             far |= ~(np.abs(results[0]) <= path.constants.size_x)
         if good.shape[1]:
-            good &= ~np.logical_or.reduceat(far, self.graphs.first, axis=1)
+            good &= ~np.logical_or.reduceat(far.T, self.graphs.first, axis=0).T
         return good | self.zones.held(path, s) if path.zones else good
 
     def _drop(self, alive: Any, uncertain: Any) -> None:

@@ -20,6 +20,7 @@ import casadi as ca
 
 from mechdae.kernels.blocks import BlockGraph, inverse, norm
 from mechdae.kernels.majorant import NoMajorant, majorant
+from mechdae.kernels.straight import Straight, straight
 from mechdae.model.reduction import Scene
 
 SX = ca.SX
@@ -170,6 +171,11 @@ class Graphs:
         inputs = [self.x, self.u, *([] if self.single else [self.du, self.ddu]), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
         return ca.Function("pose", inputs, results, OPTIONS)
+
+    @cached_property
+    def straight_pose(self) -> Straight | None:
+        """`pose` as a straight line of NumPy operations; the last input is shared."""
+        return straight(self.pose, [self.pose.n_in() - 1])
 
     def held(self, blocks: frozenset[int]) -> Any:
         """Return `pose` with the unknowns of some blocks given, not solved for.
