@@ -20,11 +20,9 @@ def output_bounds(
     |dy/dx| is bounded for all poses at once; half a unit in the last place of the driver's
     value does not count, the bound is for the float64 data given.
     """
-    slope, rounding = (
-        np.array(part)
-        for part in graphs.output_bounds(constants.size_x, constants.size_u, constants.p)
-    )
-    slope = slope.reshape(graphs.ny, graphs.nx) if graphs.nx else np.zeros((graphs.ny, 0))
+    slope, rounding = graphs.output_bounds(constants.size_x, constants.size_u, constants.p)
+    rounding = np.array(rounding).ravel()
+    rows = _rows(slope, graphs.ny)
     error = np.nan_to_num(poses.error, nan=0.0)
     result = {}
     for word, kinds in (("length", ("position", "slide")), ("angle", ("angle",))):
@@ -34,7 +32,31 @@ def output_bounds(
         columns = [i for entry in entries for i in entry.columns]
         if not columns:
             continue
-        rows = np.array(sorted({tuple(row) for row in slope[columns].tolist()}))
-        worst = (error @ rows.T).max(axis=1, initial=0.0)
-        result[word] = worst + float(rounding.ravel()[columns].max(initial=0.0))
+        worst = _worst(error, [rows[i] for i in columns])
+        result[word] = worst + float(rounding[columns].max(initial=0.0))
     return result
+
+
+Row = tuple[tuple[int, ...], tuple[float, ...]]
+"""The columns and values of a sparse row."""
+
+
+def _rows(matrix: Any, count: int) -> list[Row]:
+    """Return the rows of a sparse casadi matrix."""
+    entries: list[list[tuple[int, float]]] = [[] for _ in range(count)]
+    for i, j, value in zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True):
+        entries[i].append((j, value))
+    return [(tuple(j for j, _ in row), tuple(value for _, value in row)) for row in entries]
+
+
+def _worst(error: Any, rows: list[Row]) -> Any:
+    """Return the largest product of a row with each pose's errors, (n,)."""
+    values: dict[tuple[int, ...], dict[tuple[float, ...], None]] = {}
+    for columns, row in rows:
+        values.setdefault(columns, {})[row] = None
+    worst = np.zeros(len(error))
+    for columns, distinct in values.items():
+        if columns:
+            products = error[:, columns] @ np.array(list(distinct)).T
+            np.maximum(worst, products.max(axis=1), out=worst)
+    return worst
