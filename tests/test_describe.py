@@ -166,7 +166,7 @@ def test_units_are_not_part_of_the_name() -> None:
         ("[bodies.rocker]", "[bodies.ground]", ["ground"]),
         ("[bodies.rocker]", "[bodies.A]", ["both a body and a joint"]),
         ("[sketch]", "[bodies.free]\npoints = { X = [0, 0] }\n[sketch]", ["free", "connects"]),
-        ("[sketch]", "[repeat.cell]\ncount = 3\n[sketch]", ["repeat"]),
+        ("[sketch]", "[repeat.cell]\ncount = -3\n[sketch]", ["repeat.cell.count", "negative"]),
         ("[sketch]", "dimension = 3\n[sketch]", ["joints.dimension"]),
     ],
 )

@@ -114,8 +114,9 @@ def consoles() -> list[tuple[str, str]]:
 )
 def test_commands_shown_print_what_is_shown(page, block, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
-    example = dict(problems())["docs/problem-file.md"]
-    (tmp_path / "mine.toml").write_text(example.replace('"prismatic"', '"prismatc"'))
+    examples = [text for of, text in problems() if of == "docs/problem-file.md"]
+    (tmp_path / "mine.toml").write_text(examples[0].replace('"prismatic"', '"prismatc"'))
+    (tmp_path / "lift.toml").write_text(examples[1].replace("b{k-1}.Q", "b{k-1}.R"))
     code = None
     for entry in re.split(r"^\$ ", block, flags=re.M)[1:]:
         command, *shown = entry.rstrip("\n").split("\n")

@@ -20,15 +20,12 @@ def output_bounds(
     |dy/dx| is bounded for all poses at once; half a unit in the last place of the driver's
     value does not count, the bound is for the float64 data given.
     """
-    slope, rounding = (
-        np.array(part)
-        for part in graphs.output_bounds(
-            constants.size_x, constants.size_u, constants.p, constants.floors, *constants.boxes
-        )
+    slope, rounding = graphs.output_bounds(
+        constants.size_x, constants.size_u, constants.p, constants.floors, *constants.boxes
     )
     count = constants.boxes[0].shape[1]
-    rounding = rounding.reshape(graphs.ny, count).max(axis=1)
-    slope = slope.reshape(graphs.ny, count, graphs.nx).max(axis=1)
+    rounding = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
+    rows = _rows(slope, graphs.ny, graphs.nx)
     error = np.nan_to_num(poses.error, nan=0.0)
     result = {}
     for word, kinds in (("length", ("position", "slide")), ("angle", ("angle",))):
@@ -38,7 +35,32 @@ def output_bounds(
         columns = [i for entry in entries for i in entry.columns]
         if not columns:
             continue
-        rows = np.array(sorted({tuple(row) for row in slope[columns].tolist()}))
-        worst = (error @ rows.T).max(axis=1, initial=0.0)
+        worst = _worst(error, [rows[i] for i in columns])
         result[word] = worst + float(rounding[columns].max(initial=0.0))
     return result
+
+
+Row = tuple[tuple[int, ...], tuple[float, ...]]
+"""The columns and values of a sparse row."""
+
+
+def _rows(matrix: Any, count: int, width: int) -> list[Row]:
+    """Return the rows of a sparse casadi matrix; the largest entries of several side by side."""
+    entries: list[dict[int, float]] = [{} for _ in range(count)]
+    for i, j, value in zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True):
+        column = j % width
+        entries[i][column] = max(value, entries[i].get(column, 0.0))
+    return [(tuple(row), tuple(row.values())) for row in entries]
+
+
+def _worst(error: Any, rows: list[Row]) -> Any:
+    """Return the largest product of a row with each pose's errors, (n,)."""
+    values: dict[tuple[int, ...], dict[tuple[float, ...], None]] = {}
+    for columns, row in rows:
+        values.setdefault(columns, {})[row] = None
+    worst = np.zeros(len(error))
+    for columns, distinct in values.items():
+        if columns:
+            products = error[:, columns] @ np.array(list(distinct)).T
+            np.maximum(worst, products.max(axis=1), out=worst)
+    return worst

@@ -46,6 +46,7 @@ def validate(problem: Problem) -> list[MechdaeError]:
             elif type(task) is Sweep:
                 first_pose(prepare(problem, task), task)
         except MechdaeError as error:
+            problem.blame(error)
             if str(error) not in map(str, errors):
                 errors.append(error)
     return errors

@@ -41,8 +41,11 @@ class ContactSolver(BlockSolver):
     `size` is a length of the mechanism [m].
     """
 
-    def __init__(self, scene: Scene, graph: BlockGraph, p: Any, size: float) -> None:
-        super().__init__(scene, graph, p, size)
+    def __init__(
+        self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
+    ) -> None:
+        super().__init__(scene, graph, p, size, slopes)
+        self._all_p = p
         names = [scene.x_names[i] for i in graph.own]
         self._periods = periods(scene)[graph.own]
         self._sizes = natural_sizes(scene, size)[graph.own]
@@ -101,7 +104,7 @@ class ContactSolver(BlockSolver):
         return self._with_tangents(x)
 
     def _with_tangents(self, x: Any) -> Any:
-        p = self.p[:, None]
+        p = self._all_p[:, None]
         for j, k, function in self._tangents:
             x[:, k] = np.array(function(x[:, j][None, :], p)).ravel()
         return x
@@ -193,7 +196,7 @@ class ContactSolver(BlockSolver):
 
     def _values(self, x: Any, z: Any, u: Any) -> tuple[Any, Any]:
         k, n = len(x), self.n
-        fixed = [np.tile(np.asarray(v, float)[:, None], k) for v in (z, u, self.p)]
+        fixed = [np.tile(np.asarray(v, float)[:, None], k) for v in (z, u, self._all_p)]
         mapped = self._both.map(k) if k > 1 else self._both
         F, J = (np.array(part) for part in mapped(x.T, *fixed))
         return F.T, J.reshape(n, k, n).transpose(1, 0, 2)

@@ -290,7 +290,7 @@ class CrossingFinder:
 
         def value(k: int) -> Any:
             graph = g.blocks[k]
-            parts = (wide[graph.own], wide[graph.uses], u, self.p)
+            parts = (wide[graph.own], wide[graph.uses], u, self.p[graph.params])
             return evaluate(graph.function, [np.asarray(part, LONG)[None, :] for part in parts])[0]
 
         for k in earlier:

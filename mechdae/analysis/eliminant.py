@@ -40,14 +40,41 @@ class Solutions:
     free: bool = False
 
 
+def angle_slopes(scene: Scene, p: Any) -> dict[int, list[float]]:
+    """Return by unknown how fast the bodies' angles turn with it, zeros left out."""
+    angles = [value for (_, name), value in scene.recover.items() if name == "angle"]
+    jacobian = ca.jacobian(ca.vertcat(*angles), scene.x)
+    values = ca.Function("k", [scene.model.p], [ca.SX(ca.vertcat(*jacobian.nonzeros()))])(p)
+    columns = jacobian.sparsity().get_col()
+    slopes: dict[int, list[float]] = {}
+    for i, value in zip(columns, np.array(values).ravel().tolist(), strict=True):
+        slopes.setdefault(i, []).append(value)
+    return slopes
+
+
+def _turns(slopes: list[float]) -> tuple[int, int] | None:
+    """Return m and the highest multiple of alpha/m with which bodies turn; None: infinite."""
+    ratios = {Fraction(1)}
+    for value in slopes:
+        exact = Fraction(value).limit_denominator(MAX_DENOMINATOR)
+        if abs(float(exact) - value) > 4e-15 * max(1.0, abs(value)):
+            return None
+        ratios.add(exact)
+    m = math.lcm(*[ratio.denominator for ratio in ratios])
+    highest = max(abs(int(ratio * m)) for ratio in ratios)
+    return (m, highest) if m * highest <= MAX_DEGREE else None
+
+
 class BlockSolver:
     """Finds all solutions of one block for given earlier unknowns and driver values.
 
-    `size` is a length of the mechanism [m].
+    `size` is a length of the mechanism [m], `slopes` what `angle_slopes` returns.
     """
 
-    def __init__(self, scene: Scene, graph: BlockGraph, p: Any, size: float) -> None:
-        self.graph, self.p, self.n, self.size = graph, p, graph.size, size
+    def __init__(
+        self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
+    ) -> None:
+        self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
         self.angle = [scene.x_names[i][1] == "angle" for i in graph.own]
         J = graph.J
         self.constant = [
@@ -55,29 +82,10 @@ class BlockSolver:
             for j in range(self.n)
         ]
         self.linear = all(all(row) for row in self.constant)
-        self.turns = [self._turns(scene, i) for i in graph.own]
-        value = ca.Function("F", [graph.x, graph.z, scene.u, scene.model.p], [graph.F])
+        self.turns = [_turns(slopes.get(i, [])) for i in graph.own]
+        value = ca.Function("F", [graph.x, graph.z, scene.u, graph.p], [graph.F])
         self._F = value
         self._scale = 0.0
-
-    def _turns(self, scene: Scene, i: int) -> tuple[int, int] | None:
-        """Return m and the highest multiple of alpha/m with which bodies turn; None: infinite."""
-        symbol = scene.x[i]
-        ratios = {Fraction(1)}
-        for (body, name), expression in scene.recover.items():
-            del body
-            if name != "angle":
-                continue
-            slope = ca.jacobian(expression, symbol)
-            if slope.nnz():
-                value = float(ca.Function("k", [scene.model.p], [slope])(self.p))
-                exact = Fraction(value).limit_denominator(MAX_DENOMINATOR)
-                if abs(float(exact) - value) > 4e-15 * max(1.0, abs(value)):
-                    return None
-                ratios.add(exact)
-        m = math.lcm(*[ratio.denominator for ratio in ratios])
-        highest = max(abs(int(ratio * m)) for ratio in ratios)
-        return (m, highest) if m * highest <= MAX_DEGREE else None
 
     def period(self, j: int) -> float:
         """Return the period of unknown `j` [rad]; 0 for a length, or where there is none."""

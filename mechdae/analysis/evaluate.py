@@ -56,14 +56,14 @@ class Evaluator:
 
     def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
         self.graphs, self.outputs = graphs, outputs
-        self.pose = Batch(graphs.pose, shared=[graphs.pose.n_in() - 1])
+        shared = [graphs.pose.n_in() - 1]
+        self.pose = Batch(graphs.pose, shared, straight=lambda: graphs.straight_pose)
         self.groups = [group.index for group in graphs.scene.groups]
+        self.place = {index: j for j, index in enumerate(self.groups)}
         self.column_group = np.zeros(graphs.nx, int)
         for graph in graphs.blocks:
-            self.column_group[graph.own] = self.groups.index(graph.block.group)
-        self.block_group = np.array(
-            [self.groups.index(graph.block.group) for graph in graphs.blocks], int
-        )
+            self.column_group[graph.own] = self.place[graph.block.group]
+        self.block_group = np.array([self.place[graph.block.group] for graph in graphs.blocks], int)
         names = graphs.scene.x_names
         self.angles = np.array([name == "angle" for _, name in names], bool)
         self.lengths = np.array(
@@ -223,18 +223,20 @@ class Evaluator:
         with np.errstate(invalid="ignore"):
             far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
             far |= ~(np.abs(results[0]) <= path.constants.size_x)
-        for b, graph in enumerate(self.graphs.blocks):
-            good[:, b] &= ~far[:, graph.own].any(axis=1)
+        if good.shape[1]:
+            good &= ~np.logical_or.reduceat(far.T, self.graphs.first, axis=0).T
         return good | self.zones.held(path, s) if path.zones else good
 
     def _drop(self, alive: Any, uncertain: Any) -> None:
         """Take away groups with an uncertified block, and the groups attached to them."""
+        if not uncertain.any() and alive.all():
+            return
         lost = np.zeros_like(alive)
         for b, j in enumerate(self.block_group):
             lost[:, j] |= uncertain[:, b]
         for j, group in enumerate(self.graphs.scene.groups):
             for other in group.after:
-                lost[:, j] |= lost[:, self.groups.index(other)]
+                lost[:, j] |= lost[:, self.place[other]]
         alive &= ~lost
 
     def _call(self, path: Path, guess: Any, s: Any, rates: Rates, consts: Any) -> list[Any]:
@@ -287,7 +289,7 @@ class Evaluator:
         y = list(results[5:])
         x[~alive[:, self.column_group]] = np.nan
         error[~alive[:, self.column_group]] = np.nan
-        for entry, groups in self.entry_groups:
+        for entry, groups in () if alive.all() else self.entry_groups:
             dead = ~alive[:, groups].all(axis=1)
             if dead.any():
                 for array in y:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.analysis.evaluate import Evaluator, Poses
-from mechdae.analysis.outputs import Entry, Outputs
+from mechdae.analysis.interpolate import turning
+from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.path import Path
 
 ITERATIONS = 6
+NEAR = 1e-4
+"""Share of a quantity's range by which a stationary value may miss the best one and is refined."""
+SAME = 1e-6
+"""Share of a bracket within which stationary places are one, and a place is good enough."""
+CHUNK = 256
 
 
 def ranges(
@@ -42,34 +49,89 @@ def ranges(
     ends = [s for s in ends if low <= s <= high]
     places = sorted({*inner.tolist(), low, high, *ends})  # np.unique would import numpy.ma
     at_nodes = evaluator.at(path, np.array(places))
-    for entry in entries:
-        values = [poses.y[0][:, entry.columns[0]], at_nodes.y[0][:, entry.columns[0]]]
-        values.append(_stationary(evaluator, path, at_nodes, entry))
-        every = np.concatenate(values)
-        every = every[np.isfinite(every)]
-        if every.size:
-            word = "stroke" if entry.name == "slide" else "swing"
-            result[word][entry.part] = float(every.max() - every.min())
+    columns = np.array([entry.columns[0] for entry in entries])
+    known = [poses.y[0][:, columns], at_nodes.y[0][:, columns]]
+    least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
+    most = np.fmax.reduce([np.fmax.reduce(values, axis=0) for values in known])
+    for i, value in _stationary(evaluator, path, at_nodes, columns, least, most):
+        least[i], most[i] = np.fmin(least[i], value), np.fmax(most[i], value)
+    for entry, span in zip(entries, (most - least).tolist(), strict=True):
+        if np.isfinite(span):
+            result["stroke" if entry.name == "slide" else "swing"][entry.part] = span
     return result
 
 
-def _stationary(evaluator: Evaluator, path: Path, nodes: Poses, entry: Entry) -> Any:
-    """Return the values where the quantity is stationary."""
-    column = entry.columns[0]
-    rate = nodes.y[1][:, column]
-    with np.errstate(invalid="ignore"):
-        bracket = np.flatnonzero(rate[:-1] * rate[1:] < 0)
-    if not bracket.size:
-        return np.zeros(0)
-    a, b = nodes.s[bracket], nodes.s[bracket + 1]
-    fa, fb = rate[bracket], rate[bracket + 1]
-    s = a - fa * (b - a) / (fb - fa)
+@dataclass(frozen=True)
+class Brackets:
+    """Intervals [a, b] in which the rate of a quantity changes its sign, a guess `s` in each."""
+
+    entry: Any
+    a: Any
+    b: Any
+    s: Any
+
+    def take(self, rows: Any, s: Any = None) -> Brackets:
+        """Return some of the brackets, with other guesses."""
+        s = self.s if s is None else s
+        return Brackets(self.entry[rows], self.a[rows], self.b[rows], s[rows])
+
+
+def _stationary(
+    evaluator: Evaluator, path: Path, nodes: Poses, columns: Any, least: Any, most: Any
+) -> list[tuple[int, float]]:
+    """Return the stationary values that may be extreme, each with its quantity's number.
+
+    All quantities are refined together; a place that many of them share is evaluated once.
+    """
+    left = _brackets(nodes, columns, least, most)
+    found: list[tuple[int, float]] = []
     for _ in range(ITERATIONS):
-        here = evaluator.at(path, s)
-        slope, bend = here.y[1][:, column], here.y[2][:, column]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            step = np.where(bend != 0, slope / bend, 0.0)
-        s = np.clip(s - np.nan_to_num(step), a, b)
-        if np.all(np.abs(step) < 1e-9 * (b - a)):
+        if not len(left.s):
             break
-    return evaluator.at(path, s).y[0][:, column]
+        s, y, rate, bend = _at(evaluator, path, columns, left)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = np.nan_to_num(np.where(bend != 0, rate / bend, 0.0))
+        done = np.abs(step) <= 2 * SAME * (left.b - left.a)
+        value = y - rate * step / 2
+        found += zip(left.entry[done].tolist(), value[done].tolist(), strict=True)
+        left = left.take(~done, np.clip(s - step, left.a, left.b))
+    if len(left.s):
+        y = _at(evaluator, path, columns, left)[1]
+        found += zip(left.entry.tolist(), y.tolist(), strict=True)
+    return found
+
+
+def _brackets(nodes: Poses, columns: Any, least: Any, most: Any) -> Brackets:
+    """Return the brackets of stationary values that may be the largest or the smallest."""
+    y, rate, bend = (values[:, columns] for values in nodes.y[:3])
+    with np.errstate(invalid="ignore"):
+        k, entry = np.nonzero(rate[:-1] * rate[1:] < 0)
+    a, b = nodes.s[k], nodes.s[k + 1]
+    s, value = turning(b - a, *[v[i, entry] for i in (k, k + 1) for v in (y, rate, bend)])
+    low, high = least.copy(), most.copy()
+    np.fmin.at(low, entry, value)
+    np.fmax.at(high, entry, value)
+    slack = NEAR * (high - low)[entry]
+    near = (value <= low[entry] + slack) | (value >= high[entry] - slack)
+    return Brackets(entry, a, b, a + s).take(near)
+
+
+def _at(
+    evaluator: Evaluator, path: Path, columns: Any, wanted: Brackets
+) -> tuple[Any, Any, Any, Any]:
+    """Return the places evaluated, and there the quantities with two derivatives, (k,) each."""
+    order = np.argsort(wanted.s)
+    s = wanted.s[order]
+    cell = np.floor(s / (SAME * np.min(wanted.b - wanted.a)))
+    first = np.concatenate([[True], np.diff(cell) > 0])
+    row = np.empty(len(s), int)
+    row[order] = np.cumsum(first) - 1
+    places = s[first]
+    result = np.empty((3, len(s)))
+    for start in range(0, len(places), CHUNK):
+        poses = evaluator.at(path, places[start : start + CHUNK])
+        mine = np.flatnonzero((row >= start) & (row < start + CHUNK))
+        for values, y in zip(result, poses.y[:3], strict=True):
+            values[mine] = y[row[mine] - start, columns[wanted.entry[mine]]]
+    y, rate, bend = result
+    return places[row], y, rate, bend

@@ -7,6 +7,7 @@ count is proven; larger groups by Newton's method from many starts, and their co
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.contact_solver import Contacts, ContactSolver
-from mechdae.analysis.eliminant import BlockSolver
+from mechdae.analysis.eliminant import BlockSolver, angle_slopes
 from mechdae.analysis.numbers import driver_size, mechanism_scale, natural_sizes, periods
 from mechdae.analysis.plan import Sketch
 from mechdae.analysis.search import MOST, Found, Search
@@ -23,6 +24,7 @@ from mechdae.analysis.truss import Truss, truss
 from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.kernels.blocks import BlockGraph
 from mechdae.kernels.graphs import Graphs
+from mechdae.kernels.local import Local
 from mechdae.model.structure import Group
 
 
@@ -64,29 +66,33 @@ class Assembler:
         self.sketch, self.places = dict(sketch.angles), dict(sketch.places)
         self.p = self.scene.model.p_values
         self.size = mechanism_scale(self.scene.model.mechanism)
+        slopes = angle_slopes(self.scene, self.p) if graphs.blocks else {}
         self.solvers = [
-            self._solver(graph, any(self.scene.x_names[i][1] == "s" for i in graph.own))
+            self._solver(graph, slopes, any(self.scene.x_names[i][1] == "s" for i in graph.own))
             for graph in graphs.blocks
         ]
         self.contacts = Contacts(self.scene, self.p)
         period = periods(self.scene)
         self.turn = np.where(period > 0, period, 2 * np.pi)
-        self._functions: dict[Coordinate | str, Any] = {}
         self._trusses: dict[int, Truss | None] = {}
         self._searches: dict[int, Search] = {}
         self.searched: dict[int, list[Found]] = {}
         """What searches from many starts found, by group."""
+        self._blocks_of: dict[int, list[int]] = {group.index: [] for group in self.scene.groups}
+        for b, graph in enumerate(graphs.blocks):
+            self._blocks_of[graph.block.group].append(b)
+        self._functions: dict[Any, Local] = {}
         self.free: list[Group] = []
         """Groups met with a freedom of their own: their outer pins coincide."""
 
-    def _solver(self, graph: BlockGraph, contact: bool) -> BlockSolver:
-        solver = BlockSolver(self.scene, graph, self.p, self.size)
+    def _solver(self, graph: BlockGraph, slopes: Any, contact: bool) -> BlockSolver:
+        solver = BlockSolver(self.scene, graph, self.p, self.size, slopes)
         if not contact or solver.linear:
             return solver
-        return ContactSolver(self.scene, graph, self.p, self.size)
+        return ContactSolver(self.scene, graph, self.p, self.size, slopes)
 
     def blocks_of(self, group: Group) -> list[int]:
-        return [b for b, graph in enumerate(self.graphs.blocks) if graph.block.group == group.index]
+        return self._blocks_of[group.index]
 
     def names(self, b: int) -> list[str]:
         """Return what a block's unknowns are: x, y, angle."""
@@ -110,26 +116,28 @@ class Assembler:
         names, function = self._absolute
         return dict(zip(names, np.array(function(x, u, self.p)).ravel().tolist(), strict=True))
 
-    @cached_property
-    def _group_jacobians(self) -> Any:
-        """Absolute Jacobians of the groups, rows and columns in declared order."""
-        model = self.scene.model
-        columns = [j for j, name in enumerate(model.q_names) if name in self.scene.recover]
-        q = model.q[columns]
-        parts = []
-        for group in self.scene.groups:
-            phi = ca.vertcat(*[self.scene.rows[i].expression for i in group.rows])
-            parts.append(ca.densify(ca.jacobian(phi, model.q[list(group.columns)])))
-        names = [model.q_names[j] for j in columns]
-        return names, ca.Function("J", [q, model.p], parts)
+    def _local(self, key: Any, make: Callable[[], Any]) -> Local:
+        """Return the function of the expression over q that `make` gives; made once."""
+        if key not in self._functions:
+            self._functions[key] = Local(self.scene, self.scene.expression(make()))
+        return self._functions[key]
+
+    def _angles(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+        """Return the angles of a group's bodies at a pose."""
+        frame = self.scene.model.frame
+        function = self._local(
+            ("angles", group.index), lambda: ca.vertcat(*[frame(b).angle for b in group.bodies])
+        )
+        return dict(zip(group.bodies, function(x, u, self.p).ravel().tolist(), strict=True))
 
     def group_jacobian(self, x: Any, u: Any, group: Group) -> Any:
-        """Return the group's share of the absolute Jacobian at a pose."""
-        names, function = self._group_jacobians
-        q = self.coordinates(x, u)
-        values = function(np.array([q[name] for name in names]), self.p)
-        place = [g.index for g in self.scene.groups].index(group.index)
-        return np.array(values[place] if isinstance(values, tuple | list) else values)
+        """Return the group's share of the absolute Jacobian at a pose, in declared order."""
+
+        def make() -> Any:
+            phi = ca.vertcat(*[self.scene.rows[i].expression for i in group.rows])
+            return ca.jacobian(phi, self.scene.model.q[list(group.columns)])
+
+        return self._local(("jacobian", group.index), make)(x, u, self.p)
 
     # -- one group -------------------------------------------------------------------------
 
@@ -244,7 +252,7 @@ class Assembler:
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         if b not in self._searches:
             sizes = natural_sizes(self.scene, self.size)[graph.own]
-            self._searches[b] = Search(solver, self.scene.u, self.scene.model.p, sizes)
+            self._searches[b] = Search(solver, self.scene.u, sizes)
         names = [self.scene.x_names[i] for i in graph.own]
         hint = [self.sketch.get(body, np.nan) if n == "angle" else np.nan for body, n in names]
         z = x[graph.uses] if graph.uses else np.zeros(0)
@@ -276,21 +284,17 @@ class Assembler:
         return "+" if value > 0 else "-" if value < 0 else "0"
 
     def _orientation(self, group: Group, x: Any, u: Any) -> float:
-        joints = self.scene.model.mechanism.joints
-        inner = joints[group.inner[0]]
-        first = group.bodies[0]
-        outer = [joints[name] for name in group.joints if name != inner.name]
-        outer.sort(key=lambda joint: first not in joint.bodies)
-        a, b, c = (self._place(joint.second, x, u) for joint in (outer[0], inner, outer[1]))
-        return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
+        def make() -> Any:
+            joints = self.scene.model.mechanism.joints
+            inner = joints[group.inner[0]]
+            first = group.bodies[0]
+            outer = [joints[name] for name in group.joints if name != inner.name]
+            outer.sort(key=lambda joint: first not in joint.bodies)
+            pins = (outer[0].second, inner.second, outer[1].second)
+            return ca.horzcat(*[self.scene.model.point(pin) for pin in pins])
 
-    def _place(self, reference: str, x: Any, u: Any) -> Any:
-        """Return a point's place (2,)."""
-        if reference not in self._functions:
-            expression = self.scene.expression(self.scene.model.point(reference))
-            inputs = [self.scene.x, self.scene.u, self.scene.model.p]
-            self._functions[reference] = ca.Function("P", inputs, [expression])
-        return np.array(self._functions[reference](x, u, self.p)).ravel()
+        a, b, c = self._local(("triangle", group.index), make)(x, u, self.p).T
+        return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
 
     def group_labels(self, group: Group, poses: list[Any], u: Any) -> list[str]:
         """Return the labels of all poses of one group: sign, and rank where it is no dyad."""
@@ -331,7 +335,7 @@ class Assembler:
         return group.is_dyad or all(self.solvers[b].linear for b in self.blocks_of(group))
 
     def _first_angle(self, group: Group, x: Any, u: Any) -> float:
-        angle = self.coordinates(x, u)[(group.bodies[0], "angle")]
+        angle = self._angles(group, x, u)[group.bodies[0]]
         period = 2 * np.pi
         for b in self.blocks_of(group):
             for j, i in enumerate(self.graphs.blocks[b].own):
@@ -385,15 +389,15 @@ class Assembler:
 
     def distance(self, group: Group, x: Any, u: Any) -> float:
         """Return how far the group's angles are from the sketch [rad]."""
-        q = self.coordinates(x, u)
+        angles = self._angles(group, x, u)
         gaps = [
-            np.remainder(q[(body, "angle")] - self.sketch[body] + np.pi, 2 * np.pi) - np.pi
+            np.remainder(angles[body] - self.sketch[body] + np.pi, 2 * np.pi) - np.pi
             for body in group.bodies
             if body in self.sketch
         ]
         for c, wanted in self.places.items():
             if set(self._bodies(c)) & set(group.bodies):
-                value = float(self._coordinate(c)(x, u, self.p))
+                value = self._coordinate(c, x, u)
                 gap = (value - wanted) / driver_size(self.scene.model, c, self.size)
                 turns = c.is_angle or (c.kind == "curve" and self.contacts.closed(c.part))
                 gaps.append(np.remainder(gap + np.pi, 2 * np.pi) - np.pi if turns else gap)
@@ -403,13 +407,10 @@ class Assembler:
         joints = self.scene.model.mechanism.joints
         return joints[c.part].bodies if c.part in joints else (c.part,)
 
-    def _coordinate(self, c: Coordinate) -> Any:
-        """Return the function (x, u, p) -> coordinate."""
-        if c not in self._functions:
-            expression = self.scene.expression(self.scene.model.coordinate(c))
-            inputs = [self.scene.x, self.scene.u, self.scene.model.p]
-            self._functions[c] = ca.Function("c", inputs, [expression])
-        return self._functions[c]
+    def _coordinate(self, c: Coordinate, x: Any, u: Any) -> float:
+        """Return the value of a coordinate at a pose."""
+        function = self._local(c, lambda: self.scene.model.coordinate(c))
+        return float(function(x, u, self.p).item())
 
     def slides(self, group: Group, x: Any, u: Any) -> dict[str, float]:
         """Return the slides of a group's sliding joints [m], and s of its contacts."""
@@ -418,7 +419,7 @@ class Assembler:
         for name in group.joints:
             if mechanism.joints[name].kind == "prismatic":
                 c = coordinate(mechanism, f"{name}.slide")
-                found[name] = float(self._coordinate(c)(x, u, self.p))
+                found[name] = self._coordinate(c, x, u)
             if mechanism.joints[name].kind == "curve":
                 found[name] = self.contacts.place(name, x, u)
         return found
@@ -426,8 +427,8 @@ class Assembler:
     def hint(self, group: Group, x: Any, u: Any) -> list[str]:
         """Return the sketch keys by which the modes of a group differ."""
         poses, _, _ = self.candidates(group, x, u)
-        q = [self.coordinates(pose, u) for pose in poses]
-        turned = [np.exp(1j * np.array([p[(b, "angle")] for p in q])) for b in group.bodies]
+        angles = [self._angles(group, pose, u) for pose in poses]
+        turned = [np.exp(1j * np.array([a[b] for a in angles])) for b in group.bodies]
         keys = [
             f"{body}_deg"
             for body, t in zip(group.bodies, turned, strict=True)

@@ -144,10 +144,10 @@ def mechanism_scale(mechanism: Any) -> float:
     values = mechanism.values()
     spans = []
     for name, body in [("ground", mechanism.ground), *mechanism.bodies.items()]:
-        axes = "xyz"[: mechanism.dimension]
-        places = [[values[f"{name}.{point}.{a}"] for a in axes] for point in body.points]
-        if len(places) > 1:
-            spans.append(float(np.max(np.ptp(np.array(places), axis=0))))
+        if len(body.points) > 1:
+            for axis in "xyz"[: mechanism.dimension]:
+                places = [values[f"{name}.{point}.{axis}"] for point in body.points]
+                spans.append(max(places) - min(places))
     for name, joint in mechanism.joints.items():
         if joint.kind == "distance":
             spans.append(values[f"{name}.length"])

@@ -53,6 +53,7 @@ class Outputs:
         self.entries: list[Entry] = []
         self._scalars: list[Any] = []
         model, chosen = scene.model, scene.selection
+        self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
         for name in chosen.bodies:
             self._add("bodies", name, "angle", model.frame(name).angle, (name,))
         for reference in chosen.points:
@@ -87,7 +88,7 @@ class Outputs:
 
     def groups_of(self, entry: Entry) -> set[int]:
         """Return the groups whose unknowns the quantity depends on."""
-        return {g.index for g in self.scene.groups if set(g.bodies) & set(entry.bodies)}
+        return {self._group_of[body] for body in entry.bodies if body in self._group_of}
 
     def columns(self, keys: Iterable[str]) -> list[int]:
         """Return the columns of hidden quantities."""

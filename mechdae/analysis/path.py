@@ -292,8 +292,8 @@ class Path:
         with np.errstate(invalid="ignore"):
             proved = (test <= 1) & (miss <= 1) & (np.sign(det) == sign)
             near = np.abs(state[..., : self.graphs.nx]) <= self.far
-        for b, graph in enumerate(self.graphs.blocks):
-            proved[..., b] &= near[..., graph.own].all(axis=-1)
+        if proved.shape[-1]:
+            proved &= np.logical_and.reduceat(near, self.graphs.first, axis=-1)
         return proved
 
     def _append(self, s: float, state: Any, up: bool) -> None:
@@ -568,6 +568,8 @@ class Path:
             return np.repeat(X, len(s), axis=0)
         result = quintic(S, X, V, A, s)
         for group, reach in self.reach.items():
+            if reach.low is None and reach.high is None:
+                continue
             columns = [
                 i
                 for b, g in enumerate(self.graphs.blocks)

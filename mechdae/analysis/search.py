@@ -46,16 +46,16 @@ class Search:
     ----------
     solver
         The block: its graph, parameters and periods.
-    u_symbols, p_symbols
-        Symbols of drivers and parameters.
+    u_symbols
+        Symbols of the drivers.
     sizes
         Natural sizes (n,) of the unknowns.
     """
 
-    def __init__(self, solver: BlockSolver, u_symbols: Any, p_symbols: Any, sizes: Any) -> None:
+    def __init__(self, solver: BlockSolver, u_symbols: Any, sizes: Any) -> None:
         graph = solver.graph
         self.solver, self.n = solver, graph.size
-        inputs = [graph.x, graph.z, u_symbols, p_symbols]
+        inputs = [graph.x, graph.z, u_symbols, graph.p]
         results = [ca.densify(graph.F), ca.densify(ca.vec(graph.J))]
         self.function = Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
         angle = np.array(solver.angle, bool)

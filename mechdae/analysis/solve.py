@@ -32,7 +32,7 @@ def solve(
     task
         Name of a task of the problem (default: its first), or a task as a value.
     set
-        Parameters and automatic names to change; a suffix ``_deg``, ``_rpm`` or ``_mm`` is
+        Sizes, parameters and automatic names to change; a suffix ``_deg``, ``_rpm`` or ``_mm`` is
         a unit.
     mode
         Label of the assembly mode to start on, in place of the sketch.
@@ -47,9 +47,9 @@ def solve(
         The mechanism cannot be assembled at its sketch.
     """
     whole = _problem(problem, task)
-    name, chosen = _task(whole, task)
     if set:
         whole = whole.with_values(set)
+    name, chosen = _task(whole, task)
     try:
         chosen = _changed(chosen, mode, poses)
         if type(chosen) is Sweep:
@@ -69,6 +69,7 @@ def solve(
             ("mechanism", "bodies", "joints", "sketch", "parameters", "outputs.")
         ):
             error.inside(f"tasks.{name}")
+        whole.blame(error)
         raise
     raise UnavailableError(
         f"tasks of kind '{chosen.kind}' are not computed by this version",

@@ -36,6 +36,7 @@ def structure(problem: Problem) -> dict[str, Any]:
         "problem": problem.name,
         "title": problem.title,
         "source": problem.source,
+        "sizes": dict(problem.sizes),
         "bodies": {name: list(body.points) for name, body in mechanism.bodies.items()},
         "joints": {
             name: {"kind": joint.kind, "between": [joint.first, joint.second]}

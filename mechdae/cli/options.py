@@ -15,7 +15,11 @@ def problem_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the problem and ``--set``."""
     parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")
     parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", help="change a parameter"
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="change a parameter or a size",
     )
 
 

@@ -108,9 +108,10 @@ def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selectio
     UnknownName
         Nothing of that name, with the nearest ones.
     """
-    every = [f"{name}.{point}" for name, body in mechanism.bodies.items() for point in body.points]
+    own = {n: [f"{n}.{point}" for point in body.points] for n, body in mechanism.bodies.items()}
+    every = {point: None for points in own.values() for point in points}
     movable = ANGLE_JOINTS + SLIDE_JOINTS + CURVE_JOINTS
-    joints = [name for name, j in mechanism.joints.items() if j.kind in movable]
+    joints = {n: j for n, j in mechanism.joints.items() if j.kind in movable}
     if outputs is None:
         whole = (tuple(mechanism.bodies), tuple(every), tuple(joints))
         return Selection(*whole, tuple(mechanism.outputs))
@@ -122,7 +123,7 @@ def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selectio
             points.append(text)
         elif text in mechanism.bodies:
             bodies.append(text)
-            points += [point for point in every if point.split(".")[0] == text]
+            points += own[text]
         elif text in joints:
             chosen.append(text)
         elif text not in mechanism.outputs:

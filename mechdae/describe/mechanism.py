@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 from mechdae.describe.curve import check_curve
@@ -74,7 +75,6 @@ class Mechanism:
     joints: Table[Joint] = field(default_factory=Table)
     loads: Table[Load] = field(default_factory=Table)
     parameters: Table[Number] = field(default_factory=Table)
-    sizes: Table[int] = field(default_factory=Table)
     sketch: Table[Number] = field(default_factory=Table)
     outputs: Table[str] = field(default_factory=Table)
     gravity: tuple[Number, ...] | None = None
@@ -91,7 +91,6 @@ class Mechanism:
         put("bodies", _by_name(self.bodies))
         put("joints", _by_name(self.joints))
         put("loads", _by_name(self.loads))
-        put("sizes", Table(self.sizes))
         put("outputs", Table(self.outputs))
         for name, coerce in (
             ("parameters", values.numbers_by_name),
@@ -136,6 +135,10 @@ class Mechanism:
 
     def values(self) -> dict[str, float]:
         """Return all parameters and automatic names with their values [SI, rad]."""
+        return dict(self._values)
+
+    @cached_property
+    def _values(self) -> dict[str, float]:
         known = evaluate_all(self.parameters)
         result = dict(known)
         for name, number in self.numbers():
@@ -333,22 +336,24 @@ def _check_values(mechanism: Mechanism) -> None:
         joint.check({entry: values[f"{joint.name}.{entry}"] for entry, _ in joint.numbers()})
         if isinstance(joint, Curve):
             check_curve(joint, mechanism.parameters, values)
-    for name, body in mechanism.bodies.items():
-        for entry in ("mass", "inertia"):
-            if values.get(f"{name}.{entry}", 0.0) < 0:
-                raise MechanismError(f"{entry} is negative", where=f"bodies.{name}.{entry}")
-        _check_links(mechanism, name, body, values)
-
-
-def _check_links(mechanism: Mechanism, name: str, body: Body, values: Mapping[str, float]) -> None:
-    """Raise for a link whose two pins fall on one point."""
-    pins: dict[str, str] = {}
+    pins: dict[str, dict[str, str]] = {name: {} for name in mechanism.bodies}
     for joint in mechanism.joints.values():
         if joint.kind == "revolute":
             for side in (joint.first, joint.second):
                 owner, point = side.split(".")
-                if owner == name:
-                    pins.setdefault(point, joint.name)
+                if owner != GROUND:
+                    pins[owner].setdefault(point, joint.name)
+    for name in mechanism.bodies:
+        for entry in ("mass", "inertia"):
+            if values.get(f"{name}.{entry}", 0.0) < 0:
+                raise MechanismError(f"{entry} is negative", where=f"bodies.{name}.{entry}")
+        _check_link(mechanism, name, pins[name], values)
+
+
+def _check_link(
+    mechanism: Mechanism, name: str, pins: Mapping[str, str], values: Mapping[str, float]
+) -> None:
+    """Raise for a link whose two pins (point -> joint) fall on one point."""
     place = {
         point: tuple(values[f"{name}.{point}.{axis}"] for axis in "xyz"[: mechanism.dimension])
         for point in pins

@@ -18,6 +18,7 @@ from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground, Mechanism, evaluate_all
 from mechdae.describe.named import check_outputs
 from mechdae.describe.reading import plain, read, split_unit, to_si
+from mechdae.describe.repeat import Pattern, expand, pattern_of
 from mechdae.describe.table import Table
 from mechdae.describe.tasks import TASKS, Driven, Driver, Study, Task
 from mechdae.describe.values import Number, Value, key, number
@@ -65,7 +66,10 @@ class Expected(Value):
 
 @dataclass(frozen=True)
 class Problem:
-    """One mechanism and any number of named tasks."""
+    """One mechanism and any number of named tasks.
+
+    ``pattern`` is kept of a file with repetition, so that sizes can be set.
+    """
 
     mechanism: Mechanism
     tasks: Table[Task] = field(default_factory=Table)
@@ -73,6 +77,7 @@ class Problem:
     name: str = "mechanism"
     title: str = ""
     source: str = ""
+    pattern: Pattern | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "tasks", Table(self.tasks))
@@ -101,20 +106,44 @@ class Problem:
         return replace(self, tasks=self.tasks.with_(name, task))
 
     def with_values(self, changes: Mapping[str, Number]) -> Problem:
-        """Return the problem with parameters set; keys may carry a unit (``phi1_deg``)."""
+        """Return the problem with sizes and parameters set.
+
+        Sizes come first, whatever the order; keys of parameters may carry a unit
+        (``phi1_deg``).
+        """
+        for name in self.sizes:
+            if name in changes:
+                try:
+                    self = _resized(self, name, changes[name])
+                except MechdaeError as problem:
+                    problem.where = f"set {name}: {problem.where}".removesuffix(": ")
+                    raise problem from None
         known = {*self.mechanism.parameters, *dict(self.mechanism.numbers())}
-        plain_changes = {}
         for name, value in changes.items():
+            if name in self.sizes:
+                continue
             base, suffix = (name, "") if name in known else split_unit(name)
             try:
-                plain_changes[base] = number(to_si(number(value), suffix))
-                self = replace(
-                    self, mechanism=self.mechanism.with_values({base: plain_changes[base]})
-                )
+                new = number(to_si(number(value), suffix))
+                mechanism = self.mechanism.with_values({base: new})
             except MechdaeError as problem:
                 problem.where = f"set {name}"
+                if isinstance(problem, UnknownName) and self.sizes and not problem.hint:
+                    problem.hint = f"the sizes are {', '.join(self.sizes)}"
                 raise problem from None
+            pattern = self.pattern and self.pattern.with_number(base, new)
+            self = replace(self, mechanism=mechanism, pattern=pattern)
         return self
+
+    @property
+    def sizes(self) -> Table[int]:
+        """The sizes of the file by name."""
+        return self.pattern.sizes if self.pattern else Table()
+
+    def blame(self, error: MechdaeError) -> None:
+        """Let an error about a repeated part name the place in the file it was typed at."""
+        if self.pattern is not None:
+            expand(self.pattern.data()).blame(error)
 
 
 def load(name_or_path: str | Path) -> Problem:
@@ -178,11 +207,16 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
             raise InputError("a text is needed", where=entry)
     if data.get("dimension", 2) != 2:
         raise UnavailableError("only planar mechanisms (dimension = 2)", where="dimension")
-    for entry in ("repeat", "sizes"):
-        if data.get(entry):
-            raise UnavailableError(
-                f"[{entry}] (repetition) is not computed by this version", where=entry
-            )
+    expanded = expand(data)
+    try:
+        return _problem(expanded.tables, name, data)
+    except MechdaeError as problem:
+        expanded.blame(problem)
+        raise
+
+
+def _problem(data: Mapping[str, Any], name: str, typed: Mapping[str, Any]) -> Problem:
+    """Return the problem of tables without repetition; `typed` are those with it."""
     mechanism = Mechanism(
         ground=read(Ground, _with_points(_table(data, "ground")), "ground"),
         bodies=[_read_body(n, t) for n, t in _table(data, "bodies").items()],  # type: ignore[arg-type]
@@ -204,6 +238,31 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
         name,
         data.get("title", ""),
         data.get("source", ""),
+        pattern_of(typed),
+    )
+
+
+def unchanged(pattern: Pattern, name: str) -> Problem:
+    """Return the problem as its pattern alone describes it."""
+    return from_dict(pattern.data(), name).with_values(pattern.settings)
+
+
+def _resized(problem: Problem, name: str, value: Any) -> Problem:
+    """Return the problem expanded anew; tasks put or replaced since it was read are kept."""
+    assert problem.pattern is not None
+    pattern = problem.pattern.with_size(name, value)
+    old, new = unchanged(problem.pattern, problem.name), unchanged(pattern, problem.name)
+    if old.mechanism != problem.mechanism:
+        raise InputError(
+            "the mechanism is no longer the one of the file", hint="set the size before"
+        )
+    tasks = {
+        key: new.tasks[key] if task == old.tasks.get(key) and key in new.tasks else task
+        for key, task in problem.tasks.items()
+    }
+    expected = new.expected if problem.expected == old.expected else problem.expected
+    return replace(
+        new, tasks=Table(tasks), expected=expected, title=problem.title, source=problem.source
     )
 
 

@@ -10,19 +10,24 @@ from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground
 from mechdae.describe.problem import SCHEMA, TOP, Expected
 from mechdae.describe.reading import UNITS
+from mechdae.describe.repeat import KEYS
 from mechdae.describe.tasks import TASKS, Driven, Driver
-from mechdae.describe.values import NAME, Value, required
+from mechdae.describe.values import Value, required
 
 NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
-NAMES = NAME.pattern.replace("\\Z", "$").join(["^", ""])
+HOLE = r"\{[^{}]*\}"
+"""A whole number in braces, ``{k-1}``."""
+NAMES = rf"^([A-Za-z_]|{HOLE})([A-Za-z0-9_]|{HOLE})*$"
+FILLED = {"type": "string", "pattern": f"^{HOLE}$"}
+COUNT = {"type": "string", "description": "a whole number, an expression over [sizes]"}
 _KINDS: dict[str, dict[str, Any]] = {
     "number": NUMBER,
     "expression": NUMBER,
     "name": {"type": "string", "pattern": NAMES},
     "text": {"type": "string"},
     "law": {"type": "string", "description": "an expression of the time t"},
-    "whole": {"type": "integer", "minimum": 1},
-    "natural": {"type": "integer", "minimum": 0},
+    "whole": {"oneOf": [{"type": "integer", "minimum": 1}, FILLED]},
+    "natural": {"oneOf": [{"type": "integer", "minimum": 0}, FILLED]},
     "flag": {"type": "boolean"},
     "numbers": {"type": "array", "items": NUMBER},
     "pair": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
@@ -32,7 +37,7 @@ _KINDS: dict[str, dict[str, Any]] = {
         "type": "object",
         "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
     },
-    "reference": {"type": "string", "pattern": r"^\w+\.\w+$"},
+    "reference": {"type": "string", "pattern": rf"^(\w|{HOLE})+\.(\w|{HOLE})+$"},
     "free": {},
 }
 WITH_UNIT = ("number", "expression", "law", "numbers", "pair", "points", "free")
@@ -40,15 +45,36 @@ WITH_UNIT = ("number", "expression", "law", "numbers", "pair", "points", "free")
 
 def schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of schema 1."""
-    numbers = {"type": "object", "additionalProperties": NUMBER}
+    sections = _sections()
     properties: dict[str, Any] = {
         "schema": {"const": SCHEMA},
         "title": {"type": "string"},
         "source": {"type": "string"},
         "dimension": {"const": 2},
         "gravity": _KINDS["pair"],
-        "parameters": numbers,
         "sizes": {"type": "object", "additionalProperties": {"type": "integer"}},
+        **sections,
+        "tasks": {"type": "object", "additionalProperties": {"oneOf": _tasks()}},
+        "expected": {"type": "array", "items": _object(Expected)},
+        "repeat": {"type": "object", "additionalProperties": _cell(sections)},
+    }
+    assert set(properties) == set(TOP)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "mechdae problem file",
+        "type": "object",
+        "required": ["schema"],
+        "anyOf": [{"required": ["bodies", "joints"]}, {"required": ["repeat"]}],
+        "additionalProperties": False,
+        "properties": properties,
+    }
+
+
+def _sections() -> dict[str, Any]:
+    """Return the tables that describe the mechanism, of the file and of a cell alike."""
+    numbers = {"type": "object", "additionalProperties": NUMBER}
+    return {
+        "parameters": numbers,
         "ground": _object(Ground),
         "bodies": {"type": "object", "additionalProperties": _object(Body, ("name",))},
         "joints": {"type": "object", "additionalProperties": {"oneOf": _joints()}},
@@ -60,18 +86,22 @@ def schema() -> dict[str, Any]:
             },
         },
         "outputs": {"type": "object", "additionalProperties": {"type": "string"}},
-        "tasks": {"type": "object", "additionalProperties": {"oneOf": _tasks()}},
-        "expected": {"type": "array", "items": _object(Expected)},
-        "repeat": {"type": "object"},
     }
-    assert set(properties) == set(TOP)
+
+
+def _cell(sections: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of one ``[repeat.NAME]``."""
+    whole = {"oneOf": [{"type": "integer"}, COUNT]}
+    assert {"count", "from", *sections} == set(KEYS)
     return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "mechdae problem file",
         "type": "object",
-        "required": ["schema", "bodies", "joints"],
+        "required": ["count"],
         "additionalProperties": False,
-        "properties": properties,
+        "properties": {
+            "count": {**whole, "description": "number of copies"},
+            "from": {**whole, "description": "k of the first copy, 1 by default"},
+            **sections,
+        },
     }
 
 

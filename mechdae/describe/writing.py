@@ -1,4 +1,8 @@
-"""Descriptions to TOML: SI and radians, one line per joint, as a person would write it."""
+"""Descriptions to TOML: SI and radians, one line per joint, as a person would write it.
+
+A problem with repetition is written with its cells, as they were typed, as long as they
+still describe it.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.describe.joints import Joint
-from mechdae.describe.problem import SCHEMA, Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.problem import SCHEMA, Problem, unchanged
 from mechdae.describe.tasks import Driver
 from mechdae.describe.values import NAME, Value
 
@@ -25,11 +30,45 @@ def dump(problem: Problem, path: str | Path) -> None:
 
 def dumps(problem: Problem) -> str:
     """Return the TOML text of the problem."""
-    mechanism = problem.mechanism
     lines = [f"schema = {SCHEMA}"]
     for entry in ("title", "source"):
         if getattr(problem, entry):
             lines.append(f"{entry} = {_text(getattr(problem, entry))}")
+    tasks = {name: {"kind": task.kind, **_given(task)} for name, task in problem.tasks.items()}
+    expected = [_given(entry) for entry in problem.expected]
+    typed = problem.pattern
+    same = unchanged(typed, problem.name) if typed and not typed.settings else None
+    if typed is not None and same is not None and same.mechanism == problem.mechanism:
+        tables = typed.tables
+        lines += _typed(tables)
+        kept = [name for name, task in problem.tasks.items() if same.tasks.get(name) == task]
+        tasks |= {name: tables["tasks"][name] for name in kept}
+        expected = tables.get("expected", ()) if same.expected == problem.expected else expected
+    else:
+        lines += _mechanism(problem.mechanism)
+    for name, table in tasks.items():
+        lines += ["", f"[tasks.{name}]", *_entries(table)]
+    for table in expected:
+        lines += ["", "[[expected]]", *_entries(table)]
+    return "\n".join(lines) + "\n"
+
+
+def _typed(tables: Mapping[str, Any]) -> list[str]:
+    """Return the mechanism of a file with repetition, keys and units as they were typed."""
+    lines = [f"gravity = {_value(tables['gravity'])}"] if "gravity" in tables else []
+    for name in ("sizes", "parameters", "ground", "bodies", "joints", "sketch", "loads", "outputs"):
+        lines += _section(name, tables.get(name, {}))
+    for cell, entries in tables.get("repeat", {}).items():
+        plain = {key: value for key, value in entries.items() if not isinstance(value, Mapping)}
+        lines += ["", f"[repeat.{_key(cell)}]", *_entries(plain)]
+        for section, table in entries.items():
+            if section not in plain:
+                lines += _section(f"repeat.{_key(cell)}.{section}", table)
+    return lines
+
+
+def _mechanism(mechanism: Mechanism) -> list[str]:
+    lines = []
     if mechanism.gravity is not None:
         lines.append(f"gravity = {_value(mechanism.gravity)}")
     lines += _section("parameters", mechanism.parameters)
@@ -43,11 +82,7 @@ def dumps(problem: Problem) -> str:
         {n: {"kind": x.kind, **_given(x, skip=("name",))} for n, x in mechanism.loads.items()},
     )
     lines += _section("outputs", mechanism.outputs)
-    for name, task in problem.tasks.items():
-        lines += ["", f"[tasks.{name}]", f"kind = {_text(task.kind)}", *_entries(_given(task))]
-    for expected in problem.expected:
-        lines += ["", "[[expected]]", *_entries(_given(expected))]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def _given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:

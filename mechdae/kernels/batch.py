@@ -8,12 +8,13 @@ holds bare pointers, so the arrays it points to live as long as the adapter.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from mechdae.kernels.straight import Straight
+from mechdae.kernels.straight import Straight, straight
 
 CHUNK = 512
 MANY = 512
@@ -29,15 +30,25 @@ class Batch:
         casadi Function with vector inputs and outputs.
     shared
         Inputs that have one value for all poses.
+    chunk
+        Largest number of poses in one call of the virtual machine.
+    straight
+        The function's NumPy form, where somebody keeps it.
     """
 
-    def __init__(self, function: Any, shared: Sequence[int] = (), chunk: int = CHUNK) -> None:
+    def __init__(
+        self,
+        function: Any,
+        shared: Sequence[int] = (),
+        chunk: int = CHUNK,
+        straight: Callable[[], Straight | None] | None = None,
+    ) -> None:
         self.function = function
         self.shared = set(shared)
         self.rows_in = [function.size1_in(i) for i in range(function.n_in())]
         self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
         self.limit = chunk
-        self._straight: Straight | None = None
+        self._kept = straight
         self._mapped: dict[int, tuple[Any, Any, list[Any], list[Any]]] = {}
         self.evaluations = 0
 
@@ -73,12 +84,12 @@ class Batch:
             raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
         return results
 
-    @property
+    @cached_property
     def straight(self) -> Straight | None:
         """The NumPy form of the function, None where there is none."""
-        if self._straight is None and Straight.supports(self.function):
-            self._straight = Straight(self.function, sorted(self.shared))
-        return self._straight
+        if self._kept is not None:
+            return self._kept()
+        return straight(self.function, sorted(self.shared))
 
     def _checked(self, i: int, array: Any) -> Any:
         shape = (self.rows_in[i],)

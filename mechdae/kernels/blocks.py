@@ -37,9 +37,11 @@ class BlockGraph:
         self.size = len(self.own)
         xb = scene.x[self.own]
         z = scene.x[self.uses] if self.uses else SX(0, 1)
-        u, p, F = scene.u, scene.model.p, block.residual
-        self.x, self.z, self.F = xb, z, F
-        self._u, self._p = u, p
+        u, F = scene.u, block.residual
+        self.params = scene.held(F)[2]
+        p = scene.model.p[self.params] if self.params else SX(0, 1)
+        self.x, self.z, self.p, self.F = xb, z, p, F
+        self._u = u
         self.vx, self.vz = SX.sym("vx", xb.numel()), SX.sym("vz", z.numel())
         self.vu, self.az = SX.sym("vu", u.numel()), SX.sym("az", z.numel())
         self.au = SX.sym("au", u.numel())
@@ -79,14 +81,15 @@ class BlockGraph:
 
     @cached_property
     def function(self) -> Any:
-        """The residual (x_b, z, u, p) -> F."""
-        inputs = [self.x, self.z, self._u, self._p]
+        """The residual (x_b, z, u, p) -> F; p are the block's own parameters."""
+        inputs = [self.x, self.z, self._u, self.p]
         return ca.Function("F", inputs, [ca.densify(self.F)])
 
     def _at(self, x: Any, u: Any, p: Any, trig: Any) -> list[Any]:
         sines, cosines = trig
         nothing = SX(0, 1)
         chosen = [v[self._angles] if self._angles else nothing for v in (sines, cosines)]
+        p = p[self.params] if self.params else nothing
         return [x[self.own], x[self.uses] if self.uses else nothing, u, p, *chosen]
 
     def value(self, x: Any, u: Any, p: Any, trig: Any = None) -> tuple[Any, Any, Any]:
@@ -102,7 +105,8 @@ class BlockGraph:
         """Return F (n,), J (n, n) and F_z (n, nz) as arrays at one pose."""
         z = x[self.uses] if self.uses else np.zeros(0)
         turned = x[self._angles]
-        F, J, Fz = self._value(x[self.own], z, u, p, np.sin(turned), np.cos(turned))
+        own = (x[self.own], z, u, p[self.params])
+        F, J, Fz = self._value(*own, np.sin(turned), np.cos(turned))
         return np.array(F).ravel(), np.array(J), np.array(Fz)
 
     def first_rate(self, x: Any, u: Any, p: Any, v: Any, du: Any, trig: Any) -> Any:

@@ -11,6 +11,7 @@ h <= 1/4 (Ortega and Rheinboldt, Iterative Solution of Nonlinear Equations, 1970
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType
@@ -22,6 +23,7 @@ from mechdae.kernels.blocks import BlockGraph, inverse, norm
 from mechdae.kernels.course import Course
 from mechdae.kernels.enclosure import SLOTS, Floors, enclosure, lower_bounds
 from mechdae.kernels.majorant import NoMajorant, majorant
+from mechdae.kernels.straight import Straight, straight
 from mechdae.model.reduction import Scene
 
 SX = ca.SX
@@ -49,6 +51,11 @@ class Graphs:
         The curve that the drivers follow; None: straight lines.
     lines
         A single driver too moves along u0 + s d; else s is its value.
+
+    Attributes
+    ----------
+    first : list of int
+        The first unknown of each block; a block's unknowns follow one another in x.
     """
 
     def __init__(
@@ -63,6 +70,7 @@ class Graphs:
         self.course = course
         self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
         self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
+        self.first = [graph.own[0] for graph in self.blocks]
         self.np, self.ny = scene.model.p.numel(), outputs.numel()
         self.single = self.nu == 1 and course is None and not lines
         self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
@@ -217,6 +225,11 @@ class Graphs:
         results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
         return ca.Function("pose", inputs, results, OPTIONS)
 
+    @cached_property
+    def straight_pose(self) -> Straight | None:
+        """`pose` as a straight line of NumPy operations; the last input is shared."""
+        return straight(self.pose, [self.pose.n_in() - 1])
+
     def held(self, blocks: frozenset[int]) -> Any:
         """Return `pose` with the unknowns of some blocks given, not solved for.
 
@@ -275,8 +288,8 @@ class Graphs:
 
     def _ranges(self, sizes: list[Any]) -> list[Any]:
         """Return where unknowns and drivers lie: contacts in a box, the rest by their sizes."""
-        low = _put(-sizes[0], self.places, ca.vertsplit(self.low) if self.places else [])
-        high = _put(+sizes[0], self.places, ca.vertsplit(self.high) if self.places else [])
+        low = _put(-sizes[0], self.places, self.low) if self.places else -sizes[0]
+        high = _put(+sizes[0], self.places, self.high) if self.places else +sizes[0]
         return [(low, high), (-sizes[1], sizes[1])]
 
     @cached_property
@@ -313,19 +326,32 @@ class Graphs:
         Raises `NoMajorant` where an operation has no bound.
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
-        moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
+        ranges = self._ranges(sizes)
         kappas, rhos, mus = [], [], []
         for b, graph in enumerate(self.blocks):
             w, r = self.weights(b)
-            kappas.append(self._lipschitz(b, moving, sizes, ranges))
-            _, rounding = self._bound(graph.F, moving, sizes, ranges, rounding=True)
+            moving, size, box = self._own(graph, sizes, ranges)
+            kappas.append(self._lipschitz(b, moving, size, box))
+            _, rounding = self._bound(graph.F, moving, size, box, rounding=True)
             rhos.append(ROUNDOFF * norm(rounding / r))
-            bound, _ = self._bound(graph.J, moving, sizes, ranges)
+            bound, _ = self._bound(graph.J, moving, size, box)
             square = ca.reshape(bound, graph.size, graph.size)
             mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
         results = [_column(kappas), _column(rhos), _column(mus)]
         inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
         return ca.Function("constants", inputs, results)
+
+    def _own(self, graph: BlockGraph, sizes: list[Any], ranges: list[Any]) -> Any:
+        """Return the symbols that a block's equations hold, with their sizes and ranges."""
+        nothing, (low, high) = SX(0, 1), ranges[0]
+
+        def used(vector: Any) -> Any:
+            return vector[graph.uses] if graph.uses else nothing
+
+        moving = [graph.x, graph.z, self.scene.u]
+        size = [sizes[0][graph.own], used(sizes[0]), sizes[1]]
+        box = [(low[graph.own], high[graph.own]), (used(low), used(high)), ranges[1]]
+        return moving, size, box
 
     def _lipschitz(self, b: int, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
         """Return a Lipschitz constant of a block's weighted Jacobian in its own unknowns."""
@@ -349,14 +375,15 @@ class Graphs:
     def output_bounds(self) -> Any:
         """Bounds that hold for the outputs y of a whole sweep.
 
-        (|x|, |u|, p, floors, low, high) -> bound of |dy/dx| (ny, nx), rounding of y (ny,).
+        (|x|, |u|, p, floors, low, high) -> bound of |dy/dx| (ny, nx), sparse, and rounding of
+        y (ny,).
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         jacobian = ca.jacobian(self.outputs, self.scene.x)
-        slope, _ = self._bound(jacobian, moving, sizes, ranges)
+        slope, _ = self._bound(_column(jacobian.nonzeros()), moving, sizes, ranges)
         _, rounding = self._bound(self.outputs, moving, sizes, ranges, rounding=True)
-        shaped = ca.reshape(slope, self.ny, self.nx)
+        shaped = SX(jacobian.sparsity(), slope)
         inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
         return ca.Function("output_bounds", inputs, [shaped, ROUNDOFF * rounding])
 
@@ -501,8 +528,7 @@ class Graphs:
         wanted = {b}
         for other in range(b, -1, -1):
             if other in wanted:
-                uses = set(self.blocks[other].uses)
-                wanted |= {k for k in range(other) if uses & set(self.blocks[k].own)}
+                wanted |= {bisect_right(self.first, i) - 1 for i in self.blocks[other].uses}
         return sorted(wanted)
 
     def fold(self, b: int) -> Any:
@@ -532,10 +558,11 @@ class Graphs:
 
 def _put(vector: Any, positions: list[int], values: Any) -> Any:
     """Return the vector with some entries replaced."""
-    entries = list(ca.vertsplit(vector)) if vector.numel() else []
-    for k, i in enumerate(positions):
-        entries[i] = values[k]
-    return ca.vertcat(*entries) if entries else vector
+    if not positions:
+        return vector
+    result = SX(vector)
+    result[positions] = ca.densify(values)
+    return result
 
 
 def _column(items: list[Any]) -> Any:

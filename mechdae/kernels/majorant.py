@@ -10,13 +10,18 @@ Algorithms, 2002, 3.3).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial, reduce
 from typing import Any
 
 import casadi as ca
 
-from mechdae.kernels.replay import SYMBOLIC, replay
+from mechdae.kernels.replay import SYMBOLIC, replay, symbolic
 
 SX = ca.SX
+ZERO, ONE = SX(0), SX(1)
+_plus, _times, _over = (partial(symbolic, code) for code in (ca.OP_ADD, ca.OP_MUL, ca.OP_DIV))
+_size = partial(symbolic, ca.OP_FABS)
+_twice = partial(symbolic, ca.OP_TWICE)
 
 
 class NoMajorant(Exception):
@@ -46,8 +51,8 @@ def majorant(expressions: Any, moving: Sequence[Any], bounds: Sequence[Any]) -> 
     known = {symbol.element_hash() for group in moving for symbol in group.elements()}
     parameters = [s for s in ca.symvar(stacked) if s.element_hash() not in known]
     function = ca.Function("f", [*moving, ca.veccat(*parameters)], [stacked])
-    inputs = [[(m, SX(0), None) for m in ca.vec(bound).elements()] for bound in bounds]
-    inputs.append([(ca.fabs(p), SX(0), p) for p in parameters])
+    inputs = [[(m, ZERO, None) for m in ca.vec(bound).elements()] for bound in bounds]
+    inputs.append([(_size(p), ZERO, p) for p in parameters])
     found = replay(function, inputs, _step, _constant)[0]
     if not found:
         return SX(0, 1), SX(0, 1)
@@ -56,7 +61,11 @@ def majorant(expressions: Any, moving: Sequence[Any], bounds: Sequence[Any]) -> 
 
 def _constant(number: float) -> tuple[Any, Any, Any]:
     value = SX(number)
-    return ca.fabs(value), SX(0), value
+    return _size(value), ZERO, value
+
+
+def _sum(*terms: Any) -> Any:
+    return reduce(_plus, terms)
 
 
 def _step(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]:
@@ -66,23 +75,27 @@ def _step(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]
     if all(value is not None for _, _, value in inputs):
         if code not in SYMBOLIC:
             raise NoMajorant
-        value = SYMBOLIC[code](*[value for _, _, value in inputs])
-        size = ca.fabs(value)
-        return size, 4 * size if code not in (ca.OP_NEG, ca.OP_TWICE) else errors[0], value
+        value = symbolic(code, *[value for _, _, value in inputs])
+        size = _size(value)
+        exact = code in (ca.OP_NEG, ca.OP_TWICE)
+        return size, errors[0] if exact else _times(SX(4), size), value
     a, ea = magnitudes[0], errors[0]
-    b, eb = (magnitudes[1], errors[1]) if len(inputs) > 1 else (SX(0), SX(0))
+    b, eb = (magnitudes[1], errors[1]) if len(inputs) > 1 else (ZERO, ZERO)
     if code in (ca.OP_ADD, ca.OP_SUB):
-        return a + b, ea + eb + a + b, None
+        return _plus(a, b), _sum(ea, eb, a, b), None
     if code == ca.OP_MUL:
-        return a * b, ea * b + eb * a + a * b, None
+        product = _times(a, b)
+        return product, _sum(_times(ea, b), _times(eb, a), product), None
     if code == ca.OP_SQ:
-        return a * a, 2 * ea * a + a * a, None
+        square = _times(a, a)
+        return square, _plus(_times(_twice(ea), a), square), None
     if code == ca.OP_TWICE:
-        return 2 * a, 2 * ea, None
+        return _twice(a), _twice(ea), None
     if code == ca.OP_NEG:
         return a, ea, None
     if code in (ca.OP_SIN, ca.OP_COS):
-        return SX(1), ea + 1, None
+        return ONE, _plus(ea, ONE), None
     if code == ca.OP_DIV and inputs[1][2] is not None:
-        return a / b, (ea + a * eb / b) / b + a / b, None
+        quotient = _over(a, b)
+        return quotient, _plus(_over(_plus(ea, _over(_times(a, eb), b)), b), quotient), None
     raise NoMajorant

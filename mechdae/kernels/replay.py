@@ -71,6 +71,11 @@ ARRAYS = {
 }
 
 
+def symbolic(code: int, *values: Any) -> Any:
+    """Return the SX scalar of one operation; faster than operators and functions of SX."""
+    return ca.SX.binary(code, *values) if len(values) == 2 else ca.SX.unary(code, *values)
+
+
 def replay(
     function: Any,
     inputs: Sequence[Sequence[Any]],
@@ -124,7 +129,7 @@ def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> 
     def operation(code: int, values: list[Any]) -> Any:
         if code in table and id(values[0]) in place:
             return table[code][place[id(values[0])]]
-        return SYMBOLIC[code](*values)
+        return symbolic(code, *values)
 
     results = replay(function, [symbols, rest.elements()], operation, ca.SX)
     return [

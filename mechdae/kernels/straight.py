@@ -76,13 +76,16 @@ class Straight:
         )
 
     def _read(self) -> None:
-        """Turn the instructions into steps over numbered values, each written once.
+        """Turn the instructions into steps over numbered values, and the values into buffers.
 
-        casadi's registers are reused; here a value keeps the register of its buffer but
-        scalars and inputs live apart, so that nothing shared is overwritten by a chunk.
+        Steps are put in the order of the highest entry of the first input that they need:
+        what belongs to one block of a chain is computed together, and its buffers are free
+        for the next. Scalars that all poses share are computed once and live apart.
         """
         f = self.function
         place: dict[int, tuple[str, Any]] = {}  # register -> where its value is now
+        highest: list[int] = []
+        steps: list[tuple[Any, list[tuple[str, Any]], Any]] = []
         scalars = 0
         for k in range(f.n_instructions()):
             code = f.instruction_id(k)
@@ -90,23 +93,56 @@ class Straight:
             if code == ca.OP_INPUT:
                 kind = "shared" if out_of[0] in self.shared else "input"
                 place[into[0]] = (kind, (out_of[0], out_of[1]))
-            elif code == ca.OP_CONST:
+                continue
+            if code == ca.OP_CONST:
                 place[into[0]] = ("constant", f.instruction_constant(k))
-            elif code == ca.OP_OUTPUT:
-                self._line.append(("store", into[0], into[1], place[out_of[0]]))
+                continue
+            sources = [place[i] for i in out_of]
+            need, shared = -1, code != ca.OP_OUTPUT
+            for kind, what in sources:
+                if kind == "buffer":
+                    shared, need = False, max(need, highest[what])
+                elif kind == "input":
+                    shared, need = False, max(need, what[1] if what[0] == 0 else -1)
+            if code == ca.OP_TWICE:
+                code, sources = ca.OP_ADD, [sources[0], sources[0]]
+            if shared:
+                place[into[0]] = ("scalar", scalars)
+                self._once.append((_UFUNCS[code], sources, scalars))
+                scalars += 1
+                continue
+            if code == ca.OP_OUTPUT:
+                steps.append((None, sources, into))
             else:
-                sources = [place[i] for i in out_of]
-                if code == ca.OP_TWICE:
-                    code, sources = ca.OP_ADD, [sources[0], sources[0]]
-                if all(kind in ("shared", "constant", "scalar") for kind, _ in sources):
-                    place[into[0]] = ("scalar", scalars)
-                    self._once.append((_UFUNCS[code], sources, scalars))
-                    scalars += 1
-                else:
-                    place[into[0]] = ("buffer", into[0])
-                    self._line.append((_UFUNCS[code], sources, into[0]))
-                    self.registers = max(self.registers, into[0] + 1)
+                place[into[0]] = ("buffer", len(steps))
+                steps.append((_UFUNCS[code], sources, None))
+            highest.append(need)
         self._scalars = scalars
+        self._allocate(steps, sorted(range(len(steps)), key=highest.__getitem__))
+
+    def _allocate(self, steps: list[tuple[Any, list[tuple[str, Any]], Any]], order: Any) -> None:
+        """Give each value a buffer until its last use."""
+        last = {what: k for k in order for kind, what in steps[k][1] if kind == "buffer"}
+        buffer: dict[int, tuple[str, int]] = {}
+        free: list[int] = []
+        for k in order:
+            ufunc, sources, output = steps[k]
+            given = [buffer[s[1]] if s[0] == "buffer" else s for s in sources]
+            for kind, what in sources:
+                if kind == "buffer" and last[what] == k and what in buffer:
+                    free.append(buffer.pop(what)[1])
+            if ufunc is None:
+                self._line.append(("store", output[0], output[1], given[0]))
+                continue
+            if free:
+                target = free.pop()
+            else:
+                target, self.registers = self.registers, self.registers + 1
+            if k in last:
+                buffer[k] = ("buffer", target)
+            else:
+                free.append(target)
+            self._line.append((ufunc, given, target))
 
     def __call__(self, inputs: Sequence[Any]) -> list[Any]:
         """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
@@ -142,3 +178,8 @@ class Straight:
                         ufunc, sources, target = step
                         ufunc(*[value(s, a, b, rows) for s in sources], out=rows[target])
         return [result.T for result in results]
+
+
+def straight(function: Any, shared: Sequence[int] = ()) -> Straight | None:
+    """Return the NumPy form of a function, None where there is none."""
+    return Straight(function, shared) if Straight.supports(function) else None

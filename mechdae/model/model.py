@@ -107,6 +107,8 @@ class Model:
                 self.q_names.append((name, coordinate))
                 symbols.append(symbol)
         self.q = ca.vertcat(*symbols)
+        hashes = [symbol.element_hash() for symbol in symbols]
+        self._names = dict(zip(hashes, self.q_names, strict=True))
         self.ends = {
             name: Ends(joint, self.frame, self.point, self.numbers, self.contacts.get(name))
             for name, joint in mechanism.joints.items()
@@ -133,6 +135,10 @@ class Model:
     def frame(self, body: str) -> Frame:
         """Return the frame of a body or of the ground; its origin is `anchor`."""
         return self._frames[body]
+
+    def name_of(self, symbol: Any) -> tuple[str, str] | None:
+        """Return (body, coordinate) of an entry of q, None for any other symbol."""
+        return self._names.get(symbol.element_hash())
 
     def anchor(self, body: str) -> str | None:
         """Return the point of a body that its coordinates x, y belong to.

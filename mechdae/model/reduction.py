@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -64,6 +65,25 @@ class Scene:
     blocks: list[Block] = field(default_factory=list)
     recover: dict[tuple[str, str], Any] = field(default_factory=dict)
 
+    @cached_property
+    def _places(self) -> dict[int, tuple[int, int]]:
+        vectors = (self.x, self.u, self.model.p)
+        return {
+            symbol.element_hash(): (k, i)
+            for k, vector in enumerate(vectors)
+            for i, symbol in enumerate(vector.elements())
+        }
+
+    def held(self, expression: Any) -> tuple[list[int], list[int], list[int]]:
+        """Return the positions in x, u and p of the symbols that an expression holds."""
+        held: tuple[list[int], list[int], list[int]] = ([], [], [])
+        for symbol in ca.symvar(SX(expression)):
+            k, i = self._places[symbol.element_hash()]
+            held[k].append(i)
+        for positions in held:
+            positions.sort()
+        return held
+
     @property
     def not_in_scene(self) -> list[str]:
         """Bodies of groups that no requested output depends on."""
@@ -72,8 +92,11 @@ class Scene:
 
     def expression(self, absolute: Any) -> Any:
         """Return an expression over q as one over (x, u, p)."""
-        symbols = [self.model.q[j] for j, n in enumerate(self.model.q_names) if n in self.recover]
-        values = [self.recover[n] for n in self.model.q_names if n in self.recover]
+        names = [(s, self.model.name_of(s)) for s in ca.symvar(SX(absolute))]
+        used = [(s, self.recover[name]) for s, name in names if name in self.recover]
+        if not used:
+            return absolute
+        symbols, values = zip(*used, strict=True)
         return ca.substitute(absolute, ca.vertcat(*symbols), ca.vertcat(*values))
 
 
@@ -117,8 +140,7 @@ def reduce(scene: Scene) -> None:
     found: list[Any] = []
     pending: list[tuple[int, list[Any], list[Equation]]] = []
     for group in scene.groups:
-        rows = ca.vertcat(*[scene.rows[i].expression for i in group.rows])
-        rows = scene.expression(rows) if scene.recover else rows
+        rows = scene.expression(ca.vertcat(*[scene.rows[i].expression for i in group.rows]))
         equations = [(rows[k], scene.rows[i].unit) for k, i in enumerate(group.rows)]
         solved, rest, left = eliminate(equations, [model.q[j] for j in group.columns], nonzero)
         names = {str(model.q[j]): model.q_names[j] for j in group.columns}
@@ -129,12 +151,15 @@ def reduce(scene: Scene) -> None:
             found += unknowns
             scene.x_names += [names[str(symbol)] for symbol in unknowns]
     scene.x = ca.vertcat(*found) if found else SX(0, 1)
+    place = {symbol.element_hash(): i for i, symbol in enumerate(found)}
     start = 0
     for index, unknowns, own in pending:
         x = tuple(range(start, start + len(unknowns)))
         start += len(unknowns)
         residual = ca.vertcat(*[expression for expression, _ in own])
-        used = set(ca.jacobian(residual, scene.x).sparsity().get_col()) - set(x)
+        held = [s for s in ca.symvar(SX(residual)) if s.element_hash() in place]
+        columns = ca.jacobian(residual, ca.vertcat(*held)).sparsity().get_col()
+        used = {place[held[j].element_hash()] for j in columns} - set(x)
         assert all(i < x[0] for i in used), "blocks are not in solve order"
         units = tuple(unit for _, unit in own)
         scene.blocks.append(Block(index, x, tuple(sorted(used)), residual, units))

@@ -158,11 +158,15 @@ def _ordered(
 
     labels = sorted(members, key=lambda c: (depth(c), min(numbers[b] for b in members[c])))
     index = {label: position for position, label in enumerate(labels)}
+    rows_of: dict[int, list[int]] = {label: [] for label in labels}
+    columns_of: dict[int, list[int]] = {label: [] for label in labels}
+    for i in range(len(rows)):
+        rows_of[component[block_of_row[i]]].append(i)
+        columns_of[component[block_of_column[i]]].append(i)
     groups = []
     for label in labels:
         own = sorted(members[label], key=numbers.__getitem__)
-        own_rows = [i for i in range(len(rows)) if component[block_of_row[i]] == label]
-        own_columns = [j for j in range(len(rows)) if component[block_of_column[j]] == label]
+        own_rows, own_columns = rows_of[label], columns_of[label]
         joints = list(dict.fromkeys(rows[i].owner for i in own_rows if not rows[i].driver))
         driven = any(rows[i].driver for i in own_rows)
         described = _classify(model.mechanism, set(own), joints, driven)

@@ -16,6 +16,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
+    from mechdae.bench import chain
     from mechdae.bench import kinematics as bench
     from mechdae.describe.problem import load
 
@@ -27,6 +28,12 @@ def run(options: argparse.Namespace) -> int:
         message(f"measuring {item.name}", options.quiet)
         records += bench.measure(item, sizes, repeats, compared)
     print(bench.table(records))
+    if not options.problem:
+        message("measuring chains of four-bars", options.quiet)
+        loops = chain.QUICK_LOOPS if options.quick else chain.LOOPS
+        grown = chain.scaling(loops, repeats=3 if options.quick else 5)
+        print(chain.table(grown))
+        records += grown
     if options.out:
         folder = Path(options.out)
         folder.mkdir(parents=True, exist_ok=True)
@@ -37,6 +44,6 @@ def run(options: argparse.Namespace) -> int:
             from mechdae.draw import save
             from mechdae.draw.speed import draw
 
-            picture = save(draw(records), folder / "bench.svg")
+            picture = save(draw([r for r in records if "loops" not in r]), folder / "bench.svg")
             message(f"written: {picture}", options.quiet)
     return 0

@@ -34,6 +34,8 @@ def _lines(data: dict[str, Any]) -> list[str]:
     lines = [f"{data['problem']}: {data['title']}"]
     if data["source"]:
         lines.append(f"source: {data['source']}")
+    if data["sizes"]:
+        lines.append("sizes: " + ", ".join(f"{name} = {n}" for name, n in data["sizes"].items()))
     lines += ["", "bodies"]
     lines += [f"  {name}: points {', '.join(points)}" for name, points in data["bodies"].items()]
     lines += ["joints"]
