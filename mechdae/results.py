@@ -129,6 +129,8 @@ class Result:
         What is wrong with the answer, None when nothing is.
     parameters, table
         Of a study, whose rows are sets of parameters: name -> (n,), path -> (n, ...).
+    time : (n,) array
+        The times of the poses where the drivers follow laws, else None [s].
     """
 
     problem: str
@@ -153,6 +155,7 @@ class Result:
     definition: Task | None = None
     parameters: dict[str, Any] = field(default_factory=dict)
     table: dict[str, Any] = field(default_factory=dict)
+    time: Any = None
 
     def __len__(self) -> int:
         return len(self.status)
@@ -160,6 +163,8 @@ class Result:
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, as in the JSON of this task (nan as None)."""
         result: dict[str, Any] = {"kind": self.kind}
+        if self.time is not None:
+            result["time"] = plain(self.time)
         for name in KINDS:
             table = getattr(self, name)
             if table:
@@ -212,7 +217,9 @@ class Result:
         return path
 
     def columns(self) -> Iterator[tuple[str, str, Any]]:
-        """Yield (name, unit, (n,) array) for every scalar series, drivers first."""
+        """Yield (name, unit, (n,) array) for every scalar series, time and drivers first."""
+        if self.time is not None:
+            yield "time", "s", self.time
         for kind in KINDS:
             for part, series in getattr(self, kind).items():
                 for name, array in series.items():

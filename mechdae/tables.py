@@ -35,6 +35,8 @@ def table(result: Result, terminal: bool = False) -> str:
 def _single(result: Result) -> list[str]:
     """Return one quantity per line."""
     lines = []
+    if result.time is not None:
+        lines.append(f"  {'time':39} {result.time[0]:.15g} s")
     points = set(_distinct_points(result))
     units = {
         (part, name): result.unit(kind, part, name)
@@ -67,6 +69,8 @@ def _single(result: Result) -> list[str]:
 
 def _sweep(result: Result, width: int) -> list[str]:
     columns = [("status", [str(text) for text in result.status])]
+    if result.time is not None:
+        columns.append(("t [s]", _cells(result.time)))
     for coordinate, series in result.drivers.items():
         angle = coordinate.endswith(".angle")
         values = np.degrees(series.position) if angle else series.position
@@ -86,7 +90,7 @@ def _sweep(result: Result, width: int) -> list[str]:
         for part, series in reversed(entries) if kind == "points" else entries:
             if {f"{part}.angle", f"{part}.slide", f"{part}.s"} & driven:
                 continue
-            if kind == "points" and part not in points:
+            if kind == "points" and (part not in points or {f"{part}.x", f"{part}.y"} <= driven):
                 continue
             columns += _columns(kind, part, series)
     spread = np.linspace(0, len(result) - 1, min(ROWS, len(result)))
@@ -201,8 +205,9 @@ def _study(result: Result) -> list[str]:
 
 def _facts(result: Result) -> list[str]:
     summary, lines = result.summary, []
-    units = {result.unit("drivers", c, "position") for c in result.drivers}
-    unit = units.pop() if len(units) == 1 else "m"
+    units = [result.unit("drivers", c, "position") for c in result.drivers]
+    moves = [bool(np.ptp(series.position) > 0) for series in result.drivers.values()]
+    unit = (units[moves.index(True)] if any(moves) else units[0]) if units else "m"
     if summary.get("formula"):
         lines.append(f"  formula   {summary['formula']}")
     if summary.get("mode"):
@@ -234,10 +239,14 @@ def _facts(result: Result) -> list[str]:
         if event["in_range"]:
             digits = 12 if event["kind"] in ("limit", "end_of_curve") else 6
             word = event["kind"].replace("_", " ")
-            place = _driver(event["at"], unit, digits)
+            place = _driver(event["at"], units, digits)
+            if "time" in event:
+                place = f"t = {event['time']:.{digits}g} s, {place}"
             lines.append(f"  {word:9} {place}: {_happens(event)}")
     for entry in summary.get("failed", []):
         place = f"{_driver(entry['from'], unit)} .. {_driver(entry['to'], unit)}"
+        if "time" in entry:
+            place = f"t = {entry['time'][0]:.12g} .. {entry['time'][1]:.12g} s"
         group = (
             f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
         )
@@ -307,11 +316,14 @@ def _quantity(value: float, unit: str) -> str:
     return f"{math.degrees(value):.9g} deg" if unit == "angle" else f"{value:.9g} m"
 
 
-def _driver(value: Any, unit: str, digits: int = 12) -> str:
+def _driver(value: Any, unit: str | list[str], digits: int = 12) -> str:
+    """Return a driver's value with its unit, of several drivers the list of them."""
     if value is None:
         return "none"
     if isinstance(value, list):
-        return ", ".join(_driver(item, unit, digits) for item in value)
+        units = unit if isinstance(unit, list) else [unit] * len(value)
+        return ", ".join(_driver(v, u, digits) for v, u in zip(value, units, strict=True))
+    unit = unit[0] if isinstance(unit, list) else unit
     if unit == "rad":
         return f"{math.degrees(value):.{digits}g} deg"
     return f"{value:.{digits}g}" + (" m" if unit == "m" else "")

@@ -110,17 +110,24 @@ def _numbers(value: Any, known: dict[str, float]) -> Any:
 
 def _all_modes(entry: Expected, result: Result) -> bool:
     """Return whether the value lists all assembly modes, in the order of their labels."""
-    return result.kind == "modes" and entry.at is None and len(result) != 1
+    return result.kind == "modes" and entry.at is None and entry.time is None and len(result) != 1
 
 
 def _pose(entry: Expected, result: Result, known: dict[str, float]) -> int:
-    """Return the row of the pose that ``at`` names; the only one without it."""
-    position = next(iter(result.drivers.values())).position
-    if entry.at is None:
+    """Return the row of the pose that ``at`` or ``time`` names; the only one without them."""
+    drivers = [series.position for series in result.drivers.values()]
+    position = next((moved for moved in drivers if np.ptp(moved) > 0), drivers[0])
+    if entry.time is not None:
+        if result.time is None:
+            raise InputError(f"{entry.what} has no times: its drivers follow no law")
+        position = result.time
+    if entry.at is None and entry.time is None:
         if len(position) != 1:
             raise InputError(f"{entry.what} has {len(position)} poses: say which one with 'at'")
         return 0
-    at = evaluate(entry.at, known)
+    named = entry.at if entry.time is None else entry.time
+    assert named is not None
+    at = evaluate(named, known)
     row = int(np.argmin(np.abs(position - at)))
     if abs(position[row] - at) > 1e-9 * max(1.0, abs(at)):
         raise InputError(f"no pose at {at:.12g}, the nearest is at {position[row]:.12g}")

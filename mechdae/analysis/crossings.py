@@ -91,21 +91,22 @@ class CrossingFinder:
         Kernels of the scene.
     constants
         Numbers of the scene.
-    u0, d
-        u = u0 + s d.
+    drivers
+        The function s -> u, u', u'', u''' (nd,).
     largest
         Largest step of the path in s.
     """
 
-    def __init__(
-        self, graphs: Graphs, constants: Constants, u0: Any, d: Any, largest: float
-    ) -> None:
+    def __init__(self, graphs: Graphs, constants: Constants, drivers: Any, largest: float) -> None:
         self.graphs, self.p, self.scale = graphs, constants.p, constants.scale
-        self.u0, self.d, self.largest = u0, np.asarray(d, float), largest
-        self.unit = largest * NODES_PER_TURN / (2 * np.pi)
-        """A radian of the driver, or a length of the mechanism."""
+        self.drivers, self.largest = drivers, largest
         self._jets: dict[int, Any] = {}
         self._systems: dict[int, Any] = {}
+
+    @property
+    def unit(self) -> float:
+        """A radian of the driver, or a length of the mechanism."""
+        return self.largest * NODES_PER_TURN / (2 * np.pi)
 
     def columns(self, b: int) -> Any:
         """Return the units of a block's unknowns, see `natural_sizes`."""
@@ -116,13 +117,14 @@ class CrossingFinder:
         return np.array([self.scale if unit == "m" else 1.0 for unit in units])
 
     def u(self, s: float) -> Any:
-        return np.array([s]) if self.graphs.single else self.u0 + s * self.d
+        """Return the drivers' values (nd,) at s."""
+        return self.drivers(s)[0]
 
     def jet(self, b: int, s: float, x: Any, rates: Any, z: Any) -> tuple[Any, ...]:
         """Return F, J, f', f'', f''' of a block for x, (x', x'') and (z, z', z'', z''')."""
         if b not in self._jets:
             self._jets[b] = Call(jets(self.graphs.scene, self.graphs.blocks[b]))
-        F, J, *rest = self._jets[b](x, *rates, *z, self.u(s), self.d, self.p)
+        F, J, *rest = self._jets[b](x, *rates, *z, *self.drivers(s), self.p)
         return (F, J.reshape(len(F), -1), *rest)
 
     # -- unknowns of earlier blocks ----------------------------------------------------------
@@ -195,7 +197,8 @@ class CrossingFinder:
         count, unit = graph.size, self.unit
         moved = np.inf
         for _ in range(ITERATIONS):
-            at = [z[0], z[1] * unit, z[2] * unit**2, self.u(here), self.d * unit]
+            u, u1, u2, _ = self.drivers(here)
+            at = [z[0], z[1] * unit, z[2] * unit**2, u, u1 * unit, u2 * unit**2]
             system, slope = self._systems[b](y, *at, self.p, columns, rows)
             if not (np.isfinite(system).all() and np.isfinite(slope).all()):
                 return None

@@ -57,6 +57,10 @@ class CurveEnds:
         """Return s of the open curves' contacts (n, k) at poses x (n, nx), u (n, nu)."""
         return np.array(self._places(x.T, u.T, self.p[:, None])).T
 
+    def restart(self) -> None:
+        """Forget what was seen: the path begins anew."""
+        self._seen.clear()
+
     def left(self, path: Path, up: bool) -> list[Limit]:
         """Return where contacts left their curves on the nodes added since the last call."""
         if not self.open:
@@ -77,7 +81,7 @@ class CurveEnds:
         fine = fine if up else fine[::-1]
 
         def on_curves(places: Any) -> Any:
-            return self.places(quintic(S, X, V, A, places), path.u0 + places[:, None] * path.d)
+            return self.places(quintic(S, X, V, A, places), path.drivers(places))
 
         s = on_curves(fine)
         found = []
@@ -101,8 +105,8 @@ class CurveEnds:
         """Return the path's place in [a, b] at which the contact is at `end` of its curve."""
 
         def beyond(s: float) -> float:
-            u = path.u0 + s * path.d
-            return float(self.places(path.at(s)[None, :], u[None, :])[0, j]) - end
+            u = path.drivers(np.array([s]))
+            return float(self.places(path.at(s)[None, :], u)[0, j]) - end
 
         fa, fb = beyond(a), beyond(b)
         if fa * fb > 0:

@@ -81,17 +81,18 @@ class Evaluator:
     def at(self, path: Path, s: Any, rates: Rates = ()) -> Poses:
         """Return the poses at path parameters `s` (n,).
 
-        `rates` are speeds, accelerations and jerks (n, nd) of several drivers, zero by default.
+        `rates` are speeds, accelerations and jerks (n, nd) of several drivers or of a course,
+        zero where they are left out; without any, the drivers' derivatives with respect to s.
         """
         s = np.asarray(s, float)
         nothing = np.zeros((len(s), self.graphs.nu))
         count = len(self.graphs.driven)
-        rates = tuple([*rates, *[nothing] * count][:count])
+        rates = tuple([*(rates or path.rates(s, count)), *[nothing] * count][:count])
         alive = np.stack([path.follows(g, s) for g in self.groups], axis=1)
         guess = path.guess(s) if self.graphs.nx else np.zeros((len(s), 0))
         limits = self._limits(path, s)
         stops = self._stops(path, s)
-        if not alive.all() and self.graphs.single:
+        if not alive.all() and path.graphs.turns:
             self._turn_round(path, s, guess, alive)
         poses = self._solve(path, s, guess, alive, limits, rates)
         poses.singular = stops & ~poses.alive.all(axis=1)
@@ -129,9 +130,6 @@ class Evaluator:
         They are on the same circuit, reached by moving the other way round; the certificate
         of the pose decides whether the turn really leads to the same pose.
         """
-        driver = self.graphs.scene.drivers[0]
-        if not driver.is_angle:
-            return
         low, high = path.s[0], path.s[-1]
         for j, group in enumerate(self.groups):
             rows = np.flatnonzero(~alive[:, j])
@@ -244,8 +242,7 @@ class Evaluator:
     def _call(self, path: Path, guess: Any, s: Any, rates: Rates, consts: Any) -> list[Any]:
         if self.graphs.single:
             return self.pose(guess, s[:, None], consts)
-        u = path.u0 + s[:, None] * path.d
-        return self.pose(guess, u, *rates, consts)
+        return self.pose(guess, path.drivers(s), *rates, consts)
 
     def _put_limit(
         self, path: Path, k: int, s: float, limits: list[Limit], alive: Any, results: list[Any]
@@ -272,7 +269,7 @@ class Evaluator:
         results[3][k, [b for b, j in enumerate(self.block_group) if self.groups[j] in ended]] = (
             np.inf
         )
-        u = np.array([s]) if g.single else path.u0 + s * path.d
+        u = path.drivers(np.array([s]))[0]
         results[5][k] = np.array(self._value(x, u, path.constants.p)).ravel()
         for order in range(6, len(results)):
             results[order][k] = np.nan

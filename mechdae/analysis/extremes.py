@@ -21,12 +21,19 @@ CHUNK = 256
 
 
 def ranges(
-    evaluator: Evaluator, outputs: Outputs, path: Path, poses: Poses, low: float, high: float
+    evaluator: Evaluator,
+    outputs: Outputs,
+    path: Path,
+    poses: Poses,
+    low: float,
+    high: float,
+    between: Any = (),
 ) -> dict[str, dict[str, float]]:
     """Return ``swing`` [rad] by body and ``stroke`` [m] by joint over [low, high].
 
     A stationary value is bracketed between nodes of the path by the sign of its first
     derivative and refined by Newton's method on it, so that it does not depend on the grid.
+    `between` are further places to look at, for a path that needs no nodes.
     """
     entries = [
         entry
@@ -36,7 +43,7 @@ def ranges(
     result: dict[str, dict[str, float]] = {"swing": {}, "stroke": {}}
     if not entries or len(poses.y) < 3:
         return result
-    nodes = np.array(path.s)
+    nodes = np.array([*path.s, *between])
     inner = nodes[(nodes > low) & (nodes < high)]
     ends = [e.s for r in path.reach.values() for e in (r.low, r.high) if e is not None]
     ends = [s for s in ends if low <= s <= high]

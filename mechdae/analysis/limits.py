@@ -81,14 +81,14 @@ class LimitFinder:
         The input [consts; u0; d] of the path's kernels.
     constants
         Numbers and bounds of the scene.
-    u0, d, unit
-        u = u0 + s d; a radian of the driver, or a length of the mechanism.
+    drivers, unit
+        The function s (n,) -> u (n, nd); a radian of the driver, or a length of the mechanism.
     """
 
     def __init__(
-        self, graphs: Graphs, whole: Any, constants: Constants, u0: Any, d: Any, unit: float
+        self, graphs: Graphs, whole: Any, constants: Constants, drivers: Any, unit: float
     ) -> None:
-        self.graphs, self.whole, self.u0, self.d = graphs, whole, u0, d
+        self.graphs, self.whole, self.drivers = graphs, whole, drivers
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
         self._functions: dict[int, Any] = {}
         inputs = [graphs.scale, graphs.p]
@@ -166,7 +166,7 @@ class LimitFinder:
         rate[g.blocks[b].own] = v
         fixed = set(g.ancestors(b))
         s = float(y[len(chain)])
-        u = np.array([s]) if g.single else self.u0 + s * self.d
+        u = self.drivers(np.array([s]))[0]
         for k, graph in enumerate(g.blocks):
             if k in fixed or graph.block.group in lost:
                 continue

@@ -15,10 +15,9 @@ import numpy as np
 from mechdae.analysis.outputs import Request
 from mechdae.analysis.plan import Plan
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.expression import build, evaluate, names_in
-from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
+from mechdae.describe.expression import build, names_in
+from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import RATES, TIME, coordinates_of, names_of
-from mechdae.describe.tasks import Driven
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.batch import Batch
 from mechdae.model.model import FUNCTIONS, Model
@@ -182,18 +181,16 @@ class NamedOutputs:
         return known
 
 
-def time_of(mechanism: Mechanism, task: Driven, numbers: Plan, values: Any = None) -> Any:
+def time_of(numbers: Plan, values: Any = None) -> Any:
     """Return the time of each pose (n,), None for a task that has none.
 
-    A law gives the times; with one driver of constant speed it is the time since the first
-    of `values` (n, nd). Without `values` only the answer None means something.
+    Laws give the times; where one driver moves with constant speed it is the time since the
+    first of `values` (n, nd). Without `values` only the answer None means something.
     """
-    laws = [driver.times for driver in task.all_drivers if driver.times is not None]
-    if laws:
-        known = evaluate_all(mechanism.parameters)
-        times = [[evaluate(time, known) for time in law] for law in laws]
-        return np.array(times[0]) if all(law == times[0] for law in times) else None
-    steady = not (numbers.acceleration.any() or numbers.jerk.any()) and numbers.speed.all()
-    if len(numbers.coordinates) > 1 or not steady:
+    if numbers.timing is not None:
+        return numbers.timing.times
+    k = numbers.lead
+    steady = not (numbers.acceleration.any() or numbers.jerk.any()) and numbers.speed[:, k].all()
+    if not (numbers.by_value and steady):
         return None
-    return np.zeros(0) if values is None else (values[:, 0] - values[0, 0]) / numbers.speed[0, 0]
+    return np.zeros(0) if values is None else (values[:, k] - values[0, k]) / numbers.speed[0, k]

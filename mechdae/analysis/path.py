@@ -31,6 +31,8 @@ STRIDE = 64
 SHRUNK = 1 / 32
 """Share of the largest step below which a limit position is looked for."""
 SMALLEST = 1e-9
+NEAREST = 1e-6
+"""Share of the largest step that must be left for the way across a change point."""
 NARROWER = 12
 """Times the neighbourhood of a change point is halved until its expansion holds."""
 MOST_SMALL_STEPS = 20_000
@@ -75,12 +77,14 @@ class Path:
     graphs, constants
         Functions and numbers of the scene.
     u0, d : (nd,) arrays
-        u = u0 + s d; for one driver s is u itself.
+        u = u0 + s d; for one driver s is u itself. Not used along a course.
     largest
         Largest step in s.
     on_change_point
         "continue" on the branch with the continuous tangent, "switch" to the other one, or
         "stop" the group there.
+    within
+        Whether the way across a change point must end before the goal, which is a corner.
     """
 
     graphs: Graphs
@@ -90,6 +94,7 @@ class Path:
     largest: float
     counts: Counts = field(default_factory=Counts)
     on_change_point: str = "continue"
+    within: bool = False
 
     def __post_init__(self) -> None:
         g = self.graphs
@@ -102,8 +107,8 @@ class Path:
         self.groups = [group.index for group in g.scene.groups]
         self.block_group = [graph.block.group for graph in g.blocks]
         self.reach = {index: Reach() for index in self.groups}
-        crossings = CrossingFinder(g, self.constants, self.u0, self.d, self.largest)
-        self.finder = LimitFinder(g, self.whole, self.constants, self.u0, self.d, crossings.unit)
+        crossings = CrossingFinder(g, self.constants, self.motion, self.largest)
+        self.finder = LimitFinder(g, self.whole, self.constants, self.drivers, crossings.unit)
         self.bridges = Builder(crossings, self._step, self.constants, self.finder.weights)
         self.zones: list[Zone] = []
         self.curves = CurveEnds(self.graphs, self.constants.p)
@@ -137,6 +142,19 @@ class Path:
                 signs[count % 2 != 0, b] *= -1
         return signs
 
+    def redirect(self, u0: Any, d: Any, largest: float) -> None:
+        """Use the path for another line u = u0 + s d; it then begins anew."""
+        self.u0, self.d, self.largest = u0, d, largest
+        self.whole[-2 * len(d) :] = np.concatenate([u0, d])
+        self.reach = {index: Reach() for index in self.groups}
+        self.bridges.finder.largest = largest
+        self.finder.unit = self.bridges.finder.unit
+        self.zones, self.flips = [], [[] for _ in self.graphs.blocks]
+        self.curves.restart()
+        self._next_try.clear()
+        self._next_bridge.clear()
+        self.laboured = 0
+
     def _step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
         """Return state, test, det and miss after one step."""
         result = self._one(state[None, :], np.array([[s, ds]]), self.whole)
@@ -161,7 +179,31 @@ class Path:
         for b, graph in enumerate(self.graphs.blocks):
             followed = X[self.reach[self.block_group[b]].contains(S)][:, graph.own]
             size[graph.own] = np.abs(followed).max(axis=0, initial=0.0)
-        return size, np.abs(self.u0 + S[:, None] * self.d).max(axis=0)
+        course = self.graphs.course
+        if course:
+            return size, course.reach(S, np.diff(S, append=S[-1])).max(axis=0)
+        return size, np.abs(self.drivers(S)).max(axis=0)
+
+    def drivers(self, s: Any) -> Any:
+        """Return the drivers' values (n, nd) at `s` (n,)."""
+        course = self.graphs.course
+        return course.sampled(s)[0] if course else self.u0 + s[:, None] * self.d
+
+    def motion(self, s: float) -> list[Any]:
+        """Return the drivers' values and three derivatives with respect to s, each (nd,)."""
+        course = self.graphs.course
+        if course:
+            return course.jet(s)
+        nothing = np.zeros(len(self.d))
+        return [self.u0 + s * self.d, self.d, nothing, nothing]
+
+    def rates(self, s: Any, order: int) -> tuple[Any, ...]:
+        """Return the drivers' derivatives (n, nd) with respect to s, up to `order` <= 3."""
+        course = self.graphs.course
+        if course:
+            return tuple(course.sampled(s, order)[1:])
+        shape = (len(s), len(self.d))
+        return (np.broadcast_to(self.d, shape), *[np.zeros(shape)] * (order - 1))
 
     def arrays(self) -> tuple[Any, Any, Any, Any]:
         """Return s (m,), x, x', x'' (m, nx) of the nodes, s rising."""
@@ -363,13 +405,13 @@ class Path:
                 ended.add(index)
         return True
 
-    def on_curves(self) -> tuple[Any, Any]:
-        """Return x (m, nx) and u (m, nd) of the nodes where all contacts follow the path."""
+    def on_curves(self) -> tuple[Any, Any, Any]:
+        """Return s (m,), x (m, nx), u (m, nd) of the nodes where all contacts follow the path."""
         S, X, _, _ = self.arrays()
         rows = np.ones(len(S), bool)
         for index in self.curves.groups:
             rows &= self.reach[index].contains(S)
-        return X[rows], self.u0 + S[rows, None] * self.d
+        return S[rows], X[rows], self.drivers(S[rows])
 
     def at(self, s: float) -> Any:
         """Return the unknowns (nx,) at a place between nodes, from the node before it."""
@@ -459,7 +501,9 @@ class Path:
                 continue
             distance = sense * (found.s - s)
             zone = min(ZONE * self.largest, distance)
-            if distance - zone >= rest:
+            if self.within:
+                zone = min(zone, rest - distance)
+            if distance - zone >= rest or zone < NEAREST * self.largest:
                 return False
             for _ in range(NARROWER):
                 place = self._walk(found.s - sense * zone, s, state, sense, ended, up)

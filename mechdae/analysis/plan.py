@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.laws import Timing, interval, timing
 from mechdae.describe.coordinates import CURVE_JOINTS, SLIDE_JOINTS, Coordinate, coordinate
-from mechdae.describe.expression import build, evaluate
+from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism, evaluate_all
 from mechdae.describe.tasks import DEFAULT_POSES, Driven, Driver, Sweep
 from mechdae.errors import InputError, MechdaeError
-from mechdae.model.model import FUNCTIONS
+from mechdae.kernels.course import Course
 
 MAX_POSES = 2_000_000
 
@@ -26,6 +28,11 @@ class Plan:
     names each pose (``at``, or a law at given times); ``sketch`` is the drivers' values in
     the sketch, nan without. ``speed``, ``acceleration`` and ``jerk`` are (1, nd), or (n, nd)
     by a law.
+
+    ``course`` is the curve of the drivers where they follow laws of time, or where one
+    moves and others are held: ``moving`` is the place of that one. Without it, several
+    drivers move along straight lines in their values. ``timing`` is that of laws, ``lead`` the
+    first driver that is not held.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -36,10 +43,25 @@ class Plan:
     acceleration: Any
     jerk: Any
     sketch: Any
+    course: Course | None = None
+    moving: int | None = None
+    held: Any = None
+    timing: Timing | None = None
+    lead: int = 0
 
     @property
     def assembled(self) -> bool:
         return self.values is None
+
+    @property
+    def by_value(self) -> bool:
+        """Whether one driver moves, and is not moved by a law: its value tells the pose."""
+        return self.timing is None and (len(self.coordinates) == 1 or self.moving is not None)
+
+    @property
+    def first(self) -> Any:
+        """The drivers' values (nd,) at the first pose; nan where they are to be found."""
+        return self.values[0] if self.values is not None else self.held
 
 
 def plan(mechanism: Mechanism, task: Driven) -> Plan:
@@ -53,29 +75,82 @@ def plan(mechanism: Mechanism, task: Driven) -> Plan:
     known = evaluate_all(mechanism.parameters)
     drivers = task.all_drivers
     coordinates = tuple(coordinate(mechanism, driver.coordinate) for driver in drivers)
+    sketch = np.array([_driver_in_sketch(mechanism, c, known) for c in coordinates])
     try:
-        poses = _pose_count(task)
-        assembled = [driver.range is not None for driver in drivers]
-        if any(assembled) and len(drivers) > 1:
-            raise InputError('range = "assembled" needs a single driver')
-        laws = [_moved(driver, poses, known) for driver in drivers]
-        columns = None if any(assembled) else [law[0] for law in laws]
-        speed, acceleration, jerk = (
-            np.stack(np.broadcast_arrays(*[law[order] for law in laws]), axis=1)
-            for order in (1, 2, 3)
-        )
+        moving = [k for k, driver in enumerate(drivers) if driver.at is None or len(driver.at) > 1]
+        by_law = any(driver.law is not None for driver in drivers)
+        if by_law and any(drivers[k].law is None for k in moving):
+            raise InputError(
+                "beside a law of time a driver is held or follows a law too",
+                hint='at = [value] holds it, law = "..." moves it',
+            )
+        poses = _pose_count(task, [drivers[k] for k in moving] or list(drivers))
+        for k, driver in enumerate(drivers):
+            if moving and k not in moving:
+                _check_held(driver, known)
+        if by_law:
+            return _by_laws(coordinates, drivers, moving, poses, known, sketch)
+        if len(moving) > 1 and any(driver.range is not None for driver in drivers):
+            raise InputError(
+                'range = "assembled" needs a single driver that moves',
+                hint="hold the others: at = [value]",
+            )
+        laws = [
+            _moved(driver, poses, known, not moving or k in moving)
+            for k, driver in enumerate(drivers)
+        ]
+        speed, acceleration, jerk = (np.array([[w[k] for w in laws]]) for k in (1, 2, 3))
+        columns = [law[0] for law in laws]
     except MechdaeError as problem:
         raise problem.inside("driver") from None
-    sketch = [_driver_in_sketch(mechanism, c, known) for c in coordinates]
-    values = None if columns is None else np.stack(columns, axis=1)
-    named = any(driver.at is not None or driver.law is not None for driver in drivers)
-    return Plan(coordinates, values, poses, named, speed, acceleration, jerk, np.array(sketch))
+    whole = any(driver.range is not None for driver in drivers)
+    values = None if whole else np.stack(np.broadcast_arrays(*columns), axis=1)
+    named = any(drivers[k].at is not None for k in moving or range(len(drivers)))
+    lead = moving[0] if moving else 0
+    rates = (speed, acceleration, jerk)
+    numbers = Plan(coordinates, values, poses, named, *rates, sketch, lead=lead)
+    if len(moving) == 1:
+        k = moving[0]
+        held = np.array([np.nan if j == k else column[0] for j, column in enumerate(columns)])
+        numbers = replace(numbers, held=held)
+        if len(drivers) > 1:
+            s = ca.SX.sym("s")
+            u = ca.vertcat(*[s if j == k else value for j, value in enumerate(held.tolist())])
+            numbers = replace(numbers, moving=k, course=Course(s, u, coordinates[k].is_angle))
+    return numbers
 
 
-def _pose_count(task: Driven) -> int:
+def _by_laws(
+    coordinates: tuple[Coordinate, ...],
+    drivers: Sequence[Driver],
+    moving: list[int],
+    poses: int,
+    known: dict[str, float],
+    sketch: Any,
+) -> Plan:
+    """Return the plan of drivers that follow laws of time, others held."""
+    t = timing(drivers, poses, known)
+    named = any(driver.times is not None for driver in drivers)
+    return Plan(
+        coordinates,
+        t.values,
+        len(t.times),
+        named,
+        t.speed,
+        t.acceleration,
+        t.jerk,
+        sketch,
+        course=t.course,
+        timing=t,
+        lead=moving[0],
+    )
+
+
+def _pose_count(task: Driven, drivers: Sequence[Driver]) -> int:
+    """Return the number of poses that the drivers that move ask for."""
     counts = {
         len(listed)
-        for driver in task.all_drivers
+        for driver in drivers
         for listed in (driver.at, driver.times)
         if listed is not None
     }
@@ -90,36 +165,24 @@ def _pose_count(task: Driven) -> int:
     return count
 
 
-def _moved(driver: Driver, poses: int, known: dict[str, float]) -> tuple[Any, Any, Any, Any]:
-    """Return values (n,), speeds, accelerations and jerks (1,) or (n,) of one driver."""
-    if driver.law is not None:
-        return _law(driver, known)
-    speed = evaluate(driver.speed if driver.speed is not None else 1.0, known)
+def _check_held(driver: Driver, known: dict[str, float]) -> None:
+    for key in ("speed", "acceleration", "jerk"):
+        rate = getattr(driver, key)
+        if rate is not None and evaluate(rate, known) != 0:
+            raise InputError(
+                f"{driver.coordinate} has one value and is held while others move", where=key
+            )
+
+
+def _moved(
+    driver: Driver, poses: int, known: dict[str, float], moves: bool
+) -> tuple[Any, float, float, float]:
+    """Return values (n,), speed, acceleration and jerk of one driver."""
+    speed = evaluate(driver.speed if driver.speed is not None else float(moves), known)
     acceleration = evaluate(driver.acceleration if driver.acceleration is not None else 0.0, known)
     jerk = evaluate(driver.jerk if driver.jerk is not None else 0.0, known)
     values = np.zeros(0) if driver.range is not None else _values(driver, poses, known)
-    return values, np.array([speed]), np.array([acceleration]), np.array([jerk])
-
-
-def _law(driver: Driver, known: dict[str, float]) -> tuple[Any, Any, Any, Any]:
-    """Return u(t), u'(t), u''(t), u'''(t) at the times of a law; the last one may be nan."""
-    assert driver.law is not None
-    if driver.times is None:
-        raise InputError("'times' is missing: the law is evaluated there", where="times")
-    for entry in ("speed", "acceleration", "jerk"):
-        if getattr(driver, entry) is not None:
-            raise InputError("a law of time gives its rates itself", where=entry)
-    t = ca.SX.sym("t")
-    u = ca.SX(build(driver.law, {**known, "t": t}, FUNCTIONS))
-    first = ca.jacobian(u, t)
-    second = ca.jacobian(first, t)
-    function = ca.Function("law", [t], [u, first, second, ca.jacobian(second, t)])
-    times = np.array([evaluate(value, known) for value in driver.times])
-    rows = [[float(part) for part in function(time)] for time in times]
-    values, speed, acceleration, jerk = np.array(rows).T
-    if not np.all(np.isfinite([values, speed, acceleration])):
-        raise InputError("the law has no finite value at some time", where="law")
-    return values, speed, acceleration, np.where(np.isfinite(jerk), jerk, np.nan)
+    return values, speed, acceleration, jerk
 
 
 def _values(driver: Driver, poses: int, known: dict[str, float]) -> Any:
@@ -127,14 +190,7 @@ def _values(driver: Driver, poses: int, known: dict[str, float]) -> Any:
         return np.array([evaluate(value, known) for value in driver.at])
     assert driver.from_ is not None
     assert driver.to is not None
-    first, last = evaluate(driver.from_, known), evaluate(driver.to, known)
-    if poses == 1:
-        return np.array([first])
-    if first == last:
-        raise InputError("'from' and 'to' are the same value", hint="use 'at' for a single pose")
-    grid = first + (last - first) * (np.arange(poses) / (poses - 1))
-    grid[-1] = last
-    return grid
+    return interval(evaluate(driver.from_, known), evaluate(driver.to, known), poses)
 
 
 def _driver_in_sketch(mechanism: Mechanism, c: Coordinate, known: dict[str, float]) -> float:

@@ -25,6 +25,7 @@ from mechdae.results import Named, Result, Series
 WORDS = ("ok", "limit", "singular", "ambiguous", "unassembled")
 MOST = 4
 """Intervals named in one sentence."""
+ENDS = ("from", "to")
 STOPS = {
     "unproved": "its steps became too small to go on proving the path",
     "pole": "a slide runs away there, its guides become parallel",
@@ -46,7 +47,8 @@ def ends(path: Path) -> list[float | None]:
 def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[dict[str, Any]]:
     """Return the ends of the path's groups as events, in the order of s.
 
-    ``at`` is the driver's value, with several drivers the list of their values.
+    ``at`` is the driver's value, with several drivers the list of their values; ``time`` is
+    added where they follow laws.
     """
     found: list[tuple[float, dict[str, Any]]] = []
     seen = set()
@@ -60,25 +62,29 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
                 continue
             seen.add((limit.s, limit.group))
             group = groups[limit.group]
-            near = {"gap": limit.gap} if limit.kind == "ambiguous" else {}
-            found.append(
-                (
-                    limit.s,
-                    {
-                        "kind": limit.kind,
-                        "at": limit.s
-                        if setting.graphs.single
-                        else list(path.u0 + limit.s * path.d),
-                        "group": list(group.bodies),
-                        "joint": limit.joint or group.key_joint,
-                        "name": group.name,
-                        "in_range": bool(low <= limit.s <= high),
-                        **near,
-                    },
-                )
-            )
+            event = _event(setting, path, limit.s, group, low <= limit.s <= high)
+            event |= {"kind": limit.kind, "joint": limit.joint or group.key_joint}
+            if limit.kind == "ambiguous":
+                event["gap"] = limit.gap
+            found.append((limit.s, event))
     found += [pair for zone in path.zones for pair in _crossed(setting, path, zone, low, high)]
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
+
+
+def _event(setting: Setting, path: Path, s: float, group: Group, inside: bool) -> dict[str, Any]:
+    """Return an event at `s`: the drivers' values and the time, the group and its joint."""
+    at = path.drivers(np.array([s]))[0].tolist()
+    event = {
+        "kind": "",
+        "at": at if len(at) > 1 else at[0],
+        "group": list(group.bodies),
+        "joint": group.key_joint,
+        "name": group.name,
+        "in_range": bool(inside),
+    }
+    if setting.plan.timing and path.graphs.course:
+        event["time"] = s
+    return event
 
 
 def _crossed(
@@ -99,14 +105,9 @@ def _crossed(
             name: [float(a), None if b is None else float(b)]
             for name, a, b in zip(names, crossing.own.slope, other, strict=True)
         }
-        at = crossing.s if setting.graphs.single else list(path.u0 + crossing.s * path.d)
-        event = {
+        event = _event(setting, path, crossing.s, group, low <= crossing.s <= high)
+        event |= {
             "kind": "change_point",
-            "at": at,
-            "group": list(group.bodies),
-            "joint": group.key_joint,
-            "name": group.name,
-            "in_range": bool(low <= crossing.s <= high),
             "action": zone.action,
             "tangents": tangents,
             "exact": crossing.exact,
@@ -126,10 +127,10 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     named["centres"] = Series(found.centres)
     certified = np.isin(status, ("ok", "limit"))
     columns = outputs.columns(setting.expressions.coordinates)
-    time = time_of(problem.mechanism, task, plan, run.values)
+    time = time_of(plan, run.values)
     there = [array[:, columns] for array in poses.y]
     named["outputs"], lost = setting.expressions.evaluate(there, time, certified)
-    bounds = output_bounds(setting.graphs, outputs, run.path.constants, poses)
+    bounds = output_bounds(run.path.graphs, outputs, run.path.constants, poses)
     for bound in bounds.values():
         bound[~certified] = np.nan
     failed = _failed(setting, run, status)
@@ -172,10 +173,11 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         status=status,
         bound=Series(bounds),
         condition=_condition(poses, certified),
-        events=tuple(sorted_events([*run.events, *events, *found.events])),
+        events=_in_order(setting, run, [*run.events, *events, *found.events]),
         summary=summary,
         fault=_fault(setting, run, status, failed, rollers),
         definition=task,
+        time=plan.timing.times if plan.timing else None,
         **named,
     )
 
@@ -186,21 +188,32 @@ def _undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[di
         return [], []
     groups = {name: group for group in setting.scene.groups for name in group.joints}
     events, intervals = [], []
-    x, values = run.poses.x, run.values
-    if setting.graphs.single and not setting.plan.named:  # between the poses as well
-        nodes, places = run.path.on_curves()
-        between = (places[:, 0] > values.min()) & (places[:, 0] < values.max())
-        x, values = np.vstack([x, nodes[between]]), np.vstack([values, places[between]])
-        order = np.argsort(values[:, 0], kind="stable")
-        x, values = x[order], values[order]
+    x, values, s = run.poses.x, run.values, run.places
+    if not setting.plan.named:  # between the poses as well
+        nodes, X, U = run.path.on_curves()
+        between = (nodes > s.min()) & (nodes < s.max())
+        s = np.concatenate([s, nodes[between]])
+        order = np.argsort(s, kind="stable")
+        x, values = np.vstack([x, X[between]])[order], np.vstack([values, U[between]])[order]
+        s = s[order]
     for cut in cuts(setting.scene, x, values):
         ends = [values[k] for k in (cut.first, cut.last)]
         first, last = (u.tolist() if len(u) > 1 else float(u[0]) for u in ends)
-        group = groups[cut.joint]
-        named = {"group": list(group.bodies), "joint": cut.joint, "name": group.name}
-        events.append({"kind": "undercut", "at": first, **named, "in_range": True})
-        intervals.append({"from": first, "to": last, "joint": cut.joint, "depth": cut.depth})
+        event = _event(setting, run.path, float(s[cut.first]), groups[cut.joint], True)
+        events.append(event | {"kind": "undercut", "at": first, "joint": cut.joint})
+        interval = {"from": first, "to": last, "joint": cut.joint, "depth": cut.depth}
+        if "time" in event:
+            interval["time"] = [float(s[cut.first]), float(s[cut.last])]
+        intervals.append(interval)
     return events, intervals
+
+
+def _in_order(setting: Setting, run: Run, events: list[dict[str, Any]]) -> tuple[Any, ...]:
+    """Return events in the order of the motion; along lines they are in that order."""
+    graphs = run.path.graphs
+    if not (graphs.single or graphs.course):
+        return tuple(events)
+    return tuple(sorted_events(events, setting.plan.lead))
 
 
 def _modes_at_start(setting: Setting, run: Run) -> str:
@@ -238,7 +251,7 @@ def _near_crossings(setting: Setting, path: Path) -> list[str]:
         for crossing in zone.crossings:
             if crossing.exact:
                 continue
-            at = [zone.s] if setting.graphs.single else path.u0 + zone.s * path.d
+            at = path.drivers(np.array([zone.s]))[0]
             notes.append(
                 f"at {start.where(setting.scene, at)} two branches come within "
                 f"{crossing.gap:.1g} of each other, as near as rounding of the numbers given: "
@@ -274,8 +287,7 @@ def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
 def _mode(setting: Setting, run: Run) -> str:
     """Return the label of the assembly mode the path starts on."""
     s, x = run.path.origin
-    u = np.array([s]) if setting.graphs.single else run.path.u0 + s * run.path.d
-    return setting.assembler.label(x, u)
+    return setting.assembler.label(x, run.path.drivers(np.array([s]))[0])
 
 
 def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
@@ -284,17 +296,20 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
     if not lost.any():
         return []
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
-    values = run.values[:, 0]
+    places, plan = run.places, setting.plan
     intervals = []
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         group = _first_lost(setting, run.poses.alive[a])
-        first, last = float(values[a]), float(values[b - 1])
-        if setting.graphs.single and not setting.plan.named:
-            before = float(values[a - 1]) if a else first
-            after = float(values[b]) if b < len(values) else last
+        first, last = float(places[a]), float(places[b - 1])
+        if not plan.named:
+            before = float(places[a - 1]) if a else first
+            after = float(places[b]) if b < len(places) else last
             first = _between(run.path, before, first)
             last = _between(run.path, last, after, default=last)
-        entry: dict[str, Any] = {"from": first, "to": last}
+        values = run.path.drivers(np.array([first, last]))[:, plan.lead]
+        entry: dict[str, Any] = {"from": float(values[0]), "to": float(values[1])}
+        if plan.timing and run.path.graphs.course:
+            entry["time"] = [first, last]
         if group is not None:
             joint = _left_curve(run.path, group, (first + last) / 2) or group.key_joint
             entry |= {"group": list(group.bodies), "joint": joint, "name": group.name}
@@ -318,7 +333,8 @@ def _between(path: Path, a: float, b: float, default: float | None = None) -> fl
         for limit in (reach.low, reach.high):
             if limit is None:
                 continue
-            for s in (limit.s, limit.s + 2 * np.pi, limit.s - 2 * np.pi):
+            turn = 2 * np.pi if path.graphs.turns else 0.0
+            for s in (limit.s, limit.s + turn, limit.s - turn):
                 if low <= s <= high:
                     return float(s)
     return b if default is None else default
@@ -350,48 +366,59 @@ def _fault(
 
 def _cutting(setting: Setting, joint: str, intervals: list[dict[str, Any]]) -> str:
     """Return where a roller cuts into its curve."""
-    c, several = setting.plan.coordinates[0], not setting.graphs.single
+    lead, timed = setting.plan.lead, "time" in intervals[0]
+    c = setting.plan.coordinates[lead]
     places = []
     for entry in intervals[:MOST]:
-        ends = [entry[end][0] if several else entry[end] for end in ("from", "to")]
-        first, last = (start.shown(c.unit, value) for value in ends)
+        ends = [np.ravel(entry[end])[0 if np.ndim(entry[end]) == 0 else lead] for end in ENDS]
+        first, last = (start.shown(c.unit, float(value)) for value in ends)
+        if timed:
+            first, last = (f"{time:.6g} s" for time in entry["time"])
         places.append(first if first == last else f"{first} to {last}")
     more = f" and {len(intervals) - MOST} more" if len(intervals) > MOST else ""
     depth = max(entry["depth"] for entry in intervals)
     return (
         f"the roller of joint {joint} cuts into its curve, by up to {depth:.2g} m, "
-        f"at {c.text} = {', '.join(places)}{more}"
+        f"at {'t' if timed else c.text} = {', '.join(places)}{more}"
     )
 
 
 def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]) -> str:
     """Return which poses are lost and why."""
     entry = failed[0]
-    c = setting.plan.coordinates[0]
+    c = setting.plan.coordinates[setting.plan.lead]
     lost = int(np.isin(status, ("unassembled", "singular")).sum())
     stops = [e for e in run.events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
     stopped = bool(stops)
     text = f"{lost} of {len(status)} poses {'are not reached' if stopped else 'do not assemble'}"
     if "name" in entry and not stopped:
         text += f": group {entry['name']} opens at joint {entry['joint']}"
-    interval = [start.shown(c.unit, entry[end]) for end in ("from", "to")]
-    text += f", first at {c.text} = {interval[0]}" + (
+    interval = [start.shown(c.unit, entry[end]) for end in ENDS]
+    if "time" in entry:
+        interval = [f"{time:.6g} s" for time in entry["time"]]
+    text += f", first at {'t' if 'time' in entry else c.text} = {interval[0]}" + (
         f" to {interval[1]}" if interval[0] != interval[1] else ""
     )
-    ends = [
-        start.shown(c.unit, event["at"])
-        for event in run.events
-        if event["kind"] == "limit" and setting.graphs.single
-    ]
-    if ends:
-        text += f"; limit position{'s' if len(ends) > 1 else ''} at {c.text} = {', '.join(ends)}"
+    limits = [event for event in run.events if event["kind"] == "limit"]
+    if limits:
+        text += f"; limit position{'s' if len(limits) > 1 else ''} at "
+        if setting.graphs.single:
+            ends = [start.shown(c.unit, event["at"]) for event in limits]
+            text += f"{c.text} = {', '.join(ends)}"
+        else:
+            text += "; ".join(_place(setting, event) for event in limits)
     for event in stops:
-        at = [event["at"]] if setting.graphs.single else event["at"]
-        place = start.where(setting.scene, at)
         why = STOPS[event["kind"]].format(joint=event["joint"])
-        text += f"; the motion stops at {place}: {why}"
+        text += f"; the motion stops at {_place(setting, event)}: {why}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
             text += ", and on the other one the driver stands still"
     if status[0] == "unassembled":
         text += _modes_at_start(setting, run)
     return text
+
+
+def _place(setting: Setting, event: dict[str, Any]) -> str:
+    """Return where an event is: the time of a law, and the drivers' values."""
+    at = event["at"] if isinstance(event["at"], list) else [event["at"]]
+    time = f"t = {event['time']:.6g} s, " if "time" in event else ""
+    return time + start.where(setting.scene, at)

@@ -45,12 +45,13 @@ class Setting:
 
 @dataclass
 class Run:
-    """Evaluated poses with the driver values they belong to."""
+    """Evaluated poses with the driver values and the places on the path they belong to."""
 
     path: Path
     evaluator: Evaluator
     poses: Poses
     values: Any
+    places: Any
     events: list[dict[str, Any]]
     summary: dict[str, Any]
     found: measure.Found = field(default_factory=measure.Found)
@@ -71,12 +72,13 @@ def prepare(problem: Problem, task: Sweep) -> Setting:
         the_scene.selection.named,
         task.derivatives,
         listed=task.outputs is not None,
-        time=time_of(mechanism, task, numbers) is not None,
+        time=time_of(numbers) is not None,
     )
-    hidden = requests(model, list(expressions.rates)) + measure.requests(the_scene, task)
+    hidden = requests(model, list(expressions.rates))
+    hidden += measure.requests(the_scene, task, numbers.by_value)
     outputs = Outputs(the_scene, hidden)
     order = max(task.derivatives, measure.order_of(task))
-    graphs = Graphs(the_scene, outputs.expression, order)
+    graphs = Graphs(the_scene, outputs.expression, order, numbers.course)
     assembler = Assembler(graphs, sketched(mechanism))
     return Setting(
         numbers, the_scene, outputs, graphs, assembler, expressions, task.on_change_point
@@ -89,8 +91,8 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
         u, x = start.sketched_pose(setting.assembler, setting.plan)
         setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u)
         return u, x
-    first = setting.plan.values[0] if setting.plan.values is not None else None
-    u = first if first is not None else start.start_values(setting.plan)
+    first = setting.plan.first
+    u = np.where(np.isnan(first), start.start_values(setting.plan), first)
     return u, start.mode_by_label(setting.assembler, u, task.mode).x
 
 
@@ -98,23 +100,26 @@ def covered(
     follow: Callable[[Constants], tuple[Path, Any]],
     setting: Setting,
     span: Any,
-    margin: float,
+    margin: Any,
     start: tuple[Any, Any],
+    graphs: Graphs | None = None,
 ) -> tuple[Path, Any]:
     """Return what `follow` gives with bounds that hold for the path it found.
 
     The bounds of a sweep need the size of unknowns and drivers before they are known: they
     are assumed, and enlarged where the path went further. So is what curves divide by,
-    which is measured, first at `start` (unknowns, driver values).
+    which is measured, first at `start` (unknowns, driver values). `graphs` are those of the
+    path where they are not the setting's.
     """
+    graphs = graphs or setting.graphs
     size_u = np.max(np.abs(np.asarray(span, float)), axis=0) + margin
     size_x = None
-    kept = divisors(setting.graphs, start[0][None, :], np.atleast_2d(start[1])) / 2
+    kept = divisors(graphs, start[0][None, :], np.atleast_2d(start[1])) / 2
     for _ in range(GROWTHS):
-        numbers = Constants(setting.graphs, size_u, size_x, kept)
+        numbers = Constants(graphs, size_u, size_x, kept)
         path, values = follow(numbers)
         found_x, found_u = path.sizes()
-        found = divisors(setting.graphs, *path.on_curves())
+        found = divisors(graphs, *path.on_curves()[1:])
         safe = not numbers.measured or np.all(numbers.floors[: len(found)] <= SAFE * found)
         if safe and np.all(found_x <= numbers.size_x) and np.all(found_u <= size_u):
             return path, values

@@ -1,4 +1,4 @@
-"""Sweeps of several drivers: straight lines between the values the file names."""
+"""Sweeps of several drivers along straight lines, and the way from the sketch to a course."""
 
 from __future__ import annotations
 
@@ -6,87 +6,97 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.crossings import NODES_PER_TURN
-from mechdae.analysis.evaluate import Evaluator, Poses
+from mechdae.analysis.evaluate import Evaluator
+from mechdae.analysis.extremes import ranges
+from mechdae.analysis.legs import Legs, largest_step
 from mechdae.analysis.measures.measure import at_poses
 from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale
 from mechdae.analysis.path import Path
 from mechdae.analysis.report import limit_events
-from mechdae.analysis.setting import Run, Setting, covered, first_pose
+from mechdae.analysis.setting import Run, Setting, covered
 from mechdae.describe.tasks import Sweep
 
 
-def several_drivers(setting: Setting, task: Sweep) -> Run:
-    """Return the poses of a sweep with several drivers.
-
-    The mechanism moves along a straight line in the drivers' values from the sketch to the
-    first pose, then along one line through all poses (``from`` and ``to``) or from pose to
-    pose (``at``, laws of time). Poses behind a limit position are lost.
-    """
-    plan = setting.plan
-    values, n = plan.values, len(plan.values)
-    evaluator = Evaluator(setting.graphs, setting.outputs)
-    speed = np.broadcast_to(plan.speed, values.shape)
-    acceleration = np.broadcast_to(plan.acceleration, values.shape)
-    jerk = np.broadcast_to(plan.jerk, values.shape)
-    u, x = first_pose(setting, task)
-    lines = list(values) if plan.named or n == 1 else [values[0], values[-1]]
-    parts: list[Poses] = []
-    first = 0
-    for k, corner in enumerate(lines):
-        path = _line(setting, u, x, corner)
-        through = not plan.named and k == 1
-        rows = slice(0, n) if through else slice(first, first + 1)
-        grid = np.linspace(0.0, 1.0, n) if through else np.ones(1)
-        part = evaluator.at(path, grid, (speed[rows], acceleration[rows], jerk[rows]))
-        if plan.named or through or n == 1 or not part.alive.all():
-            parts.append(part)
-            first += len(grid)
-        if not part.alive.all():
-            break
-        x, u = part.x[-1], corner
-    poses = _joined(parts, n)
-    events = limit_events(setting, path, -1.0, 2.0)
-    return Run(path, evaluator, poses, values, events, {}, at_poses(setting.outputs, task, poses))
-
-
-def _line(setting: Setting, u: Any, x: Any, to: Any) -> Path:
-    """Return the certified path from `u` (s = 0) to the driver values `to` (s = 1)."""
-    scale = mechanism_scale(setting.scene.model.mechanism)
+def scales(setting: Setting) -> Any:
+    """Return the size of each driver, (nd,), see `driver_size`."""
     model = setting.scene.model
-    scales = np.array([driver_size(model, c, scale) for c in setting.plan.coordinates])
-    d = np.asarray(to, float) - u
-    length = float(np.max(np.abs(d) / scales)) or 1.0
-    largest = 2 * np.pi / NODES_PER_TURN / length
+    length = mechanism_scale(model.mechanism)
+    return np.array([driver_size(model, c, length) for c in setting.plan.coordinates])
+
+
+def walked(setting: Setting, x: Any, corners: Any) -> Legs:
+    """Return the proved straight legs through the drivers' values `corners` (m, nd)."""
+    graphs = setting.graphs.straight
 
     def follow(numbers: Constants) -> tuple[Path, Any]:
-        path = Path(setting.graphs, numbers, np.array(u, float), d, largest)
-        path.begin(x, 0.0)
+        legs = Legs(graphs, numbers, corners, scales(setting))
+        legs.on_change_point = setting.on_change_point
+        legs.walk(x)
+        return legs, legs
+
+    legs: Legs = covered(follow, setting, corners, 0.0, (x, corners[0]), graphs)[1]
+    return legs
+
+
+def approach(setting: Setting, u: Any, x: Any, to: Any) -> Any:
+    """Return the unknowns at the drivers' values `to`, moved there straight from `u`.
+
+    None where a limit position lies between.
+    """
+    if np.array_equal(u, to):
+        return x
+    legs = walked(setting, x, np.array([u, to]))
+    return legs.nodes[-1] if legs.whole_way else None
+
+
+def from_pose_to_pose(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
+    """Return the poses along straight legs from one to the next, the sketch first.
+
+    Groups that reach a limit position are lost from there on, the others go on.
+    """
+    plan = setting.plan
+    legs = walked(setting, x, np.vstack([u, plan.values]))
+    evaluator = Evaluator(legs.graphs, setting.outputs)
+    n = len(plan.values)
+    places = np.arange(1.0, n + 1)
+    poses = evaluator.at(legs, places, _rates(setting))
+    events = limit_events(setting, legs, 0.0, float(n))
+    measured = at_poses(setting.outputs, task, poses)
+    return Run(legs, evaluator, poses, plan.values, places, events, {}, measured)
+
+
+def along_a_line(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
+    """Return the poses along one straight line from the first to the last values."""
+    plan = setting.plan
+    values = plan.values
+    start = approach(setting, u, x, values[0])
+    if start is None:
+        return from_pose_to_pose(setting, task, u, x)
+    d = values[-1] - values[0]
+    largest = largest_step(d, scales(setting))
+
+    def follow(numbers: Constants) -> tuple[Path, Any]:
+        path = Path(setting.graphs, numbers, values[0], d, largest)
+        path.on_change_point = setting.on_change_point
+        path.begin(start, 0.0)
         path.extend(1.0)
         return path, None
 
-    return covered(follow, setting, np.vstack([setting.plan.values, u]), 0.0, (x, u))[0]
+    path = covered(follow, setting, values, 0.0, (start, values[0]))[0]
+    evaluator = Evaluator(setting.graphs, setting.outputs)
+    grid = np.linspace(0.0, 1.0, len(values))
+    poses = evaluator.at(path, grid, _rates(setting))
+    summary: dict[str, Any] = {}
+    if task.derivatives >= 2:
+        found = ranges(evaluator, setting.outputs, path, poses, 0.0, 1.0)
+        summary.update({word: table for word, table in found.items() if table})
+    events = limit_events(setting, path, 0.0, 1.0)
+    measured = at_poses(setting.outputs, task, poses)
+    return Run(path, evaluator, poses, values, grid, events, summary, measured)
 
 
-def _joined(parts: list[Poses], n: int) -> Poses:
-    """Return all parts as one; poses behind a failed leg are lost."""
-
-    def together(arrays: list[Any], fill: Any) -> Any:
-        whole = np.concatenate(arrays)
-        if len(whole) < n:
-            shape = (n - len(whole), *whole.shape[1:])
-            whole = np.concatenate([whole, np.full(shape, fill, dtype=whole.dtype)])
-        return whole
-
-    first = parts[0]
-    return Poses(
-        together([p.s for p in parts], np.nan),
-        together([p.x for p in parts], np.nan),
-        together([p.alive for p in parts], False),
-        together([p.at_limit for p in parts], False),
-        together([p.uncertain for p in parts], False),
-        together([p.singular for p in parts], False),
-        together([p.error for p in parts], np.nan),
-        together([p.condition for p in parts], np.nan),
-        [together([p.y[k] for p in parts], np.nan) for k in range(len(first.y))],
-    )
+def _rates(setting: Setting) -> tuple[Any, ...]:
+    """Return speeds, accelerations and jerks of the drivers, each (n, nd)."""
+    plan = setting.plan
+    shape = plan.values.shape
+    return tuple(np.broadcast_to(r, shape) for r in (plan.speed, plan.acceleration, plan.jerk))

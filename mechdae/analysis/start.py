@@ -70,15 +70,15 @@ def start_values(plan: Plan) -> Any:
     """Return the drivers' values in the sketch, in their absence those of the first pose."""
     u = plan.sketch.copy()
     if np.isnan(u).any():
-        if plan.values is None:
-            c = plan.coordinates[0]
+        u = np.where(np.isnan(u), plan.first, u)
+        if np.isnan(u).any():
+            c = plan.coordinates[int(np.argmax(np.isnan(u)))]
             key = f"{c.part}_deg = 30" if c.kind == "body angle" else f"{c.part} = 0.1"
             raise MechanismError(
                 f"the sketch must give the driver {c.text}",
                 where="sketch",
                 hint=f"a line like {key} in [sketch]" if c.kind != "point" else f'"{c.text}" = 0.1',
             )
-        u = np.where(np.isnan(u), plan.values[0], u)
     return u
 
 

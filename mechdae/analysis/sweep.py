@@ -9,18 +9,22 @@ import numpy as np
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import Evaluator, in_time
 from mechdae.analysis.extremes import ranges
+from mechdae.analysis.laws import Timing
 from mechdae.analysis.measures.measure import along_path, at_poses
 from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale, natural_sizes, periods
 from mechdae.analysis.path import Path
 from mechdae.analysis.report import ends, limit_events, report
 from mechdae.analysis.setting import Run, Setting, covered, first_pose, prepare
-from mechdae.analysis.several import several_drivers
+from mechdae.analysis.several import along_a_line, approach, from_pose_to_pose, scales
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Sweep
+from mechdae.errors import SolveError
 from mechdae.results import Result
 
 MAX_TURNS = 1000
 MAX_SPANS = 25
+MOST_STEPS = 4096
+"""Steps along a law for its fastest moment, beside four times those for its whole way."""
 
 
 def sweep(problem: Problem, name: str, task: Sweep) -> Result:
@@ -41,61 +45,124 @@ def sweep(problem: Problem, name: str, task: Sweep) -> Result:
 
 def run(setting: Setting, task: Sweep) -> Run:
     """Evaluate a prepared sweep."""
-    result = (_one_driver if setting.graphs.single else several_drivers)(setting, task)
+    result = _followed(setting, task)
     result.poses.y = result.poses.y[: task.derivatives + 1]
     return result
 
 
-def _one_driver(setting: Setting, task: Sweep) -> Run:
-    plan, graphs = setting.plan, setting.graphs
+def _followed(setting: Setting, task: Sweep) -> Run:
+    """Return the run along the drivers' path: a course, one value, or straight lines."""
+    plan = setting.plan
     u, x = first_pose(setting, task)
-    is_angle = plan.coordinates[0].is_angle
-    contact = setting.scene.model.contacts.get(plan.coordinates[0].part)
+    if setting.graphs.single:
+        return _along(setting, task, u, x)
+    if plan.course is None:
+        straight = from_pose_to_pose if plan.named or plan.poses == 1 else along_a_line
+        return straight(setting, task, u, x)
+    if task.derivatives and plan.timing and plan.timing.rough.any():
+        times = [f"{time:.6g}" for time in plan.timing.times[plan.timing.rough]]
+        setting.notes.append(f"a law has a corner at t = {', '.join(times)}: no rates there")
+    if task.derivatives >= 3 and plan.timing:
+        none = np.isnan(plan.timing.jerk).any(axis=1) & ~plan.timing.rough
+        if none.any():
+            times = [f"{time:.6g}" for time in plan.timing.times[none]]
+            setting.notes.append(f"a law has no third derivative at t = {', '.join(times)}")
+    to = np.where(np.isnan(plan.first), u, plan.first)
+    if plan.moving is not None:
+        to[plan.moving] = u[plan.moving]
+    start = approach(setting, u, x, to)
+    if start is not None:
+        return _along(setting, task, to, start)
+    if plan.values is None:
+        raise SolveError(
+            "a limit position lies between the sketch and the values of the held drivers",
+            hint="sketch a pose with the held drivers at their values",
+        )
+    return from_pose_to_pose(setting, task, u, x)
+
+
+def _along(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
+    """Return the poses along one parameter: the value of the driver that moves, or time."""
+    plan, graphs, laws = setting.plan, setting.graphs, setting.plan.timing
+    moving, is_angle = plan.lead, graphs.turns
+    model, c = setting.scene.model, plan.coordinates[plan.lead]
+    contact = model.contacts.get(c.part)
     closed = contact is not None and contact.closed
-    scale = mechanism_scale(setting.scene.model.mechanism)
-    size = driver_size(setting.scene.model, plan.coordinates[0], scale)
-    largest = 2 * np.pi / NODES_PER_TURN * size
+    scale = mechanism_scale(model.mechanism)
+    size = driver_size(model, c, scale)
+    begin = float(laws.times[0] if laws else u[moving])
+    if laws:
+        largest = _largest(laws, scales(setting))
+        span, margin = laws.course.sampled(laws.dense)[0], 0.1 * scales(setting)
+    else:
+        largest = 2 * np.pi / NODES_PER_TURN * size
+        span = u[None, :] if plan.values is None else np.vstack([plan.values, u])
+        margin = np.zeros(len(u))
+        margin[moving] = 4 * (scale if c.unit == "m" else np.pi * size)
     evaluator = Evaluator(graphs, setting.outputs)
     summary: dict[str, Any] = {}
 
     def follow(numbers: Constants) -> tuple[Path, Any]:
-        path = Path(graphs, numbers, np.zeros(1), np.ones(1), largest)
+        path = Path(graphs, numbers, np.zeros(graphs.nu), np.ones(graphs.nu), largest)
         path.on_change_point = setting.on_change_point
-        path.begin(x, float(u[0]))
+        path.begin(x, begin)
         if plan.values is None:
             notes = setting.notes
             turn = 2 * np.pi * size if is_angle or closed else None
-            values, summary["limits"] = _assembled(
-                path, float(u[0]), turn, 4 * scale, plan.poses, notes
-            )
-        else:
-            values = plan.values[:, 0]
-            _cover(path, values, is_angle)
-        return path, values
+            places, summary["limits"] = _assembled(path, begin, turn, 4 * scale, plan.poses, notes)
+            return path, places
+        places = laws.times if laws else plan.values[:, moving]
+        _cover(path, places, is_angle, laws.corners if laws else ())
+        return path, places
 
-    span = u[None, :] if plan.values is None else np.vstack([plan.values, u])
-    margin = 4 * (scale if plan.coordinates[0].unit == "m" else np.pi * size)
-    path, values = covered(follow, setting, span, margin, (x, u))
-    poses = evaluator.at(path, values)
-    low, high = float(np.min(values)), float(np.max(values))
+    path, places = covered(follow, setting, span, margin, (x, u))
+    poses = evaluator.at(path, places, (plan.speed, plan.acceleration, plan.jerk) if laws else ())
+    low, high = float(np.min(places)), float(np.max(places))
     if not plan.named and task.derivatives >= 2:
-        found = ranges(evaluator, setting.outputs, path, poses, low, high)
+        between = [*laws.dense, *laws.corners] if laws and not graphs.nx else []
+        found = ranges(evaluator, setting.outputs, path, poses, low, high, between)
         summary.update({word: table for word, table in found.items() if table})
     events = limit_events(setting, path, low, high)
-    if "limits" not in summary and any(end is not None for end in ends(path)):
+    if "limits" not in summary and not laws and any(end is not None for end in ends(path)):
         summary["limits"] = ends(path)
-    measured = at_poses(setting.outputs, task, poses, 1.0 if is_angle else scale)
-    along_path(setting.outputs, task, evaluator, path, values, measured)
-    poses.y = in_time(poses.y, plan.speed, plan.acceleration, plan.jerk)
-    return Run(path, evaluator, poses, values[:, None], events, summary, measured)
+    values = plan.values if plan.values is not None else path.drivers(places)
+    measured = at_poses(setting.outputs, task, poses, 1.0 if is_angle or laws else scale)
+    if not laws:
+        along_path(setting.outputs, task, evaluator, path, places, measured, moving)
+        for event in measured.events if graphs.nu > 1 else ():
+            event["at"] = path.drivers(np.array([event["at"]]))[0].tolist()
+        rates = (plan.speed, plan.acceleration, plan.jerk)
+        poses.y = in_time(poses.y, *(rate[:, [moving]] for rate in rates))
+    return Run(path, evaluator, poses, values, places, events, summary, measured)
 
 
-def _cover(path: Path, values: Any, is_angle: bool) -> None:
+def _largest(laws: Timing, scales: Any) -> float:
+    """Return the largest step in time: drivers and their speeds change little over it.
+
+    Unknowns may move faster than the drivers: the interval has at least as many steps as a
+    turn. A short burst does not decide, its steps are made smaller when they come.
+    """
+    values, speed, acceleration = (part / scales for part in laws.course.sampled(laws.dense))
+    share, span = 2 * np.pi / NODES_PER_TURN, float(np.ptp(laws.times))
+    rate, bend = (
+        float(np.max(np.abs(part), initial=0.0, where=np.isfinite(part)))
+        for part in (speed, acceleration)
+    )
+    way = float(np.sum(np.abs(np.diff(values, axis=0))))
+    fastest = max(span * rate / share, span * np.sqrt(bend / (2 * share)))
+    count = max(NODES_PER_TURN, min(fastest, 4 * way / share + MOST_STEPS))
+    return span / count or 1.0
+
+
+def _cover(path: Path, values: Any, is_angle: bool, corners: Any = ()) -> None:
     """Follow the path over all values, and the other way round where a group is lost."""
     if not path.followed:
         return
-    path.extend(float(np.max(values)))
-    path.extend(float(np.min(values)))
+    begin = path.origin[0]
+    for place in [*[c for c in corners if c > begin], float(np.max(values))]:
+        path.extend(float(place))
+    for place in [*[c for c in corners[::-1] if c < begin], float(np.min(values))]:
+        path.extend(float(place))
     if not is_angle:
         return
     for group, reach in path.reach.items():

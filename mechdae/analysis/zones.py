@@ -109,7 +109,7 @@ class ZonePoses:
         outside = np.array([i for i in range(self.graphs.nx) if i not in given], int)
         start = x[here]
         start[:, outside] = guess[np.ix_(rows, outside)]
-        u = path.u0 + s[rows, None] * path.d
+        u = path.drivers(s[rows])
         moving = [] if self.graphs.single else [rate[rows] for rate in rates]
         consts, function = path.constants.vector(), self._function(blocks)
         for _ in range(PASSES):

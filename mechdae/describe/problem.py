@@ -58,6 +58,7 @@ class Expected(Value):
     what: str = key("text")
     value: Any = key("free")
     at: Number | None = key("number", None)
+    time: Number | None = key("number", None)
     rel: float | None = key("number", None)
     abs: float | None = key("number", None)
     source: str = key("text", "")
@@ -346,12 +347,12 @@ def _read_task(name: str, table: Any) -> Task:
     kind, rest = _kind(table, place, TASKS, "task")
     if issubclass(kind, Driven):
         if "driver" in rest:
-            rest["driver"] = read(Driver, rest["driver"], f"{place}.driver")
+            rest["driver"] = _read_driver(rest["driver"], f"{place}.driver")
         if "drivers" in rest:
             if not isinstance(rest["drivers"], list):
                 raise InputError("a list of drivers is needed", where=f"{place}.drivers")
             rest["drivers"] = [
-                read(Driver, item, f"{place}.drivers[{i}]")
+                _read_driver(item, f"{place}.drivers[{i}]")
                 for i, item in enumerate(rest["drivers"])
             ]
     if kind is Study and isinstance(rest.get("vary"), Mapping):
@@ -369,6 +370,19 @@ def _grid(table: Mapping[str, Any], place: str) -> dict[str, Any]:
             raise InputError("[from, to, count] is needed", where=f"{place}.{entry}")
         result[base] = [*to_si(items[:2], suffix), items[2]]
     return result
+
+
+def _read_driver(table: Any, place: str) -> Driver:
+    if isinstance(table, Mapping) and any(split_unit(word)[0] == "law" for word in table):
+        for word in table:
+            base, suffix = split_unit(word)
+            if suffix and base in ("from", "to", "times"):
+                raise InputError(
+                    "the times of a law are in seconds",
+                    where=f"{place}.{word}",
+                    hint=f"{base} = ...",
+                )
+    return read(Driver, table, place)
 
 
 def _check_depth(data: Any) -> None:
@@ -392,36 +406,55 @@ def _check_task(mechanism: Mechanism, name: str, task: Task) -> None:
             raise MechanismError("two drivers impose the same coordinate", where="drivers")
         if task.available:
             selection(mechanism, task.outputs)
+        laws = [driver for driver in task.all_drivers if driver.law is not None]
         for driver in task.all_drivers:
-            _check_driver(driver, known)
+            _check_driver(driver, known, any(law.times or law.from_ is not None for law in laws))
     except MechdaeError as problem:
         raise problem.inside(place) from None
 
 
-def _check_driver(driver: Driver, known: Mapping[str, float]) -> None:
+def _check_driver(driver: Driver, known: Mapping[str, float], timed: bool) -> None:
+    """Raise for keys that do not make a driver; `timed`: a law of the task names its times."""
+    span = driver.from_ is not None or driver.to is not None
+    by_time = driver.law is not None
     ways = [
         way
         for way, given in (
             ("at", driver.at is not None),
-            ("from and to", driver.from_ is not None or driver.to is not None),
+            ("from and to", span and not by_time),
             ("range", driver.range is not None),
-            ("law and times", driver.law is not None or driver.times is not None),
+            ("law", by_time),
+            ("times", driver.times is not None and not by_time),
         )
         if given
     ]
-    if len(ways) != 1:
+    if len(ways) != 1 or ways[0] == "times":
         given = " and ".join(ways) if ways else "none of them"
         raise InputError(
-            f"a driver needs one of 'at', 'from' and 'to', 'range', 'law' and 'times'; not {given}",
+            "a driver needs one of 'at', 'from' and 'to', 'range', "
+            f"'law' with 'times' or 'from' and 'to'; not {given}",
             where="driver",
         )
-    if ways[0] == "from and to" and (driver.from_ is None or driver.to is None):
+    if span and (driver.from_ is None or driver.to is None):
         raise InputError("'from' and 'to' are needed together", where="driver")
+    if by_time and span and driver.times is not None:
+        raise InputError("a law has 'times' or 'from' and 'to', not both", where="driver")
+    if driver.times is not None and not driver.times:
+        raise InputError("the list of times is empty", where="driver.times")
+    if by_time and not timed:
+        raise InputError(
+            "'times' is missing: the law is evaluated there",
+            where="driver",
+            hint="times = [0, 0.5, 1], or from = 0, to = 1 with poses in the task",
+        )
+    for used in sorted(names_in(driver.law)) if driver.law is not None else ():
+        if used not in known and used != "t":
+            raise UnknownName("name", used, [*known, "t"], where="driver.law")
     if driver.at is not None and not driver.at:
         raise InputError("the list of values is empty", where="driver.at")
     rates = (driver.speed, driver.acceleration, driver.jerk)
     numbers = [*(driver.at or ()), driver.from_, driver.to, *rates]
-    for entry in numbers:
+    for entry in [*numbers, *(driver.times or ())]:
         for used in sorted(names_in(entry)) if isinstance(entry, str) else ():
             if used not in known:
                 raise UnknownName("parameter", used, known, where="driver")

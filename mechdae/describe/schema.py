@@ -25,6 +25,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "expression": NUMBER,
     "name": {"type": "string", "pattern": NAMES},
     "text": {"type": "string"},
+    "law": {"type": "string", "description": "an expression of the time t"},
     "whole": {"oneOf": [{"type": "integer", "minimum": 1}, FILLED]},
     "natural": {"oneOf": [{"type": "integer", "minimum": 0}, FILLED]},
     "flag": {"type": "boolean"},
@@ -39,7 +40,7 @@ _KINDS: dict[str, dict[str, Any]] = {
     "reference": {"type": "string", "pattern": rf"^(\w|{HOLE})+\.(\w|{HOLE})+$"},
     "free": {},
 }
-WITH_UNIT = ("number", "expression", "numbers", "pair", "points", "free")
+WITH_UNIT = ("number", "expression", "law", "numbers", "pair", "points", "free")
 
 
 def schema() -> dict[str, Any]:

@@ -25,7 +25,11 @@ MEASURES = (
 
 @dataclass(frozen=True)
 class Driver(Value):
-    """An imposed coordinate: named values, an interval, or the whole assembled arc.
+    """An imposed coordinate: named values, an interval, the whole assembled arc, or a law.
+
+    A ``law`` is an expression of the time ``t``, over the interval ``from_``, ``to`` [s] or at
+    ``times``; with several laws one of them names the times. Among drivers that move, one
+    with a single value ``at`` is held.
 
     ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
     ``speed``, ``acceleration`` and ``jerk`` are its rates at every pose (default 1, 0 and 0:
@@ -37,7 +41,7 @@ class Driver(Value):
     from_: Number | None = key("number", None)
     to: Number | None = key("number", None)
     range: str | None = key("text", None, choices=("assembled",))
-    law: str | None = key("text", None)
+    law: str | None = key("law", None)
     times: tuple[Number, ...] | None = key("numbers", None)
     speed: Number | None = key("number", None)
     acceleration: Number | None = key("number", None)

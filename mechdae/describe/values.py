@@ -80,6 +80,12 @@ def text(value: Any) -> str:
     return value
 
 
+def law(value: Any) -> str:
+    """Return the text of a checked expression of the time."""
+    parse(text(value))
+    return str(value)
+
+
 def whole(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value <= 0:
         raise InputError(f"a whole number above 0 is needed, not {describe(value)}")
@@ -192,6 +198,7 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "expression": number,
     "name": name,
     "text": text,
+    "law": law,
     "whole": whole,
     "natural": natural,
     "flag": flag,

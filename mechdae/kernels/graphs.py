@@ -1,6 +1,7 @@
 """The casadi functions of a scene: bounds, one pose, one certified step along the path.
 
-Naming: x unknowns, u drivers, p parameters, s the path parameter with u = u0 + s d.
+Naming: x unknowns, u drivers, p parameters, s the path parameter with u = u0 + s d, or
+u = u(s) along a course (a law of time).
 Every block b has beta = |J_b^-1| (Frobenius), kappa = a Lipschitz constant of J_b.
 
 Newton-Kantorovich: with eta = |last step| and h = beta kappa eta <= 1/2 the block has one
@@ -19,6 +20,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.kernels.blocks import BlockGraph, inverse, norm
+from mechdae.kernels.course import Course
 from mechdae.kernels.enclosure import SLOTS, Floors, enclosure, lower_bounds
 from mechdae.kernels.majorant import NoMajorant, majorant
 from mechdae.kernels.straight import Straight, straight
@@ -30,6 +32,8 @@ PATH_STEP_LIMIT = 0.45
 OPTIONS = {"cse": True}
 NEAR = 0.5
 """Share of a step by which its bounds hold around it where they are not for all poses."""
+LEAST = 1e-4
+"""The same at least, in the units of the unknowns, where drivers may stand still over a step."""
 
 
 class Graphs:
@@ -43,6 +47,10 @@ class Graphs:
         Expressions over (x, u, p) to evaluate with their rates at every pose.
     derivatives
         Highest order of rates of the outputs, 0 to 3.
+    course
+        The curve that the drivers follow; None: straight lines.
+    lines
+        A single driver too moves along u0 + s d; else s is its value.
 
     Attributes
     ----------
@@ -50,13 +58,21 @@ class Graphs:
         The first unknown of each block; a block's unknowns follow one another in x.
     """
 
-    def __init__(self, scene: Scene, outputs: Any, derivatives: int = 2) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        outputs: Any,
+        derivatives: int = 2,
+        course: Course | None = None,
+        lines: bool = False,
+    ) -> None:
         self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
+        self.course = course
         self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
         self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
         self.first = [graph.own[0] for graph in self.blocks]
         self.np, self.ny = scene.model.p.numel(), outputs.numel()
-        self.single = self.nu == 1
+        self.single = self.nu == 1 and course is None and not lines
         self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
         self.scale = SX.sym("scale")
         self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nb)
@@ -76,6 +92,18 @@ class Graphs:
         else:
             names = ("du", "ddu", "dddu")[: max(derivatives, 2)]
             self.driven = [SX.sym(name, self.nu) for name in names]
+
+    @property
+    def turns(self) -> bool:
+        """Whether s is an angle: a whole turn of it leads to the same pose."""
+        return self.course.turns if self.course else self.single and self.scene.drivers[0].is_angle
+
+    @cached_property
+    def straight(self) -> Graphs:
+        """The same scene moving along straight lines in the drivers' values."""
+        if self.course is None and not self.single:
+            return self
+        return Graphs(self.scene, self.outputs, self.derivatives, lines=True)
 
     # -- weights ---------------------------------------------------------------------------
 
@@ -205,15 +233,17 @@ class Graphs:
     def held(self, blocks: frozenset[int]) -> Any:
         """Return `pose` with the unknowns of some blocks given, not solved for.
 
-        (x, u[, du, ddu[, dddu]], consts, x', x'', error) -> as `pose`; with one driver the rates
-        of those blocks are given too. Near a change point their equations lose all digits.
+        (x, u[, du, ddu[, dddu]], consts, x', x'', error) -> as `pose`; with one driver or a
+        course the rates of those blocks are given too. Near a change point their equations lose
+        all digits.
         """
         v, a, error = (SX.sym(name, self.nx) for name in ("v", "a", "error"))
         x, eta, trig = self.newton(self.x, self.u, blocks)
         known = {}
         for b in blocks:
             own = self.blocks[b].own
-            known[b] = (v[own], a[own], error[own]) if self.single else (None, None, error[own])
+            rates = (v[own], a[own]) if self.single or self.course else (None, None)
+            known[b] = (*rates, error[own])
         parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta, known)
         outputs = self._output_rates(x, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
@@ -373,19 +403,22 @@ class Graphs:
         u0, d = SX.sym("u0", self.nu), SX.sym("d", self.nu)
         x, v, a, beta = (state[:n], state[n : 2 * n], state[2 * n : 3 * n], state[3 * n :])
         s, ds = step[0], step[1]
-        direction = SX(1) if self.single else d
-        u = s if self.single else u0 + s * d
-        ahead = s + ds if self.single else u0 + (s + ds) * d
+        u, direction, _ = self._drivers(s, u0, d)
+        ahead, du, ddu = self._drivers(s + ds, u0, d)
+        drift = self.course.drift(s, ca.fabs(ds)) if self.course else None
         new = x + v * ds + a * ds * ds / 2
         for _ in range(3):
             new, eta, _ = self.newton(new, ahead)
-        parts = self.rates(new, ahead, [direction, SX.zeros(self.nu)], 2)
-        bend = ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
+        parts = self.rates(new, ahead, [du, ddu], 2)
+        away = ds * ds * ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
         tests, misses = [], []
         for b in range(nb):
-            test, radius = self._tube(b, x, v, bend, u, direction, beta[b], ca.fabs(ds))
+            test, radius = self._tube(b, x, v, away, u, direction, beta[b], ca.fabs(ds), drift)
             last = self.kappa[b] * parts["beta"][b] * ca.sqrt(eta[b]) / 0.2
             own = self.blocks[b].own
+            if self.course:
+                # second derivatives at the ends do not tell what a law does: the radius does
+                away = _put(away, own, ca.fmax(away[own], radius * self.weights(b)[0]))
             miss = self._length(b, new[own] - x[own] - v[own] * ds)
             tests.append(ca.fmax(test, last))
             misses.append(miss / (radius * (1 + 1e-6) + 1e-300))
@@ -394,29 +427,38 @@ class Graphs:
         inputs = [state, step, ca.vertcat(self.consts, u0, d)]
         return ca.Function("advance", inputs, results, OPTIONS)
 
+    def _drivers(self, s: Any, u0: Any, d: Any) -> tuple[Any, Any, Any]:
+        """Return the drivers' values and their derivatives with respect to s."""
+        if self.course:
+            return self.course.at(s)
+        return (s if self.single else u0 + s * d), (SX(1) if self.single else d), SX.zeros(self.nu)
+
     def _tube(
-        self, b: int, x: Any, v: Any, bend: Any, u: Any, du: Any, beta: Any, ds: Any
+        self, b: int, x: Any, v: Any, away: Any, u: Any, du: Any, beta: Any, ds: Any, drift: Any
     ) -> tuple[Any, Any]:
         """Return the test (<= 1 passes) and the radius around the tangent over a step.
 
         Along x + v t, 0 <= t <= ds, the residual is at most |F| + ds^2 tau / 2 + l, the Jacobian
         differs from its start by at most ds sigma + k; l and k hold the deviation of the
-        earlier unknowns from their tangents, taken as twice ds^2 |x''| / 2.
+        earlier unknowns from their tangents (`away`, twice ds^2 |x''| / 2), and that of the
+        drivers on a course (`drift`).
         """
         graph = self.blocks[b]
         w, r = self.weights(b)
         moving = [graph.x, graph.z, self.scene.u, graph.vx, graph.vz, graph.vu]
         own, uses = graph.own, graph.uses
-        size = ca.fabs(x) + ds * ca.fabs(v) + ds * ds * bend
+        across = ds * ca.fabs(du) + (drift if drift is not None else 0)
+        around = (x, v, away, u, du, across)
+        size = ca.fabs(x) + ds * ca.fabs(v) + away
         limits = [
             size[own],
             size[uses] if uses else SX(0, 1),
-            ca.fabs(u) + ds * ca.fabs(du),
+            ca.fabs(u) + across,
             ca.fabs(v[own]),
             ca.fabs(v[uses]) if uses else SX(0, 1),
             ca.fabs(du),
         ]
-        ranges = self._step_ranges(b, x, v, bend, u, du, ds) if self.contacts else []
+        ranges = self._step_ranges(b, *around, ds) if self.contacts else []
         every = ca.vertcat(graph.x, graph.z, self.scene.u)
         rates = ca.vertcat(graph.vx, graph.vz, graph.vu)
         turned = ca.jtimes(ca.vec(graph.J), every, rates)
@@ -424,13 +466,15 @@ class Graphs:
         sigma, _ = self._bound(turned, moving, limits, ranges)
         residual = ds * ds * tau / 2 + ca.fabs(graph.value(x, u, self.p)[0])
         change = ds * ca.reshape(sigma, graph.size, graph.size)
-        if uses:
-            deviation = ds * ds * bend[uses]
-            slope, _ = self._bound(graph.Fz, moving, limits, ranges)
-            residual += ca.reshape(slope, graph.size, len(uses)) @ deviation
-            cross = ca.jacobian(ca.vec(graph.J), graph.z)
+        inputs = [(graph.z, away[uses])] if uses else []
+        inputs += [(self.scene.u, drift)] if drift is not None else []
+        for symbols, deviation in inputs:
+            count = symbols.numel()
+            slope, _ = self._bound(ca.jacobian(graph.F, symbols), moving, limits, ranges)
+            residual += ca.reshape(slope, graph.size, count) @ deviation
+            cross = ca.jacobian(ca.vec(graph.J), symbols)
             bound, _ = self._bound(cross, moving, limits, ranges)
-            moved = ca.reshape(bound, graph.size * graph.size, len(uses)) @ deviation
+            moved = ca.reshape(bound, graph.size * graph.size, count) @ deviation
             change += ca.reshape(moved, graph.size, graph.size)
         delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))
         grown = beta / ca.fmax(1 - delta, 1e-9)
@@ -438,9 +482,11 @@ class Graphs:
         kappa, everywhere = self.kappa[b], self._plain(b)
         if not everywhere:  # bounds for all poses are too wide: those near the tangent
             units = ca.vertcat(*[self._unit(*self.scene.x_names[i]) for i in own])
-            reach = ds * ca.fabs(v[own]) + ds * ds * bend[own]
+            reach = ds * ca.fabs(v[own]) + away[own]
             near = NEAR * ca.mmax(reach / units)
-            wide = self._step_ranges(b, x, v, bend, u, du, ds, near)
+            if not self.single:  # a law may stand still over a step
+                near = ca.fmax(near, LEAST)
+            wide = self._step_ranges(b, *around, ds, near)
             kappa = self._lipschitz(b, moving, limits, wide)
         h = grown * kappa * eta
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
@@ -448,11 +494,21 @@ class Graphs:
         return test if everywhere else ca.fmax(test, radius / near), radius
 
     def _step_ranges(
-        self, b: int, x: Any, v: Any, bend: Any, u: Any, du: Any, ds: Any, near: Any = 0.0
+        self,
+        b: int,
+        x: Any,
+        v: Any,
+        away: Any,
+        u: Any,
+        du: Any,
+        across: Any,
+        ds: Any,
+        near: Any = 0.0,
     ) -> list[tuple[Any, Any]]:
         """Return where unknowns, drivers and rates of a block lie over a step.
 
-        The unknowns may lie `near`, in their units, on both sides.
+        The unknowns leave their tangents by `away`, the drivers their values by `across`; the
+        unknowns may lie `near`, in their units, on both sides of that.
         """
         graph = self.blocks[b]
 
@@ -460,8 +516,7 @@ class Graphs:
             return vector[graph.own], vector[graph.uses] if graph.uses else SX(0, 1)
 
         units = ca.vertcat(*[self._unit(*name) for name in self.scene.x_names])
-        reach = ds * ca.fabs(v) + ds * ds * bend + near * units
-        across = ds * ca.fabs(du)
+        reach = ds * ca.fabs(v) + away + near * units
         around = list(zip(parts(x - reach), parts(x + reach), strict=True))
         rates = [(rate, rate) for rate in parts(v)]
         return [*around, (u - across, u + across), *rates, (du, du)]
@@ -488,7 +543,7 @@ class Graphs:
         u0, d = SX.sym("u0", self.nu), SX.sym("d", self.nu)
         x = _put(SX.zeros(self.nx), chain, y[: len(chain)])
         s, v = y[len(chain)], y[len(chain) + 1 :]
-        u = s if self.single else u0 + s * d
+        u = self._drivers(s, u0, d)[0]
         w, _ = self.weights(b)
         values = [self.blocks[k].value(x, u, self.p) for k in self.ancestors(b)]
         F, J, _ = values[-1]

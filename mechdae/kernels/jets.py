@@ -1,8 +1,8 @@
 """Derivatives of a block along curves, and the system of its singular poses.
 
-Along X = x + x1 e + x2 e^2/2, Z = z + z1 e + z2 e^2/2 + z3 e^3/6 and U = u + u1 e the block's
-residual f(e) = F(X, Z, U) has the derivatives f', f'', f''' at e = 0 that conditions on
-higher derivatives of a branch are made of.
+Along X = x + x1 e + x2 e^2/2, Z = z + z1 e + z2 e^2/2 + z3 e^3/6 and U, which is like Z, the
+block's residual f(e) = F(X, Z, U) has the derivatives f', f'', f''' at e = 0 that conditions
+on higher derivatives of a branch are made of.
 """
 
 from __future__ import annotations
@@ -18,33 +18,36 @@ SX = ca.SX
 
 
 def jets(scene: Scene, graph: BlockGraph) -> Any:
-    """Return the function (x, x1, x2, z, z1, z2, z3, u, u1, p) -> F, J, f', f'', f'''."""
+    """Return the function (x, x1, x2, z, .., z3, u, .., u3, p) -> F, J, f', f'', f'''."""
     e = SX.sym("e")
     x, x1, x2 = (SX.sym(name, graph.size) for name in ("x", "x1", "x2"))
     z, z1, z2, z3 = (SX.sym(name, len(graph.uses)) for name in ("z", "z1", "z2", "z3"))
-    u, u1, p = SX.sym("u", scene.u.numel()), SX.sym("u1", scene.u.numel()), scene.model.p
+    u, u1, u2, u3 = (SX.sym(name, scene.u.numel()) for name in ("u", "u1", "u2", "u3"))
+    p = scene.model.p
     block = ca.Function("block", [graph.x, graph.z, scene.u, p], [graph.F, graph.J])
-    along = (x + x1 * e + x2 * e**2 / 2, z + z1 * e + z2 * e**2 / 2 + z3 * e**3 / 6, u + u1 * e)
-    values = [block(*along, p)[0]]
+    Z = z + z1 * e + z2 * e**2 / 2 + z3 * e**3 / 6
+    U = u + u1 * e + u2 * e**2 / 2 + u3 * e**3 / 6
+    values = [block(x + x1 * e + x2 * e**2 / 2, Z, U, p)[0]]
     for _ in range(3):
         values.append(ca.jacobian(values[-1], e))
     values = [ca.densify(ca.substitute(value, e, 0)) for value in values]
     J = ca.densify(block(x, z, u, p)[1])
-    inputs = [x, x1, x2, z, z1, z2, z3, u, u1, p]
+    inputs = [x, x1, x2, z, z1, z2, z3, u, u1, u2, u3, p]
     return ca.Function("jets", inputs, [values[0], J, *values[1:]])
 
 
 def crossing(scene: Scene, graph: BlockGraph) -> Any:
     """Return the system of the poses at which two branches of a block may cross.
 
-    (y, z, z1, z2, u, u1, p, columns, rows) -> G, G_y with y = (x / columns, e, w / rows):
+    (y, z, z1, z2, u, u1, u2, p, columns, rows) -> G, G_y with y = (x / columns, e, w / rows):
     F = 0, J^T w = 0, w . (F_z z' + F_u u') = 0 and w . w = 1, all scaled by the positive
     vectors `columns` and `rows`; e is the path parameter counted from where z and u are given.
     """
     n, nz, nu = graph.size, len(graph.uses), scene.u.numel()
     y = SX.sym("y", 2 * n + 1)
     z, z1, z2 = (SX.sym(name, nz) for name in ("z", "z1", "z2"))
-    u, u1, p = SX.sym("u", nu), SX.sym("u1", nu), scene.model.p
+    u, u1, u2 = (SX.sym(name, nu) for name in ("u", "u1", "u2"))
+    p = scene.model.p
     columns, rows = SX.sym("columns", n), SX.sym("rows", n)
     x, e, w = y[:n] * columns, y[n], y[n + 1 :]
     driven = ca.Function(
@@ -52,14 +55,15 @@ def crossing(scene: Scene, graph: BlockGraph) -> Any:
         [graph.x, graph.z, scene.u, p, graph.vz, graph.vu],
         [graph.F, graph.J, graph.drift],
     )
-    F, J, push = driven(x, z + z1 * e + z2 * e**2 / 2, u + u1 * e, p, z1 + z2 * e if nz else z1, u1)
+    ahead = [z + z1 * e + z2 * e**2 / 2, u + u1 * e + u2 * e**2 / 2]
+    F, J, push = driven(x, *ahead, p, z1 + z2 * e if nz else z1, u1 + u2 * e)
     system = ca.vertcat(
         F / rows,
         (ca.diag(1 / rows) @ J @ ca.diag(columns)).T @ w,
         ca.dot(w, push / rows),
         ca.sumsqr(w) - 1,
     )
-    inputs = [y, z, z1, z2, u, u1, p, columns, rows]
+    inputs = [y, z, z1, z2, u, u1, u2, p, columns, rows]
     return ca.Function("crossing", inputs, [ca.densify(system), ca.densify(ca.jacobian(system, y))])
 
 

@@ -25,8 +25,11 @@ class Sequence:
         for i, array in enumerate(self.results):
             self.buffer.set_res(i, memoryview(array))
 
-    def __call__(self, state: Any, s: Any, ds: float, consts: Any) -> list[Any]:
-        """Return states, tests, determinants and misses after each step, (count, .)."""
+    def __call__(self, state: Any, s: Any, ds: Any, consts: Any) -> list[Any]:
+        """Return states, tests, determinants and misses after each step, (count, .).
+
+        `s`, `ds` and `consts` are the same for all steps or have one row for each.
+        """
         self.state[:] = state
         self.steps[:, 0], self.steps[:, 1] = s, ds
         self.consts[:] = consts

@@ -59,26 +59,30 @@ def order_of(task: Sweep) -> int:
     return max((ORDERS[name] for name in task.measures or ()), default=0)
 
 
-def requests(scene: Scene, task: Sweep) -> list[Request]:
+def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
     """Return what is evaluated for the measures beside what is reported.
+
+    `by_value` tells that one driver moves and no law moves it.
 
     Raises
     ------
     UnavailableError
-        A measure along the path, and several drivers.
+        A measure along the path without such a driver.
     """
     asked = task.measures or ()
     along = [name for name in asked if name in ALONG]
-    if along and len(scene.drivers) > 1:
+    if along and not by_value:
         raise UnavailableError(
-            f"'{along[0]}' needs a single driver", where="measures", hint="leave it out"
+            f"'{along[0]}' needs a single driver that moves, by at, from and to, or range",
+            where="measures",
+            hint="leave it out",
         )
     found = []
     if "transmission" in asked:
         found += transmission.requests(scene)
     if "centrodes" in asked or "instant-centres" in asked:
         found += centres.requests(scene, "instant-centres" in asked)
-    if set(asked) - {"instant-centres"} and len(scene.drivers) == 1:
+    if set(asked) - {"instant-centres"} and by_value:
         for name in centres.bodies_of(scene):
             found.append((TURNED + name, scene.model.frame(name).angle, (name,)))
     return found
@@ -104,16 +108,22 @@ def at_poses(outputs: Outputs, task: Sweep, poses: Poses, unit: float = 1.0) -> 
 
 
 def along_path(
-    outputs: Outputs, task: Sweep, evaluator: Evaluator, path: Path, values: Any, found: Found
+    outputs: Outputs,
+    task: Sweep,
+    evaluator: Evaluator,
+    path: Path,
+    values: Any,
+    found: Found,
+    moving: int,
 ) -> None:
-    """Add the measures of the whole sweep of a single driver to `found`."""
+    """Add the measures of the whole sweep of the driver that moves to `found`."""
     asked = task.measures or ()
     if not set(asked) - {"instant-centres"}:
         return
     scene = outputs.scene
     mechanism = scene.model.mechanism
     turns = outputs.columns(TURNED + name for name in centres.bodies_of(scene))
-    driver = scene.drivers[0]
+    driver = scene.drivers[moving]
     track = Track(evaluator, path, values, driver.is_angle, mechanism_scale(mechanism), turns)
     summary = found.summary
     if "curve" in asked:
@@ -146,6 +156,6 @@ def along_path(
         found.notes.append(f"measures: {track.lost} places of the path were not certified")
 
 
-def sorted_events(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return events in the order of the driver."""
-    return sorted(events, key=lambda event: float(np.ravel(event["at"])[0]))
+def sorted_events(events: list[dict[str, Any]], moving: int = 0) -> list[dict[str, Any]]:
+    """Return events in the order of time, or of the driver that moves."""
+    return sorted(events, key=lambda e: float(e.get("time", np.ravel(e["at"])[moving])))
