@@ -17,19 +17,22 @@ PAGE, DATA = FOLDER / "speed-and-error.md", FOLDER / "data" / "bench.json"
 
 HEAD = """# Speed against error
 
-`mechdae bench` measures sweeps of three predefined problems, `mechdae bench P` those of any other, and a chain of
-four-bars of growing length. Times are ratios to a yardstick that runs interleaved with each sweep: the closed-form
-four-bar in NumPy, two angles with two derivatives each, for the same number of poses
-([yardstick.py](../mechdae/bench/yardstick.py)). Ratios carry from machine to machine, seconds do not. Medians are shown.
+`mechdae bench` measures sweeps of three predefined problems, `mechdae bench P` those of any
+other, and a chain of four-bars of growing length. Times are ratios to a yardstick that runs
+interleaved with each sweep: the closed-form four-bar in NumPy, two angles with two derivatives
+each, for the same number of poses ([yardstick.py](../mechdae/bench/yardstick.py)). Ratios
+carry from machine to machine, seconds do not. Medians are shown.
 
-The error is the true one: one Newton step whose residual is evaluated in 80-bit floats, at 400 of the poses, in radians
-or lengths of the mechanism. The bound is what the result itself claims, for all poses.
+The error is the true one: one Newton step whose residual is evaluated in 80-bit floats, at 400
+of the poses, in radians or lengths of the mechanism. The bound is what the result itself
+claims, for all poses.
 
 ![Time over error](../plots/speed_against_error.svg)
 
 ## Sweeps
 
-Positions, velocities and accelerations with certificates and bounds; `first` builds the kernels too.
+Positions, velocities and accelerations with certificates and bounds; `first` builds the
+kernels too.
 
 | work | poses | ns/pose | x yardstick | first, ms | error | bound |
 |---|---|---|---|---|---|---|
@@ -37,8 +40,9 @@ Positions, velocities and accelerations with certificates and bounds; `first` bu
 OTHERS = """
 ## The same positions by other means, {n} poses
 
-Interpolation between solved nodes and casadi's `rootfinder` (Newton's method, called through its buffer from pose to pose)
-give positions only: no rates, no bound, and they do not notice a limit position or another branch.
+Interpolation between solved nodes and casadi's `rootfinder` (Newton's method, called through
+its buffer from pose to pose) give positions only: no rates, no bound, and they do not notice a
+limit position or another branch.
 
 | work | means | x yardstick | error |
 |---|---|---|---|
@@ -46,20 +50,22 @@ give positions only: no rates, no bound, and they do not notice a limit position
 CHAIN = """
 ## Growth with the mechanism
 
-A chain of N four-bars, each driven by the rocker of the one before, angles of all bodies, {n} poses.
+A chain of N four-bars, each driven by the rocker of the one before, angles of all bodies, {n}
+poses.
 
 | loops | unknowns | build, ms per loop | ns per loop and pose | error | bound |
 |---|---|---|---|---|---|
 """
 TAIL = """
-From 10 to {loops} loops the building grows {build:.2f} times per loop, a sweep {pose:.2f} times per loop and pose. The error
-grows because absolute coordinates of the last link carry the errors of all links before it.
+From 10 to {loops} loops the building grows {build:.2f} times per loop, a sweep {pose:.2f}
+times per loop and pose. The error grows because absolute coordinates of the last link carry
+the errors of all links before it.
 
 ## Two back ends
 
-Below 512 poses the kernels run in casadi's virtual machine, above as a straight line of NumPy operations printed from the
-same instructions. Measured when it was decided: 78 against 355 ns a pose for the four-bar, 205 against 891 ns for the Jansen
-leg; so the second one stays.
+Below 512 poses the kernels run in casadi's virtual machine, above as a straight line of NumPy
+operations printed from the same instructions. Measured when it was decided: 78 against 355 ns
+a pose for the four-bar, 205 against 891 ns for the Jansen leg; so the second one stays.
 """
 
 

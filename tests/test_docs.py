@@ -297,3 +297,10 @@ def test_gallery_shows_every_picture() -> None:
     for path in make.scripts():
         assert f"../plots/{path.stem}.svg" in page
         assert f"../plots/{path.stem}.py" in page
+
+
+def test_speed_page_is_what_was_measured(capsys) -> None:
+    spec = importlib.util.spec_from_file_location("make_speed", ROOT / "docs/make_speed.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.main(["--check"]) == 0, capsys.readouterr().out

@@ -20,7 +20,8 @@ SMALLEST = 1e-17
 def draw(records: Sequence[dict[str, Any]]) -> Axes:
     """Return axes with time, as a ratio to the yardstick, over the largest error.
 
-    One colour for each work, one mark for each method; the dashed line is the rounding unit.
+    One colour for each work, one mark for each method; certified sweeps for all numbers of
+    poses, which stand beside the first of them. The dashed line is the rounding unit.
     """
     n = max(record["n"] for record in records if record["method"] != "certified")
     figure = Figure(figsize=(7.0, 4.6), dpi=style.DPI, facecolor=style.PAPER)
@@ -29,21 +30,37 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     works = list(dict.fromkeys(record["work"] for record in records))
     for colour, work in zip(COLOURS, works, strict=False):
         for method, mark in MARKS.items():
+            certified = method == "certified"
             chosen = [
-                r for r in records if r["work"] == work and r["method"] == method and r["n"] == n
+                r
+                for r in records
+                if r["work"] == work and r["method"] == method and (r["n"] == n or certified)
             ]
             if not chosen:
                 continue
-            chosen.sort(key=lambda record: record["error"])
+            chosen.sort(key=lambda record: record["n" if certified else "error"])
             axes.loglog(
                 [max(record["error"], SMALLEST) for record in chosen],
                 [record["ratio"] for record in chosen],
                 marker=mark,
-                markersize=8 if method == "certified" else 5,
-                markerfacecolor=colour if method == "certified" else style.PAPER,
+                markersize=7 if certified else 5,
+                markerfacecolor=colour if certified else style.PAPER,
                 color=colour,
                 linewidth=style.THIN,
             )
+            if certified and work == works[0]:
+                for record in chosen:
+                    axes.annotate(
+                        f"{record['n']:,}",
+                        (max(record["error"], SMALLEST), record["ratio"]),
+                        (-7, 0),
+                        textcoords="offset points",
+                        ha="right",
+                        va="center",
+                        fontsize=7,
+                        color=style.FAINT,
+                    )
+    axes.set_xlim(2e-18, None)
     axes.axvline(2.0**-52, color=style.FAINT, linewidth=style.THIN, linestyle=(0, (4, 2.5)))
     axes.axhline(1.0, color=style.FAINT, linewidth=style.THIN, linestyle=(0, (4, 2.5)))
     axes.set_xlabel("largest error of an unknown [rad, lengths of the mechanism]")
