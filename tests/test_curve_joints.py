@@ -638,6 +638,31 @@ def test_outputs_of_a_contact() -> None:
     assert units["lobes.s_acceleration"] == "1/s2"
 
 
+@pytest.mark.parametrize("roller", [0.008, None])
+def test_the_pressure_angle_is_that_of_the_slider_crank(roller: float | None) -> None:
+    """Its complement, the transmission angle: acos(e |cos u| / rod)."""
+    radius = 0.038 - (roller or 0.0)
+    mechanism = cam(f"0.01 + {radius}*cos(s)", f"{radius}*sin(s)", roller)
+    result = md.solve(mechanism, replace(turn(0.0, 2.0, 9), measures=("transmission",)))
+    u = result.drivers["cam.angle"].position
+    angle = result.joints["profile"].transmission_angle
+    assert np.abs(angle - np.arccos(0.01 * np.abs(np.cos(u)) / 0.038)).max() < 1e-14
+    found = result.summary["transmission"]["profile"]
+    assert (found["min"], found["max"]) == pytest.approx((math.acos(0.01 / 0.038), PI / 2))
+    assert (found["at"], found["max_at"]) == pytest.approx((0.0, PI / 2), abs=1e-12)
+
+
+def test_a_study_of_a_cam_follows_each_set_alone() -> None:
+    problem = md.load("cam-roller-follower")
+    problem = problem.with_task("turn", replace(problem.tasks["turn"], poses=3))
+    path = "points/follower.R/position"
+    study = md.Study(of="turn", vary={"h": [0.01, 0.014, 2]}, outputs=(path,))
+    table = md.solve(problem, study).table[path]
+    for k, h in enumerate((0.01, 0.014)):
+        alone = md.solve(problem, "turn", set={"h": h})
+        assert np.array_equal(table[k], alone.points["follower.R"].position)
+
+
 def test_a_curve_is_written_and_read_back() -> None:
     for name in ("cam-roller-follower", "hypocycloid-drive"):
         problem = md.load(name)

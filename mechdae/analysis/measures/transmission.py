@@ -3,7 +3,8 @@
 In every dyad the inner joint (or the outer one, where a slide is inside) is held along two
 lines: a link with two pins holds it along the line through them, a guide along its normal.
 The acute angle between the lines is the complement of the pressure angle, and vanishes
-where the dyad locks.
+where the dyad locks. A cam and its follower touch along the common normal of the contact;
+the other line is that of the follower.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ def requests(scene: Scene) -> list[Request]:
     """Return cross and dot product of the two lines of each dyad."""
     found = []
     for group in scene.groups:
-        if not group.is_dyad:
+        if not group.is_dyad and group.kind != "cam":
             continue
         lines = _lines(scene, group)
         if lines is not None:
@@ -68,6 +69,12 @@ def _lines(scene: Scene, group: Group) -> tuple[str, Any, Any] | None:
     second_inside = joints[key].second_body in bodies
     if joints[key].kind == "distance":
         return key, line(lower, ends.p2 if second_inside else ends.p1), ends.gap
+    if joints[key].kind == "curve":
+        contact = model.contacts[key]
+        dx, dy = ca.vertsplit(contact.tangent)
+        normal = contact.normal if contact.rolls else ca.vertcat(dy, -dx)
+        place = ends.p2 if second_inside else ends.p1 + ends.first.direction(contact.point)
+        return key, line(lower, place), ends.first.direction(normal)
     if joints[key].kind != "pin-in-slot":
         return None
     return key, line(lower, ends.p2), ends.normal()  # the pin is the inner or an outer joint
