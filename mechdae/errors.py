@@ -4,6 +4,7 @@ MechdaeError
 +-- InputError (ValueError)          what the user wrote
 |   +-- ProblemFileError             a problem file: file and key path
 |   +-- MechanismError               the mechanism itself: body, joint, load
+|   |   +-- FreedomError             bodies move by themselves: dependent equations
 |   +-- UnknownName                  a name that is not there, with the nearest ones
 |   +-- UnavailableError             a valid request this version does not compute
 +-- SolveError (RuntimeError)        the file is fine, the mechanism is not able to
@@ -47,6 +48,10 @@ class ProblemFileError(InputError):
 
 class MechanismError(InputError):
     """The bodies, joints and loads do not make a mechanism."""
+
+
+class FreedomError(MechanismError):
+    """Equations depend on each other and leave bodies of a group free."""
 
 
 class UnknownName(InputError):

@@ -234,6 +234,13 @@ def _facts(result: Result) -> list[str]:
             lines.append(
                 f"  error <=  {', '.join(bounds)} ({summary['bound']}); condition {worst:.3g}"
             )
+    for entry in summary.get("superfluous", []):
+        joints = ", ".join(entry["joints"])
+        lines.append(f"  redundant {entry['count']} equation(s) superfluous among {joints}")
+    if summary.get("closure"):
+        words = {"length": "m", "angle": "rad", "parameter": "1"}
+        sizes = [f"{value:.1e} {words[word]}" for word, value in summary["closure"].items()]
+        lines.append(f"  closes to {', '.join(sizes)} (largest residual)")
     lines += _measures(result, unit)
     for event in result.events:
         if event["in_range"]:
@@ -250,6 +257,7 @@ def _facts(result: Result) -> list[str]:
         group = (
             f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
         )
+        group += f" by {entry['gap']:.4g} {entry['unit']}" if "gap" in entry else ""
         lines.append(f"  no pose   {place}{group}")
     if summary.get("not_in_scene"):
         lines.append(f"  not in the scene, not checked: {', '.join(summary['not_in_scene'])}")

@@ -12,7 +12,7 @@ import mechdae as md
 from mechdae.analysis.structure import structure
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.errors import MechanismError
+from mechdae.errors import AssemblyError, MechanismError
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
 from mechdae.model.structure import count_mobility, formula
@@ -202,10 +202,12 @@ def test_superfluous_constraints_are_named() -> None:
     mechanism = md.load("four-bar-crank-rocker").mechanism
     extra = md.Distance("brace", "crank.B", "rocker.C", length=0.1)
     braced = replace(mechanism, joints={**mechanism.joints, "brace": extra})
-    with pytest.raises(MechanismError, match=r"1 constraint superfluous among .*brace"):
-        scene_of(braced, "crank.angle")
-    with pytest.raises(MechanismError, match="superfluous"):
-        scene_of(mechanism, "crank.angle", "rocker.angle")
+    turn = md.Sweep(md.Driver("crank.angle", from_=0.0, to=1.0))
+    with pytest.raises(AssemblyError, match=r"open by .* of the .*brace 1 is superfluous"):
+        md.solve(braced, turn)
+    both = (md.Driver("crank.angle", at=[0.3]), md.Driver("rocker.angle", at=[1.2]))
+    with pytest.raises(AssemblyError, match=r"1 is superfluous .*\n.*or a driver"):
+        md.solve(mechanism, md.Sweep(drivers=both))
 
 
 def test_show_survives_a_mechanism_that_does_not_assemble() -> None:

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis import start
+from mechdae.analysis.freedom import settled
 from mechdae.analysis.modes import Assembler, Mode
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
@@ -35,12 +36,18 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         raise InputError("assembly modes are those of one pose: give the driver as at = [value]")
     u = numbers.values[0]
     model = Model(mechanism)
-    the_scene = scene(model, numbers.coordinates, task.outputs)
-    listed = task.outputs is not None
-    expressions = NamedOutputs(model, the_scene.selection.named, 0, listed=listed, time=False)
-    outputs = Outputs(the_scene, requests(model, list(expressions.rates)))
-    graphs = Graphs(the_scene, outputs.expression, 0)
-    assembler = Assembler(graphs, sketched(mechanism))
+    listed, sketch = task.outputs is not None, sketched(mechanism)
+
+    def build(coarse: bool) -> tuple[Assembler, Outputs, NamedOutputs]:
+        the_scene = scene(model, numbers.coordinates, task.outputs, coarse)
+        expressions = NamedOutputs(model, the_scene.selection.named, 0, listed=listed, time=False)
+        outputs = Outputs(the_scene, requests(model, list(expressions.rates)))
+        return Assembler(Graphs(the_scene, outputs.expression, 0), sketch), outputs, expressions
+
+    assembler, outputs, expressions = settled(
+        build, lambda built: start.try_redundant(built[0], numbers)
+    )
+    the_scene, graphs = assembler.scene, assembler.graphs
     found, proven, failure = assembler.modes(u, task.limit)
     function = ca.Function("y", [the_scene.x, the_scene.u, the_scene.model.p], [outputs.expression])
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
@@ -61,6 +68,8 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
             for cut in rollers
             for k in range(cut.first, cut.last + 1)
         ]
+    if the_scene.redundant and found:
+        summary["superfluous"] = assembler.superfluous(found[0].x, u)
     if assembler.free:
         names = sorted({group.name for group in assembler.free})
         summary["free"] = names  # modes in which the group moves by itself are not counted

@@ -137,7 +137,7 @@ class Builder:
                 return None
             continued = found
         landed, signs, h = continued
-        flipped = () if switch else tuple(b for b in blocks if g.blocks[b].size <= ADJUGATE_LIMIT)
+        flipped = () if switch else tuple(b for b in blocks if self._signed(b))
         expected = sign.copy()
         expected[list(flipped)] *= -1
         moved = np.abs(landed[:n] - guess)
@@ -162,6 +162,11 @@ class Builder:
         parts = [np.array([_parts(node, n)[k] for _, node in nodes]) for k in range(3)]
         zone = Zone(crossing.s, tuple(crossings), (places, *parts), remainder, action)
         return Bridge((*centre, (far, landed)), zone, flipped)
+
+    def _signed(self, b: int) -> bool:
+        """Return whether a block's determinant changes its sign at a crossing."""
+        graph = self.graphs.blocks[b]
+        return graph.size <= ADJUGATE_LIMIT and not graph.redundant
 
     def _size(self, crossing: Crossing) -> Any:
         return self.finder.columns(crossing.block)

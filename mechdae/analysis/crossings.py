@@ -35,12 +35,38 @@ MEANT = 8 * ROUNDOFF
 """Residual that numbers rounded to double may leave where a crossing is meant."""
 DOUBTFUL = 1e-10
 """Residual up to which nearly crossing branches are mentioned with their distance."""
+EXCLUDED = 1e-6
+"""Share of the second derivatives by which a branch may miss superfluous equations."""
 FLAT = 1e-9
 UNLIKE = 0.2
 """Share of the angle between the tangents by which the path may miss its own."""
 
 Piece = Callable[[float], tuple[Any, Any, Any, Any]]
 """Unknowns of a block and their first three derivatives at s."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scaling:
+    """Units of a block's unknowns (n,) and equations (m,).
+
+    ``mix`` (n, m) makes n equations of those of a redundant block: along the left singular
+    vectors of its Jacobian near the pose, so that nothing but the rank of the block counts.
+    """
+
+    columns: Any
+    rows: Any
+    mix: Any = None
+
+    def equations(self, values: Any) -> Any:
+        """Return residuals (m,) or a Jacobian (m, n) in units of the equations, mixed."""
+        scaled = values / (self.rows if values.ndim == 1 else self.rows[:, None])
+        return scaled if self.mix is None else self.mix @ scaled
+
+    @property
+    def vectors(self) -> tuple[Any, Any, Any]:
+        """Inputs of the kernels: columns, rows, mix."""
+        mix = np.zeros(0) if self.mix is None else self.mix.ravel(order="F")
+        return self.columns, self.rows, mix
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +82,10 @@ class Crossing:
     """A change point of one block.
 
     ``x`` (n,) are its unknowns there; ``other`` is None where the driver stands still on the
-    other branch, which leaves along ``still``. ``residual`` is by how much the block's equations
-    miss a crossing, in lengths of the mechanism, and ``gap`` how far apart the branches then
-    are [rad or lengths]; both are zero when they cross for the float64 numbers given.
+    other branch, which leaves along ``still``, or superfluous equations have ``excluded`` it.
+    ``residual`` is by how much the block's equations miss a crossing, in lengths of the
+    mechanism, and ``gap`` how far apart the branches then are [rad or lengths]; both are zero
+    when they cross for the float64 numbers given.
     """
 
     s: float
@@ -70,6 +97,7 @@ class Crossing:
     still: Any
     residual: float = 0.0
     gap: float = 0.0
+    excluded: bool = False
 
     @property
     def exact(self) -> bool:
@@ -115,6 +143,14 @@ class CrossingFinder:
     def rows(self, b: int) -> Any:
         units = self.graphs.blocks[b].block.units
         return np.array([self.scale if unit == "m" else 1.0 for unit in units])
+
+    def scaling(self, b: int, J: Any) -> Scaling:
+        """Return the units of a block; `J` (m, n) is its Jacobian near the pose."""
+        columns, rows = self.columns(b), self.rows(b)
+        if not self.graphs.blocks[b].redundant:
+            return Scaling(columns, rows)
+        left = np.linalg.svd(J * columns / rows[:, None])[0]
+        return Scaling(columns, rows, left[:, : len(columns)].T)
 
     def u(self, s: float) -> Any:
         """Return the drivers' values (nd,) at s."""
@@ -180,7 +216,7 @@ class CrossingFinder:
         g = self.graphs
         n, graph, earlier = g.nx, g.blocks[b], g.ancestors(b)[:-1]
         x, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
-        own, columns, rows = graph.own, self.columns(b), self.rows(b)
+        own = graph.own
         if b not in self._systems:
             self._systems[b] = Call(crossing(g.scene, graph))
 
@@ -192,14 +228,15 @@ class CrossingFinder:
 
         here, (whole, z) = s, upstream(s)
         _, J, *_ = self.jet(b, s, x[own], (np.zeros(graph.size),) * 2, z)
-        w = np.linalg.svd(J * columns / rows[:, None])[0][:, -1]
-        y = np.concatenate([x[own] / columns, [0.0], w])
+        scaling = self.scaling(b, J)
+        w = np.linalg.svd(scaling.equations(J * scaling.columns))[0][:, -1]
+        y = np.concatenate([x[own] / scaling.columns, [0.0], w])
         count, unit = graph.size, self.unit
         moved = np.inf
         for _ in range(ITERATIONS):
             u, u1, u2, _ = self.drivers(here)
             at = [z[0], z[1] * unit, z[2] * unit**2, u, u1 * unit, u2 * unit**2]
-            system, slope = self._systems[b](y, *at, self.p, columns, rows)
+            system, slope = self._systems[b](y, *at, self.p, *scaling.vectors)
             if not (np.isfinite(system).all() and np.isfinite(slope).all()):
                 return None
             change = np.linalg.lstsq(slope, -system)[0]
@@ -221,16 +258,18 @@ class CrossingFinder:
         if np.linalg.norm(system[:-1]) > DOUBTFUL:
             return None
         slope = None if behind else v[own] + a[own] * (here - s)
-        found = self._branches(b, here, y, z, slope)
+        found = self._branches(b, here, y, z, slope, scaling)
         if found is None:
             return None
         result, size, w = found
         sharp = [k for k in earlier if k not in known]
-        residual = self._residual(b, here, result.x, whole, sharp, w)
+        residual = self._residual(b, here, result.x, whole, sharp, w, scaling)
+        if result.excluded:
+            residual = 0.0  # the path cannot leave its branch
         return replace(result, residual=residual, gap=float(np.sqrt(2 * residual / size)))
 
     def _branches(
-        self, b: int, s: float, y: Any, z: Any, slope: Any
+        self, b: int, s: float, y: Any, z: Any, slope: Any, scaling: Scaling
     ) -> tuple[Crossing, float, Any] | None:
         """Return the crossing with its two branches, the size of A, B, C, and w.
 
@@ -238,18 +277,18 @@ class CrossingFinder:
         cross, or where the path comes on neither of them.
         """
         graph = self.graphs.blocks[b]
-        columns, rows = self.columns(b), self.rows(b)
+        columns = scaling.columns
         x, nothing = y[: graph.size] * columns, np.zeros(graph.size)
 
         def second(slope: Any) -> Any:
-            return self.jet(b, s, x, (slope, nothing), z)[3] / rows
+            return scaling.equations(self.jet(b, s, x, (slope, nothing), z)[3])
 
         F, J, push, *_ = self.jet(b, s, x, (nothing, nothing), z)
         del F
-        scaled = J * columns / rows[:, None]
+        scaled = scaling.equations(J * columns)
         left, _, right = np.linalg.svd(scaled)
         w, v = left[:, -1], right[-1] * columns
-        t0 = self._solve(scaled, -push / rows) * columns
+        t0 = self._solve(scaled, -scaling.equations(push)) * columns
         ahead, behind, C = (float(w @ second(t0 + c * v)) for c in (1.0, -1.0, 0.0))
         A, B = (ahead + behind) / 2 - C, (ahead - behind) / 4
         B, C = B * self.unit, C * self.unit**2
@@ -269,8 +308,21 @@ class CrossingFinder:
         apart = abs(own - other) if other is not None else 1.0 + abs(own)
         if abs(along - own) > UNLIKE * apart:
             return None
+        excluded = False
+        if scaling.mix is not None:
+            left = np.linalg.svd(J * columns / scaling.rows[:, None])[0][:, graph.size - 1 :]
+
+            def missed(slope: Any) -> Any:
+                return left.T @ (self.jet(b, s, x, (slope, nothing), z)[3] / scaling.rows)
+
+            if other is None:
+                load = (missed(t0 + v) + missed(t0 - v)) / 2 - missed(t0)
+            else:
+                load = missed(t0 + other / self.unit * v) * self.unit**2
+            excluded = bool(np.linalg.norm(load) > EXCLUDED * size)
+            other = None if excluded else other
         branches = [
-            self._branch(b, s, x, t0 + alpha / self.unit * v, scaled, w, v, z)
+            self._branch(b, s, x, t0 + alpha / self.unit * v, scaled, w, v, z, scaling)
             if alpha is not None
             else None
             for alpha in (own, other)
@@ -278,9 +330,19 @@ class CrossingFinder:
         if branches[0] is None:
             return None
         group = graph.block.group
-        return Crossing(s, b, group, x, branches[0], branches[1], v), size, w
+        found = Crossing(s, b, group, x, branches[0], branches[1], v, excluded=excluded)
+        return found, size, w
 
-    def _residual(self, b: int, s: float, x: Any, whole: Any, earlier: list[int], w: Any) -> float:
+    def _residual(
+        self,
+        b: int,
+        s: float,
+        x: Any,
+        whole: Any,
+        earlier: list[int],
+        w: Any,
+        scaling: Scaling,
+    ) -> float:
         """Return |w . F| in 80-bit floats; to first order errors of x and s do not matter.
 
         Unknowns of earlier blocks are refined first: theirs would.
@@ -298,18 +360,27 @@ class CrossingFinder:
             for _ in range(2):
                 wide[g.blocks[k].own] -= np.linalg.lstsq(J, value(k).astype(float))[0]
         wide[g.blocks[b].own] = x
-        found = float(abs(np.asarray(w, LONG) @ (value(b) / self.rows(b))))
+        found = float(abs(np.asarray(w, LONG) @ scaling.equations(value(b))))
         return found if found > EXACT else 0.0
 
     def _branch(
-        self, b: int, s: float, x: Any, slope: Any, scaled: Any, w: Any, v: Any, z: Any
+        self,
+        b: int,
+        s: float,
+        x: Any,
+        slope: Any,
+        scaled: Any,
+        w: Any,
+        v: Any,
+        z: Any,
+        scaling: Scaling,
     ) -> Branch:
         """Return a branch with its second derivative, by the condition of third order."""
-        columns, rows = self.columns(b), self.rows(b)
         nothing = np.zeros(len(x))
-        bend = self._solve(scaled, -self.jet(b, s, x, (slope, nothing), z)[3] / rows) * columns
-        rest = float(w @ (self.jet(b, s, x, (slope, bend), z)[4] / rows))
-        more = float(w @ (self.jet(b, s, x, (slope, bend + v), z)[4] / rows))
+        second = scaling.equations(self.jet(b, s, x, (slope, nothing), z)[3])
+        bend = self._solve(scaled, -second) * scaling.columns
+        rest = float(w @ scaling.equations(self.jet(b, s, x, (slope, bend), z)[4]))
+        more = float(w @ scaling.equations(self.jet(b, s, x, (slope, bend + v), z)[4]))
         return Branch(slope, bend - rest / (more - rest) * v)
 
     @staticmethod

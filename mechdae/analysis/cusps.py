@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.crossings import CrossingFinder
+from mechdae.analysis.crossings import CrossingFinder, Scaling
 from mechdae.kernels.call import Call
 from mechdae.kernels.jets import vertex
 
@@ -48,28 +48,29 @@ class CuspFinder:
         finder = self.crossings
         g, n = finder.graphs, finder.graphs.nx
         graph, earlier = g.blocks[b], g.ancestors(b)[:-1]
-        columns, rows = finder.columns(b), finder.rows(b)
         if b not in self._systems:
             self._systems[b] = Call(vertex(g.scene, graph))
         x, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
         own, count = graph.own, graph.size
         J = graph.value_at(x, finder.u(s), finder.p)[1]
-        left, _, right = np.linalg.svd(J * columns / rows[:, None])
-        y = np.concatenate([x[own] / columns, [0.0], right[-1]])
+        scaling = finder.scaling(b, J)
+        left, _, right = np.linalg.svd(scaling.equations(J * scaling.columns))
+        y = np.concatenate([x[own] / scaling.columns, [0.0], right[-1]])
         w0 = left[:, -1]
         loads = []
         for place in places:
             ds = place - s
             whole = finder.follow(earlier, place, x + v * ds + a * ds * ds / 2, {})[0]
-            y = self._solve(b, y, w0, whole[graph.uses], finder.u(place), columns, rows)
+            y = self._solve(b, y, w0, whole[graph.uses], finder.u(place), scaling)
             if y is None:
                 return None
             loads.append(y[count])
         return np.array(loads)
 
-    def _solve(self, b: int, y: Any, w0: Any, z: Any, u: Any, columns: Any, rows: Any) -> Any:
+    def _solve(self, b: int, y: Any, w0: Any, z: Any, u: Any, scaling: Scaling) -> Any:
         for _ in range(12):
-            system, slope = self._systems[b](y, w0, z, u, self.crossings.p, columns, rows)
+            inputs = (y, w0, z, u, self.crossings.p, *scaling.vectors)
+            system, slope = self._systems[b](*inputs)
             if not (np.isfinite(system).all() and np.isfinite(slope).all()):
                 return None
             change = np.linalg.lstsq(slope, -system)[0]

@@ -17,6 +17,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.closing import Gap
 from mechdae.kernels.blocks import BlockGraph
 from mechdae.model.reduction import Scene
 
@@ -30,7 +31,7 @@ class Solutions:
 
     ``gap`` is the smallest residual over all angles when nothing solves the block (in the
     residual's unit); ``infinite`` tells that a ratio is not rational, ``free`` that every
-    angle solves it.
+    angle solves it; ``gap_at`` names unit and joint of the gap of a redundant block.
     """
 
     x: Any
@@ -38,6 +39,7 @@ class Solutions:
     gap: float = 0.0
     infinite: bool = False
     free: bool = False
+    gap_at: Gap | None = None
 
 
 def angle_slopes(scene: Scene, p: Any) -> dict[int, list[float]]:

@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.closing import Closing
 from mechdae.analysis.limits import Limit
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.path import SMALLEST, Path
@@ -72,6 +73,7 @@ class Evaluator:
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.zones = ZonePoses(graphs)
+        self.closing = Closing(graphs)
         self.entry_groups = [
             (entry, [self.groups.index(g) for g in outputs.groups_of(entry)])
             for entry in outputs.entries
@@ -175,7 +177,7 @@ class Evaluator:
             for whole, new in zip(results, part, strict=True):
                 whole[rows] = new
         uncertain = live & ~good & ordinary[:, None]
-        self._drop(alive, uncertain)
+        self._drop(alive, uncertain, self._open(path, s, results))
         at_limit = ~ordinary
         for k, found in limits.items():
             self._put_limit(path, k, s[k], found, alive, results)
@@ -227,11 +229,22 @@ class Evaluator:
             good &= ~np.logical_or.reduceat(far.T, self.graphs.first, axis=0).T
         return good | self.zones.held(path, s) if path.zones else good
 
-    def _drop(self, alive: Any, uncertain: Any) -> None:
-        """Take away groups with an uncertified block, and the groups attached to them."""
-        if not uncertain.any() and alive.all():
+    def _open(self, path: Path, s: Any, results: list[Any]) -> Any:
+        """Return which groups have an equation without unknowns that is not met, (n, groups)."""
+        lost = np.zeros((len(s), len(self.groups)), bool)
+        if self.closing.checks:
+            open_ = self.closing.open(results[0], path.drivers(s), results[1], path.constants)
+            for k, j in enumerate(self.closing.check_group):
+                lost[:, j] |= open_[:, k]
+        return lost
+
+    def _drop(self, alive: Any, uncertain: Any, lost: Any) -> None:
+        """Take away groups with an uncertified block, and the groups attached to them.
+
+        `lost` (n, groups) are groups to be taken away for another reason.
+        """
+        if not uncertain.any() and alive.all() and not lost.any():
             return
-        lost = np.zeros_like(alive)
         for b, j in enumerate(self.block_group):
             lost[:, j] |= uncertain[:, b]
         for j, group in enumerate(self.graphs.scene.groups):

@@ -18,6 +18,8 @@ from mechdae.kernels.graphs import Graphs
 ITERATIONS = 30
 SEARCH = 20.0
 """How far ahead a fold may lie, in largest steps of the path."""
+REGULAR = 1e-4
+"""Share of the largest singular value above which a Jacobian is not singular."""
 ROUGH, CLOSE = 0.5, 0.02
 """Share by which the expansion at a fold may miss the pose the path has reached."""
 
@@ -31,7 +33,8 @@ class Limit:
     """Where a group's motion ends.
 
     ``kind`` is "limit" (a fold), "change_point", "ambiguous" (branches too near each other, by
-    ``gap``), "cusp", "dead_point", "pole", "end_of_curve" or "unproved"; ``x`` (nx,) the
+    ``gap``), "cusp", "dead_point", "pole", "end_of_curve", "locked" (superfluous equations
+    are not met beyond) or "unproved"; ``x`` (nx,) the
     unknowns there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its
     expansion. ``reached`` is how far the path was proved where that is short of the end, at
     the end of a curve ``joint`` is its joint.
@@ -90,6 +93,7 @@ class LimitFinder:
     ) -> None:
         self.graphs, self.whole, self.drivers = graphs, whole, drivers
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
+        self.scale = scale
         self._functions: dict[int, Any] = {}
         inputs = [graphs.scale, graphs.p]
         self.weights = [
@@ -126,15 +130,15 @@ class LimitFinder:
         if not -1e-12 * (1 + abs(s)) <= sense * (found - s) <= SEARCH * largest:
             return None
         _, slope, J, F_y, bend = self._evaluate(b, y)
-        left = np.linalg.svd(J * w)[0][:, -1]
-        push = float(left @ _push(slope, F_y, count, own))
-        curve = float(left @ bend.ravel())
-        if push == 0 or curve == 0 or -curve / push * sense >= 0:
+        left = _left_null(J * w)
+        push = left @ _push(slope, F_y, count, own, len(J))
+        curve, size = float(push @ (left @ bend.ravel())), float(push @ push)
+        if size == 0 or curve == 0 or -curve * sense >= 0:
             return None
         full, rate = self._all_unknowns(b, x, chain, y, lost, y[count + 1 :] * w)
         columns = tuple(g.blocks[b].own)
         group = g.blocks[b].block.group
-        limit = Limit(found, b, group, "limit", full, columns, rate, -curve / (2 * push))
+        limit = Limit(found, b, group, "limit", full, columns, rate, -curve / (2 * size))
         return limit if limit.leads_to(x, s, ROUGH) else None
 
     def _solve(self, b: int, y: Any, s: float, count: int, reach: float) -> bool:
@@ -145,7 +149,7 @@ class LimitFinder:
             size = np.max(np.abs(slope), axis=1)
             size[size == 0] = 1.0
             try:
-                change = np.linalg.solve(slope / size[:, None], system.ravel() / size)
+                change = solve(slope / size[:, None], system.ravel() / size)
             except np.linalg.LinAlgError:
                 return False
             y -= change
@@ -173,9 +177,9 @@ class LimitFinder:
             try:
                 for _ in range(12):
                     F, J, Fz = graph.value_at(result, u, self.p)
-                    result[graph.own] -= np.linalg.solve(J, F)
+                    result[graph.own] -= solve(J, F)
                 if graph.uses:
-                    rate[graph.own] = -np.linalg.solve(J, Fz @ rate[graph.uses])
+                    rate[graph.own] = -solve(J, Fz @ rate[graph.uses])
             except np.linalg.LinAlgError:
                 continue
         return result, rate
@@ -184,23 +188,42 @@ class LimitFinder:
         """Return what a singular pose that is no fold is.
 
         "change_point": the driver's push lies in the range of J, branches meet;
-        "dead_point": it does not, the group's speed ratio is infinite there.
+        "dead_point": it does not, the group's speed ratio is infinite there;
+        "locked": a redundant block is not singular, but its equations are not met beyond.
         """
         chain, own = self._chain(b)
         y = np.concatenate([x[chain], [s], np.zeros(len(own))])
         _, slope, J, F_y, _ = self._evaluate(b, y)
-        push = _push(slope, F_y, len(chain), own)
-        left = np.linalg.svd(J * self.weights[b])[0][:, -1]
+        push = _push(slope, F_y, len(chain), own, len(J))
+        if self.graphs.blocks[b].redundant:
+            units = self.graphs.blocks[b].block.units
+            rows = np.array([self.scale if unit == "m" else 1.0 for unit in units])
+            sigma = np.linalg.svd(J * self.weights[b] / rows[:, None])[1]
+            if sigma[-1] > REGULAR * sigma[0]:
+                return "locked"
+        left = _left_null(J * self.weights[b])
         size = max(float(np.linalg.norm(push)), float(self.mu[b]) / self.unit)
-        return "change_point" if abs(left @ push) < 1e-2 * size else "dead_point"
+        return "change_point" if np.linalg.norm(left @ push) < 1e-2 * size else "dead_point"
 
 
-def _push(slope: Any, F_y: Any, count: int, own: list[int]) -> Any:
+def solve(J: Any, F: Any) -> Any:
+    """Return the step J^-1 F, with more equations than unknowns that of least squares."""
+    if J.shape[0] == J.shape[1]:
+        return np.linalg.solve(J, F)
+    return np.linalg.lstsq(J, F)[0]
+
+
+def _left_null(J: Any) -> Any:
+    """Return the left singular vectors of the smallest singular value and of zero, as rows."""
+    return np.linalg.svd(J)[0][:, J.shape[1] - 1 :].T
+
+
+def _push(slope: Any, F_y: Any, count: int, own: list[int], equations: int) -> Any:
     """Return dF/ds of a block, its ancestors' unknowns following the path."""
     push = F_y[:, count].copy()
     earlier = [k for k in range(count) if k not in own]
     if earlier:
-        rows = count - len(own)
-        follow = -np.linalg.solve(slope[:rows, earlier], slope[:rows, count])
+        rows = len(slope) - 1 - 2 * equations
+        follow = -solve(slope[:rows, earlier], slope[:rows, count])
         push += F_y[:, earlier] @ follow
     return push

@@ -15,16 +15,21 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.closing import Closing, Gap
 from mechdae.analysis.contact_solver import Contacts, ContactSolver
 from mechdae.analysis.eliminant import BlockSolver, angle_slopes
+from mechdae.analysis.freedom import dependent, free_poses
+from mechdae.analysis.limits import solve
 from mechdae.analysis.numbers import driver_size, mechanism_scale, natural_sizes, periods
 from mechdae.analysis.plan import Sketch
+from mechdae.analysis.redundant import RedundantSolver
 from mechdae.analysis.search import MOST, Found, Search
 from mechdae.analysis.truss import Truss, truss
 from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.kernels.blocks import BlockGraph
 from mechdae.kernels.graphs import Graphs
 from mechdae.kernels.local import Local
+from mechdae.model.reduction import own_freedom
 from mechdae.model.structure import Group
 
 
@@ -42,12 +47,16 @@ class Mode:
 
 @dataclass(frozen=True)
 class Failure:
-    """A group that has no pose here, and the gap; `starts` of a search that found none."""
+    """A group that has no pose here, and the gap; `starts` of a search that found none.
+
+    ``at`` tells which equation of a redundant group stays open.
+    """
 
     group: Group
     gap: float
     infinite: bool = False
     starts: int = 0
+    at: Gap | None = None
 
 
 class Assembler:
@@ -72,6 +81,7 @@ class Assembler:
             for graph in graphs.blocks
         ]
         self.contacts = Contacts(self.scene, self.p)
+        self.closing = Closing(graphs)
         period = periods(self.scene)
         self.turn = np.where(period > 0, period, 2 * np.pi)
         self._trusses: dict[int, Truss | None] = {}
@@ -86,6 +96,8 @@ class Assembler:
         """Groups met with a freedom of their own: their outer pins coincide."""
 
     def _solver(self, graph: BlockGraph, slopes: Any, contact: bool) -> BlockSolver:
+        if graph.redundant:
+            return RedundantSolver(self.scene, graph, self.p, self.size, slopes)
         solver = BlockSolver(self.scene, graph, self.p, self.size, slopes)
         if not contact or solver.linear:
             return solver
@@ -142,58 +154,119 @@ class Assembler:
     # -- one group -------------------------------------------------------------------------
 
     def candidates(
-        self, group: Group, x: Any, u: Any, nearby: bool = False
+        self, group: Group, x: Any, u: Any, nearby: bool = False, search: bool = True
     ) -> tuple[list[Any], bool, Failure | None]:
         """Return all poses of a group for solved earlier groups, and whether that is proven.
 
         With `nearby`, a group of infinitely many modes (a gear ratio that is not rational)
-        gives the one that Newton's method finds from the sketch.
+        gives the one that Newton's method finds from the sketch. Without `search` a group that
+        has no closed form gives nothing.
         """
         found = [x.copy()]
         proven = True
-        failure = None
+        failure: Failure | None = None
         for b in self.blocks_of(group):
             graph, solver = self.graphs.blocks[b], self.solvers[b]
             ahead = []
             for start in found:
                 z = start[graph.uses] if graph.uses else np.zeros(0)
                 result = solver.solve(z, u)
-                if result is None and (shape := self._truss(group)) is not None:
-                    return self._of_truss(shape, x, u)
+                if result is None and (shape := self._truss(group)) is not None and search:
+                    return self._of_truss(shape, x, u, nearby)
+                at = None
+                if result is None and not search:
+                    return [], False, None
                 if result is None or (nearby and result.infinite):
                     most = 1 if result is not None else MOST
+                    self._check_freedom(group, b, start, u)
                     solutions, sure, gap = self._search(b, start, u, most), False, 0.0
                     infinite = False
                 else:
                     solutions, sure = result.x, result.proven
-                    gap, infinite = result.gap, result.infinite
+                    gap, infinite, at = result.gap, result.infinite, result.gap_at
+                    if solver.linear and not len(solutions):
+                        self._check_freedom(group, b, start, u)
                 proven &= sure
                 if result is not None and result.free:
                     self.free.append(group)
                 if not len(solutions):
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
-                    failure = Failure(group, gap, infinite, starts)
+                    failure = Failure(group, gap, infinite, starts, at)
                 for solution in solutions:
                     new = put(start, graph.own, self._nearest_turn(b, solution))
                     ahead.append(self._polish(b, new, u))
-            found = ahead
+            found, missed = self._closed(group, b, ahead, u)
+            failure = missed or failure
+        found, missed = self._closed(group, None, found, u)
+        failure = missed or failure
         touching = [pose for pose in found if self.contacts.touch(group, pose, u)]
         if found and not touching:
             failure = Failure(group, 0.0)
         return touching, proven, failure if not touching else None
 
+    def _closed(
+        self, group: Group, b: int | None, poses: list[Any], u: Any
+    ) -> tuple[list[Any], Failure | None]:
+        """Return the poses at which superfluous equations hold, and the smallest gap if none.
+
+        They are those of block `b`, or the group's equations without unknowns.
+        """
+        checked = [check for check in self.scene.checks if check.group == group.index]
+        if not (checked if b is None else self.graphs.blocks[b].redundant):
+            return poses, None
+        gaps = [self.closing.gap(b, group.index, x, u) for x in poses]
+        closed = [x for x, gap in zip(poses, gaps, strict=True) if gap is None]
+        left = [gap for gap in gaps if gap is not None]
+        if closed or not left:
+            return closed, None
+        least = min(left, key=lambda gap: gap.size)
+        return [], Failure(group, least.size, at=least)
+
+    def _check_freedom(self, group: Group, b: int, x: Any, u: Any) -> None:
+        """Raise when a group moves by itself at the pose that Newton's method finds first."""
+        graph = self.graphs.blocks[b]
+        sketch = [self._wanted(*self.scene.x_names[i]) for i in graph.own]
+        sizes = natural_sizes(self.scene, self.size)[graph.own]
+        found = free_poses(graph, put(x, graph.own, sketch), u, self.p, sizes, self.size)
+        if found is None:
+            return
+        q, moved = (self.coordinates(pose, u) for pose in found)
+        size = {"x": self.size, "y": self.size}
+        bodies = [n[0] for n in q if abs(moved[n] - q[n]) > 1e-6 * size.get(n[1], 1.0)]
+        raise own_freedom(group, bodies, self.dependent(group, found[0], u))
+
+    def superfluous(self, x: Any, u: Any) -> list[dict[str, Any]]:
+        """Return joints and number of superfluous equations of each redundant group."""
+        return [
+            {"joints": self.dependent(group, x, u), "count": group.superfluous}
+            for group in self.scene.redundant
+        ]
+
+    def dependent(self, group: Group, x: Any, u: Any) -> list[str]:
+        """Return joints and drivers of a group whose equations depend on each other at a pose."""
+        names = [self.scene.model.q_names[j][1] for j in group.columns]
+        weights = np.array([1.0 if name in ("angle", "s") else self.size for name in names])
+        rows = np.flatnonzero(dependent(self.group_jacobian(x, u, group) * weights))
+        return list(dict.fromkeys(self.scene.rows[group.rows[k]].owner for k in rows))
+
     def _truss(self, group: Group) -> Truss | None:
         """Return the group as a platform on three legs, None when it is none."""
         if group.index not in self._trusses:
-            self._trusses[group.index] = truss(self.scene, group, self.p)
+            shape = None if group.superfluous else truss(self.scene, group, self.p)
+            self._trusses[group.index] = shape
         return self._trusses[group.index]
 
-    def _of_truss(self, shape: Truss, x: Any, u: Any) -> tuple[list[Any], bool, Failure | None]:
+    def _of_truss(
+        self, shape: Truss, x: Any, u: Any, nearby: bool
+    ) -> tuple[list[Any], bool, Failure | None]:
         """Return all poses of a platform on three legs."""
         group = shape.group
         poses, closed = shape.solve(self.coordinates(x, u), u)
         if closed.free:
             self.free.append(group)
+            own = self.blocks_of(group)
+            if nearby and len(own) == 1:
+                self._check_freedom(group, own[0], x, u)
         found = []
         for q in poses:
             ahead = [x]
@@ -218,7 +291,7 @@ class Assembler:
         for _ in range(4):
             F, J, _ = graph.value_at(result, u, self.p)
             try:
-                step = np.linalg.solve(J, F)
+                step = solve(J, F)
             except np.linalg.LinAlgError:
                 return x
             size = float(np.abs(step).max())
@@ -276,7 +349,12 @@ class Assembler:
     # -- labels ----------------------------------------------------------------------------
 
     def sign(self, group: Group, x: Any, u: Any) -> str:
-        """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian."""
+        """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian.
+
+        A redundant group has no determinant, its sign is always +.
+        """
+        if group.superfluous:
+            return "+"
         if group.kind == "RRR" and len(group.bodies) == 2 and group.higher_pairs == 0:
             value = self._orientation(group, x, u)
         else:

@@ -129,8 +129,10 @@ class Path:
         self.origin = (s, x)
         start = np.concatenate([x, np.zeros(2 * g.nx + g.nb)])
         state, _, det, _ = self._step(start, s, 0.0)
+        state[: g.nx] = np.where(np.isfinite(state[: g.nx]), state[: g.nx], x)  # singular pose
         self.s, self.state, self._arrays = [s], [state], None
-        self.sign = np.sign(det)
+        redundant = np.array([graph.redundant for graph in g.blocks], bool)
+        self.sign = np.where(redundant, 1.0, np.sign(det))  # those must stay closed
         self._front = {True: self.sign.copy(), False: self.sign.copy()}
 
     def sign_at(self, s: Any) -> Any:
@@ -380,7 +382,7 @@ class Path:
     def _last(self, b: int, s: float, state: Any, sense: float, kind: str) -> Limit:
         """Return the end of a path that cannot be proved any further."""
         x, group = state[: self.graphs.nx], self.block_group[b]
-        if kind == "pole":
+        if kind in ("pole", "locked"):
             return Limit(s, b, group, kind, x)
         near = self.bridges.finder.find(b, s, state, sense, {}, self.largest)
         if near is not None:

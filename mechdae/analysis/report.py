@@ -34,6 +34,7 @@ STOPS = {
     "cusp": "two branches end there with one tangent, the motion must turn back",
     "end_of_curve": "the contact of joint {joint} is at the end of its curve",
     "dead_point": "a dead point of the driver, the speed ratio is infinite there",
+    "locked": "superfluous equations hold there, but no further",
 }
 
 
@@ -93,7 +94,8 @@ def _crossed(
     """Return the change points of a zone as events, with the tangents of both branches.
 
     ``tangents`` has the rates of the unknowns of the group over the path parameter on the
-    branch the path came on and on the other one; None where the driver stands still there.
+    branch the path came on and on the other one; None where the driver stands still there, or
+    where the other one does not meet the superfluous equations (``excluded``).
     """
     events = []
     for crossing in zone.crossings:
@@ -112,6 +114,7 @@ def _crossed(
             "tangents": tangents,
             "exact": crossing.exact,
             "gap": crossing.gap,
+            **({"excluded": True} if crossing.excluded else {}),
         }
         events.append((crossing.s, event))
     return events
@@ -144,6 +147,10 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     summary["not_in_scene"] = setting.scene.not_in_scene
     near = (zone_of(run.path.zones, poses.s) >= 0).any()
     summary["bound"] = "estimated" if near or run.path.constants.estimated else "proved"
+    if setting.scene.redundant:
+        summary["superfluous"] = setting.assembler.superfluous(*_start(run))
+        poses_x, p = poses.x[certified], run.path.constants.p
+        summary["closure"] = run.evaluator.closing.largest(poses_x, run.values[certified], p)
     summary |= found.summary
     if failed:
         summary["failed"] = failed
@@ -286,8 +293,13 @@ def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
 
 def _mode(setting: Setting, run: Run) -> str:
     """Return the label of the assembly mode the path starts on."""
+    return setting.assembler.label(*_start(run))
+
+
+def _start(run: Run) -> tuple[Any, Any]:
+    """Return unknowns and driver values of the pose the path starts from."""
     s, x = run.path.origin
-    return setting.assembler.label(x, run.path.drivers(np.array([s]))[0])
+    return x, run.path.drivers(np.array([s]))[0]
 
 
 def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
@@ -313,6 +325,7 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
         if group is not None:
             joint = _left_curve(run.path, group, (first + last) / 2) or group.key_joint
             entry |= {"group": list(group.bodies), "joint": joint, "name": group.name}
+            entry |= _gap(setting, run, group, range(a, b))
         intervals.append(entry)
     return intervals
 
@@ -338,6 +351,18 @@ def _between(path: Path, a: float, b: float, default: float | None = None) -> fl
                 if low <= s <= high:
                     return float(s)
     return b if default is None else default
+
+
+def _gap(setting: Setting, run: Run, group: Group, poses: range) -> dict[str, Any]:
+    """Return the joint of a superfluous equation that stays open at lost poses, and its gap."""
+    if not group.superfluous or run.poses.singular[poses].all():
+        return {}
+    for k in (poses[0], poses[len(poses) // 2], poses[-1]):
+        x = np.nan_to_num(run.poses.x[k])
+        failure = setting.assembler.candidates(group, x, run.values[k], search=False)[2]
+        if failure is not None and failure.at is not None and np.isfinite(failure.gap):
+            return {"joint": failure.at.joint, "gap": failure.gap, "unit": failure.at.unit}
+    return {}
 
 
 def _first_lost(setting: Setting, alive: Any) -> Group | None:
@@ -391,8 +416,9 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
     stops = [e for e in run.events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
     stopped = bool(stops)
     text = f"{lost} of {len(status)} poses {'are not reached' if stopped else 'do not assemble'}"
-    if "name" in entry and not stopped:
+    if "name" in entry and (not stopped or "gap" in entry):
         text += f": group {entry['name']} opens at joint {entry['joint']}"
+        text += f" by {entry['gap']:.4g} {entry['unit']}" if "gap" in entry else ""
     interval = [start.shown(c.unit, entry[end]) for end in ENDS]
     if "time" in entry:
         interval = [f"{time:.6g} s" for time in entry["time"]]
@@ -411,7 +437,11 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
         why = STOPS[event["kind"]].format(joint=event["joint"])
         text += f"; the motion stops at {_place(setting, event)}: {why}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
-            text += ", and on the other one the driver stands still"
+            text += (
+                ", and the other one does not meet the superfluous equations"
+                if event.get("excluded")
+                else ", and on the other one the driver stands still"
+            )
     if status[0] == "unassembled":
         text += _modes_at_start(setting, run)
     return text

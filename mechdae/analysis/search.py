@@ -27,6 +27,8 @@ ITERATIONS = 60
 LARGEST_STEP = 0.7
 ROUNDING = 1e-13
 """Largest residual of a solution, in sizes of the mechanism and radians."""
+ROUGH = 1e-9
+"""The same where equations are superfluous: they are met to rounding of the numbers given."""
 SAME = 1e-7
 
 
@@ -67,6 +69,7 @@ class Search:
         self.scale = np.asarray(sizes, float)
         self.period = np.array([solver.period(j) for j in range(self.n)])
         self.row = np.array([solver.size if unit == "m" else 1.0 for unit in graph.block.units])
+        self.rounding = ROUGH if graph.redundant else ROUNDING
 
     def __call__(self, z: Any, u: Any, hint: Any, most: int = MOST) -> Found:
         """Return the solutions for given earlier unknowns and driver values.
@@ -100,9 +103,9 @@ class Search:
         return cube * whole
 
     def _values(self, x: Any) -> tuple[Any, Any]:
-        """Return F (k, n) in units of the rows and J (k, n, n) in those of rows and unknowns."""
+        """Return F (k, m) in units of the rows and J (k, m, n) in those of rows and unknowns."""
         F, J = self.function(x, *self._shared)
-        J = J.reshape(-1, self.n, self.n).transpose(0, 2, 1)
+        J = J.reshape(-1, self.n, F.shape[1]).transpose(0, 2, 1)
         return F / self.row, J * self.scale / self.row[:, None]
 
     def _with_lengths(self, x: Any) -> Any:
@@ -136,7 +139,7 @@ class Search:
         reached = reached - newton_steps(J, F) * self.scale
         F, _ = self._values(reached)
         far = 1 + np.abs(reached[:, self.lengths] / self.solver.size).max(axis=1, initial=0.0)
-        return reached[np.abs(F).max(axis=1) <= ROUNDING * far]
+        return reached[np.abs(F).max(axis=1) <= self.rounding * far]
 
     def _merge(self, kept: Any, hits: Any, reached: Any) -> tuple[Any, Any]:
         """Return the distinct solutions with their hits when `reached` is added."""

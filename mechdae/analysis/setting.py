@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.analysis import start
 from mechdae.analysis.evaluate import Evaluator, Poses
+from mechdae.analysis.freedom import settled
 from mechdae.analysis.measures import measure
 from mechdae.analysis.modes import Assembler
 from mechdae.analysis.named import NamedOutputs, requests, time_of
@@ -58,31 +59,34 @@ class Run:
 
 
 def prepare(problem: Problem, task: Sweep) -> Setting:
-    """Return scene and kernels of a task; nothing is evaluated yet."""
+    """Return scene and kernels of a task; only redundant groups are assembled yet."""
     mechanism = problem.mechanism
     if task.derivatives > 3:
         raise UnavailableError(
             "derivatives above the third are not computed by this version", where="derivatives"
         )
     numbers = plan(mechanism, task)
-    model = Model(mechanism)
-    the_scene = scene(model, numbers.coordinates, task.outputs)
-    expressions = NamedOutputs(
-        model,
-        the_scene.selection.named,
-        task.derivatives,
-        listed=task.outputs is not None,
-        time=time_of(numbers) is not None,
-    )
-    hidden = requests(model, list(expressions.rates))
-    hidden += measure.requests(the_scene, task, numbers.by_value)
-    outputs = Outputs(the_scene, hidden)
-    order = max(task.derivatives, measure.order_of(task))
-    graphs = Graphs(the_scene, outputs.expression, order, numbers.course)
-    assembler = Assembler(graphs, sketched(mechanism))
-    return Setting(
-        numbers, the_scene, outputs, graphs, assembler, expressions, task.on_change_point
-    )
+    model, sketch = Model(mechanism), sketched(mechanism)
+
+    def build(coarse: bool) -> Setting:
+        the_scene = scene(model, numbers.coordinates, task.outputs, coarse)
+        expressions = NamedOutputs(
+            model,
+            the_scene.selection.named,
+            task.derivatives,
+            listed=task.outputs is not None,
+            time=time_of(numbers) is not None,
+        )
+        hidden = requests(model, list(expressions.rates))
+        hidden += measure.requests(the_scene, task, numbers.by_value)
+        outputs = Outputs(the_scene, hidden)
+        order = max(task.derivatives, measure.order_of(task))
+        graphs = Graphs(the_scene, outputs.expression, order, numbers.course)
+        assembler = Assembler(graphs, sketch)
+        action = task.on_change_point
+        return Setting(numbers, the_scene, outputs, graphs, assembler, expressions, action)
+
+    return settled(build, lambda setting: start.try_redundant(setting.assembler, numbers))
 
 
 def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:

@@ -42,6 +42,18 @@ def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
     return u, x
 
 
+def try_redundant(assembler: Assembler, plan: Plan) -> None:
+    """Assemble the sketch of a scene with redundant groups.
+
+    Raises
+    ------
+    FreedomError
+        A group has a freedom of its own.
+    """
+    if assembler.scene.redundant:
+        assembler.from_sketch(start_values(plan))
+
+
 def doubts(assembler: Assembler, plan: Plan, x: Any, u: Any) -> list[str]:
     """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch."""
     notes = []
@@ -104,20 +116,28 @@ def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
 
 def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
     """Return the error for a group that has no pose at `u`."""
-    group = failure.group
-    gap = f" by {failure.gap:.4g} m" if 0 < failure.gap < math.inf else ""
-    what = f"group {group.name} cannot be assembled: joint {group.key_joint} stays open{gap}"
+    group, at = failure.group, failure.at
+    joint, unit = (at.joint, at.unit) if at is not None else (group.key_joint, "m")
+    gap = f" by {failure.gap:.4g} {unit}" if 0 < failure.gap < math.inf else ""
+    what = f"group {group.name} cannot be assembled: joint {joint} stays open{gap}"
+    hint = "check the lengths, or give the sketch with a driver value at which it closes"
     if failure.starts:
         what = (
             f"group {group.name}: no pose was found by Newton's method from {failure.starts} starts"
         )
     if failure.infinite:
         what = f"group {group.name} has infinitely many modes: a gear ratio is not rational"
-    return AssemblyError(
-        what,
-        where=where(scene, u),
-        hint="check the lengths, or give the sketch with a driver value at which it closes",
-    )
+    if at is not None and at.superfluous:
+        owners = list(dict.fromkeys(scene.rows[i].owner for i in group.rows))
+        what += (
+            f"; of the equations of {', '.join(owners)} {group.superfluous} "
+            f"{'is' if group.superfluous == 1 else 'are'} superfluous and must be met exactly"
+        )
+        hint = (
+            "give dimensions that depend on each other as expressions, or with all their digits; "
+            f"or remove a joint{' or a driver' if len(scene.drivers) > 1 else ''}"
+        )
+    return AssemblyError(what, where=where(scene, u), hint=hint)
 
 
 def where(scene: Scene, u: Any) -> str:

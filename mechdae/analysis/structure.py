@@ -7,11 +7,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis import start
+from mechdae.analysis.freedom import settled
 from mechdae.analysis.modes import Assembler
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.plan import plan, sketched
-from mechdae.analysis.start import not_assembled, start_values
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Driven, Sweep
 from mechdae.errors import MechdaeError
@@ -72,25 +73,30 @@ def _driven(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
         whole = scene(model, numbers.coordinates)
     except MechdaeError as error:
         return {**entry, "error": str(error)}
-    entry |= {
+    try:
+        sketch = sketched(problem.mechanism)
+
+        def build(coarse: bool) -> Assembler:
+            the_scene = scene(model, numbers.coordinates, None, coarse)
+            return Assembler(Graphs(the_scene, Outputs(the_scene).expression, 0), sketch)
+
+        assembler = settled(build, lambda built: start.try_redundant(built, numbers))
+        whole = assembler.scene
+        u = start.start_values(numbers)
+        x, failure, _ = assembler.from_sketch(u)
+        if failure is None:
+            entry["rank"] = rank_mobility(whole, assembler.coordinates(x, u))
+        else:
+            entry["assembly"] = str(start.not_assembled(whole, failure, u))
+    except MechdaeError as error:
+        entry["error"] = str(error)
+    return entry | {
         "formula": formula(whole.groups),
         "groups": [group_entry(group) for group in whole.groups],
         "coordinates": len(model.q_names),
         "unknowns": len(whole.x_names),
         "blocks": [len(block.x) for block in whole.blocks],
     }
-    try:
-        graphs = Graphs(whole, Outputs(whole).expression, 0)
-        assembler = Assembler(graphs, sketched(problem.mechanism))
-        u = start_values(numbers)
-        x, failure, _ = assembler.from_sketch(u)
-        if failure is None:
-            entry["rank"] = rank_mobility(whole, assembler.coordinates(x, u))
-        else:
-            entry["assembly"] = str(not_assembled(whole, failure, u))
-    except MechdaeError as error:
-        entry["error"] = str(error)
-    return entry
 
 
 def group_entry(group: Group) -> dict[str, Any]:
@@ -104,6 +110,7 @@ def group_entry(group: Group) -> dict[str, Any]:
         "kind": group.kind,
         "after": list(group.after),
         "higher_pairs": group.higher_pairs,
+        "superfluous": group.superfluous,
     }
 
 

@@ -202,7 +202,7 @@ class _Collector:
     def _lockstep(self, rows: list[Any], status: list[str]) -> None:
         """Fill in the sets that all poses of are proved in lockstep."""
         setting = prepare(self.problem, self.task)
-        if not setting.graphs.single or setting.graphs.contacts:
+        if not setting.graphs.single or setting.graphs.contacts or setting.scene.redundant:
             return
         for path in self.outputs:
             _columns(setting, path)  # unknown names are reported before anything is computed

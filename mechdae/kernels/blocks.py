@@ -1,7 +1,8 @@
 """The numerical blocks as graphs: residual, Jacobian, rates, inverse.
 
-A block's equations F(x_b, z, u; p) = 0 are square in its own unknowns x_b; z are unknowns
-of earlier blocks. With v = (x_b', z', u') the rates follow from
+A block's equations F(x_b, z, u; p) = 0 are square in its own unknowns x_b, or there are more
+of them in a redundant block; z are unknowns of earlier blocks. With v = (x_b', z', u') the
+rates follow from
 
     J x_b'  = -(F_z z' + F_u u')
     J x_b'' = -(D2F[v, v] + F_z z'' + F_u u'')
@@ -10,7 +11,8 @@ of earlier blocks. With v = (x_b', z', u') the rates follow from
 with a = (x_b'', z'', u''). The third is built only when it is asked for.
 
 Inverses are adjugates up to 4 x 4; larger ones are refined, because an unrolled
-factorisation loses digits like the square of the condition number.
+factorisation loses digits like the square of the condition number. A redundant block has the
+left inverse (J^T J)^-1 J^T: a step with it is one of Gauss and Newton on all equations.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ class BlockGraph:
     def __init__(self, scene: Scene, block: Block) -> None:
         self.block = block
         self.own, self.uses = list(block.x), list(block.uses)
-        self.size = len(self.own)
+        self.size, self.rows = len(self.own), len(block.units)
+        self.redundant = block.redundant
         xb = scene.x[self.own]
         z = scene.x[self.uses] if self.uses else SX(0, 1)
         u, F = scene.u, block.residual
@@ -102,7 +105,7 @@ class BlockGraph:
         return result
 
     def value_at(self, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
-        """Return F (n,), J (n, n) and F_z (n, nz) as arrays at one pose."""
+        """Return F (m,), J (m, n) and F_z (m, nz) as arrays at one pose."""
         z = x[self.uses] if self.uses else np.zeros(0)
         turned = x[self._angles]
         own = (x[self.own], z, u, p[self.params])
@@ -148,6 +151,19 @@ def inverse(J: Any) -> tuple[Any, Any]:
     for _ in range(2):
         guess = guess @ (2 * eye - J @ guess)
     return guess, SX(1)
+
+
+def left_inverse(J: Any) -> Any:
+    """Return (J^T J)^-1 J^T of a matrix with more rows than columns.
+
+    From an orthogonal factorisation, refined once: J^T J would lose digits like the square of
+    the condition number. Columns with few entries come first, they stay sparse.
+    """
+    n = J.shape[1]
+    order = sorted(range(n), key=lambda j: J[:, j].nnz())
+    Q, R = ca.qr(J[:, order])
+    guess = ca.solve(R, Q.T)[[order.index(j) for j in range(n)], :]
+    return (2 * SX.eye(n) - guess @ J) @ guess
 
 
 def norm(matrix: Any) -> Any:

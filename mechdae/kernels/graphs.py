@@ -7,6 +7,10 @@ Every block b has beta = |J_b^-1| (Frobenius), kappa = a Lipschitz constant of J
 Newton-Kantorovich: with eta = |last step| and h = beta kappa eta <= 1/2 the block has one
 root within 2 eta of the guess, and the distance after the step is at most h eta for
 h <= 1/4 (Ortega and Rheinboldt, Iterative Solution of Nonlinear Equations, 1970, 12.6.2).
+
+A redundant block has a left inverse A of its Jacobian in place of the inverse. The theorem
+then holds for A F = 0, which every solution of F = 0 solves; that F itself vanishes, to within
+`CLOSURE` times its rounding, is checked beside it.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.kernels.blocks import BlockGraph, inverse, norm
+from mechdae.kernels.blocks import BlockGraph, inverse, left_inverse, norm
 from mechdae.kernels.course import Course
 from mechdae.kernels.enclosure import SLOTS, Floors, enclosure, lower_bounds
 from mechdae.kernels.majorant import NoMajorant, majorant
@@ -29,6 +33,9 @@ from mechdae.model.reduction import Scene
 SX = ca.SX
 ROUNDOFF = 2.0**-53
 PATH_STEP_LIMIT = 0.45
+CLOSURE = 64
+"""Rounding bounds of a redundant block by which its equations may stay open: data that are
+consistent in exact arithmetic are not so as float64 numbers."""
 OPTIONS = {"cse": True}
 NEAR = 0.5
 """Share of a step by which its bounds hold around it where they are not for all poses."""
@@ -113,7 +120,7 @@ class Graphs:
         names = [self.scene.x_names[i] for i in block.x]
         kinds = {name if name in ("angle", "s") else "length" for _, name in names}
         if "s" not in kinds and len(kinds) == 1 and len(set(block.units)) == 1:
-            return SX.ones(len(names)), SX.ones(len(names))
+            return SX.ones(len(names)), SX.ones(len(block.units))
         one = SX(1)
         columns = ca.vertcat(*[self._unit(*name) for name in names])
         rows = ca.vertcat(*[self.scale if unit == "m" else one for unit in block.units])
@@ -128,10 +135,17 @@ class Graphs:
     def _solve(self, b: int, x: Any, u: Any, trig: Any) -> tuple[Any, Any, Any, Any, Any]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
         F, J, Fz = self.blocks[b].value(x, u, self.p, trig)
-        inv, det = inverse(J)
+        inv, det = self._inverse(b, J)
         w, r = self.weights(b)
         beta = norm(ca.diag(1 / w) @ inv @ ca.diag(r))
         return F, Fz, inv, det, beta
+
+    def _inverse(self, b: int, J: Any) -> tuple[Any, Any]:
+        """Return the inverse of a block's Jacobian and its determinant."""
+        if not self.blocks[b].redundant:
+            return inverse(J)
+        w, r = self.weights(b)
+        return ca.diag(w) @ left_inverse(ca.diag(1 / r) @ J @ ca.diag(w)) @ ca.diag(1 / r), SX(1)
 
     def _length(self, b: int, step: Any) -> Any:
         return norm(step / self.weights(b)[0])
@@ -155,7 +169,7 @@ class Graphs:
                 eta.append(SX(0))
                 continue
             F, J, _ = graph.value(x, u, self.p, (sines, cosines))
-            step = inverse(J)[0] @ F
+            step = self._inverse(b, J)[0] @ F
             own = graph.own
             s, c, half = sines[own], cosines[own], step * step / 2
             x = _put(x, own, x[own] - step)
@@ -178,13 +192,16 @@ class Graphs:
 
         `driven` are the rates of the drivers, as many as `order`. `held` gives x', x'' (None: by
         the equations) and the error of blocks that keep theirs; their x''' is unknown.
+
+        A redundant block has no determinant; in its place stands the share of the rounding
+        allowed to its equations that is left, negative where they stay open.
         """
         v, a, j = SX.zeros(self.nx), SX.zeros(self.nx), SX.zeros(self.nx)
         error = SX.zeros(self.nx)
         dets, betas = [], []
         trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
         for b, graph in enumerate(self.blocks):
-            _, Fz, inv, det, beta = self._solve(b, x, u, trig)
+            F, Fz, inv, det, beta = self._solve(b, x, u, trig)
             own = graph.own
             first, second, known = held.get(b, (None, None, None))
             if order >= 1:
@@ -200,6 +217,12 @@ class Graphs:
                 push = graph.third_rate(x, u, self.p, (v, a, j), driven, trig)
                 j = _put(j, own, SX.nan(graph.size) if b in held else inv @ push)
             left = 2 * self.kappa[b] * eta[b] if eta else 0
+            if graph.redundant:
+                r, noise = self.weights(b)[1], self.rho[b]
+                if graph.uses:
+                    noise = noise + norm((ca.fabs(Fz) @ error[graph.uses]) / r)
+                det = 1 - norm(F / r) / (CLOSURE * noise)
+                left += 2 * norm(F / r)
             local = beta * (self.rho[b] + left) * self.weights(b)[0] + self.grain[own]
             if graph.uses:
                 local += ca.fabs(inv @ Fz) @ error[graph.uses]
@@ -333,9 +356,11 @@ class Graphs:
             moving, size, box = self._own(graph, sizes, ranges)
             kappas.append(self._lipschitz(b, moving, size, box))
             _, rounding = self._bound(graph.F, moving, size, box, rounding=True)
-            rhos.append(ROUNDOFF * norm(rounding / r))
             bound, _ = self._bound(graph.J, moving, size, box)
-            square = ca.reshape(bound, graph.size, graph.size)
+            square = ca.reshape(bound, graph.rows, graph.size)
+            if graph.redundant:
+                rounding += square @ size[0] + self._data(graph.F, graph.p, moving, size, box)
+            rhos.append(ROUNDOFF * norm(rounding / r))
             mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
         results = [_column(kappas), _column(rhos), _column(mus)]
         inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
@@ -358,9 +383,16 @@ class Graphs:
         graph = self.blocks[b]
         w, r = self.weights(b)
         bound, _ = self._bound(ca.jacobian(ca.vec(graph.J), graph.x), moving, sizes, ranges)
-        square = ca.reshape(bound, graph.size * graph.size, graph.size) @ ca.diag(w)
-        pairs = ca.reshape(square, graph.size, graph.size * graph.size)
+        square = ca.reshape(bound, graph.rows * graph.size, graph.size) @ ca.diag(w)
+        pairs = ca.reshape(square, graph.rows, graph.size * graph.size)
         return norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w)))
+
+    def _data(self, F: Any, p: Any, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
+        """Return how much F changes when each parameter of `p` changes by its own size."""
+        if not p.numel():
+            return SX.zeros(F.numel())
+        slope, _ = self._bound(ca.jacobian(F, p), moving, sizes, ranges)
+        return ca.reshape(slope, F.numel(), p.numel()) @ ca.fabs(p)
 
     def _plain(self, b: int) -> bool:
         """Return whether majorants bound a block for all poses."""
@@ -370,6 +402,23 @@ class Graphs:
         except NoMajorant:
             return False
         return True
+
+    @cached_property
+    def check_bounds(self) -> Any:
+        """Bounds that hold for the scene's checks r, equations without unknowns of their own.
+
+        (|x|, |u|, p, floors, low, high) -> bound of |dr/dx| (nc, nx), change of r by rounding
+        (nc,) of its terms and of parameters.
+        """
+        sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
+        rows = ca.vertcat(*[check.residual for check in self.scene.checks])
+        slope, _ = self._bound(ca.jacobian(rows, self.scene.x), moving, sizes, ranges)
+        _, rounding = self._bound(rows, moving, sizes, ranges, rounding=True)
+        rounding += self._data(rows, self.p, moving, sizes, ranges)
+        shaped = ca.reshape(slope, rows.numel(), self.nx)
+        inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
+        return ca.Function("check_bounds", inputs, [ca.densify(shaped), ROUNDOFF * rounding])
 
     @cached_property
     def output_bounds(self) -> Any:
@@ -465,17 +514,17 @@ class Graphs:
         tau, _ = self._bound(graph.second, moving, limits, ranges)
         sigma, _ = self._bound(turned, moving, limits, ranges)
         residual = ds * ds * tau / 2 + ca.fabs(graph.value(x, u, self.p)[0])
-        change = ds * ca.reshape(sigma, graph.size, graph.size)
+        change = ds * ca.reshape(sigma, graph.rows, graph.size)
         inputs = [(graph.z, away[uses])] if uses else []
         inputs += [(self.scene.u, drift)] if drift is not None else []
         for symbols, deviation in inputs:
             count = symbols.numel()
             slope, _ = self._bound(ca.jacobian(graph.F, symbols), moving, limits, ranges)
-            residual += ca.reshape(slope, graph.size, count) @ deviation
+            residual += ca.reshape(slope, graph.rows, count) @ deviation
             cross = ca.jacobian(ca.vec(graph.J), symbols)
             bound, _ = self._bound(cross, moving, limits, ranges)
-            moved = ca.reshape(bound, graph.size * graph.size, count) @ deviation
-            change += ca.reshape(moved, graph.size, graph.size)
+            moved = ca.reshape(bound, graph.rows * graph.size, count) @ deviation
+            change += ca.reshape(moved, graph.rows, graph.size)
         delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))
         grown = beta / ca.fmax(1 - delta, 1e-9)
         eta = grown * (norm(residual / r) + self.rho[b])

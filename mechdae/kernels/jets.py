@@ -7,6 +7,7 @@ on higher derivatives of a branch are made of.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -39,16 +40,18 @@ def jets(scene: Scene, graph: BlockGraph) -> Any:
 def crossing(scene: Scene, graph: BlockGraph) -> Any:
     """Return the system of the poses at which two branches of a block may cross.
 
-    (y, z, z1, z2, u, u1, u2, p, columns, rows) -> G, G_y with y = (x / columns, e, w / rows):
+    (y, z, z1, z2, u, u1, u2, p, columns, rows, mix) -> G, G_y with
+    y = (x / columns, e, w / rows):
     F = 0, J^T w = 0, w . (F_z z' + F_u u') = 0 and w . w = 1, all scaled by the positive
     vectors `columns` and `rows`; e is the path parameter counted from where z and u are given.
+    The m equations of a redundant block are mixed to n by the matrix `mix` (n m,).
     """
     n, nz, nu = graph.size, len(graph.uses), scene.u.numel()
     y = SX.sym("y", 2 * n + 1)
     z, z1, z2 = (SX.sym(name, nz) for name in ("z", "z1", "z2"))
     u, u1, u2 = (SX.sym(name, nu) for name in ("u", "u1", "u2"))
     p = scene.model.p
-    columns, rows = SX.sym("columns", n), SX.sym("rows", n)
+    columns, rows, mix, mixed = _scaling(graph)
     x, e, w = y[:n] * columns, y[n], y[n + 1 :]
     driven = ca.Function(
         "driven",
@@ -58,28 +61,39 @@ def crossing(scene: Scene, graph: BlockGraph) -> Any:
     ahead = [z + z1 * e + z2 * e**2 / 2, u + u1 * e + u2 * e**2 / 2]
     F, J, push = driven(x, *ahead, p, z1 + z2 * e if nz else z1, u1 + u2 * e)
     system = ca.vertcat(
-        F / rows,
-        (ca.diag(1 / rows) @ J @ ca.diag(columns)).T @ w,
-        ca.dot(w, push / rows),
+        mixed(F / rows),
+        mixed(ca.diag(1 / rows) @ J @ ca.diag(columns)).T @ w,
+        ca.dot(w, mixed(push / rows)),
         ca.sumsqr(w) - 1,
     )
-    inputs = [y, z, z1, z2, u, u1, u2, p, columns, rows]
+    inputs = [y, z, z1, z2, u, u1, u2, p, columns, rows, mix]
     return ca.Function("crossing", inputs, [ca.densify(system), ca.densify(ca.jacobian(system, y))])
 
 
 def vertex(scene: Scene, graph: BlockGraph) -> Any:
     """Return the system of a block's singular pose with a load e on its equations.
 
-    (y, w0, z, u, p, columns, rows) -> G, G_y with y = (x / columns, e, v / columns):
-    F / rows = e w0, J v = 0 and v . v = 1.
+    (y, w0, z, u, p, columns, rows, mix) -> G, G_y with y = (x / columns, e, v / columns):
+    F / rows = e w0, J v = 0 and v . v = 1; `mix` as in `crossing`.
     """
     n, nz, nu = graph.size, len(graph.uses), scene.u.numel()
     y, w0 = SX.sym("y", 2 * n + 1), SX.sym("w0", n)
     z, u, p = SX.sym("z", nz), SX.sym("u", nu), scene.model.p
-    columns, rows = SX.sym("columns", n), SX.sym("rows", n)
+    columns, rows, mix, mixed = _scaling(graph)
     block = ca.Function("block", [graph.x, graph.z, scene.u, p], [graph.F, graph.J])
     F, J = block(y[:n] * columns, z, u, p)
     v = y[n + 1 :]
-    system = ca.vertcat(F / rows - y[n] * w0, (J @ (columns * v)) / rows, ca.sumsqr(v) - 1)
-    inputs = [y, w0, z, u, p, columns, rows]
+    slope = mixed((J @ (columns * v)) / rows)
+    system = ca.vertcat(mixed(F / rows) - y[n] * w0, slope, ca.sumsqr(v) - 1)
+    inputs = [y, w0, z, u, p, columns, rows, mix]
     return ca.Function("vertex", inputs, [ca.densify(system), ca.densify(ca.jacobian(system, y))])
+
+
+def _scaling(graph: BlockGraph) -> tuple[Any, Any, Any, Callable[[Any], Any]]:
+    """Return symbols of columns, rows and mix, and what mixes the equations of the block."""
+    columns, rows = SX.sym("columns", graph.size), SX.sym("rows", graph.rows)
+    if not graph.redundant:
+        return columns, rows, SX(0, 1), lambda values: values
+    mix = SX.sym("mix", graph.size * graph.rows)
+    matrix = ca.reshape(mix, graph.size, graph.rows)
+    return columns, rows, mix, lambda values: matrix @ values

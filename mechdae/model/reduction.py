@@ -3,6 +3,9 @@
 Inside a group every variable with a constant pivot (+-1, or a gear ratio, which is never
 zero) is eliminated with its row; what is left falls into numerical blocks by a second
 block-triangular form. A parameter that may vanish is never a pivot.
+
+No equation of a redundant group is thrown away: its blocks have more equations than
+unknowns, and an equation that loses all of its unknowns is kept as a check.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ import casadi as ca
 from mechdae.describe.coordinates import Coordinate, Selection, selection
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import bodies_of
+from mechdae.errors import FreedomError
 from mechdae.model.model import Model, Row
 from mechdae.model.structure import Group, assur_groups
 
@@ -25,10 +29,11 @@ SX = ca.SX
 
 @dataclass(frozen=True)
 class Block:
-    """Equations F = 0 of one numerical block, square in the unknowns ``x``.
+    """Equations F = 0 of one numerical block, square in the unknowns ``x`` or redundant.
 
     ``x`` are positions in the scene's unknown vector, ``uses`` those of earlier blocks
-    that F depends on; ``units`` ("m" or "rad") belong to the equations.
+    that F depends on; ``units`` ("m" or "rad") and ``owners`` (joint or driver) belong to
+    the equations.
     """
 
     group: int
@@ -36,6 +41,22 @@ class Block:
     uses: tuple[int, ...]
     residual: Any
     units: tuple[str, ...]
+    owners: tuple[str, ...]
+
+    @property
+    def redundant(self) -> bool:
+        """More equations than unknowns."""
+        return len(self.units) > len(self.x)
+
+
+@dataclass(frozen=True)
+class Check:
+    """An equation of a redundant group that holds none of the group's own unknowns."""
+
+    group: int
+    residual: Any
+    unit: str
+    owner: str
 
 
 @dataclass
@@ -49,6 +70,8 @@ class Scene:
     x, x_names : SX (nx,), list of (body, coordinate)
         Unknowns left after elimination, in solve order.
     blocks : list of Block
+    checks : list of Check
+        Equations of redundant groups that are left without unknowns.
     recover : dict
         (body, coordinate) -> expression over (x, u, p) for every coordinate in the scene.
     """
@@ -63,6 +86,7 @@ class Scene:
     x: Any = None
     x_names: list[tuple[str, str]] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
+    checks: list[Check] = field(default_factory=list)
     recover: dict[tuple[str, str], Any] = field(default_factory=dict)
 
     @cached_property
@@ -85,6 +109,11 @@ class Scene:
         return held
 
     @property
+    def redundant(self) -> list[Group]:
+        """The groups with superfluous equations."""
+        return [group for group in self.groups if group.superfluous]
+
+    @property
     def not_in_scene(self) -> list[str]:
         """Bodies of groups that no requested output depends on."""
         solved = {name for group in self.groups for name in group.bodies}
@@ -101,11 +130,17 @@ class Scene:
 
 
 def scene(
-    model: Model, drivers: Sequence[Coordinate], outputs: tuple[str, ...] | None = None
+    model: Model,
+    drivers: Sequence[Coordinate],
+    outputs: tuple[str, ...] | None = None,
+    coarse: bool = False,
 ) -> Scene:
-    """Return the scene: only groups that the outputs or the drivers depend on are in it."""
+    """Return the scene: only groups that the outputs or the drivers depend on are in it.
+
+    With `coarse` all bodies with superfluous equations are one group.
+    """
     rows, u = model.driven(drivers)
-    groups = assur_groups(model, rows)
+    groups = assur_groups(model, rows, coarse)
     chosen = selection(model.mechanism, outputs)
     kept = groups if outputs is None else _needed(model, groups, chosen)
     result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen)
@@ -141,11 +176,17 @@ def reduce(scene: Scene) -> None:
     pending: list[tuple[int, list[Any], list[Equation]]] = []
     for group in scene.groups:
         rows = scene.expression(ca.vertcat(*[scene.rows[i].expression for i in group.rows]))
-        equations = [(rows[k], scene.rows[i].unit) for k, i in enumerate(group.rows)]
+        equations = [
+            (rows[k], scene.rows[i].unit, scene.rows[i].owner) for k, i in enumerate(group.rows)
+        ]
         solved, rest, left = eliminate(equations, [model.q[j] for j in group.columns], nonzero)
         names = {str(model.q[j]): model.q_names[j] for j in group.columns}
         for symbol, expression in [*solved, *((symbol, symbol) for symbol in left)]:
             scene.recover[names[str(symbol)]] = expression
+        rest, without = with_unknowns(rest, left)
+        if group.superfluous or without:
+            _check_free(group, model, rest, left)
+        scene.checks += [Check(group.index, *row) for row in without if not row[0].is_zero()]
         for unknowns, own in split(rest, left):
             pending.append((group.index, unknowns, own))
             found += unknowns
@@ -156,17 +197,56 @@ def reduce(scene: Scene) -> None:
     for index, unknowns, own in pending:
         x = tuple(range(start, start + len(unknowns)))
         start += len(unknowns)
-        residual = ca.vertcat(*[expression for expression, _ in own])
+        residual = ca.vertcat(*[expression for expression, _, _ in own])
         held = [s for s in ca.symvar(SX(residual)) if s.element_hash() in place]
         columns = ca.jacobian(residual, ca.vertcat(*held)).sparsity().get_col()
         used = {place[held[j].element_hash()] for j in columns} - set(x)
         assert all(i < x[0] for i in used), "blocks are not in solve order"
-        units = tuple(unit for _, unit in own)
-        scene.blocks.append(Block(index, x, tuple(sorted(used)), residual, units))
+        units = tuple(unit for _, unit, _ in own)
+        owners = tuple(owner for _, _, owner in own)
+        scene.blocks.append(Block(index, x, tuple(sorted(used)), residual, units, owners))
 
 
-Equation = tuple[Any, str]
-"""A residual and its unit."""
+Equation = tuple[Any, str, str]
+"""A residual, its unit and the joint or driver it belongs to."""
+
+
+def with_unknowns(
+    equations: list[Equation], unknowns: list[Any]
+) -> tuple[list[Equation], list[Equation]]:
+    """Return the equations that hold an unknown, and those that do not."""
+    if not equations:
+        return [], []
+    rows = ca.vertcat(*[expression for expression, _, _ in equations])
+    x = ca.vertcat(*unknowns) if unknowns else SX(0, 1)
+    held = set(ca.jacobian(rows, x).sparsity().get_triplet()[0])
+    return (
+        [equation for i, equation in enumerate(equations) if i in held],
+        [equation for i, equation in enumerate(equations) if i not in held],
+    )
+
+
+def _check_free(group: Group, model: Model, rest: list[Equation], left: list[Any]) -> None:
+    """Raise when the equations left cannot fix all unknowns, whatever the dimensions."""
+    if not left:
+        return
+    rows = ca.vertcat(*[expression for expression, _, _ in rest]) if rest else SX(0, 1)
+    _, _, colperm, _, _, _, coarse = ca.jacobian(rows, ca.vertcat(*left)).sparsity().btf()
+    loose = {str(left[j]) for j in colperm[coarse[2] : coarse[4]]}
+    if loose:
+        names = [model.q_names[j][0] for j in group.columns if str(model.q[j]) in loose]
+        raise own_freedom(group, names)
+
+
+def own_freedom(group: Group, bodies: Sequence[str], joints: Sequence[str] = ()) -> FreedomError:
+    """Return the error for a group whose equations leave bodies free."""
+    shared = ", ".join(joints or group.joints)
+    return FreedomError(
+        f"group {group.name} has a freedom of its own: {', '.join(dict.fromkeys(bodies))} can "
+        f"still move, the equations of {shared} depend on each other",
+        where="mechanism",
+        hint="drive or hold these bodies",
+    )
 
 
 def eliminate(
@@ -184,14 +264,14 @@ def eliminate(
     solved: list[tuple[Any, Any]] = []
     left, rest = list(unknowns), list(equations)
     while left:
-        rows = ca.vertcat(*[expression for expression, _ in rest])
+        rows = ca.vertcat(*[expression for expression, _, _ in rest])
         pivot = _best_pivot(ca.jacobian(rows, ca.vertcat(*left)), nonzero)
         if pivot is None:
             break
         i, j, value = pivot
         symbol = left.pop(j)
         expression = -ca.substitute(rest.pop(i)[0], symbol, 0) / value
-        rest = [(ca.substitute(row, symbol, expression), unit) for row, unit in rest]
+        rest = [(ca.substitute(row, symbol, expression), u, owner) for row, u, owner in rest]
         solved = [(s, ca.substitute(e, symbol, expression)) for s, e in solved]
         solved.append((symbol, expression))
     return solved, rest, left
@@ -223,16 +303,44 @@ def _best_pivot(jacobian: Any, nonzero: Sequence[Any]) -> tuple[int, int, Any] |
 
 
 def split(rest: list[Equation], left: list[Any]) -> list[tuple[list[Any], list[Equation]]]:
-    """Return the blocks (unknowns, equations) of a square system in solve order."""
+    """Return the blocks (unknowns, equations) of a system in solve order.
+
+    Where equations are superfluous, the parts that share them come first: they depend on
+    no other unknowns.
+    """
     if not left:
         return []
-    rows = ca.vertcat(*[expression for expression, _ in rest])
+    rows = ca.vertcat(*[expression for expression, _, _ in rest])
     pattern = ca.jacobian(rows, ca.vertcat(*left)).sparsity()
-    count, rowperm, colperm, rowblock, colblock, _, _ = pattern.btf()
-    return [
-        (
-            [left[j] for j in sorted(colperm[colblock[b] : colblock[b + 1]])],
-            [rest[i] for i in sorted(rowperm[rowblock[b] : rowblock[b + 1]])],
-        )
+    count, rowperm, colperm, rowblock, colblock, coarse_rows, coarse_cols = pattern.btf()
+    parts = [
+        (rowperm[rowblock[b] : rowblock[b + 1]], colperm[colblock[b] : colblock[b + 1]])
         for b in range(count)
     ]
+    if coarse_rows[1]:
+        over, shared = rowperm[: coarse_rows[2]], colperm[: coarse_cols[1]]
+        parts = [part for part in parts if not set(part[1]) & set(shared)]
+        parts = [*_connected(pattern, over, shared), *parts]
+    return [
+        ([left[j] for j in sorted(columns)], [rest[i] for i in sorted(own)])
+        for own, columns in parts
+    ]
+
+
+def _connected(
+    pattern: Any, rows: Sequence[int], columns: Sequence[int]
+) -> list[tuple[list[int], list[int]]]:
+    """Return rows and columns of the connected parts of a pattern."""
+    touched: dict[int, set[int]] = {i: set() for i in rows}
+    for i, j in zip(*pattern.get_triplet(), strict=True):
+        if i in touched:
+            touched[i].add(j)
+    left, parts = sorted(columns), []
+    while left:
+        part, size = {left[0]}, 0
+        while len(part) != size:
+            size = len(part)
+            part = part.union(*[own for own in touched.values() if own & part])
+        parts.append(([i for i in rows if touched[i] & part], sorted(part)))
+        left = [j for j in left if j not in part]
+    return parts

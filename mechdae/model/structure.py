@@ -6,7 +6,8 @@ of its coordinates point to each other, and so do a curve joint, its own coordin
 equations; (3) the strongly connected components are the
 Assur groups, in the order in which they are solved from the driver outwards. Class, order
 and kind follow Artobolevsky; a higher pair counts as the link and the two lower pairs that
-replace it.
+replace it. Where equations are superfluous, `mechdae.model.superfluous` tells which groups
+have more of them than coordinates.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError
 from mechdae.model.model import Model, Row
+from mechdae.model.superfluous import redundant_blocks, square_blocks
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 KINDS = {"RRR": 1, "RRP": 2, "RPR": 3, "PRP": 4, "RPP": 5}
@@ -33,7 +34,9 @@ class Group:
     """One Assur group (or the driven link) and its share of rows and columns.
 
     ``kind`` is the sequence of pairs of a dyad (``RPR``), "driver", "weld" or the number of
-    links and pairs; ``after`` are indices of the groups it is attached to.
+    links and pairs; ``after`` are indices of the groups it is attached to. ``superfluous``
+    is the number of equations above that of coordinates: a redundant group, which moves by
+    its special dimensions only.
     """
 
     index: int
@@ -58,13 +61,19 @@ class Group:
 
     @property
     def name(self) -> str:
-        """Name in the structural formula: ``II.3 RPR(2,3)``."""
+        """Name in the structural formula: ``II.3 RPR(2,3)``; redundant groups say so."""
         numbers = ",".join(map(str, self.numbers))
         if self.kind in KINDS:
             return f"II.{KINDS[self.kind]} {self.kind}({numbers})"
+        over = f" [{self.superfluous} superfluous]" if self.superfluous else ""
         if self.kind in ("driver", "weld"):
-            return f"{'I' if self.kind == 'driver' else 'weld'}({numbers})"
-        return f"{ROMAN[min(self.class_, 10)]} {self.kind}({numbers})"
+            return f"{'I' if self.kind == 'driver' else 'weld'}({numbers}){over}"
+        return f"{ROMAN[min(self.class_, 10)]} {self.kind}({numbers}){over}"
+
+    @property
+    def superfluous(self) -> int:
+        """How many of the group's equations are superfluous."""
+        return len(self.rows) - len(self.columns)
 
     @property
     def key_joint(self) -> str:
@@ -80,24 +89,25 @@ def body_numbers(mechanism: Mechanism) -> dict[str, int]:
     }
 
 
-def assur_groups(model: Model, rows: Sequence[Row]) -> list[Group]:
+def assur_groups(model: Model, rows: Sequence[Row], coarse: bool = False) -> list[Group]:
     """Return the groups in solve order.
+
+    With `coarse` the bodies with superfluous equations are one group, but for the driven ones.
 
     Raises
     ------
     MechanismError
-        Constraints are missing or superfluous by structure; the message names the bodies
-        that can still move, or the joints that share the superfluous equations.
+        Constraints are missing by structure; the message names the bodies that can still
+        move.
     """
     phi = ca.vertcat(*[row.expression for row in rows])
     pattern = ca.jacobian(phi, model.q).sparsity()
-    count, rowperm, colperm, rowblock, colblock, coarse_rows, coarse_cols = pattern.btf()
-    _check_square(model, rows, rowperm, colperm, coarse_rows, coarse_cols)
-    block_of_row = np.empty(len(rows), int)
-    block_of_column = np.empty(len(rows), int)
-    for block in range(count):
-        block_of_row[rowperm[rowblock[block] : rowblock[block + 1]]] = block
-        block_of_column[colperm[colblock[block] : colblock[block + 1]]] = block
+    _, rowperm, colperm, _, _, coarse_rows, coarse_cols = pattern.btf()
+    _check_missing(model, rows, rowperm, colperm, coarse_rows, coarse_cols)
+    if coarse_rows[1]:
+        count, block_of_row, block_of_column = redundant_blocks(model, rows, pattern, coarse)
+    else:
+        count, block_of_row, block_of_column = square_blocks(pattern)
     bodies = list(model.mechanism.bodies)
     place = {name: count + i for i, name in enumerate([*bodies, *model.contacts])}
     arrows: set[tuple[int, int]] = set()
@@ -160,16 +170,18 @@ def _ordered(
     index = {label: position for position, label in enumerate(labels)}
     rows_of: dict[int, list[int]] = {label: [] for label in labels}
     columns_of: dict[int, list[int]] = {label: [] for label in labels}
-    for i in range(len(rows)):
-        rows_of[component[block_of_row[i]]].append(i)
-        columns_of[component[block_of_column[i]]].append(i)
+    for i, block in enumerate(block_of_row):
+        rows_of[component[block]].append(i)
+    for j, block in enumerate(block_of_column):
+        columns_of[component[block]].append(j)
     groups = []
     for label in labels:
         own = sorted(members[label], key=numbers.__getitem__)
         own_rows, own_columns = rows_of[label], columns_of[label]
         joints = list(dict.fromkeys(rows[i].owner for i in own_rows if not rows[i].driver))
         driven = any(rows[i].driver for i in own_rows)
-        described = _classify(model.mechanism, set(own), joints, driven)
+        over = len(own_rows) > len(own_columns)
+        described = _classify(model.mechanism, set(own), joints, driven, over)
         groups.append(
             Group(
                 index=index[label],
@@ -188,7 +200,7 @@ def _ordered(
 
 
 def _classify(
-    mechanism: Mechanism, bodies: set[str], names: Sequence[str], driven: bool
+    mechanism: Mechanism, bodies: set[str], names: Sequence[str], driven: bool, over: bool
 ) -> dict[str, Any]:
     """Return class, order, kind, inner joints and count of higher pairs of a group."""
     joints = [mechanism.joints[name] for name in names]
@@ -201,13 +213,13 @@ def _classify(
         return {"class_": 1, "order": len(outer), "kind": kind, **common}
     if [j.kind for j in joints] == ["weld"]:
         return {"class_": 0, "order": 1, "kind": "weld", **common}
-    if len(bodies) + higher == 2:
+    if len(bodies) + higher == 2 and not over:
         kind = _dyad_kind(bodies, inner, outer)
         return {"class_": 2, "order": 2, "kind": kind, **common}
     if all(j.kind in ("gear", "belt", "revolute") for j in joints) and len(bodies) == higher:
         # wheels on fixed or known centres: each closed by its own mesh
         return {"class_": 2, "order": len(outer), "kind": "gears", **common}
-    kind = f"{len(bodies)} links"
+    kind = _plural(len(bodies), "link")
     contour = _contour(bodies, joints)
     return {"class_": contour, "order": len(outer), "kind": kind, **common}
 
@@ -288,7 +300,7 @@ def count_mobility(mechanism: Mechanism) -> dict[str, int]:
     return {"n": n, "p5": p5, "p4": p4, "W": 3 * n - 2 * p5 - p4}
 
 
-def _check_square(
+def _check_missing(
     model: Model,
     rows: Sequence[Row],
     rowperm: Sequence[int],
@@ -296,28 +308,25 @@ def _check_square(
     coarse_rows: Sequence[int],
     coarse_cols: Sequence[int],
 ) -> None:
-    """Raise when the structure leaves bodies free or equations over."""
+    """Raise when the structure leaves bodies free."""
     # casadi keeps the parts of the transposed pattern: unmatched rows first, columns last
     loose = colperm[coarse_cols[2] : coarse_cols[4]]
     over = rowperm[coarse_rows[0] : coarse_rows[2]]
     missing = coarse_cols[4] - coarse_cols[3]
     extra = coarse_rows[1] - coarse_rows[0]
-    if not missing and not extra:
+    if not missing:
         return
     free = list(dict.fromkeys(model.q_names[j][0] for j in loose))
-    owners = list(dict.fromkeys(rows[i].owner for i in over))
-    drivers = sum(row.driver for row in rows)
-    parts = []
-    if missing:
-        parts.append(f"{_plural(missing, 'constraint')} missing: {_list(free)} can still move")
+    parts = [f"{_plural(missing, 'constraint')} missing: {_list(free)} can still move"]
     if extra:
+        owners = list(dict.fromkeys(rows[i].owner for i in over))
         parts.append(f"{_plural(extra, 'constraint')} superfluous among {_list(owners)}")
     count = count_mobility(model.mechanism)
+    drivers = sum(row.driver for row in rows)
     hint = (
         f"3*{count['n']} - 2*{count['p5']} - {count['p4']} = {count['W']} freedom(s), "
-        f"{_plural(drivers, 'driver')}; "
+        f"{_plural(drivers, 'driver')}; add a driver or a joint"
     )
-    hint += "add a driver or a joint" if missing else "remove a driver or a joint"
     raise MechanismError("; ".join(parts), where="mechanism", hint=hint)
 
 
