@@ -2,85 +2,113 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
-import random_mechanisms as rm
+from mutants import MUTANTS, no_sign
+from truth.drawing import FAMILIES, draw
+from truth.judging import judge, solve
+from truth.modes import mode_faults
 
-import mechdae as md
-
-SEEDS = range(0, 32)
-KINDS = ["rrr", "rrr", "rrp", "rpr", "bar", "wheel"]
-
-
-def drawn(seeds, **options):
-    cases = (rm.draw(seed, **options) for seed in seeds)
-    return [case for case in cases if case is not None]
-
-
-def faults(cases, ratios=None, **keys):
-    """Return what is wrong, with the seed of the mechanism."""
-    found = []
-    for case in cases:
-        wrong = rm.check(case, rm.solve(case, **keys), ratios=ratios)
-        found += [f"seed {case.seed}: {text}" for text in wrong]
-    return found
-
-
-def test_sweeps(record_property):
-    ratios: list[float] = []
-    assert faults(drawn(SEEDS, kinds=KINDS), ratios) == []
-    record_property("median bound over error", float(np.median(ratios)))
+POSES = 24
+# seeds of each family, and the share of poses that may be refused although they exist
+DRAWN = {
+    "dyads": (range(22), 0.0),
+    "gears": (range(20), 0.0),
+    "triads": (range(9), 0.01),
+    "geared": (range(8), 0.0),
+    "change": (range(12), 0.0),
+    "exact": (range(10), 0.0),
+    "saddle": (range(6), 0.0),
+    "toggle": (range(4), 0.0),
+    "slender": (range(5), 0.1),
+    "end": (range(5, 11), 0.0),
+    "far": (range(4), 0.0),
+}
 
 
-def test_crossing_guides():
-    """Groups PRP, whose pin runs to infinity where the guides are parallel: not so far here."""
-    compared = 0
-    for case in drawn(range(5000, 5012), kinds=["prp", "rrr", "rpr"], dyads=3):
-        half = 0.2 if case.angular else 0.1 * case.scale
-        case.span = (case.s0 - half, case.s0 + half)
-        reach = case.reaches(case.s0 - 2 * half, case.s0 + 2 * half)
-        if reach is None or any(end[1] == "pole" for pair in reach for end in pair):
-            continue
-        assert faults([case]) == []
-        compared += 1
-    assert compared > 4
+def drawn(family, seeds, **options):
+    return [draw(seed, family, **options) for seed in seeds]
 
 
-def test_near_change_points():
-    """Two branches come as near as 1e-10 of the lengths: none is mistaken for the other."""
-    assert faults(drawn(range(1000, 1016), near="change", dyads=1, ram=False)) == []
+def verdicts(cases):
+    return [(case, judge(case, solve(case, POSES))) for case in cases]
 
 
-def test_limit_positions():
+def faults(cases):
+    """Return what is wrong, with the family and seed of the mechanism."""
+    return [
+        f"{case.family} {case.seed}: {text}"
+        for case, verdict in verdicts(cases)
+        for text in verdict.faults
+    ]
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_families(family, record_property):
+    """Every pose marked ok is right; few that exist are refused; the truth is rarely unsure."""
+    seeds, share = DRAWN[family]
+    judged = verdicts(drawn(family, seeds))
+    assert [f"{c.seed}: {text}" for c, v in judged for text in v.faults] == []
+    poses = sum(v.poses for _, v in judged)
+    refused = sum(v.refused for _, v in judged)
+    assert refused <= share * poses
+    assert sum(v.ok for _, v in judged) > 0.3 * poses
+    assert sum(bool(v.why) for _, v in judged) <= 1
+    record_property("bound over error", float(np.nanmedian([v.slack for _, v in judged])))
+
+
+# what the check has found before
+FOUND = {
+    "the limit of a group hidden by one of an earlier group just behind": ("dyads", 1139),
+    "the same with a triad": ("triads", 4),
+    "a later group on another branch at the limit of an earlier one": ("end", 2069),
+    "limits far from zero taken for dead points": ("far", 3051),
+    "modes of geared bodies held by a distance lost": ("geared", 1007),
+    "modes that differ by whole turns said not to be told apart": ("gears", 1002),
+    "rates between two branches right behind a switch": ("exact", 31),
+}
+
+
+@pytest.mark.parametrize(("family", "seed"), FOUND.values(), ids=FOUND)
+def test_found_before(family, seed):
+    case = draw(seed, family)
+    verdict = judge(case, solve(case, POSES))
+    assert (verdict.faults, verdict.refused, verdict.misnamed) == ([], 0, [])
+
+
+def test_labels_of_bodies_that_only_slide():
+    """The first body of the group has one angle in all modes; each mode has a label."""
+    assert mode_faults(draw(32, "triads")) == []
+
+
+def test_whole_arcs():
     """Both ends of the assembled arc are limit positions, to 1e-12, with their poses."""
     ends = 0
-    options = {"kinds": ["rrr", "rrp", "rpr"], "dyads": 1, "near": "", "ram": False}
-    for case in drawn(range(3000, 3024), **options):
-        reach = case.reaches(case.s0 - 7, case.s0 + 7)
-        if reach is None or not all(np.isfinite(float(end[0])) for end in reach[1]):
-            continue
-        result = rm.solve(case, poses=9, range="assembled")
-        assert rm.check(case, result) == [], case.seed
-        assert [result.status[0], result.status[-1]] == ["limit", "limit"], case.seed
-        for ours, end in zip(result.summary["limits"], reach[1], strict=True):
-            assert abs(ours - float(end[0])) < 1e-12, case.seed
-            ends += 1
-    assert ends >= 8
+    for case in drawn(
+        "dyads", range(3000, 3012), kinds=["rrr", "rrp", "rpr"], count=1, driver="crank"
+    ):
+        case.assembled = True
+        result = solve(case, poses=9)
+        assert judge(case, result).faults == [], case.seed
+        ends += int(np.sum(result.status == "limit"))
+    assert ends >= 6
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
 def test_scale(scale):
     """Micrometres to kilometres: the same digits, and bounds of the same relative size."""
-    case = rm.draw(12, scale=scale, near="", ram=False)
-    result = rm.solve(case)
-    assert rm.check(case, result) == []
+    case = draw(12, "dyads", scale=scale, driver="crank")
+    result = solve(case)
+    assert judge(case, result).faults == []
     ok = result.status == "ok"
     assert np.nanmedian(result.bound.length[ok]) < 1e-10 * scale
 
 
 def test_values_do_not_depend_on_the_number_of_poses():
-    for case in drawn(range(40, 44), kinds=KINDS):
-        few, many = rm.solve(case, poses=3), rm.solve(case, poses=2001)
+    for case in drawn("dyads", range(40, 42)):
+        few, many = solve(case, poses=3), solve(case, poses=2001)
         assert list(few.status) == list(many.status[[0, 1000, 2000]])
         for name, series in few.points.items():
             other = many.points[name].position[[0, 1000, 2000]]
@@ -89,128 +117,81 @@ def test_values_do_not_depend_on_the_number_of_poses():
             assert np.all(np.isnan(gap) | ~(gap > limit[:, None]))
 
 
-def mode_faults(case):
-    """Compare the count of modes with all signs tried, and each label with its own sweep."""
-    at = {"at": [case.s0]}
-    result = md.solve(case.mechanism(), md.Modes(md.Driver(case.coordinate, **at)))
-    labels = [",".join(row) for row in result.labels]
-    count = rm.count_modes(case)
-    wrong = []
-    if count is not None and (count != len(labels) or not result.summary["proven"]):
-        wrong.append(f"{len(labels)} modes, {count} by trying all signs")
-    if len(set(labels)) != len(labels):
-        wrong.append(f"two modes have one label: {labels}")
-    for row, label in enumerate(labels[:4]):
-        task = md.Sweep(md.Driver(case.coordinate, **at), mode=label)
-        sweep = md.solve(case.mechanism(), task)
-        if sweep.summary["mode"].replace(" ", "") != label:
-            wrong.append(f"asked for {label}, got {sweep.summary['mode']}")
-        for name, series in sweep.points.items():
-            gap = np.abs(series.position[0] - result.points[name].position[row]).max()
-            if not gap < 1e-9 * case.size:
-                wrong.append(f"mode {label}: {name} {gap:.2g} from the pose of the sweep")
-    return [f"seed {case.seed}: {text}" for text in wrong]
-
-
-def test_modes():
-    assert [text for case in drawn(range(100, 112)) for text in mode_faults(case)] == []
+@pytest.mark.parametrize(("family", "seeds"), [("dyads", range(100, 106)), ("triads", (8, 20))])
+def test_modes(family, seeds):
+    assert [text for case in drawn(family, seeds) for text in mode_faults(case)] == []
 
 
 # -- planted mutants: the checks above must see each -----------------------------------------
 
-PLAIN = {"kinds": ["rrr", "rrp", "rpr"], "dyads": 2, "near": "", "ram": False}
+
+def check(mutant, case):
+    return mode_faults(case) if mutant.modes else faults([case])
 
 
-def plain(seeds=range(4000, 4006)):
-    return drawn(seeds, **PLAIN)
+def test_without_mutants_their_cases_are_right():
+    tried = {(mutant.modes, *case) for mutant in MUTANTS for case in mutant.cases}
+    for modes, family, seed in sorted(tried):
+        case = draw(seed, family)
+        assert (mode_faults(case) if modes else faults([case])) == []
 
 
-def test_plain_cases_are_right():
-    assert faults(plain()) == []
+@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
+def test_mutant_is_seen(mutant, monkeypatch):
+    """In the words that it is known by."""
+    mutant.plant(monkeypatch)
+    found = []
+    for family, seed in mutant.cases:
+        found += check(mutant, draw(seed, family))
+        if any(mutant.seen in text for text in found):
+            return
+    pytest.fail(f"not seen: {found}")
 
 
-@pytest.mark.parametrize(
-    ("name", "factor", "words"),
-    [("second_rate", 1 + 1e-8, "acceleration"), ("first_rate", 1 - 1e-9, "velocity")],
-)
-def test_wrong_rate_is_seen(monkeypatch, name, factor, words):
-    from mechdae.kernels.blocks import BlockGraph
-
-    right = getattr(BlockGraph, name)
-
-    def wrong(self, *args):
-        scaled = factor if self.block.x[0] else 1.0  # of all blocks but the first
-        return right(self, *args) * scaled
-
-    monkeypatch.setattr(BlockGraph, name, wrong)
-    found = faults(plain())
-    assert any(words in text for text in found)
+def test_steps_are_proved_without_the_sign(monkeypatch):
+    """The sign of the determinant is a second lock: without it nothing becomes wrong."""
+    no_sign(monkeypatch)
+    assert faults([*drawn("change", range(4)), *drawn("saddle", range(2))]) == []
 
 
-@pytest.mark.parametrize("divisor", [100, 1000])
-def test_bound_too_small_is_seen(monkeypatch, divisor):
-    from mechdae.analysis import report
+def test_a_mechanism_that_is_refused_is_counted(monkeypatch):
+    """A sweep that marks nothing ok has no fault, and all its poses are refused."""
+    from mechdae.analysis.evaluate import Evaluator
 
-    right = report.output_bounds
-
-    def wrong(*args):
-        return {word: bound / divisor for word, bound in right(*args).items()}
-
-    monkeypatch.setattr(report, "output_bounds", wrong)
-    assert any("bound" in text for text in faults(plain()))
-
-
-def test_wrong_branch_is_seen(monkeypatch):
-    from mechdae.analysis.modes import Assembler
-
-    right = Assembler.distance
-    monkeypatch.setattr(Assembler, "distance", lambda *args: -right(*args))
-    cases = drawn(range(4000, 4004), **{**PLAIN, "dyads": 1})
-    assert any("off by" in text for text in faults(cases))
+    monkeypatch.setattr(
+        Evaluator, "_good", lambda self, path, guess, results, *_: np.zeros(results[3].shape, bool)
+    )
+    case = draw(12, "dyads")
+    verdict = judge(case, solve(case, POSES))
+    assert (verdict.faults, verdict.ok, verdict.refused) == ([], 0, POSES)
 
 
-def test_flipped_label_is_seen(monkeypatch):
-    from mechdae.analysis.modes import Assembler
+def test_figures_add_up(tmp_path, capsys):
+    """The script counts the same in one go and after it was stopped and went on."""
+    import honesty
 
-    right = Assembler.group_labels
-
-    def wrong(self, group, poses, u):
-        labels = right(self, group, poses, u)
-        return [text.translate(str.maketrans("+-", "-+")) for text in labels]
-
-    monkeypatch.setattr(Assembler, "group_labels", wrong)
-    assert any("asked for" in text for text in mode_faults(plain()[0]))
-
-
-def test_lost_mode_is_seen(monkeypatch):
-    from mechdae.analysis.modes import Assembler
-
-    right = Assembler.candidates
-
-    def wrong(self, group, x, u):
-        poses, proven, failure = right(self, group, x, u)
-        return poses[:1], proven, failure
-
-    monkeypatch.setattr(Assembler, "candidates", wrong)
-    assert any("by trying all signs" in text for text in mode_faults(plain()[0]))
-
-
-def test_swallowed_limit_is_seen(monkeypatch):
-    from mechdae.analysis.path import Path
-
-    monkeypatch.setattr(Path, "_end", lambda self, limit, ended, up: ended.update(self.groups))
-    assert any("limit" in text for text in faults(plain()))
+    out = tmp_path / "figures.json"
+    options = ["--count", "4", "--seed", "10", "--family", "gears", "--chunk", "2"]
+    assert honesty.main([*options, "--out", str(out)]) == 0
+    whole = json.loads(out.read_text())
+    total = whole["total"]
+    assert total["mechanisms"] == 4
+    assert total["poses"] == 4 * POSES
+    assert total["faults"] == 0
+    assert whole["families"]["gears"]["ok"] == total["ok"] > 0
+    lines = [json.dumps(part) for part in (whole_about(whole), honesty.chunk((10, 2, "gears")))]
+    honesty.parts_of(out).write_text("\n".join(lines) + "\n")
+    again = tmp_path / "again.json"
+    honesty.parts_of(out).rename(honesty.parts_of(again))
+    assert honesty.main([*options, "--out", str(again)]) == 0
+    other = json.loads(again.read_text())
+    assert "1/1 chunks" in capsys.readouterr().err
+    for table in (whole, other):
+        table["total"].pop("seconds"), table["families"]["gears"].pop("seconds")
+    assert other == whole
 
 
-def test_moved_limit_is_seen(monkeypatch):
-    from dataclasses import replace
-
-    from mechdae.analysis.path import Path
-
-    right = Path._end
-
-    def wrong(self, limit, ended, up):
-        return right(self, replace(limit, s=limit.s + (1e-10 if up else -1e-10)), ended, up)
-
-    monkeypatch.setattr(Path, "_end", wrong)
-    assert any("limit" in text for text in faults(plain()))
+def whole_about(figures):
+    return {
+        name: figures[name] for name in ("version", "seed", "count", "poses", "family", "chunk")
+    }

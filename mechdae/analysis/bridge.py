@@ -50,6 +50,14 @@ class Zone:
     def high(self) -> float:
         return float(self.nodes[0][-1])
 
+    def sides(self, s: Any) -> Any:
+        """Return places on one side of a switch: none between its two nodes, a hair apart."""
+        S = self.nodes[0]
+        if len(S) < 4:
+            return s
+        behind = S[2] if S[1] == self.s else S[1]
+        return np.where((s > S[1]) & (s < S[2]), behind, s)
+
     @property
     def blocks(self) -> frozenset[int]:
         return frozenset(crossing.block for crossing in self.crossings)

@@ -108,8 +108,12 @@ class BlockSolver:
             return self._linear(z, u)
         if not any(self.angle):
             return self._lengths(z, u)
-        if self.n == 1:
-            return self._roots(lambda a: self.F(a[:, None], z, u)[:, 0], 0, lambda a: a[:, None])
+        if self.n == 1:  # doubled: a distance multiplies the directions of two bodies
+
+            def residual(a: Any) -> Any:
+                return self.F(a[:, None], z, u)[:, 0]
+
+            return self._roots(residual, 0, lambda a: a[:, None], doubled=2)
         if self.n == 2:
             for eliminate in (self._pair, self._turning):
                 for beta in (1, 0):

@@ -6,7 +6,8 @@ path turns back there as s = s* + c sigma^2, x = x* + v sigma + ...
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -64,13 +65,21 @@ class Limit:
         """Whether the pose there is like any other: the end of a curve."""
         return self.kind == "end_of_curve"
 
-    def leads_to(self, x: Any, s: float, tolerance: float) -> bool:
-        """Return whether the expansion leads back to the pose `x` at `s`."""
+    def leads_to(self, x: Any, s: float, tolerance: float, others: Sequence[Any] = ()) -> bool:
+        """Return whether the expansion leads back to the pose `x` at `s`.
+
+        `others` are unknowns of later blocks that have to be led back to as well.
+        """
         own = list(self.own)
-        offset, v = (x - self.x)[own], self.v[own]
-        sigma = np.sign(offset @ v) * np.sqrt(max((s - self.s) / self.c, 0.0))
-        far = float(np.max(np.abs(offset)))
-        return bool(far > 0 and np.max(np.abs(offset - v * sigma)) <= tolerance * far)
+        sigma = np.sign((x - self.x)[own] @ self.v[own])
+        sigma *= np.sqrt(max((s - self.s) / self.c, 0.0))
+        for columns in (own, *others):
+            offset = (x - self.x)[columns]
+            far = float(np.max(np.abs(offset)))
+            miss = np.max(np.abs(offset - self.v[columns] * sigma))
+            if not miss <= tolerance * far or (columns is own and far == 0):
+                return False
+        return True
 
 
 class LimitFinder:
@@ -159,6 +168,17 @@ class LimitFinder:
             if moved <= 1e-15 * (1 + np.max(np.abs(y))) or (moved < 1e-10 and moved >= before):
                 return True
         return False
+
+    def seen_from(self, limit: Limit, x: Any, lost: set[int]) -> Limit:
+        """Return a fold with the later groups on the branch of the pose `x`, reached next to it.
+
+        From the pose where the fold was first seen, Newton's method may take them elsewhere.
+        """
+        chain, _ = self._chain(limit.block)
+        y = np.concatenate([limit.x[chain], [limit.s]])
+        v = limit.v[list(limit.own)]
+        full, rate = self._all_unknowns(limit.block, x, chain, y, lost, v)
+        return replace(limit, x=full, v=rate)
 
     def _all_unknowns(
         self, b: int, x: Any, chain: list[int], y: Any, lost: set[int], v: Any

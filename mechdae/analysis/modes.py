@@ -380,10 +380,13 @@ class Assembler:
         if self._signs_tell(group):
             return signs
         first = self.contacts.first if self.contacts.of(group) else self._first_angle
-        angles = [first(group, x, u) for x in poses]
+        # a body that only slides has one angle in all modes: then the unknowns tell
+        own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
+        size = np.array([1.0 if self.scene.x_names[i][1] == "angle" else self.size for i in own])
+        order = [(round(first(group, x, u), 9), *np.round(x[own] / size, 9)) for x in poses]
         labels = []
         for k, sign in enumerate(signs):
-            rank = 1 + sum(other == sign and angles[i] < angles[k] for i, other in enumerate(signs))
+            rank = 1 + sum(other == sign and order[i] < order[k] for i, other in enumerate(signs))
             labels.append(f"{sign}{rank}")
         return labels
 
@@ -459,20 +462,22 @@ class Assembler:
             if failure is not None:
                 return x, failure, doubtful
             distances = [self.distance(group, pose, u) for pose in poses]
-            order = np.argsort(distances)
-            if len(poses) > 1 and distances[order[1]] - distances[order[0]] < 1e-6:
-                doubtful.append(group)
-            x = poses[int(order[0])]
+            near = [k for k, far in enumerate(distances) if far - min(distances) < 1e-6]
+            if len(near) > 1:  # the same but for whole turns, which a gear tells apart
+                whole = [self.distance(group, poses[k], u, unwound=True) for k in near]
+                near = [near[int(i)] for i in np.argsort(whole)]
+                whole.sort()
+                if whole[1] - whole[0] < 1e-6:
+                    doubtful.append(group)
+            x = poses[near[0]]
         return x, None, doubtful
 
-    def distance(self, group: Group, x: Any, u: Any) -> float:
-        """Return how far the group's angles are from the sketch [rad]."""
+    def distance(self, group: Group, x: Any, u: Any, unwound: bool = False) -> float:
+        """Return how far the group's angles are from the sketch [rad], whole turns if `unwound`."""
         angles = self._angles(group, x, u)
-        gaps = [
-            np.remainder(angles[body] - self.sketch[body] + np.pi, 2 * np.pi) - np.pi
-            for body in group.bodies
-            if body in self.sketch
-        ]
+        gaps = [angles[body] - self.sketch[body] for body in group.bodies if body in self.sketch]
+        if not unwound:
+            gaps = [np.remainder(gap + np.pi, 2 * np.pi) - np.pi for gap in gaps]
         for c, wanted in self.places.items():
             if set(self._bodies(c)) & set(group.bodies):
                 value = self._coordinate(c, x, u)

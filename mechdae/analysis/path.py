@@ -159,6 +159,7 @@ class Path:
 
     def _step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
         """Return state, test, det and miss after one step."""
+        ds = (s + ds) - s  # as far as the places are apart, which are rounded
         result = self._one(state[None, :], np.array([[s, ds]]), self.whole)
         return result[0][0], result[1][0], result[2][0], result[3][0]
 
@@ -457,9 +458,10 @@ class Path:
         share = 0.6  # of the distance; the steps that hold near a fold are a fixed share of it
         while True:
             distance = sense * (limit.s - s)
+            x = state[: self.graphs.nx]
             if distance <= APPROACH * self.largest:
-                if limit.leads_to(state[: self.graphs.nx], s, CLOSE):
-                    self._end(limit, ended, up)
+                if limit.leads_to(x, s, CLOSE):
+                    self._end(self.finder.seen_from(limit, x, ended), ended, up)
                     return True
                 return False
             if distance > rest:
@@ -467,14 +469,18 @@ class Path:
             step = share * distance
             while True:
                 after, test, det, miss = self._step(state, s, sense * step)
-                if self._good(after, test, det, miss, alive, self._front[up]):
+                proved = self._proved(after, test, det, miss, self._front[up])
+                bad = np.flatnonzero(alive & ~proved)
+                if not bad.size:
                     break
                 self.counts.rejected += 1
                 step /= 2
                 if step < 1e-3 * distance:
-                    # the proof is too weak here; the fold's own expansion may still tell
-                    if limit.leads_to(state[: self.graphs.nx], s, CLOSE):
-                        self._end(limit, ended, up)
+                    # the proof is too weak here; the fold's own expansion may still tell,
+                    # of the blocks that are not proved too: they may have folds before it
+                    seen = self.finder.seen_from(limit, x, ended)
+                    if seen.leads_to(x, s, CLOSE, [self.graphs.blocks[b].own for b in bad]):
+                        self._end(seen, ended, up)
                         return True
                     return False
             share = min(0.6, 1.5 * step / distance)

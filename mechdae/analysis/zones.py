@@ -83,7 +83,7 @@ class ZonePoses:
             here = np.flatnonzero(places == k)
             zone = path.zones[k]
             S, X, V, A = zone.nodes
-            x[here], v[here], a[here] = quintic_rates(S, X, V, A, s[rows[here]])
+            x[here], v[here], a[here] = quintic_rates(S, X, V, A, zone.sides(s[rows[here]]))
             error[here] = 2 * inherited + zone.remainder
         kinds = [path.zones[k].blocks for k in places]
         for blocks in dict.fromkeys(kinds):

@@ -1,0 +1,222 @@
+"""Draws random mechanisms, sweeps each, compares every pose with the truth, counts.
+
+    python tests/honesty.py --count 100000 --seed 0 --workers 2 --out docs/data/honesty.json
+
+Work is done in chunks; each finished chunk is a line of OUT.parts.jsonl, and a run that was
+stopped goes on from there. The exit code is 1 where a pose marked ok was wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import sys
+import time
+from pathlib import Path
+
+CHUNK = 50
+POSES = 24
+MODES_EVERY = 20
+COUNTS = (
+    "mechanisms", "poses", "ok", "limit", "beyond", "refused", "unsure", "not_judged",
+    "raised", "stops", "misnamed", "modes",
+)  # fmt: skip
+LISTED = 40
+"""Faults, errors raised and stops misnamed of which a line is kept in the figures."""
+
+
+def examine(seed, family=None):
+    """Return the figures of one mechanism."""
+    from truth.drawing import draw
+    from truth.judging import judge, solve
+    from truth.modes import mode_faults
+
+    import mechdae as md
+
+    row = {"seed": seed, **dict.fromkeys(COUNTS, 0)}
+    case = draw(seed, family)
+    if case is None:
+        return row
+    row |= {"mechanisms": 1, "family": case.family, "kinds": case.kinds(), "faults": []}
+    started = time.process_time()
+    try:
+        result = solve(case, POSES)
+        row["seconds"] = time.process_time() - started
+        verdict = judge(case, result)
+        row["not_judged"] = int(bool(verdict.why))
+        for name in ("poses", "ok", "limit", "beyond", "refused", "unsure", "stops"):
+            row[name] = getattr(verdict, name)
+        row["misnamed"] = len(verdict.misnamed)
+        row["faults"] = verdict.faults
+        row |= {"error": verdict.error, "rate": verdict.rate, "slack": verdict.slack}
+        row["names"] = [text.split(" at ")[0] for text in verdict.misnamed]
+        if seed % MODES_EVERY == 0:
+            row["modes"] = 1
+            row["faults"] = row["faults"] + mode_faults(case)
+    except md.MechdaeError as error:  # it closes at its sketch, so this is a refusal
+        row |= {"raised": 1, "poses": POSES, "refused": POSES, "error_text": str(error.what)}
+        row.setdefault("seconds", time.process_time() - started)
+    except Exception as error:
+        row["faults"] = [f"{type(error).__name__}: {error}"]
+        row.setdefault("seconds", time.process_time() - started)
+    return row
+
+
+def chunk(job):
+    """Return the figures of some seeds, added up by family."""
+    start, count, family = job
+    families, kinds, faults, raised, named = {}, {}, [], [], []
+    for seed in range(start, start + count):
+        row = examine(seed, family)
+        if not row["mechanisms"]:
+            continue
+        table = families.setdefault(
+            row["family"],
+            {**dict.fromkeys(COUNTS, 0), "faults": 0, "error": 0.0, "rate": 0.0,
+             "slack": [], "seconds": 0.0},
+        )  # fmt: skip
+        for name in COUNTS:
+            table[name] += row[name]
+        table["faults"] += bool(row["faults"])
+        table["seconds"] += row["seconds"]
+        for name in ("error", "rate"):
+            table[name] = max(table[name], row.get(name, 0.0))
+        if row["ok"]:
+            table["slack"].append(float(f"{row['slack']:.3g}"))
+        for kind in row["kinds"]:
+            kinds[kind] = kinds.get(kind, 0) + 1
+        entry = {"seed": seed, "family": row["family"]}
+        if row["faults"]:
+            faults.append({**entry, "texts": row["faults"][:3]})
+        if row["raised"]:
+            raised.append({**entry, "text": row["error_text"]})
+        if row["misnamed"]:
+            named.append({**entry, "texts": row["names"]})
+    return {
+        "start": start, "families": families, "kinds": kinds, "faults": faults,
+        "raised": raised, "misnamed": named,
+    }  # fmt: skip
+
+
+def merge(parts, about):
+    """Return the figures of a run from those of its chunks."""
+    families, kinds = {}, {}
+    lists = {"faults": [], "raised": [], "misnamed": []}
+    for part in sorted(parts, key=lambda part: part["start"]):
+        for name, table in part["families"].items():
+            whole = families.setdefault(name, {key: type(value)() for key, value in table.items()})
+            for key, value in table.items():
+                whole[key] = (
+                    max(whole[key], value) if key in ("error", "rate") else whole[key] + value
+                )
+        for kind, count in part["kinds"].items():
+            kinds[kind] = kinds.get(kind, 0) + count
+        for name, found in lists.items():
+            found += part[name]
+    total = {}
+    for table in families.values():
+        for key, value in table.items():
+            if key in ("error", "rate"):
+                total[key] = max(total.get(key, 0.0), value)
+            else:
+                total[key] = total.get(key, type(value)()) + value
+    for table in (*families.values(), total):
+        table["slack"] = round(median(table["slack"]), 1)
+        table["error"], table["rate"] = (float(f"{table[name]:.3g}") for name in ("error", "rate"))
+        table["seconds"] = round(table["seconds"], 1)
+    return {
+        **about,
+        "total": total,
+        "families": dict(sorted(families.items())),
+        "kinds": dict(sorted(kinds.items())),
+        **{name: found[:LISTED] for name, found in lists.items()},
+    }
+
+
+def median(values):
+    values = sorted(values)
+    n = len(values)
+    return (values[(n - 1) // 2] + values[n // 2]) / 2 if n else 0.0
+
+
+def jobs(options):
+    last = options.seed + options.count
+    return [
+        (start, min(options.chunk, last - start), options.family)
+        for start in range(options.seed, last, options.chunk)
+    ]
+
+
+def parts_of(out):
+    """Return the file in which the chunks of a run are kept until it is complete."""
+    return out.with_name(out.name + ".parts.jsonl")
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--count", type=int, default=1000, help="mechanisms (1000)")
+    parser.add_argument("--seed", type=int, default=0, help="first seed (0)")
+    parser.add_argument("--workers", type=int, default=1, help="processes (1)")
+    parser.add_argument("--family", help="draw this family alone")
+    parser.add_argument("--chunk", type=int, default=CHUNK, help=f"seeds in a chunk ({CHUNK})")
+    parser.add_argument("--out", type=Path, help="JSON file for the figures")
+    options = parser.parse_args(arguments)
+    import mechdae as md
+
+    about = {
+        "version": md.__version__, "seed": options.seed, "count": options.count,
+        "poses": POSES, "family": options.family, "chunk": options.chunk,
+    }  # fmt: skip
+    parts, kept = [], None
+    if options.out:
+        kept = parts_of(options.out)
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        lines = kept.read_text(encoding="utf-8").splitlines() if kept.exists() else []
+        if lines and json.loads(lines[0]) == about:
+            parts = [json.loads(line) for line in lines[1:]]
+        else:
+            kept.write_text(json.dumps(about) + "\n", encoding="utf-8")
+    known = {part["start"] for part in parts}
+    waiting = [job for job in jobs(options) if job[0] not in known]
+    started = time.time()
+    for done, part in enumerate(_run(waiting, options.workers), 1):
+        parts.append(part)
+        if kept:
+            with kept.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(part) + "\n")
+        wrong = sum(len(part["faults"]) for part in parts)
+        _progress(done, len(waiting), wrong, time.time() - started)
+    figures = merge(parts, about)
+    text = json.dumps(figures, indent=1)
+    if options.out:
+        options.out.write_text(text + "\n", encoding="utf-8")
+        kept.unlink()
+    else:
+        print(text)
+    return 1 if figures["total"].get("faults") else 0
+
+
+def _run(waiting, workers):
+    if workers == 1:
+        yield from map(chunk, waiting)
+        return
+    context = multiprocessing.get_context("spawn")
+    with context.Pool(workers) as pool:
+        yield from pool.imap_unordered(chunk, waiting)
+
+
+def _progress(done, of, faults, seconds):
+    if sys.stderr.isatty() or done % 20 == 0 or done == of:
+        end = "\r" if sys.stderr.isatty() and done < of else "\n"
+        print(f"{done}/{of} chunks, {faults} faults, {seconds:.0f} s", end=end, file=sys.stderr)
+
+
+if __name__ == "__main__":
+    here = Path(__file__).resolve().parent
+    for place in (here.parent, here):
+        sys.path.insert(0, str(place))
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    sys.exit(main())

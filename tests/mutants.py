@@ -1,0 +1,369 @@
+"""Mistakes planted in the package on purpose; the check of random mechanisms must see each.
+
+A mutant says where it is planted, what it changes, on which drawn cases it is tried and a
+word of the fault that must be found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+DYADS = (("dyads", 21), ("dyads", 10), ("dyads", 24))
+TRIADS = (("triads", 20), ("triads", 17), ("triads", 0))
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One planted mistake; `plant` takes the monkeypatch fixture."""
+
+    name: str
+    place: str
+    change: str
+    seen: str
+    cases: tuple
+    plant: Callable
+    modes: bool = False
+
+
+MUTANTS: list[Mutant] = []
+
+
+def mutant(place, change, seen, cases, modes=False):
+    def enter(plant):
+        name = plant.__name__.replace("_", " ")
+        MUTANTS.append(Mutant(name, place, change, seen, tuple(cases), plant, modes))
+        return plant
+
+    return enter
+
+
+def scaled(monkeypatch, name, factor, which):
+    """Multiply a rate's right-hand side in the blocks that `which` chooses."""
+    from mechdae.kernels.blocks import BlockGraph
+
+    right = getattr(BlockGraph, name)
+
+    def wrong(self, *args):
+        return right(self, *args) * (factor if which(self) else 1.0)
+
+    monkeypatch.setattr(BlockGraph, name, wrong)
+
+
+# -- rates ---------------------------------------------------------------------------------
+
+
+@mutant("BlockGraph.first_rate", "velocities of later blocks times 1 - 1e-9", "velocity", DYADS)
+def wrong_first_rate(monkeypatch):
+    scaled(monkeypatch, "first_rate", 1 - 1e-9, lambda graph: graph.block.x[0] > 0)
+
+
+@mutant("BlockGraph.second_rate", "gamma of later blocks times 1 + 1e-8", "acceleration", DYADS)
+def wrong_gamma(monkeypatch):
+    scaled(monkeypatch, "second_rate", 1 + 1e-8, lambda graph: graph.block.x[0] > 0)
+
+
+@mutant(
+    "BlockGraph.second_rate", "gamma of blocks with three and more unknowns times 1 + 1e-8",
+    "acceleration", TRIADS,
+)  # fmt: skip
+def wrong_gamma_of_a_triad(monkeypatch):
+    scaled(monkeypatch, "second_rate", 1 + 1e-8, lambda graph: graph.size >= 3)
+
+
+@mutant(
+    "BlockGraph.first_rate", "velocities of blocks with three and more unknowns times 1 - 1e-9",
+    "velocity", TRIADS,
+)  # fmt: skip
+def wrong_first_rate_of_a_triad(monkeypatch):
+    scaled(monkeypatch, "first_rate", 1 - 1e-9, lambda graph: graph.size >= 3)
+
+
+@mutant("in_time", "driver's acceleration left out", "acceleration", DYADS)
+def driver_acceleration_left_out(monkeypatch):
+    from mechdae.analysis import sweep
+
+    right = sweep.in_time
+
+    def wrong(values, speed, acceleration, *more):
+        return right(values, speed, 0 * acceleration, *more)
+
+    monkeypatch.setattr(sweep, "in_time", wrong)
+
+
+@mutant("Outputs._coriolis", "sign changed", "coriolis", (("dyads", 8), ("dyads", 17)))
+def coriolis_turned_round(monkeypatch):
+    from mechdae.analysis.outputs import Outputs
+
+    right = Outputs._coriolis
+    monkeypatch.setattr(Outputs, "_coriolis", lambda *args: -right(*args))
+
+
+@mutant(
+    "extremes.ranges", "swing and stroke one part in a thousand smaller", "truth show", DYADS[2:]
+)
+def swing_too_small(monkeypatch):
+    from mechdae.analysis import sweep
+
+    right = sweep.ranges
+
+    def wrong(*args):
+        found = right(*args)
+        return {w: {k: v * 0.999 for k, v in table.items()} for w, table in found.items()}
+
+    monkeypatch.setattr(sweep, "ranges", wrong)
+
+
+# -- bounds --------------------------------------------------------------------------------
+
+
+def divided(monkeypatch, divisor):
+    from mechdae.analysis import report
+
+    right = report.output_bounds
+
+    def wrong(*args):
+        return {word: bound / divisor for word, bound in right(*args).items()}
+
+    monkeypatch.setattr(report, "output_bounds", wrong)
+
+
+@mutant("output_bounds", "bounds divided by 100", "bound", DYADS)
+def bound_too_small(monkeypatch):
+    divided(monkeypatch, 100)
+
+
+@mutant("output_bounds", "bounds divided by 100", "bound", TRIADS)
+def bound_of_a_triad_too_small(monkeypatch):
+    divided(monkeypatch, 100)
+
+
+# -- branches ------------------------------------------------------------------------------
+
+
+@mutant("Assembler.distance", "the mode farthest from the sketch", "off by", DYADS[1:])
+def wrong_branch(monkeypatch):
+    from mechdae.analysis.modes import Assembler
+
+    right = Assembler.distance
+    monkeypatch.setattr(Assembler, "distance", lambda *args, **keys: -right(*args, **keys))
+
+
+@mutant("Assembler.distance", "the mode farthest from the sketch", "off by", TRIADS)
+def wrong_branch_of_a_triad(monkeypatch):
+    wrong_branch(monkeypatch)
+
+
+@mutant("Path._proved", "every step counts as proved", "", (("change", 1), ("change", 3)))
+def every_step_certified(monkeypatch):
+    from mechdae.analysis.path import Path
+
+    monkeypatch.setattr(Path, "_proved", lambda self, state, test, *_: np.ones(test.shape, bool))
+
+
+@mutant(
+    "Path._proved, Evaluator._good", "every step and every pose counts as certified",
+    "where it cannot be", DYADS[:2],
+)  # fmt: skip
+def every_pose_certified(monkeypatch):
+    from mechdae.analysis.evaluate import Evaluator
+
+    every_step_certified(monkeypatch)
+    monkeypatch.setattr(
+        Evaluator, "_good", lambda self, path, guess, results, *_: np.ones(results[3].shape, bool)
+    )
+
+
+def plain(monkeypatch):
+    from mechdae.analysis.evaluate import H_LIMIT, Evaluator
+
+    def converged(self, path, guess, results, *_):
+        return path.constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
+
+    every_step_certified(monkeypatch)
+    monkeypatch.setattr(Evaluator, "_good", converged)
+
+
+@mutant(
+    "Path._proved, Evaluator._good", "Newton's method that converged is enough, whatever the sign",
+    "off by", (("change", 3), ("change", 12)),
+)  # fmt: skip
+def plain_newton_continuation(monkeypatch):
+    plain(monkeypatch)
+
+
+@mutant(
+    "Path._proved, Evaluator._good", "Newton's method that converged is enough, whatever the sign",
+    "off by", (("saddle", 1), ("saddle", 2)),
+)  # fmt: skip
+def plain_newton_continuation_of_a_triad(monkeypatch):
+    plain(monkeypatch)
+
+
+def no_sign(monkeypatch):
+    """Take away the sign of the determinant alone: each block's is called the right one."""
+    from mechdae.analysis.evaluate import Evaluator
+    from mechdae.analysis.path import Path
+
+    proved, good = Path._proved, Evaluator._good
+
+    def step(self, state, test, det, miss, sign):
+        return proved(self, state, test, np.broadcast_to(sign, np.shape(det)), miss, sign)
+
+    def pose(self, path, guess, results, first, s):
+        results = list(results)
+        results[2] = path.sign_at(s)
+        return good(self, path, guess, results, first, s)
+
+    monkeypatch.setattr(Path, "_proved", step)
+    monkeypatch.setattr(Evaluator, "_good", pose)
+
+
+# -- labels and modes ------------------------------------------------------------------------
+
+
+def flipped(monkeypatch):
+    from mechdae.analysis.modes import Assembler
+
+    right = Assembler.group_labels
+
+    def wrong(self, group, poses, u):
+        labels = right(self, group, poses, u)
+        return [text.translate(str.maketrans("+-", "-+")) for text in labels]
+
+    monkeypatch.setattr(Assembler, "group_labels", wrong)
+
+
+@mutant("Assembler.group_labels", "plus and minus exchanged", "by its pose", DYADS[:1], modes=True)
+def flipped_label(monkeypatch):
+    flipped(monkeypatch)
+
+
+@mutant("Assembler.group_labels", "plus and minus exchanged", "by its pose", TRIADS[:1], modes=True)
+def flipped_label_of_a_triad(monkeypatch):
+    flipped(monkeypatch)
+
+
+@mutant(
+    "Assembler.candidates", "only the first mode is kept", "by trying all", DYADS[:1], modes=True
+)
+def lost_mode(monkeypatch):
+    from mechdae.analysis.modes import Assembler
+
+    right = Assembler.candidates
+
+    def wrong(self, *args, **keys):
+        poses, *rest = right(self, *args, **keys)
+        return (poses[:1], *rest)
+
+    monkeypatch.setattr(Assembler, "candidates", wrong)
+
+
+# -- limits --------------------------------------------------------------------------------
+
+
+def swallow(monkeypatch):
+    from mechdae.analysis.path import Path
+
+    monkeypatch.setattr(Path, "_end", lambda self, limit, ended, up: ended.update(self.groups))
+
+
+@mutant("Path._end", "a limit ends the path and is not recorded", "limit", DYADS)
+def swallowed_limit(monkeypatch):
+    swallow(monkeypatch)
+
+
+@mutant("Path._end", "a limit ends the path and is not recorded", "limit", TRIADS)
+def swallowed_limit_of_a_triad(monkeypatch):
+    swallow(monkeypatch)
+
+
+def shift(monkeypatch):
+    from mechdae.analysis.path import Path
+
+    right = Path._end
+
+    def wrong(self, limit, ended, up):
+        return right(self, replace(limit, s=limit.s + (1e-10 if up else -1e-10)), ended, up)
+
+    monkeypatch.setattr(Path, "_end", wrong)
+
+
+@mutant("Path._end", "limits moved by 1e-10", "limit", DYADS)
+def moved_limit(monkeypatch):
+    shift(monkeypatch)
+
+
+@mutant("Path._end", "limits moved by 1e-10", "limit", TRIADS)
+def moved_limit_of_a_triad(monkeypatch):
+    shift(monkeypatch)
+
+
+@mutant(
+    "Evaluator._put_limit",
+    "the pose at a limit moved by 1e-5",
+    "at the limit",
+    (("end", 6), ("end", 12)),
+)
+def moved_pose_at_a_limit(monkeypatch):
+    from mechdae.analysis.evaluate import Evaluator
+
+    right = Evaluator._put_limit
+
+    def wrong(self, path, k, s, limits, alive, results):
+        moved = [replace(limit, x=limit.x + 1e-5 * limit.v) for limit in limits]
+        return right(self, path, k, s, moved, alive, results)
+
+    monkeypatch.setattr(Evaluator, "_put_limit", wrong)
+
+
+# -- joints --------------------------------------------------------------------------------
+
+
+@mutant(
+    "residuals.belt", "crossed belts taken for open ones", "off by", (("gears", 0), ("gears", 11))
+)
+def belt_not_crossed(monkeypatch):
+    from mechdae.model import residuals
+
+    right = residuals.belt
+
+    class Open:
+        crossed = False
+
+        def __init__(self, joint):
+            self.joint = joint
+
+        def __getattr__(self, name):
+            return getattr(self.joint, name)
+
+    def wrong(ends):
+        ends.joint = Open(ends.joint)
+        return right(ends)
+
+    monkeypatch.setitem(residuals.RESIDUALS, "belt", (wrong,))
+
+
+@mutant(
+    "Ends.carrier_angle", "carriers taken for the ground", "off by", (("gears", 4), ("gears", 17))
+)
+def carrier_forgotten(monkeypatch):
+    from mechdae.model.residuals import Ends, ca
+
+    monkeypatch.setattr(Ends, "carrier_angle", property(lambda self: ca.SX(0)))
+
+
+@mutant("residuals.rack", "the rack runs the other way", "off by", (("gears", 6), ("gears", 16)))
+def rack_reversed(monkeypatch):
+    from mechdae.model import residuals
+
+    right = residuals.rack
+
+    def wrong(ends):
+        ((name, row, unit),) = right(ends)
+        number = ends.number("radius") * (ends.first.angle - ends.carrier_angle)
+        return [(name, row + 2 * number, unit)]
+
+    monkeypatch.setitem(residuals.RESIDUALS, "rack", (wrong,))
