@@ -800,6 +800,37 @@ def test_a_superfluous_driver() -> None:
     assert list(drive(1.2).status) == ["ok"]
 
 
+def test_laws_of_time_and_jerk() -> None:
+    """Six cranks in line swing through their change points and back."""
+    times = tuple(np.linspace(0.0, 6.0, 25))
+    driver = md.Driver("c1.angle", law="1 + 3*sin(t)", times=times)
+    result = md.solve(parallelogram(IN_LINE), md.Sweep(driver, derivatives=3))
+    assert np.all(result.status == "ok")
+    t = np.array(times)
+    exact = (1 + 3 * np.sin(t), 3 * np.cos(t), -3 * np.sin(t), -3 * np.cos(t))
+    for order, theirs in enumerate(exact):  # digits go with the condition's 1st, 3rd, 5th power
+        gap = np.abs(list(result.bodies["c4"].values())[order] - theirs)
+        assert np.all(gap <= 1e-14 * result.condition ** max(2 * order - 1, 0))
+        assert gap.max() < (1e-14, 1e-13, 1e-11, 1e-8)[order]
+    assert sum(event["in_range"] for event in result.events) == 4
+
+
+def test_a_study_keeps_dimensions_that_depend_on_each_other() -> None:
+    problem = md.load("parallelogram-three-cranks")
+    outputs = ("points/rod.Q/position", "summary/closure/length")
+    study = md.Study(of="turn", vary={"h": (0.1, 0.3, 3)}, outputs=outputs)
+    result = md.solve(replace(problem, tasks=Table({**problem.tasks, "heights": study})), "heights")
+    assert list(result.status) == ["ok"] * 3
+    places = result.table["points/rod.Q/position"]
+    assert places.shape == (3, 361, 2)
+    assert np.abs(places[:, 0, 1] - [0.1, 0.2, 0.3]).max() < 1e-15
+    # one dimension alone does not close
+    wrong = replace(study, vary={"rod.Q.y": (0.11, 0.13, 3)}, outputs=outputs[:1])
+    tasks = Table({**problem.tasks, "heights": wrong})
+    failed = md.solve(replace(problem, tasks=tasks), "heights")
+    assert list(failed.status) == ["unassembled", "ok", "unassembled"]
+
+
 # -- kernels and outputs -----------------------------------------------------------------------
 
 
