@@ -3,7 +3,11 @@
     python tests/honesty.py --count 100000 --seed 0 --workers 2 --out docs/data/honesty.json
 
 Work is done in chunks; each finished chunk is a line of OUT.parts.jsonl, and a run that was
-stopped goes on from there. The exit code is 1 where a pose marked ok was wrong.
+stopped goes on from there. The exit code is 1 where something was wrong.
+
+    python tests/honesty.py --out docs/data/honesty.json --page docs/honesty.md
+
+writes the tables of that page from the figures, and draws nothing.
 """
 
 from __future__ import annotations
@@ -141,6 +145,75 @@ def median(values):
     return (values[(n - 1) // 2] + values[n // 2]) / 2 if n else 0.0
 
 
+# -- tables --------------------------------------------------------------------------------
+
+COLUMNS = {
+    "mechanisms": "mechanisms", "poses": "poses", "ok": "ok", "limit": "limit",
+    "beyond": "cannot be", "refused": "refused", "unsure": "not judged", "faults": "faults",
+    "error": "error / bound", "slack": "bound / error", "rate": "rate",
+}  # fmt: skip
+
+
+def rows(head, body):
+    lines = [head, ["---"] * len(head), *body]
+    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
+
+
+def tables(figures):
+    """Return the tables of the page by name."""
+    from mutants import MUTANTS
+
+    counted = []
+    for name, table in [*figures["families"].items(), ("**all**", figures["total"])]:
+        counted.append([name, *[_shown(key, table[key]) for key in COLUMNS]])
+    total = figures["total"]
+    rest = {
+        "seeds": f"{figures['seed']} to {figures['seed'] + figures['count'] - 1}",
+        "poses of each": figures["poses"],
+        "judged in no pose, because the truth is not sure": total["not_judged"],
+        "refused with an error": total["raised"],
+        "stops because the path cannot be proved further": total["stops"],
+        "stops with another reason than the true one": total["misnamed"],
+        "of which the modes were counted as well": total["modes"],
+        "refused poses in a thousand that exist": _share(total),
+        "processor time of the sweeps": f"{total['seconds']:.0f} s",
+    }
+    kinds = ", ".join(f"{kind} {count}" for kind, count in figures["kinds"].items())
+    return {
+        "figures": rows(["family", *COLUMNS.values()], counted),
+        "counts": rows(["", ""], rest.items()),
+        "kinds": kinds + ".",
+        "mutants": rows(
+            ["mutant", "planted in", "what it changes", "seen in"],
+            [
+                [m.name, f"`{m.place}`", m.change, ", ".join(dict.fromkeys(f for f, _ in m.cases))]
+                for m in MUTANTS
+            ],
+        ),
+    }
+
+
+def _shown(key, value):
+    return f"{value:.2g}" if key in ("error", "rate") else f"{value:g}" if key == "slack" else value
+
+
+def _share(total):
+    there = total["ok"] + total["limit"] + total["refused"]
+    return f"{1000 * total['refused'] / max(there, 1):.2f}"
+
+
+def page(text, figures):
+    """Return the text of a page with its tables written anew, between their marks."""
+    for name, table in tables(figures).items():
+        start, end = f"<!-- {name} -->\n", "<!-- end -->"
+        before, _, rest = text.partition(start)
+        text = before + start + "\n" + table + "\n\n" + end + rest.partition(end)[2]
+    return text
+
+
+# -- runs ----------------------------------------------------------------------------------
+
+
 def jobs(options):
     last = options.seed + options.count
     return [
@@ -162,7 +235,13 @@ def main(arguments=None):
     parser.add_argument("--family", help="draw this family alone")
     parser.add_argument("--chunk", type=int, default=CHUNK, help=f"seeds in a chunk ({CHUNK})")
     parser.add_argument("--out", type=Path, help="JSON file for the figures")
+    parser.add_argument("--page", type=Path, help="write the tables of this page from --out")
     options = parser.parse_args(arguments)
+    if options.page:
+        figures = json.loads(options.out.read_text(encoding="utf-8"))
+        text = page(options.page.read_text(encoding="utf-8"), figures)
+        options.page.write_text(text, encoding="utf-8")
+        return 0
     import mechdae as md
 
     about = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import io
+import json
 import re
 from pathlib import Path
 
@@ -304,3 +305,15 @@ def test_speed_page_is_what_was_measured(capsys) -> None:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     assert module.main(["--check"]) == 0, capsys.readouterr().out
+
+
+# -- figures of random mechanisms ------------------------------------------------------------------
+
+
+def test_tables_of_random_mechanisms_are_those_of_the_figures() -> None:
+    import honesty
+
+    text = (ROOT / "docs/honesty.md").read_text(encoding="utf-8")
+    figures = json.loads((ROOT / "docs/data/honesty.json").read_text(encoding="utf-8"))
+    assert honesty.page(text, figures) == text
+    assert figures["total"]["faults"] == len(figures["faults"])

@@ -14,17 +14,17 @@ from truth.modes import mode_faults
 POSES = 24
 # seeds of each family, and the share of poses that may be refused although they exist
 DRAWN = {
-    "dyads": (range(22), 0.0),
-    "gears": (range(20), 0.0),
-    "triads": (range(9), 0.01),
+    "dyads": (range(16), 0.0),
+    "gears": (range(16), 0.0),
+    "triads": (range(8), 0.01),
     "geared": (range(8), 0.0),
     "change": (range(12), 0.0),
     "exact": (range(10), 0.0),
-    "saddle": (range(6), 0.0),
+    "saddle": (range(5), 0.0),
     "toggle": (range(4), 0.0),
-    "slender": (range(5), 0.1),
+    "slender": (range(4), 0.1),
     "end": (range(5, 11), 0.0),
-    "far": (range(4), 0.0),
+    "far": (range(3), 0.0),
 }
 
 

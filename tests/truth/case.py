@@ -163,6 +163,9 @@ class Case:
             if word in element.data
         }
         needed |= {e.data["wheel"][0] for e in self.elements if e.kind == "rack"}
+        after = self.close([self.s0]).after
+        while more := {after[body][0] for body in needed if body in after} - needed:
+            needed |= more
         world = World(self, grid, order=1, wide=False)
         for k, element in enumerate(self.elements):
             element.crossings = []
@@ -186,7 +189,7 @@ class Case:
                     CLOSURES[element.kind](world, data, self.sign_of(element, grid))
             element.reach = tuple(ends)
             for body in needed & set(element.bodies):
-                if body not in ("crank", "ram") and world.angles[body] is None:
+                if body not in world.after and world.angles[body] is None:
                     self._lift(k, body, grid, ends)
         self.surveyed = (low, high)
 
@@ -333,20 +336,37 @@ class Case:
 
     def periodic(self, k):
         """Return whether an element is where it was after a whole turn of the driver."""
-        element = self.elements[k]
+        element, d = self.elements[k], self.elements[k].data
         if not self.angular:
             return False
+        turns = 0.0
+        if element.kind in ("gear", "geared"):
+            ratio = -d["ratio"] if d.get("crossed") else d["ratio"]
+            carrier = self.turns(d["carrier"]) if element.kind == "gear" else 0.0
+            turns = (self.turns(d["other"]) - carrier) * (ratio if d["first"] else 1 / ratio)
+        elif element.kind == "rack":
+            turns = 0.0 if self.turns(d["wheel"][0]) == 0 else 0.5
+        return float(turns).is_integer() and all(self.periodic(other) for other in element.uses)
+
+    def turns(self, body):
+        """Return how often a body turns round with a turn of the driver; 0 where it cannot."""
+        if body in ("ground", "crank"):
+            return float(body == "crank")
+        element = self.elements[self.maker[body]]
+        d = element.data
         if element.kind == "gear":
-            ratio = element.data["ratio"]
-            if not float(ratio if element.data["first"] else 1 / ratio).is_integer():
-                return False
-        if element.kind == "geared" and element.data["other"] != "ground":
-            ratio = element.data["ratio"]
-            if not float(ratio if element.data["first"] else 1 / ratio).is_integer():
-                return False
-        if element.kind == "rack":
-            return False
-        return all(self.periodic(other) for other in element.uses)
+            ratio = -d["ratio"] if d.get("crossed") else d["ratio"]
+            ratio = ratio if d["first"] else 1 / ratio
+            carrier = self.turns(d["carrier"])
+            return carrier + (self.turns(d["other"]) - carrier) * ratio
+        after = self.close([self.s0]).after.get(body)
+        if after:
+            return self.turns(after[0])
+        grid, turned = self.lifts.get(body, ((0.0,), (0.0,)))
+        if grid[-1] - grid[0] < TURN:
+            return 0.0
+        moved = np.interp(grid[0] + TURN, grid, turned) - turned[0]
+        return float(np.round(moved / TURN))
 
     # -- description -----------------------------------------------------------------------
 
@@ -360,9 +380,9 @@ class Case:
             + jitter * rng.uniform(-1, 1)
             for body in self.bodies
         }
-        for body in self.bodies:
-            if world.angles[body] is not None and self.maker[body]:
-                sketch[body] = float(world.angles[body].c[0][0].real)
+        for body in self.bodies:  # whole turns count where gears hang on them
+            if self.maker[body] and (world.angles[body] is not None or body in world.after):
+                sketch[body] = float(world.angle(body).c[0][0].real)
         sketch[self.driver_key] = float(s)
         bodies = [md.Body(name, points=self.local[name]) for name in self.bodies]
         joints = [JOINTS[kind](name, a, b, **keys) for kind, name, a, b, keys in self.joints]

@@ -56,6 +56,7 @@ class World:
         one = constant(1.0, self.driver)
         self.frames = {"ground": (constant(0.0, one), one)}
         self.angles = {"ground": constant(0.0, one)}
+        self.after = {}  # body -> (body, turn): an angle that is another one's plus a number
         self.discs = []
 
     def real(self, x):
@@ -80,13 +81,20 @@ class World:
     def direction(self, body):
         return self.frames[body][1]
 
-    def put(self, body, point, place, direction, angle=None):
+    def put(self, body, point, place, direction, angle=None, after=None):
         """Fix a body by one of its points and its direction."""
         self.frames[body] = (place - direction * self.at(body, point), direction)
         self.angles[body] = angle
+        if after:
+            known, spec = after
+            turn = self.real(spec["turn"])
+            self.after[body] = (known, -turn if spec.get("swap") else turn)
 
     def angle(self, body):
-        """Return the unwrapped angle of a body."""
+        """Return the unwrapped angle of a body: the sketch's, as it turned on since."""
+        if self.angles[body] is None and body in self.after:
+            known, turn = self.after[body]
+            self.angles[body] = self.angle(known) + turn
         if self.angles[body] is None:
             self.angles[body] = self.direction(body).argument(
                 lambda value: self.case.lifted(body, self.u, value.real)
@@ -137,7 +145,7 @@ def close_cylinder(world, d, sign):
     world.put("crank", "O", p, (pin - p) / arm)
     direction = (pin - q) / reach
     world.put(barrel, "p0", q, direction)
-    world.put(rod, "p1", pin, direction * turn)
+    world.put(rod, "p1", pin, direction * turn, after=(barrel, d))
     return disc
 
 
@@ -166,7 +174,7 @@ def close_rack(world, d, _sign):
     rolled = (world.angle(d["wheel"][0]) - world.angle(d["carrier"])) * world.real(d["radius"])
     gap = ((base - world.place(d["wheel"])) * tooth.conjugate()).real
     slide = (rolled + world.real(d["phase"]) - gap) / (along * tooth.conjugate()).real
-    world.put(d["body"], "p1", base + along * slide, own)
+    world.put(d["body"], "p1", base + along * slide, own, after=(g[0], d))
 
 
 def close_pinion(world, d, _sign):
@@ -180,7 +188,7 @@ def close_pinion(world, d, _sign):
 
 def close_weld(world, d, _sign):
     direction = world.direction(d["on"][0]) * world.turned(d["turn"])
-    world.put(d["body"], "p0", world.place(d["on"]), direction)
+    world.put(d["body"], "p0", world.place(d["on"]), direction, after=(d["on"][0], d))
 
 
 # -- dyads ---------------------------------------------------------------------------------
@@ -241,7 +249,7 @@ def close_meeting(world, d, sign):
     pin = Series(np.where(both, pin.c, still.c))
     world.put(d["a"], "p0", p, (pin - p) / world.gap(d["a"], "p0", "p1"))
     if "g" in d:
-        world.put(d["b"], "p1", pin, world.guided(d["g"][0], d)[0])
+        world.put(d["b"], "p1", pin, world.guided(d["g"][0], d)[0], after=(d["g"][0], d))
     else:
         q = world.place(d["q"])
         world.put(d["b"], "p0", q, (pin - q) / world.gap(d["b"], "p0", "p1"))
@@ -318,8 +326,8 @@ def close_prp(world, d, _sign):
     cross = (e1.conjugate() * e2).imag
     t = ((b2 - b1) * e2.conjugate()).imag / (e1 * e2.conjugate()).imag
     pin = b1 + t * e1
-    world.put(d["a"], "p1", pin, own1)
-    world.put(d["b"], "p1", pin, own2)
+    world.put(d["a"], "p1", pin, own1, after=(d["g"][0], d["guide_a"]))
+    world.put(d["b"], "p1", pin, own2, after=(d["h"][0], d["guide_b"]))
     return cross * cross
 
 
@@ -329,11 +337,11 @@ def close_rpp(world, d, _sign):
     inner = d["guide_a"]
     direction, along = own * world.turned(inner["turn"]), own * world.turned(inner["axis"])
     p = world.place(d["p"])
-    world.put(d["a"], "p0", p, direction)
+    world.put(d["a"], "p0", p, direction, after=(d["b"], inner))
     target = p + direction * world.gap(d["a"], "p0", "guided")
     base = world.place(d["g"]) + own * world.gap(d["b"], "guided", "slot")
     t = ((target - base) * along.conjugate()).imag / (axis * along.conjugate()).imag
-    world.put(d["b"], "slot", base + axis * t, own)
+    world.put(d["b"], "slot", base + axis * t, own, after=(d["g"][0], d["guide_b"]))
 
 
 CLOSURES = {

@@ -160,11 +160,12 @@ class Triad:
                 world.put(leg["body"], "p0", place, (pin - place) / arm)
             elif leg["kind"] == "slide":
                 own, _ = world.guided(leg["on"][0], leg)
-                world.put(leg["body"], "p1", world.place((d["body"], leg["pin"])), own)
+                place = world.place((d["body"], leg["pin"]))
+                world.put(leg["body"], "p1", place, own, after=(leg["on"][0], leg))
             elif leg["kind"] == "rail":
                 turn = world.turned(leg["turn"])
                 own = e * (np.conj(turn) if leg.get("swap") else turn)
-                world.put(leg["body"], "p1", world.place(leg["on"]), own)
+                world.put(leg["body"], "p1", world.place(leg["on"]), own, after=(d["body"], leg))
 
     def all_roots(self):
         """Return all platform poses at a single driver value, None where two are near.
