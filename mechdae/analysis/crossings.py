@@ -38,6 +38,9 @@ DOUBTFUL = 1e-10
 EXCLUDED = 1e-6
 """Share of the second derivatives by which a branch may miss superfluous equations."""
 FLAT = 1e-9
+RANK = 1e-7
+"""Least singular value of all equations of a redundant block, as a share of the largest, above
+which its pose is regular."""
 UNLIKE = 0.2
 """Share of the angle between the tangents by which the path may miss its own."""
 
@@ -285,6 +288,10 @@ class CrossingFinder:
 
         F, J, push, *_ = self.jet(b, s, x, (nothing, nothing), z)
         del F
+        if graph.redundant:  # the equations that were mixed may be singular where all are not
+            sigma = np.linalg.svd(J * columns / self.rows(b)[:, None])[1]
+            if sigma[-1] > RANK * sigma[0]:
+                return None
         scaled = scaling.equations(J * columns)
         left, _, right = np.linalg.svd(scaled)
         w, v = left[:, -1], right[-1] * columns
