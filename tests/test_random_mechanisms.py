@@ -67,6 +67,7 @@ FOUND = {
     "limits far from zero taken for dead points": ("far", 3051),
     "modes of geared bodies held by a distance lost": ("geared", 1007),
     "modes that differ by whole turns said not to be told apart": ("gears", 1002),
+    "poses a whole turn away with a rack on the crank": ("gears", 320),
     "rates between two branches right behind a switch": ("exact", 31),
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -23,6 +24,8 @@ ATTEMPTS = 6
 TINY = 1e-17
 """Left-over distance to the solution below which no further Newton step is taken [rad]."""
 HALF_TURN = 1.5
+RETURN = 1e-7
+"""Share of a radian or of the mechanism's length within which two poses are the same one."""
 Rates = tuple[Any, ...]
 """Rates of several drivers in time, (n, nd) arrays."""
 
@@ -129,10 +132,10 @@ class Evaluator:
     def _turn_round(self, path: Path, s: Any, guess: Any, alive: Any) -> None:
         """Use poses of the path a whole turn of the driver away, where that is the same pose.
 
-        They are on the same circuit, reached by moving the other way round; the certificate
-        of the pose decides whether the turn really leads to the same pose.
+        They are on the same circuit, reached by moving the other way round.
         """
         low, high = path.s[0], path.s[-1]
+        found: list[tuple[int, Any, Any]] = []
         for j, group in enumerate(self.groups):
             rows = np.flatnonzero(~alive[:, j])
             if not rows.size:
@@ -151,7 +154,56 @@ class Evaluator:
                 continue
             columns = np.flatnonzero(self.column_group == j)
             guess[np.ix_(rows, columns)] = path.guess(shifted)[:, columns]
-            alive[rows, j] = True
+            found.append((j, rows, shifted))
+        for j, rows, shifted in found:
+            alive[rows, j] = self.returns(path, guess[rows], s[rows], shifted)[:, j]
+
+    def returns(self, path: Path, guess: Any, s: Any, shifted: Any) -> Any:
+        """Return which groups are in the same pose at `s` and whole turns away, (n, groups).
+
+        Lengths have to agree, and angles but for whole turns, those of eliminated coordinates
+        too: a rack on the crank is elsewhere after a turn, and so is a gear whose ratio is not
+        an integer, with all that they carry.
+
+        Parameters
+        ----------
+        guess : (n, nx) array
+            Near the poses at `shifted` (n,), which the path reaches.
+        """
+        nothing = np.zeros((len(s), self.graphs.nu))
+        rates = () if self.graphs.single else tuple([nothing] * len(self.graphs.driven))
+        kinds, coordinates, users = self._recovered
+        sizes = np.where(self.angles, 1.0, path.constants.scale)
+        values, errors = [], []
+        for places in (s, shifted):
+            results, _ = self._converged(path, guess, places, rates)
+            values.append(coordinates(results[0], path.drivers(places), path.constants.p)[0])
+            errors.append(results[1] / sizes)
+        error = np.maximum(*errors)
+        with np.errstate(invalid="ignore"):
+            apart = values[0] - values[1]
+        apart /= np.where(kinds == "angle", 1.0, path.constants.scale)
+        turns = 2 * np.pi * np.round(apart / (2 * np.pi))
+        apart -= np.where(kinds == "angle", turns, 0.0)
+        result = np.ones((len(s), len(self.groups)), bool)
+        for k in np.flatnonzero(kinds != "s"):  # a point on a closed curve may go round it
+            allowed = RETURN + 4 * error[:, users[k]].max(axis=1, initial=0.0)
+            groups = np.unique(self.column_group[users[k]])
+            result[:, groups] &= (np.abs(apart[:, k]) <= allowed)[:, None]
+        return result
+
+    @cached_property
+    def _recovered(self) -> tuple[Any, Any, list[list[int]]]:
+        """Kinds of the coordinates of bodies, their values, the unknowns each depends on."""
+        scene = self.graphs.scene
+        coordinates = ca.densify(ca.vertcat(*scene.recover.values()))
+        kinds = np.array([name for _, name in scene.recover])
+        function = ca.Function("c", [scene.x, scene.u, scene.model.p], [coordinates])
+        users: list[list[int]] = [[] for _ in kinds]
+        pattern = ca.jacobian(coordinates, scene.x).sparsity()
+        for row, column in zip(*pattern.get_triplet(), strict=True):
+            users[row].append(column)
+        return kinds, Batch(function, shared=[2]), users
 
     def _solve(
         self,

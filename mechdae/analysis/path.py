@@ -22,7 +22,7 @@ from mechdae.analysis.interpolate import near_limit, quintic
 from mechdae.analysis.limits import CLOSE, Limit, LimitFinder
 from mechdae.analysis.numbers import Constants
 from mechdae.errors import SolveError
-from mechdae.kernels.batch import Batch
+from mechdae.kernels.call import Call
 from mechdae.kernels.graphs import Graphs
 from mechdae.kernels.sequence import Sequence
 
@@ -99,7 +99,7 @@ class Path:
     def __post_init__(self) -> None:
         g = self.graphs
         self.whole = np.concatenate([self.constants.vector(), self.u0, self.d])
-        self._one = Batch(g.advance, shared=[2], chunk=1)
+        self._one = Call(g.advance)
         self._many: Any = None
         names = [name for _, name in self.graphs.scene.x_names]
         lengths = np.array([name not in ("angle", "s") for name in names], bool)
@@ -160,8 +160,8 @@ class Path:
     def _step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
         """Return state, test, det and miss after one step."""
         ds = (s + ds) - s  # as far as the places are apart, which are rounded
-        result = self._one(state[None, :], np.array([[s, ds]]), self.whole)
-        return result[0][0], result[1][0], result[2][0], result[3][0]
+        after, test, det, miss = self._one(state, (s, ds), self.whole)
+        return after, test, det, miss
 
     def follows(self, group: int, s: Any) -> Any:
         """Return at which places a group follows the path: followed, and before its ends."""

@@ -134,8 +134,9 @@ class Track:
         """Return the parts of [low, high] that the groups reach, whole turns aside.
 
         Beyond a limit position the same circuit may be reached by turning the other way
-        round; those parts lie on the path whole turns away.
+        round; those parts lie on the path whole turns away, if a turn leads to the same pose.
         """
+        groups = list(groups)
         first, last, limits = self.ends(groups)
         found: list[Piece] = []
 
@@ -146,10 +147,20 @@ class Track:
 
         add(low, high, 0.0)
         if self.is_angle and limits and all(limit.kind == "limit" for limit in limits):
+            if not self._comes_round(groups, first, last):
+                return sorted(found, key=lambda piece: piece.low)
             for turns in range(1, int(np.ceil((high - low) / TURN)) + 1):
                 add(max([low, *[p.high + p.shift for p in found]]), high, turns * TURN)
                 add(low, min([high, *[p.low + p.shift for p in found]]), -turns * TURN)
         return sorted(found, key=lambda piece: piece.low + piece.shift)
+
+    def _comes_round(self, groups: list[int], first: float, last: float) -> bool:
+        """Return whether a whole turn of the driver leads these groups to the same pose."""
+        middle = np.array([(max(first, self.path.s[0]) + min(last, self.path.s[-1])) / 2])
+        places = [self.evaluator.place[group] for group in groups]
+        guess = self.path.guess(middle)
+        returned = self.evaluator.returns(self.path, guess, middle + TURN, middle)
+        return bool(returned[0, places].all())
 
     def sample(self, piece: Piece) -> Sample:
         """Return a sample of a piece, ends included, close enough to see every turn."""
