@@ -9,6 +9,7 @@ MechdaeError
 |   +-- UnavailableError             a valid request this version does not compute
 +-- SolveError (RuntimeError)        the file is fine, the mechanism is not able to
     +-- AssemblyError                no pose: group, joint, gap
+    +-- IndeterminateFrictionError   friction on a normal force that is not unique
 
 A message has three parts: what, where, and what to try. Poses that are not reached are no
 error: the result has them with their status, and says what is wrong in ``fault``.
@@ -73,6 +74,10 @@ class SolveError(MechdaeError, RuntimeError):
 
 class AssemblyError(SolveError):
     """An Assur group cannot be assembled at the given pose of the driver."""
+
+
+class IndeterminateFrictionError(SolveError):
+    """Friction acts on a normal force that superfluous constraints leave open."""
 
 
 def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:

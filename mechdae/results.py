@@ -36,9 +36,17 @@ UNITS = {
     "curvature": "1/m",
     "centrode_fixed": "m",
     "centrode_moving": "m",
+    "loss": "W",
+    "loss_uncoupled": "W",
+    "normal": "N",
 }
 
-
+_WHOLE = (("Fx", "Fy", "M"), ("N", "N", "N m"))
+REACTION = {
+    **dict.fromkeys(("", "uncoupled", "static", "inertial", "body"), _WHOLE),
+    "radial": (("Fr", "Ft"), ("N", "N")),
+}
+"""Names and units of a reaction's components by the last word of its name."""
 OUTPUT_RATES = ("value", "rate", "second", "third")
 DRIVER_UNITS = {"velocity": "/s", "acceleration": "/s2", "jerk": "/s3"}
 PLURALS = {
@@ -131,6 +139,14 @@ class Result:
         Of a study, whose rows are sets of parameters: name -> (n,), path -> (n, ...).
     time : (n,) array
         The times of the poses where the drivers follow laws, else None [s].
+    efforts
+        Of a task of reactions: torque or force conjugate to each driver, (n,) by its name;
+        ``parts`` has further ones by word: uncoupled, static, inertial.
+    solutions
+        All solutions of the poses that have several.
+    unique
+        Where constraints are superfluous: unique directions of a joint's reaction, the values
+        along them, the frame of the directions.
     """
 
     problem: str
@@ -156,6 +172,13 @@ class Result:
     parameters: dict[str, Any] = field(default_factory=dict)
     table: dict[str, Any] = field(default_factory=dict)
     time: Any = None
+    efforts: Series = field(default_factory=lambda: Series({}))
+    parts: dict[str, Series] = field(default_factory=dict)
+    solutions: tuple[dict[str, Any], ...] = ()
+    unique: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def _parts(self) -> list[tuple[str, Series]]:
+        return [(f"efforts_{word}", series) for word, series in self.parts.items()]
 
     def __len__(self) -> int:
         return len(self.status)
@@ -172,6 +195,11 @@ class Result:
                     part: {key: plain(array) for key, array in series.items()}
                     for part, series in table.items()
                 }
+        for joint, own in self.unique.items():
+            result["joints"].setdefault(joint, {})["unique"] = plain(own)
+        for word, series in (("efforts", self.efforts), *self._parts()):
+            if series:
+                result[word] = {name: plain(array) for name, array in series.items()}
         for name in ("parameters", "table"):
             arrays = getattr(self, name)
             if arrays:
@@ -185,6 +213,8 @@ class Result:
         if self.condition is not None:
             result["condition"] = plain(self.condition)
         result["events"] = [plain(event) for event in self.events]
+        if self.solutions:
+            result["solutions"] = [plain(entry) for entry in self.solutions]
         if self.checks:
             result["checks"] = plain(self.checks)
         result["summary"] = plain(self.summary)
@@ -226,9 +256,16 @@ class Result:
                     unit = self.unit(kind, part, name)
                     if array.ndim == 1:
                         yield f"{part}.{name}", unit, array
+                    elif name.startswith("reaction"):
+                        for axis, own, column in zip(*REACTION[name[9:]], array.T, strict=True):
+                            yield f"{part}.{name}.{axis}", own, column
                     else:
                         for axis, column in zip("xyz", array.T, strict=False):
                             yield f"{part}.{name}.{axis}", unit, column
+        for word, series in (("effort", self.efforts), *self._parts()):
+            for name, array in series.items():
+                turns = name.endswith(".angle")
+                yield f"{word.replace('efforts', 'effort')}.{name}", "N m" if turns else "N", array
         for name, array in self.parameters.items():
             yield name, "", array
         for path, array in self.table.items():

@@ -195,8 +195,7 @@ def test_out_that_cannot_be_written(capsys, tmp_path) -> None:
 
 def test_unavailable_tasks_are_skipped_or_refused(capsys, tmp_path) -> None:
     text = library.find("slider-crank").read_text()
-    text += '\n[tasks.force]\nkind = "reactions"\n'
-    text += 'driver = { coordinate = "crank.angle", from_deg = 0, to_deg = 360 }\n'
+    text += '\n[tasks.force]\nkind = "equilibrium"\n'
     path = tmp_path / "force.toml"
     path.write_text(text)
     code, _, err = run(capsys, "solve", str(path))

@@ -97,6 +97,7 @@ J0 = { kind = "revolute", between = ["ground.A", "b0.P"] }
 kind = "table"
 coordinate = "b0.angle"
 file = "{not}.csv"
+body = "b0"
 [repeat.arm]
 count = "M - 1"
 from = "N"

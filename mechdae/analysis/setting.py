@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,7 @@ from mechdae.analysis.measures import measure
 from mechdae.analysis.modes import Assembler
 from mechdae.analysis.named import NamedOutputs, requests, time_of
 from mechdae.analysis.numbers import Constants, divisors
-from mechdae.analysis.outputs import Outputs
+from mechdae.analysis.outputs import Outputs, Request
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan, plan, sketched
 from mechdae.describe.problem import Problem
@@ -58,8 +58,16 @@ class Run:
     found: measure.Found = field(default_factory=measure.Found)
 
 
-def prepare(problem: Problem, task: Sweep) -> Setting:
-    """Return scene and kernels of a task; only redundant groups are assembled yet."""
+def prepare(
+    problem: Problem,
+    task: Sweep,
+    loaded: Callable[[Model], Iterable[str]] | None = None,
+    more: Callable[[Scene], list[Request]] | None = None,
+) -> Setting:
+    """Return scene and kernels of a task; only redundant groups are assembled yet.
+
+    A task of forces names the bodies that are `loaded`, and what `more` is evaluated.
+    """
     mechanism = problem.mechanism
     if task.derivatives > 3:
         raise UnavailableError(
@@ -67,9 +75,10 @@ def prepare(problem: Problem, task: Sweep) -> Setting:
         )
     numbers = plan(mechanism, task)
     model, sketch = Model(mechanism), sketched(mechanism)
+    kept = None if loaded is None else list(loaded(model))
 
     def build(coarse: bool) -> Setting:
-        the_scene = scene(model, numbers.coordinates, task.outputs, coarse)
+        the_scene = scene(model, numbers.coordinates, task.outputs, coarse, kept)
         expressions = NamedOutputs(
             model,
             the_scene.selection.named,
@@ -79,6 +88,7 @@ def prepare(problem: Problem, task: Sweep) -> Setting:
         )
         hidden = requests(model, list(expressions.rates))
         hidden += measure.requests(the_scene, task, numbers.by_value)
+        hidden += more(the_scene) if more is not None else []
         outputs = Outputs(the_scene, hidden)
         order = max(task.derivatives, measure.order_of(task))
         graphs = Graphs(the_scene, outputs.expression, order, numbers.course)

@@ -9,7 +9,7 @@ from pathlib import Path
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import Problem, load
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import Driven, Modes, Study, Sweep, Task
+from mechdae.describe.tasks import Driven, Modes, Reactions, Study, Sweep, Task
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
@@ -56,6 +56,10 @@ def solve(
             from mechdae.analysis.sweep import sweep
 
             return sweep(whole, name, chosen)
+        if isinstance(chosen, Reactions):
+            from mechdae.analysis.reactions import reactions
+
+            return reactions(whole, name, chosen)
         if isinstance(chosen, Modes):
             from mechdae.analysis.assembly import modes
 
@@ -66,7 +70,7 @@ def solve(
             return study(whole, name, chosen)
     except MechdaeError as error:
         if isinstance(error, InputError) and not error.where.startswith(
-            ("mechanism", "bodies", "joints", "sketch", "parameters", "outputs.")
+            ("mechanism", "bodies", "joints", "loads", "sketch", "parameters", "outputs.")
         ):
             error.inside(f"tasks.{name}")
         whole.blame(error)
@@ -74,7 +78,7 @@ def solve(
     raise UnavailableError(
         f"tasks of kind '{chosen.kind}' are not computed by this version",
         where=f"tasks.{name}.kind",
-        hint="available: sweep, modes, study",
+        hint="available: sweep, modes, reactions, study",
     )
 
 

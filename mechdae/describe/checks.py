@@ -24,7 +24,7 @@ def check_loads(mechanism: Mechanism) -> None:
         try:
             _check_load(mechanism, load)
             for entry in fields(load):
-                for number in _numbers(getattr(load, entry.name), entry.metadata["kind"]):
+                for number in _numbers(getattr(load, entry.name), entry.metadata.get("kind", "")):
                     check_expression(mechanism, number, entry.name)
         except MechdaeError as problem:
             raise problem.inside(f"loads.{name}") from None
@@ -44,8 +44,14 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
             _point(mechanism, reference, "between")
         if load.between is not None and len(load.between) != 2:
             raise InputError("two points are needed", where="between")
-    elif isinstance(load, TableLoad) and load.body is not None:
-        _body(mechanism, load.body, "body")
+    elif isinstance(load, TableLoad):
+        if load.body is not None:
+            _body(mechanism, load.body, "body")
+        if load.along is not None:
+            try:
+                coordinate(mechanism, load.along)
+            except MechdaeError as problem:
+                raise problem.inside("along") from None
     if isinstance(load, Resistance | Spring | TableLoad) and load.coordinate is not None:
         try:
             coordinate(mechanism, load.coordinate)

@@ -98,10 +98,13 @@ class Selection:
     named: tuple[str, ...] = ()
 
 
-def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selection:
+def selection(
+    mechanism: Mechanism, outputs: tuple[str, ...] | None, forces: bool = False
+) -> Selection:
     """Return the bodies, points, joints and named outputs in `outputs`; None means all.
 
-    A name that belongs to a part and to a named output means both.
+    A name that belongs to a part and to a named output means both. A task of `forces` may ask
+    for joints without a coordinate of their own.
 
     Raises
     ------
@@ -111,7 +114,7 @@ def selection(mechanism: Mechanism, outputs: tuple[str, ...] | None) -> Selectio
     own = {n: [f"{n}.{point}" for point in body.points] for n, body in mechanism.bodies.items()}
     every = {point: None for points in own.values() for point in points}
     movable = ANGLE_JOINTS + SLIDE_JOINTS + CURVE_JOINTS
-    joints = {n: j for n, j in mechanism.joints.items() if j.kind in movable}
+    joints = {n: j for n, j in mechanism.joints.items() if forces or j.kind in movable}
     if outputs is None:
         whole = (tuple(mechanism.bodies), tuple(every), tuple(joints))
         return Selection(*whole, tuple(mechanism.outputs))

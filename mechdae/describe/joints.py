@@ -57,6 +57,11 @@ class Joint(Value):
 
     def check(self, values: Mapping[str, float]) -> None:
         """Raise `MechanismError` for values that make no joint."""
+        if values.get("mesh_loss", 0.0) >= 1:
+            raise MechanismError(
+                "mesh_loss is a share of the power, below 1",
+                where=f"joints.{self.name}.mesh_loss",
+            )
         for entry in NOT_NEGATIVE:
             if values.get(entry, 0.0) < 0:
                 raise MechanismError(
@@ -65,7 +70,15 @@ class Joint(Value):
 
 
 TURN = 2 * math.pi
-NOT_NEGATIVE = ("friction", "friction_static", "pin_radius", "contact_length", "roller_radius")
+NOT_NEGATIVE = (
+    "friction",
+    "friction_static",
+    "pin_radius",
+    "contact_length",
+    "roller_radius",
+    "mesh_loss",
+    "pretension",
+)
 
 
 @dataclass(frozen=True)
@@ -78,6 +91,15 @@ class Revolute(Joint):
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values.get("friction", 0.0) and "pin_radius" not in values:
+            raise MechanismError(
+                "friction in a pin needs the radius of the pin",
+                where=f"joints.{self.name}.pin_radius",
+                hint="pin_radius = ... [m]",
+            )
 
 
 @dataclass(frozen=True)
@@ -194,7 +216,8 @@ class Belt(Joint):
     ratio: Number = key("number")
     carrier: str | None = key("name", None)
     crossed: bool = key("flag", False)
-    pretension: Number | None = key("number", None, doc="N")
+    pretension: Number | None = key("number", None, doc="of each strand, N")
+    radius: Number | None = key("number", None, doc="of the first wheel, m; only forces use it")
     phase: Number = key("number", 0.0, doc="rad")
     mesh_loss: Number | None = key("number", None)
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar
 
 from mechdae.describe.values import Number, Value, key
+from mechdae.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -14,6 +17,27 @@ class Load(Value):
 
     name: str = key("name")
     kind: ClassVar[str] = ""
+
+    def numbers(self) -> Iterator[tuple[str, Number]]:
+        """Yield the load's plain numbers with the last part of their automatic name."""
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if entry.metadata.get("kind") == "number" and isinstance(value, float):
+                yield entry.name, value
+            elif entry.metadata.get("kind") == "pair":
+                for axis, number in zip("xy", value, strict=True):
+                    if isinstance(number, float):
+                        yield f"{entry.name}.{axis}", number
+
+    def with_number(self, entry: str, number: Number) -> Load:
+        """Return the load with one of its numbers replaced."""
+        name, _, axis = entry.partition(".")
+        changes: dict[str, Any] = {name: number}
+        if axis:
+            pair = list(getattr(self, name))
+            pair["xy".index(axis)] = number
+            changes = {name: tuple(pair)}
+        return replace(self, **changes)
 
 
 @dataclass(frozen=True)
@@ -60,16 +84,43 @@ class Spring(Load):
 
 @dataclass(frozen=True)
 class TableLoad(Load):
-    """Values read from a CSV file over a coordinate."""
+    """Values over a coordinate, from a CSV file or ``rows``, joined by straight lines.
+
+    A force [N] on the coordinate ``along``, positive in the sense of its growth, or a torque
+    [N m] on a ``body``. ``periodic`` tables repeat outside their range.
+    """
 
     coordinate: str = key("text")
-    file: str = key("text")
+    file: str | None = key("text", None, doc="CSV in the folder of the problem file")
+    rows: tuple[tuple[float, float], ...] | None = key("rows", None, doc="[[abscissa, value], ...]")
     columns: tuple[str, ...] | None = key("names", None)
     factor: Number = key("number", 1.0)
     along: str | None = key("text", None)
     body: str | None = key("name", None)
     periodic: bool = key("flag", False)
+    from_file: tuple[tuple[float, float], ...] | None = field(
+        default=None, compare=False, repr=False
+    )
     kind: ClassVar[str] = "table"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.file is None and self.rows is None:
+            raise InputError("a table needs 'file' or 'rows'")
+        if (self.along is None) == (self.body is None):
+            raise InputError("a table needs 'along' (a coordinate) or 'body'")
+        for k, (before, after) in enumerate(itertools.pairwise(self.points), start=2):
+            if after[0] <= before[0]:
+                raise InputError(
+                    f"row {k} does not lie after the one before it ({after[0]:g} after "
+                    f"{before[0]:g})",
+                    where="rows" if self.file is None else "file",
+                )
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """The pairs (abscissa, value); none where the file has not been read."""
+        return (self.rows if self.file is None else self.from_file) or ()
 
 
 LOADS: dict[str, type[Load]] = {

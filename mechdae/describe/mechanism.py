@@ -116,7 +116,7 @@ class Mechanism:
         return self.bodies[name]
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
-        """Yield every number of bodies and joints with its automatic name."""
+        """Yield every number with its automatic name; of loads, those that are no expressions."""
         parts: list[tuple[str, Body | Ground]] = [(GROUND, self.ground), *self.bodies.items()]
         for name, body in parts:
             for point, position in body.points.items():
@@ -132,6 +132,11 @@ class Mechanism:
         for joint in self.joints.values():
             for entry, number in joint.numbers():
                 yield f"{joint.name}.{entry}", number
+        for axis, number in zip(self.AXES, self.gravity or (), strict=False):
+            yield f"gravity.{axis}", number
+        for load in self.loads.values():
+            for entry, number in load.numbers():
+                yield f"loads.{load.name}.{entry}", number
 
     def values(self) -> dict[str, float]:
         """Return all parameters and automatic names with their values [SI, rad]."""
@@ -213,19 +218,25 @@ def _with_number(mechanism: Mechanism, name: str, number: Number) -> Mechanism:
         automatic = [entry for entry, _ in mechanism.numbers()]
         raise UnknownName("parameter", name, [*mechanism.parameters, *automatic])
     part, *rest = name.split(".")
+    if part == "loads":
+        load = mechanism.loads[rest[0]].with_number(".".join(rest[1:]), number)
+        return replace(mechanism, loads=mechanism.loads.with_(rest[0], load))
+    if part == "gravity":
+        axis = Mechanism.AXES.index(rest[0])
+        return replace(mechanism, gravity=_put(mechanism.gravity or (), axis, number))
     if part in mechanism.joints:
         joint = mechanism.joints[part].with_number(rest[0], number)
         return replace(mechanism, joints=mechanism.joints.with_(part, joint))
     body = mechanism.body(part)
-    axis = Mechanism.AXES.index(rest[1]) if len(rest) == 2 else None
+    place = Mechanism.AXES.index(rest[1]) if len(rest) == 2 else None
     changes: dict[str, Any]
-    if axis is None:
+    if place is None:
         changes = {rest[0]: number}
     elif rest[0] in body.points:
-        changes = {"points": body.points.with_(rest[0], _put(body.points[rest[0]], axis, number))}
+        changes = {"points": body.points.with_(rest[0], _put(body.points[rest[0]], place, number))}
     else:
         assert isinstance(body, Body)
-        changes = {"center": _put(body.center or (), axis, number)}
+        changes = {"center": _put(body.center or (), place, number)}
     if isinstance(body, Ground):
         return replace(mechanism, ground=replace(body, **changes))
     return replace(mechanism, bodies=mechanism.bodies.with_(part, replace(body, **changes)))

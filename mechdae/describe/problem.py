@@ -20,7 +20,8 @@ from mechdae.describe.named import check_outputs
 from mechdae.describe.reading import plain, read, split_unit, to_si
 from mechdae.describe.repeat import Pattern, expand, pattern_of
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import TASKS, Driven, Driver, Study, Task
+from mechdae.describe.tabulated import with_tables, with_tables_of
+from mechdae.describe.tasks import TASKS, Driven, Driver, Reactions, Study, Task
 from mechdae.describe.values import Number, Value, key, number
 from mechdae.errors import (
     InputError,
@@ -159,7 +160,9 @@ def load(name_or_path: str | Path) -> Problem:
     """
     path = library.find(name_or_path)
     try:
-        return from_dict(_parse(path), path.stem)
+        problem = from_dict(_parse(path), path.stem)
+        tabled = with_tables(problem.mechanism, path.parent)
+        return problem if tabled is problem.mechanism else replace(problem, mechanism=tabled)
     except RecursionError:
         raise ProblemFileError("nested too deeply", where=str(path)) from None
     except MechdaeError as problem:
@@ -261,6 +264,7 @@ def _resized(problem: Problem, name: str, value: Any) -> Problem:
         for key, task in problem.tasks.items()
     }
     expected = new.expected if problem.expected == old.expected else problem.expected
+    new = replace(new, mechanism=with_tables_of(new.mechanism, problem.mechanism))
     return replace(
         new, tasks=Table(tasks), expected=expected, title=problem.title, source=problem.source
     )
@@ -405,7 +409,7 @@ def _check_task(mechanism: Mechanism, name: str, task: Task) -> None:
         if len(set(coordinates)) < len(coordinates):
             raise MechanismError("two drivers impose the same coordinate", where="drivers")
         if task.available:
-            selection(mechanism, task.outputs)
+            selection(mechanism, task.outputs, forces=isinstance(task, Reactions))
         laws = [driver for driver in task.all_drivers if driver.law is not None]
         for driver in task.all_drivers:
             _check_driver(driver, known, any(law.times or law.from_ is not None for law in laws))

@@ -31,6 +31,11 @@ _KINDS: dict[str, dict[str, Any]] = {
     "flag": {"type": "boolean"},
     "numbers": {"type": "array", "items": NUMBER},
     "pair": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
+    "rows": {
+        "type": "array",
+        "minItems": 2,
+        "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
+    },
     "names": {"type": "array", "items": {"type": "string"}},
     "outline": {"type": "array", "items": {"type": "string"}},
     "points": {

@@ -106,16 +106,24 @@ class Modes(Driven):
 
 @dataclass(frozen=True)
 class Reactions(Sweep):
-    """Joint reactions, losses, efforts."""
+    """Joint reactions, friction losses and efforts along a sweep.
 
-    friction: str = key("text", "none", choices=("none", "article", "coupled"))
-    friction_radius: str = key("text", "exact", choices=("exact", "article"))
-    cycle: bool = key("flag", False)
-    direction: str | None = key("text", None)
-    parts: tuple[str, ...] | None = key("names", None)
+    ``friction`` "coupled" lets friction act on the reactions it comes from, "article" leaves
+    them as they are without it, "none" leaves it out. ``direction`` "load" turns resistances
+    round, so that they push along the motion and the driver takes the power out.
+    """
+
+    friction: str = key("text", "coupled", choices=("none", "article", "coupled"))
+    friction_radius: str = key(
+        "text", "exact", choices=("exact", "article"), doc="r sin(atan f), or r f"
+    )
+    cycle: bool = key("flag", False, doc="mean powers and efficiency over the sweep")
+    direction: str = key("text", "driver", choices=("driver", "load", "both"))
+    parts: tuple[str, ...] | None = key("names", None, choices=("static", "inertial"))
+    axes: tuple[str, ...] | None = key("names", None, choices=("body", "radial"))
 
     kind: ClassVar[str] = "reactions"
-    available: ClassVar[bool] = False
+    available: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)

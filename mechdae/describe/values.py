@@ -113,6 +113,21 @@ def pair(value: Any) -> tuple[Number, ...]:
     return numbers(items)
 
 
+def rows(value: Any) -> tuple[tuple[float, float], ...]:
+    """Return pairs of finite numbers, two at least."""
+
+    def row(item: Any) -> tuple[float, float]:
+        first, second = pair(item)
+        if isinstance(first, str) or isinstance(second, str):
+            raise InputError("plain numbers are needed, not expressions")
+        return first, second
+
+    found = tuple(_each(sequence(value), row))
+    if len(found) < 2:
+        raise InputError("two rows at least are needed")
+    return found
+
+
 def names(value: Any) -> tuple[str, ...]:
     return tuple(_each(sequence(value), text))
 
@@ -204,6 +219,7 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "flag": flag,
     "numbers": numbers,
     "pair": pair,
+    "rows": rows,
     "names": names,
     "points": points,
     "outline": names,

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.describe.joints import Joint
+from mechdae.describe.loads import Load
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import SCHEMA, Problem, unchanged
 from mechdae.describe.tasks import Driver
@@ -79,7 +80,7 @@ def _mechanism(mechanism: Mechanism) -> list[str]:
     lines += _section("sketch", mechanism.sketch)
     lines += _section(
         "loads",
-        {n: {"kind": x.kind, **_given(x, skip=("name",))} for n, x in mechanism.loads.items()},
+        {n: {"kind": x.kind, **_load(x)} for n, x in mechanism.loads.items()},
     )
     lines += _section("outputs", mechanism.outputs)
     return lines
@@ -94,6 +95,10 @@ def _given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
         and getattr(value, entry.name) is not None
         and getattr(value, entry.name) != entry.default
     }
+
+
+def _load(load: Load) -> dict[str, Any]:
+    return _given(load, skip=("name", "from_file"))
 
 
 def _joint(joint: Joint) -> dict[str, Any]:

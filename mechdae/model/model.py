@@ -161,6 +161,17 @@ class Model:
             ]
         )
 
+    def center(self, body: str) -> Any:
+        """Return the centre of mass in the body's frame, from its anchor.
+
+        It is the origin of the frame where none is given.
+        """
+        if f"{body}.center.x" in self.numbers:
+            return self.local(f"{body}.center")
+        anchor = self.anchor(body)
+        axes = "xyz"[: self.mechanism.dimension]
+        return ca.vertcat(*[-self.numbers[f"{body}.{anchor}.{a}"] if anchor else 0 for a in axes])
+
     def point(self, reference: str) -> Any:
         """Return the place of ``body.point`` in the fixed frame."""
         return self.frame(reference.split(".")[0]).point(self.local(reference))
@@ -205,6 +216,16 @@ class Model:
         return SX.sym("v", self.q.numel())
 
     @cached_property
+    def acceleration(self) -> Any:
+        """Symbols of the coordinates' accelerations, (nq,)."""
+        return SX.sym("a", self.q.numel())
+
+    @cached_property
+    def places(self) -> dict[tuple[str, str], int]:
+        """The position in q of each (body, coordinate)."""
+        return {name: i for i, name in enumerate(self.q_names)}
+
+    @cached_property
     def gamma(self) -> Any:
         """Right-hand side of Phi_q qdd = gamma: -(Phi_q v)_q v, (m,)."""
         rate = ca.jtimes(self.phi, self.q, self.velocity)
@@ -225,8 +246,7 @@ class Model:
         blocks = []
         for name in self.mechanism.bodies:
             m, inertia = (self.numbers.get(f"{name}.{n}", SX(0)) for n in ("mass", "inertia"))
-            known = f"{name}.center.x" in self.numbers
-            c = self.frame(name).direction(self.local(f"{name}.center") if known else SX.zeros(2))
+            c = self.frame(name).direction(self.center(name))
             blocks.append(
                 ca.vertcat(
                     ca.horzcat(m, 0, -m * c[1]),

@@ -10,7 +10,7 @@ unknowns, and an equation that loses all of its unknowns is kept as a check.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -134,22 +134,26 @@ def scene(
     drivers: Sequence[Coordinate],
     outputs: tuple[str, ...] | None = None,
     coarse: bool = False,
+    loaded: Iterable[str] | None = None,
 ) -> Scene:
     """Return the scene: only groups that the outputs or the drivers depend on are in it.
 
-    With `coarse` all bodies with superfluous equations are one group.
+    With `coarse` all bodies with superfluous equations are one group. For a task of forces
+    `loaded` are the bodies that forces act on: those of their groups are kept too.
     """
     rows, u = model.driven(drivers)
     groups = assur_groups(model, rows, coarse)
-    chosen = selection(model.mechanism, outputs)
-    kept = groups if outputs is None else _needed(model, groups, chosen)
+    chosen = selection(model.mechanism, outputs, forces=loaded is not None)
+    kept = groups if outputs is None else _needed(model, groups, chosen, loaded or ())
     result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen)
     reduce(result)
     return result
 
 
-def _needed(model: Model, groups: list[Group], chosen: Selection) -> list[Group]:
-    bodies = set(chosen.bodies) | {point.split(".")[0] for point in chosen.points}
+def _needed(
+    model: Model, groups: list[Group], chosen: Selection, loaded: Iterable[str]
+) -> list[Group]:
+    bodies = set(loaded) | set(chosen.bodies) | {point.split(".")[0] for point in chosen.points}
     for name in chosen.joints:
         bodies |= set(model.mechanism.joints[name].bodies)
     bodies |= bodies_of(model.mechanism, chosen.named)

@@ -1,0 +1,232 @@
+"""Mean powers, losses and efficiency over a cycle, and the arcs that jam or lock themselves.
+
+Powers have kinks: where a sliding speed or a normal force changes its sign, where a table
+changes its piece. They are located on the path, and the integrals are taken between them, by
+adaptive quadrature, never on the grid of the poses.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.measures.quadrature import Chart, integrate
+from mechdae.analysis.moving import Moving
+from mechdae.analysis.statics import Statics
+from mechdae.describe.tasks import Reactions
+from mechdae.errors import InputError
+
+SAMPLES = 512
+"""Places at which kinks are looked for, at least."""
+HALVINGS = 60
+OVERFLOW = 64
+"""Kinks in one sample that are located."""
+
+
+def cycle(
+    statics: Statics, moving: Moving, answer: Any, task: Reactions
+) -> tuple[dict[str, Any], list[str]]:
+    """Return the figures of a cycle and sentences on what is wrong with it.
+
+    Raises
+    ------
+    InputError
+        The task has no path to integrate along.
+    """
+    places = moving.run.places
+    low, high = float(np.min(places)), float(np.max(places))
+    setting = moving.setting
+    if type(moving.run.path).__name__ != "Path" or low == high:
+        raise InputError("a cycle needs one driver that moves over an interval", where="cycle")
+    if moving.by_value and setting.plan.acceleration.any():
+        raise InputError("a cycle needs a driver of constant speed", where="driver.acceleration")
+    if not answer.there[[0, -1]].all():
+        text = "the mean powers of the cycle have no value: the motion does not go all the way"
+        return {}, [text]
+    state = State(statics, moving)
+    coupled = answer.whole is not answer.free
+    grid = np.linspace(low, high, max(SAMPLES + 1, 2 * len(places)))
+    kinks, arcs = kinks_of(state, grid)
+    figures: dict[str, Any] = {
+        "jammed_arcs": arcs["jammed"], "self_locking_arcs": arcs["locking"], "kinks": kinks
+    }  # fmt: skip
+    faults = []
+    if arcs["jammed"]:
+        spans = ", ".join(f"{a:.6g} to {b:.6g}" for a, b in arcs["jammed"])
+        c = setting.plan.coordinates[setting.plan.lead].text
+        faults.append(f"the cycle has no mean powers: jammed for {c} from {spans}")
+    panels = [low, *[k for k in kinks if low < k < high], high]
+    charts = [Chart(a, b) for a, b in itertools.pairwise(panels) if b > a]
+    count = len(statics.balance.joints)
+
+    def powers(s: Any) -> Any:
+        return state.powers(s, coupled and not arcs["jammed"])
+
+    def size(found: Any) -> Any:
+        return np.full(len(found), np.abs(found).max(initial=0.0))
+
+    total, error = integrate(powers, charts, size)
+    mean = total / (high - low)
+    figures |= _figures(statics, mean, count, task, coupled, bool(arcs["jammed"]))
+    largest = np.abs(total).max(initial=0.0)
+    figures["quadrature_error"] = float(error.max(initial=0.0) / largest) if largest else 0.0
+    return figures, faults
+
+
+def _figures(
+    statics: Statics, mean: Any, count: int, task: Reactions, coupled: bool, jammed: bool
+) -> dict[str, Any]:
+    free, whole = mean[0], mean[1]
+    lost_free, lost = mean[2 : 2 + count], mean[2 + count :]
+    names = statics.balance.joints
+    lossy = {statics.balance.feedbacks[k].joint for k in statics.balance.active}
+    rows = [k for k, name in enumerate(names) if name in lossy]
+    figures: dict[str, Any] = {}
+    drives = bool(free >= 0)
+    estimate = float(lost_free.sum())
+    power = abs(float(free))
+    if rows and power:
+        figures["efficiency_formula_10"] = (power - estimate) / power
+        ratio = power / (power + estimate) if drives else (power - estimate) / power
+        figures["efficiency_uncoupled"] = ratio
+        figures["loss_uncoupled"] = estimate
+        figures["loss_by_joint_uncoupled"] = {names[k]: float(lost_free[k]) for k in rows}
+    if jammed:
+        return figures
+    if not coupled:
+        lost, whole = lost_free, free
+        loss = estimate if rows else 0.0
+        figures |= {"useful": power, "loss": loss, "input": power}
+        if rows:
+            figures["efficiency"] = figures["efficiency_formula_10"]
+            figures["loss_by_joint"] = figures["loss_by_joint_uncoupled"]
+        return figures
+    loss = float(lost.sum())
+    figures["loss"] = loss
+    figures["loss_by_joint"] = {names[k]: float(lost[k]) for k in rows}
+    if drives:
+        figures |= {"useful": power, "input": float(whole)}
+        if whole > 0:
+            figures["efficiency"] = power / float(whole)
+    else:
+        figures |= {"useful": -float(whole), "input": power}
+        figures["efficiency"] = -float(whole) / power
+    return figures
+
+
+class State:
+    """What decides which formula holds at a place of the path: signs, pieces, solutions."""
+
+    def __init__(self, statics: Statics, moving: Moving) -> None:
+        self.statics, self.moving = statics, moving
+        self.coupled = statics.task.friction == "coupled" and statics.frictional
+
+    def solved(self, s: Any) -> tuple[list[Any], Any, Any, Any]:
+        """Return inputs, sizes without and with friction, and which places have none."""
+        motion = self.moving.at(s)
+        statics = self.statics
+        inputs = statics.inputs(motion)
+        quiet, sizes, good = statics.sizes(inputs)
+        jammed = np.zeros(len(s), bool)
+        if self.coupled:
+            there = np.isfinite(motion.a).all(axis=1)
+            for k in np.flatnonzero(there & ~good):
+                one = [array[k : k + 1] if array.ndim == 2 else array for array in inputs]
+                own = statics.branches.at(one)
+                jammed[k] = len(own.sizes) == 0
+                chosen = own.connected if own.connected is not None else 0
+                sizes[k] = np.nan if jammed[k] else own.sizes[chosen]
+        return inputs, quiet, sizes, jammed
+
+    def signature(self, s: Any) -> Any:
+        """Return whole numbers that change where a formula does, (n, k).
+
+        The first two tell whether a pose is jammed, and whether it locks itself: loads drive
+        it, and the driver has to push nevertheless.
+        """
+        inputs, quiet, sizes, jammed = self.solved(s)
+        statics = self.statics
+        whole = (
+            statics.loaded(inputs, sizes)
+            if self.coupled
+            else statics.loaded(inputs, quiet, friction=False)
+        )
+        with np.errstate(invalid="ignore"):
+            locking = (whole.powers[:, 1] > 0) & (whole.powers[:, 0] >= 0) & ~jammed
+        columns = [jammed[:, None] * 1, locking[:, None] * 1, inputs[5].astype(int)]
+        if statics.tables:
+            columns.append(self._cells(inputs[4]))
+        if self.coupled:
+            columns.append(statics.pieces(inputs, sizes, jammed))
+        return np.hstack(columns)
+
+    def _cells(self, pieces: Any) -> Any:
+        """Return numbers that tell the pieces of tables apart, exactly: their bits."""
+        starts = np.ascontiguousarray(pieces[:, 0::3])
+        return starts.view(np.int64)
+
+    def powers(self, s: Any, coupled: bool) -> Any:
+        """Return powers at places: driver without friction, with it, losses of both."""
+        inputs, quiet, sizes, _ = self.solved(s)
+        free = self.statics.loaded(inputs, quiet, friction=False)
+        whole = self.statics.loaded(inputs, sizes) if coupled else free
+        return np.hstack([free.powers[:, :1], whole.powers[:, :1], free.losses, whole.losses])
+
+
+def kinks_of(state: State, grid: Any) -> tuple[list[float], dict[str, list[list[float]]]]:
+    """Return the places where a formula changes, and the jammed and self-locking arcs."""
+    found = state.signature(grid)
+    intervals: list[tuple[float, float, Any, Any]] = []
+    for k in np.flatnonzero((found[1:] != found[:-1]).any(axis=1)):
+        intervals.append((grid[k], grid[k + 1], found[k], found[k + 1]))
+    kinks: list[tuple[float, Any, Any]] = []
+    for _ in range(HALVINGS):
+        if not intervals:
+            break
+        middles = np.array([(a + b) / 2 for a, b, _, _ in intervals])
+        signs = state.signature(middles)
+        following = []
+        for (a, b, left, right), middle, own in zip(intervals, middles, signs, strict=True):
+            if middle in (a, b) or b - a <= 4e-16 * max(abs(a), abs(b)):
+                kinks.append((b, left, right))
+                continue
+            if (own != left).any():
+                following.append((a, middle, left, own))
+            if (own != right).any():
+                following.append((middle, b, own, right))
+        intervals = following[: len(grid) // 2]
+    kinks += [(b, left, right) for _, b, left, right in intervals]
+    kinks.sort(key=lambda kink: kink[0])
+    arcs = {
+        name: _arcs(column, found, kinks, float(grid[0]), float(grid[-1]))
+        for column, name in enumerate(("jammed", "locking"))
+    }
+    return _distinct([float(place) for place, _, _ in kinks]), arcs
+
+
+def _distinct(places: list[float]) -> list[float]:
+    """Return sorted places without repetitions within rounding."""
+    kept: list[float] = []
+    for place in places:
+        if not kept or place - kept[-1] > 1e-13 * max(abs(place), 1.0):
+            kept.append(place)
+    return kept
+
+
+def _arcs(
+    column: int, found: Any, kinks: list[tuple[float, Any, Any]], low: float, high: float
+) -> list[list[float]]:
+    """Return the intervals in which one flag of the signature is set."""
+    arcs: list[list[float]] = []
+    start = low if found[0, column] else None
+    for place, left, right in kinks:
+        if right[column] and not left[column] and start is None:
+            start = place
+        elif left[column] and not right[column] and start is not None:
+            arcs.append([start, place])
+            start = None
+    if start is not None:
+        arcs.append([start, high])
+    return [arc for arc in arcs if arc[1] > arc[0]]

@@ -1,0 +1,387 @@
+"""Forces at poses: signs, table pieces, sizes of friction, reactions, efforts, powers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.branches import Branches
+from mechdae.analysis.evaluate import Evaluator
+from mechdae.analysis.numbers import mechanism_scale
+from mechdae.describe.tasks import Reactions
+from mechdae.kernels.balance import Balance
+from mechdae.kernels.batch import Batch
+from mechdae.kernels.extended import LONG, evaluate
+from mechdae.kernels.straight import straight
+from mechdae.model.friction import Laws
+from mechdae.model.loads import Loads
+from mechdae.model.meshes import KINDS, Mesh
+from mechdae.model.reduction import Scene
+
+SOLVED = 1e-12
+"""Left-over of the sizes of friction, relative to them, that counts as solved."""
+UNIQUE = 0.98
+"""Contraction below which the solution is the only one."""
+REAL = 1e-8
+"""Share of the speeds by which the teeth of a real pair of wheels may leave each other."""
+DOUBTFUL = 1e-13
+"""Share of all speeds below which the sign of a sliding speed is settled in 80-bit floats."""
+STANDING = 1e-9
+"""Share of all accelerations below which bodies do not move against each other at all."""
+
+
+@dataclass
+class Motion:
+    """Poses to be loaded: coordinates of the scene with their rates, rows are poses.
+
+    ``q``, ``v``, ``a`` (n, nc), ``t`` (n,) or None for a task without time; ``x``, ``u`` and
+    ``rates`` are unknowns, drivers and the drivers' rates, from which signs are settled.
+    """
+
+    q: Any
+    v: Any
+    a: Any
+    t: Any
+    x: Any
+    u: Any
+    rates: tuple[Any, ...]
+
+    def rows(self, chosen: Any) -> Motion:
+        """Return some of the poses."""
+        t = None if self.t is None else self.t[chosen]
+        rates = tuple(rate[chosen] for rate in self.rates)
+        return Motion(
+            self.q[chosen], self.v[chosen], self.a[chosen], t, self.x[chosen], self.u[chosen], rates
+        )
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+
+@dataclass
+class Loaded:
+    """What acts at poses, friction in it or left out.
+
+    Attributes
+    ----------
+    reactions : (n, joints, 3) array
+        Force and moment about the second body's point, on the second body [N, N m].
+    efforts : (n, drivers) array
+    losses : (n, joints) array
+        Power lost [W].
+    powers : (n, 4) array
+        Of the drivers, of the loads, rate of the kinetic energy [W], kinetic energy [J].
+    normals : (n, guides) array
+    imbalance : (n,) array
+        What is left of the balance of the bodies, relative to the forces in it.
+    """
+
+    reactions: Any
+    efforts: Any
+    losses: Any
+    powers: Any
+    normals: Any
+    imbalance: Any
+
+
+class Statics:
+    """The balance of forces of a scene as arrays over poses.
+
+    Parameters
+    ----------
+    scene, evaluator
+        Of the kinematics.
+    task
+        Which friction, and which end drives.
+    motion
+        Poses that tell real pairs of wheels from mere ratios of angles.
+    turned
+        Whether resistances push along the motion.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        evaluator: Evaluator,
+        task: Reactions,
+        motion: Motion,
+        turned: bool = False,
+    ) -> None:
+        self.scene, self.evaluator, self.task = scene, evaluator, task
+        model = scene.model
+        self.loads = Loads(model, turned)
+        self.meshes = _meshes(scene, motion)
+        self.laws = Laws(model, self.meshes, task.friction_radius, task.friction != "none")
+        self.balance = Balance(scene, self.loads, self.laws, self.meshes)
+        self.assumptions = [*self.laws.assumptions, *self._about_meshes()]
+        self.tables = [np.array(signal.load.points) for signal in self.loads.signals]
+        self.p = model.p_values
+        self.length = mechanism_scale(model.mechanism)
+
+    @property
+    def frictional(self) -> bool:
+        """Whether any joint has friction."""
+        return bool(self.balance.active)
+
+    def _about_meshes(self) -> list[str]:
+        found = []
+        for name, mesh in self.meshes.items():
+            if mesh.column is None:
+                why = (
+                    "a belt without radius" if mesh.ends.joint.kind == "belt" else "no real wheels"
+                )
+                found.append(f"joint {name}: {why}, its torque is passed on and loads no bearing")
+        return found
+
+    # -- functions -------------------------------------------------------------------------
+
+    def _batch(self, function: Any) -> Batch:
+        shared = self.balance.shared
+        return Batch(function, shared, straight=lambda: straight(function, shared))
+
+    @cached_property
+    def _slipping(self) -> Batch:
+        return Batch(self.balance.slipping, [3])
+
+    @cached_property
+    def _solve(self) -> Batch:
+        return self._batch(self.balance.solve)
+
+    @cached_property
+    def _whole(self) -> Batch:
+        return self._batch(self.balance.report())
+
+    @cached_property
+    def _free(self) -> Batch:
+        return self._batch(self.balance.report(friction=False))
+
+    @cached_property
+    def _static(self) -> Batch:
+        return self._batch(self.balance.report(friction=False, base="static"))
+
+    @cached_property
+    def branches(self) -> Branches:
+        """All solutions of poses where there may be none or several."""
+        return Branches(self.balance, self.p)
+
+    # -- inputs ----------------------------------------------------------------------------
+
+    def inputs(self, motion: Motion, factor: float = 1.0) -> list[Any]:
+        """Return the arrays that the functions of the balance take, sizes left out."""
+        n = len(motion)
+        t = np.zeros((n, 1)) if motion.t is None else np.reshape(motion.t, (n, 1))
+        pieces = self._pieces(motion)
+        signs = self.signs(motion)
+        return [motion.q, motion.v, motion.a, t, pieces, signs, self.p, np.array([factor])]
+
+    @cached_property
+    def _abscissae(self) -> Batch:
+        at = [signal.at for signal in self.loads.signals]
+        inputs = [self.balance.inputs[0], self.scene.model.p]
+        return Batch(ca.Function("at", inputs, [ca.vertcat(*at)]), [1])
+
+    def _pieces(self, motion: Motion) -> Any:
+        """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
+        n = len(motion)
+        if not self.tables:
+            return np.zeros((n, 0))
+        at = self._abscissae(motion.q, self.p)[0]
+        columns = []
+        for k, table in enumerate(self.tables):
+            columns += self._piece(k, table, at[:, k])
+        return np.stack(columns, axis=1)
+
+    def _piece(self, k: int, table: Any, at: Any) -> list[Any]:
+        X, Y = table.T
+        inside = at
+        if self.loads.signals[k].load.periodic:
+            inside = X[0] + np.mod(at - X[0], X[-1] - X[0])
+        place = np.clip(np.searchsorted(X, inside, side="right") - 1, 0, len(X) - 2)
+        slope = (Y[place + 1] - Y[place]) / (X[place + 1] - X[place])
+        return [X[place] + (at - inside), Y[place], slope]
+
+    def outside(self, motion: Motion) -> dict[str, Any]:
+        """Return the poses at which a table has no value, by load."""
+        found = {}
+        if self.tables:
+            at = self._abscissae(motion.q, self.p)[0]
+            for k, table in enumerate(self.tables):
+                load = self.loads.signals[k].load
+                slack = 1e-12 * np.abs(table[:, 0]).max()
+                with np.errstate(invalid="ignore"):
+                    lost = (at[:, k] < table[0, 0] - slack) | (at[:, k] > table[-1, 0] + slack)
+                if lost.any() and not load.periodic:
+                    found[load.name] = lost
+        return found
+
+    def signs(self, motion: Motion) -> Any:
+        """Return the sign of each sliding speed, (n, slips).
+
+        Where a speed vanishes it is the sign of the coming motion; zero between bodies that do
+        not move against each other.
+        """
+        slips = self.balance.slips
+        if not slips:
+            return np.zeros((len(motion), 0))
+        speeds, rates = self._slipping(motion.q, motion.v, motion.a, self.p)
+        signs = np.sign(speeds)
+        spins, lengths = self._speeds(motion)
+        turns = np.array([slip.unit == "rad" for slip in slips])
+        size = np.where(turns, spins[:, None], lengths[:, None])
+        doubtful = np.abs(speeds) <= DOUBTFUL * size
+        rows = np.flatnonzero(doubtful.any(axis=1))
+        if rows.size:
+            exact, rough = self._settled(motion.rows(rows))
+            chosen = np.where(np.abs(exact) > rough * size[rows], np.sign(exact), 0.0)
+            spin, length = self._speeds(motion.rows(rows), 2)
+            change = np.where(turns, spin[:, None], length[:, None])
+            with np.errstate(invalid="ignore"):
+                coming = np.where(
+                    np.abs(rates[rows]) > STANDING * change, np.sign(rates[rows]), 0.0
+                )
+            chosen = np.where(chosen == 0, coming, chosen)
+            part = signs[rows]
+            part[doubtful[rows]] = chosen[doubtful[rows]]
+            signs[rows] = part
+        return signs
+
+    def _speeds(self, motion: Motion, order: int = 1) -> tuple[Any, Any]:
+        """Return the largest angular speed and speed (or rates of them) at each pose.
+
+        Those of accelerations hold the squares of speeds: what a change of speed is compared
+        with.
+        """
+        names = [self.scene.model.q_names[j][1] for j in self.balance.columns]
+        angles = np.array([name == "angle" for name in names])
+        places = np.array([name in ("x", "y") for name in names])
+        length = self.length
+        spin = np.abs(motion.v[:, angles]).max(axis=1, initial=0.0)
+        speed = np.maximum(np.abs(motion.v[:, places]).max(axis=1, initial=0.0), spin * length)
+        spin = np.maximum(spin, speed / length if length else 0.0)
+        if order == 2:
+            turn = np.abs(motion.a[:, angles]).max(axis=1, initial=0.0)
+            change = np.abs(motion.a[:, places]).max(axis=1, initial=0.0)
+            turn = np.maximum(turn, spin * spin)
+            return turn, np.maximum(change, turn * length)
+        return spin, speed
+
+    @cached_property
+    def _exactly(self) -> Any:
+        """(unknowns, drivers, rates, consts) -> sliding speeds, after a Newton step."""
+        g = self.evaluator.graphs
+        x, _, trig = g.newton(g.x, g.u)
+        parts = g.rates(x, g.u, g.driven, 1, trig)
+        scene = g.scene
+        coordinates = ca.vertcat(
+            *[scene.expression(scene.model.q[j]) for j in self.balance.columns]
+        )
+        along = ca.SX.sym("along", g.nx + g.nu)
+        rate = ca.jtimes(coordinates, ca.vertcat(scene.x, scene.u), along)
+        function = ca.Function("q", [scene.x, scene.u, scene.model.p, along], [coordinates, rate])
+        q, v = function(x, g.u, g.p, ca.vertcat(parts["v"], g.driven[0]))
+        speeds = self.balance.slipping(q, v, 0, g.p)[0]
+        inputs = [g.x, g.u, *([] if g.single else [g.driven[0]]), g.consts]
+        return (
+            ca.Function("refined", inputs[:2] + inputs[-1:], [x]),
+            ca.Function("speeds", inputs, [speeds], {"cse": True}),
+        )
+
+    def _settled(self, motion: Motion) -> tuple[Any, float]:
+        """Return sliding speeds in 80-bit floats, and what is rounding in them."""
+        refine, speeds = self._exactly
+        g = self.evaluator.graphs
+        constants = np.concatenate([self.p, np.ones(g.consts.numel() - len(self.p))])
+        consts = np.broadcast_to(constants, (len(motion), len(constants))).astype(LONG)
+        x, u = motion.x.astype(LONG), motion.u.astype(LONG)
+        with np.errstate(all="ignore"):
+            for _ in range(2):
+                if g.nx:
+                    x = evaluate(refine, [x, u, consts])
+            rates = [] if g.single else [motion.rates[0].astype(LONG)]
+            found = evaluate(speeds, [x, u, *rates, consts])
+        if g.single:  # with respect to the driver
+            found = found * motion.rates[0].astype(LONG)
+        return found.astype(float), float(64 * np.finfo(LONG).eps)
+
+    # -- solutions -------------------------------------------------------------------------
+
+    def sizes(self, inputs: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """Return sizes without and with friction, and which poses are settled by them.
+
+        Poses that are not settled may have no solution or several: see `Branches`.
+        """
+        if not self.balance.feedbacks:
+            nothing = np.zeros((len(inputs[0]), 0))
+            return nothing, nothing, np.ones(len(inputs[0]), bool)
+        free, whole, miss, contraction = self._solve(*inputs)
+        with np.errstate(invalid="ignore"):
+            good = np.all(miss <= SOLVED, axis=1) & np.all(contraction <= UNIQUE, axis=1)
+        return free, whole, good
+
+    def pieces(self, inputs: Sequence[Any], sizes: Any, jammed: Any) -> Any:
+        """Return which piece of each guide, slot and mesh is active, (n, k) whole numbers."""
+        starts, slopes = self._stages(*inputs, np.nan_to_num(sizes))
+        columns, first, second = [], 0, 0
+        for places, forms, laws in self.branches.groups:
+            rows = sum(s.stop - s.start for s in forms)
+            start = starts[:, first : first + rows]
+            slope = slopes[:, second : second + rows * len(places)]
+            slope = slope.reshape(len(start), len(places), rows)
+            value = start + np.einsum("nkr,nk->nr", slope, np.nan_to_num(sizes[:, places]))
+            for own, law in zip(forms, laws, strict=True):
+                if law == "largest":
+                    columns.append(np.where(jammed, 0, np.argmax(value[:, own], axis=1)))
+            first, second = first + rows, second + rows * len(places)
+        return np.stack(columns, axis=1) if columns else np.zeros((len(starts), 0), int)
+
+    @cached_property
+    def _stages(self) -> Batch:
+        return self._batch(self.balance.stages)
+
+    def loaded(self, inputs: Sequence[Any], sizes: Any, friction: bool = True) -> Loaded:
+        """Return what acts with the sizes of friction given."""
+        return self._read((self._whole if friction else self._free)(*inputs, sizes))
+
+    def static(self, inputs: Sequence[Any], sizes: Any) -> Loaded:
+        """Return what loads alone do, without inertia and friction."""
+        return self._read(self._static(*inputs, sizes))
+
+    def _read(self, results: list[Any]) -> Loaded:
+        reactions = results[0].reshape(len(results[0]), -1, 3)
+        imbalance = np.zeros(len(reactions))
+        if len(results) > 5:
+            count = len(self.balance.bodies)
+            size = np.maximum(results[6], np.finfo(float).tiny)
+            with np.errstate(invalid="ignore"):
+                forces = np.abs(results[5][:, : 2 * count]).max(axis=1, initial=0.0)
+                moments = np.abs(results[5][:, 2 * count :]).max(axis=1, initial=0.0)
+                imbalance = np.maximum(forces / size[:, 0], moments / size[:, 1])
+                nothing = (results[6] == 0).all(axis=1)
+            imbalance[nothing] = 0.0
+        efforts, losses, powers, normals = results[1:5]
+        return Loaded(reactions, efforts, losses, powers, normals, imbalance)
+
+
+def _meshes(scene: Scene, motion: Motion) -> dict[str, Mesh]:
+    """Return the gears, racks and belts of the scene; those that are real have a mesh force."""
+    model = scene.model
+    owners = [n for n in model.mechanism.joints if any(n in g.joints for g in scene.groups)]
+    names = [name for name in owners if model.mechanism.joints[name].kind in KINDS]
+    if not names:
+        return {}
+    tried = [Mesh(model, model.ends[name], real=False) for name in names]
+    columns = sorted(j for group in scene.groups for j in group.columns)
+    inputs = [model.q[columns], model.velocity[columns], model.p]
+    results = [ca.vertcat(*[m.closing for m in tried]), ca.vertcat(*[m.size for m in tried])]
+    closing, size = Batch(ca.Function("closing", inputs, results), [2])(
+        motion.q, motion.v, model.p_values
+    )
+    there = np.isfinite(motion.v).all(axis=1)
+    with np.errstate(invalid="ignore"):
+        real = (np.abs(closing) <= REAL * size)[there].all(axis=0)
+    return {name: Mesh(model, model.ends[name], real=bool(real[k])) for k, name in enumerate(names)}

@@ -1,0 +1,271 @@
+"""Which reactions are unique where constraints are superfluous.
+
+With N a basis of the multipliers that balance without any load (self-stress), a component w of
+a joint's reaction C lambda is unique where w C N = 0 (Wojtyra 2005; Wojtyra and Fraczek 2013).
+Matrices are equilibrated, so that the answer does not depend on units; components along axes
+may all be non-unique while a direction between them is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.statics import Motion, Statics
+from mechdae.describe.mechanism import GROUND
+from mechdae.errors import IndeterminateFrictionError
+from mechdae.kernels.batch import Batch
+from mechdae.model.wrenches import Wrench, on_body
+
+ZERO = 1e-9
+"""Share of the largest singular value below which one counts as zero."""
+MOST = 64
+"""Poses at which directions are looked for."""
+
+
+@dataclass
+class Directions:
+    """Unique directions (k, 3) of a joint's reaction in the axes of `frame`.
+
+    With ``each`` (n, k, 3) they turn in every frame and belong to the poses, world axes.
+    """
+
+    frame: str
+    directions: Any
+    angles: Any
+    each: Any = None
+
+    def values(self, reaction: Any) -> dict[str, Any]:
+        """Return directions and the reaction's values along them, for (n, 3) reactions."""
+        if self.each is not None:
+            values = np.einsum("nki,ni->nk", self.each, reaction)
+            return {"directions": self.each, "values": values, "frame": "world"}
+        c, s = np.cos(self.angles), np.sin(self.angles)
+        turned = np.stack(
+            [
+                c * reaction[:, 0] + s * reaction[:, 1],
+                c * reaction[:, 1] - s * reaction[:, 0],
+                reaction[:, 2],
+            ],
+            axis=1,
+        )
+        values = turned @ self.directions.T
+        return {"directions": self.directions, "values": values, "frame": self.frame}
+
+
+@dataclass
+class Uniqueness:
+    """What is unique.
+
+    ``whole`` (joints,) tells which reactions are unique altogether, ``joints`` has the
+    directions of those in redundant groups, ``sums`` bodies and joints whose resultant is
+    unique although the single reactions are not.
+    """
+
+    whole: Any
+    joints: dict[str, Directions]
+    sums: dict[str, list[str]]
+
+
+def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
+    """Return what is unique, None in a scene without superfluous constraints.
+
+    Raises
+    ------
+    IndeterminateFrictionError
+        A joint with friction whose normal force is not unique.
+    """
+    if not statics.scene.redundant:
+        return None
+    balance, model = statics.balance, statics.scene.model
+    there = np.flatnonzero(np.isfinite(motion.q).all(axis=1))
+    maps = _maps(statics)
+    chosen = there[np.linspace(0, len(there) - 1, min(MOST, len(there))).astype(int)]
+    if not chosen.size:
+        return None
+    matrices = maps.at(motion.q[chosen], statics.p)
+    null = [_null_space(B) for B in matrices["columns"]]
+    whole = np.ones(len(balance.joints), bool)
+    joints: dict[str, Directions] = {}
+    inside = {name for group in statics.scene.redundant for name in group.joints}
+    for k, name in enumerate(balance.joints):
+        if name not in inside:
+            continue
+        spaces = []
+        for C, N in zip(matrices[name], null, strict=True):
+            spaces.append(_unique(C, C @ N))
+        whole[k] = all(space.shape[0] == rank for space, rank in spaces)
+        joints[name] = _directions(model, balance, name, motion, chosen, [s for s, _ in spaces])
+    _check_friction(statics, matrices, null, inside)
+    sums: dict[str, list[str]] = {}
+    for body in balance.bodies:
+        own = [
+            name
+            for k, name in enumerate(balance.joints)
+            if not whole[k] and body in model.mechanism.joints[name].bodies
+        ]
+        if len(own) > 1:
+            sums[body] = own
+    return Uniqueness(whole, joints, sums)
+
+
+@dataclass
+class _Maps:
+    """Functions from q to the matrices of the balance."""
+
+    batch: Batch
+    shapes: dict[str, tuple[int, int]]
+
+    def at(self, q: Any, p: Any) -> dict[str, Any]:
+        flat = self.batch(q, p)[0]
+        result, start = {}, 0
+        for name, (rows, columns) in self.shapes.items():
+            part = flat[:, start : start + rows * columns]
+            result[name] = part.reshape(len(q), columns, rows).transpose(0, 2, 1)
+            start += rows * columns
+        return result
+
+
+def _maps(statics: Statics) -> _Maps:
+    balance, model = statics.balance, statics.scene.model
+    count = len(statics.scene.rows)
+    used = sorted(i for share in balance.shares for i in share.rows)
+    columns = []
+    for i in range(count):
+        column = balance.column[i] if i in used else {}
+        columns.append(ca.vertcat(*[column.get(j, ca.SX(0)) for j in balance.columns]))
+    parts = {"columns": ca.horzcat(*columns)}
+    for name in balance.joints:
+        joint, ends = model.mechanism.joints[name], model.ends[name]
+        body, sign = (
+            (joint.second_body, -1) if joint.second_body != GROUND else (joint.first_body, 1)
+        )
+        wrench = []
+        for i in range(count):
+            own: Wrench = balance.column[i] if i in balance.rows_of[name] else {}
+            wrench.append(sign * ca.vertcat(*on_body(model, own, body, ends.p2)))
+        parts[name] = ca.horzcat(*wrench)
+    for k in balance.active:
+        feedback = balance.feedbacks[k]
+        rows = balance.rows_of[feedback.joint]
+        form = ca.SX(feedback.forms.shape[0], count)
+        for position, place in enumerate(rows):
+            form[:, place] = feedback.forms[:, position]
+        parts[f"size {k}"] = form
+    stacked = ca.vertcat(*[ca.vec(ca.densify(part)) for part in parts.values()])
+    function = ca.Function("maps", [balance.inputs[0], model.p], [stacked])
+    return _Maps(Batch(function, [1]), {name: part.shape for name, part in parts.items()})
+
+
+def _null_space(B: Any) -> Any:
+    """Return an orthonormal basis (rows, k) of B x = 0, B equilibrated; unused rows are zero."""
+    used = np.flatnonzero(np.abs(B).max(axis=0) > 0)
+    scaled = B[:, used]
+    left = np.ones(len(scaled))
+    right = np.ones(len(used))
+    for _ in range(4):
+        left /= np.sqrt(np.abs(left[:, None] * scaled * right).max(axis=1))
+        right /= np.sqrt(np.abs(left[:, None] * scaled * right).max(axis=0))
+    balanced = left[:, None] * scaled * right
+    _, values, vectors = np.linalg.svd(balanced)
+    rank = int(np.count_nonzero(values > ZERO * values[0]))
+    basis = right[:, None] * vectors[rank:].T
+    norms = np.sqrt((basis * basis).sum(axis=0))
+    whole = np.zeros((B.shape[1], basis.shape[1]))
+    whole[used] = basis / np.where(norms > 0, norms, 1.0)
+    return whole
+
+
+def _unique(C: Any, CN: Any) -> tuple[Any, int]:
+    """Return the unique directions (k, 3) among those that a joint's reaction can have."""
+    U, values, _ = np.linalg.svd(C)
+    rank = int(np.count_nonzero(values > ZERO * max(values[0], 1e-300)))
+    able = U[:, :rank]
+    if not CN.shape[1]:
+        return _tidy(able.T), rank
+    inner = able.T @ CN
+    left, strength, _ = np.linalg.svd(inner)
+    known = int(np.count_nonzero(strength > ZERO * max(np.abs(C).max(), 1e-300)))
+    return _tidy((able @ left[:, known:]).T), rank
+
+
+def _tidy(rows: Any) -> Any:
+    """Return the same directions with a leading positive entry, axes where they span a plane."""
+    if not len(rows):
+        return rows.reshape(0, 3)
+    rows = rows.copy()
+    place = 0
+    for column in range(3):  # reduced row echelon form, then normalised
+        if place == len(rows):
+            break
+        pivot = place + int(np.argmax(np.abs(rows[place:, column])))
+        if abs(rows[pivot, column]) < 1e-7:
+            continue
+        rows[[place, pivot]] = rows[[pivot, place]]
+        rows[place] /= rows[place, column]
+        for other in range(len(rows)):
+            if other != place:
+                rows[other] -= rows[other, column] * rows[place]
+        place += 1
+    rows[np.abs(rows) < 1e-15] = 0.0
+    return rows / np.sqrt((rows * rows).sum(axis=1))[:, None]
+
+
+def _directions(
+    model: Any, balance: Any, name: str, motion: Motion, chosen: Any, spaces: list[Any]
+) -> Directions:
+    joint = model.mechanism.joints[name]
+    nothing = np.zeros(len(motion))
+    for frame in ("world", joint.second_body, joint.first_body):
+        angles = nothing
+        if frame in model.mechanism.bodies:
+            angles = motion.q[:, balance.columns.index(model.places[frame, "angle"])]
+        elif frame != "world":
+            continue
+        turned = [
+            _tidy(np.hstack([_rotated(space[:, :2], -angles[k]), space[:, 2:]]))
+            for space, k in zip(spaces, chosen, strict=True)
+        ]
+        shapes = {space.shape for space in turned}
+        if len(shapes) == 1 and all(
+            np.abs(_projector(space) - _projector(turned[0])).max(initial=0.0) < 1e-8
+            for space in turned
+        ):
+            return Directions(frame, turned[0], angles)
+    return Directions("world", spaces[0][:0], nothing)
+
+
+def _projector(space: Any) -> Any:
+    if not len(space):
+        return np.zeros((3, 3))
+    basis = np.linalg.qr(space.T)[0]
+    return basis @ basis.T
+
+
+def _rotated(vectors: Any, angle: float) -> Any:
+    c, s = np.cos(angle), np.sin(angle)
+    return vectors @ np.array([[c, s], [-s, c]])
+
+
+def _check_friction(statics: Statics, matrices: Any, null: list[Any], inside: set[str]) -> None:
+    balance = statics.balance
+    guilty = []
+    for k in balance.active:
+        name = balance.feedbacks[k].joint
+        if name not in inside:
+            continue
+        for form, N in zip(matrices[f"size {k}"], null, strict=True):
+            if np.abs(form @ N).max(initial=0.0) > ZERO * max(np.abs(form).max(), 1e-300):
+                guilty.append(name)
+                break
+    if guilty:
+        names = ", ".join(dict.fromkeys(guilty))
+        raise IndeterminateFrictionError(
+            f"friction in joints {names} needs normal forces that are not unique: constraints "
+            f"are superfluous",
+            where=f"joints.{guilty[0]}.friction",
+            hint="take superfluous joints away, or leave friction out of those joints",
+        )

@@ -1,0 +1,512 @@
+"""The balance of forces as casadi functions, group by group from the last one to the driver.
+
+    M qdd + h + B lambda = Q + D m,    m_j = size_j(lambda)
+
+with the multipliers lambda of the joints' and drivers' rows and the sizes m of forces that
+follow from them: friction, the force that pushes teeth apart. A joint acts on the bodies of
+its own group and of earlier ones, so that the groups are solved in reverse order, each with
+its own multipliers as unknowns, as the kinetostatics of Assur groups has it (Artobolevsky,
+Theory of Mechanisms and Machines, 1988, ch. 13). Inside a group variables with constant
+pivots are eliminated; what is left is as small as in kinematics.
+
+Within a group lambda = L + S m is affine in its own sizes; Newton's method for m converges in
+a few steps, and sum |dsize/dm| < 1 proves that there is no other solution (Banach).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.mechanism import GROUND
+from mechdae.kernels.blocks import inverse, left_inverse
+from mechdae.model.friction import Feedback, Laws, Slip
+from mechdae.model.inertia import inertia, kinetic_energy
+from mechdae.model.loads import Loads
+from mechdae.model.meshes import Mesh
+from mechdae.model.reduction import Scene, eliminate, split
+from mechdae.model.structure import Group
+from mechdae.model.wrenches import Wrench, add, on_body, times
+
+SX = ca.SX
+NEWTON = 5
+"""Steps of Newton's method for the sizes of a group, from their values without friction."""
+OPTIONS = {"cse": True}
+
+
+@dataclass
+class Share:
+    """A group in the balance: its rows and columns, the solver, its own feedbacks.
+
+    ``feedbacks`` are places in `Balance.feedbacks`; ``forms`` says which rows of the stacked
+    linear forms belong to each of them.
+    """
+
+    group: Group
+    rows: list[int]
+    columns: list[int]
+    solve: Any
+    feedbacks: list[int]
+    forms: list[slice]
+
+
+class Balance:
+    """Functions of the balance of a scene.
+
+    Parameters
+    ----------
+    scene
+        Groups and rows.
+    loads, laws, meshes
+        What acts. Laws without friction build no friction.
+
+    Attributes
+    ----------
+    columns : list of int
+        Positions in q of the scene's coordinates, in the order of the inputs q, v, a.
+    slips : list of Slip
+        Speeds whose signs are inputs, those of friction first.
+    feedbacks : list of Feedback
+    joints : list of str
+        Joints of the scene in declared order.
+    """
+
+    def __init__(self, scene: Scene, loads: Loads, laws: Laws, meshes: dict[str, Mesh]) -> None:
+        self.scene, self.model, self.loads, self.laws = scene, scene.model, loads, laws
+        self.meshes = meshes
+        self.columns = sorted(j for group in scene.groups for j in group.columns)
+        owners = {name for group in scene.groups for name in group.joints}
+        self.joints = [name for name in self.model.mechanism.joints if name in owners]
+        self.bodies = [name for group in scene.groups for name in group.bodies]
+        self.rows_of: dict[str, list[int]] = {}
+        for group in scene.groups:
+            for i in group.rows:
+                if not scene.rows[i].driver:
+                    self.rows_of.setdefault(scene.rows[i].owner, []).append(i)
+        self.feedbacks: list[Feedback] = []
+        self._of_joint: dict[str, list[int]] = {}
+        for name in self.joints:
+            own = laws.of(name)
+            places = range(len(self.feedbacks), len(self.feedbacks) + len(own))
+            self._of_joint[name] = list(places)
+            self.feedbacks += own
+        self.slips: list[Slip] = [*laws.slips, *loads.slips]
+        self._make_columns()
+        self.shares = [self._share(group) for group in reversed(scene.groups)]
+        q, v, a = self.model.q, self.model.velocity, self.model.acceleration
+        self.signs = ca.vertcat(*[slip.sign for slip in self.slips]) if self.slips else SX(0, 1)
+        pieces = [signal.piece for signal in loads.signals]
+        self.pieces = ca.vertcat(*pieces) if pieces else SX(0, 1)
+        self.sizes = SX.sym("m", len(self.feedbacks))
+        self.inputs = [
+            q[self.columns], v[self.columns], a[self.columns], loads.time, self.pieces, self.signs,
+            self.model.p, laws.factor,
+        ]  # fmt: skip
+        self.shared = [6, 7]
+        """Inputs with one value for all poses: p, factor."""
+        self.inertia = inertia(self.model)
+        self.applied = add(loads.total, *[mesh.steady for mesh in meshes.values()])
+
+    @property
+    def active(self) -> list[int]:
+        """Places of the feedbacks that are friction."""
+        return [j for j, feedback in enumerate(self.feedbacks) if feedback.friction]
+
+    def _make_columns(self) -> None:
+        rows = self.scene.rows
+        phi = ca.vertcat(*[row.expression for row in rows])
+        gradient = ca.jacobian(phi, self.model.q)
+        self.column: list[Wrench] = [{} for _ in rows]
+        triplet = zip(*gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True)
+        for i, j, entry in triplet:
+            self.column[i][j] = entry
+        for name, mesh in self.meshes.items():
+            if mesh.column is not None:
+                for i in self.rows_of.get(name, []):
+                    self.column[i] = mesh.column
+
+    # -- one group ---------------------------------------------------------------------------
+
+    def _share(self, group: Group) -> Share:
+        rows, columns = list(group.rows), list(group.columns)
+        place = {j: k for k, j in enumerate(columns)}
+        own, forms, start = [], [], 0
+        for name in group.joints:
+            for k in self._of_joint.get(name, []):
+                own.append(k)
+                count = self.feedbacks[k].forms.shape[0]
+                forms.append(slice(start, start + count))
+                start += count
+        push = SX.sym("push", len(columns))
+        lam = [SX.sym(f"lam{i}") for i in rows]
+        balance = [-push[k] for k in range(len(columns))]
+        for i, symbol in zip(rows, lam, strict=True):
+            for j, entry in self.column[i].items():
+                if j in place:
+                    balance[place[j]] += entry * symbol
+        solved = _solution(balance, lam)
+        held = [s for s in ca.symvar(ca.vertcat(*balance)) if not _among(s, [*lam, push])]
+        at = ca.vertcat(*held) if held else SX(0, 1)
+        function = ca.Function("solve", [at, push], [solved])
+        return Share(group, rows, columns, lambda value: function(at, value), own, forms)
+
+    def _forms(self, share: Share, lam: dict[int, Any], k: int) -> Any:
+        """Return the linear forms of a feedback for multipliers by row."""
+        feedback = self.feedbacks[k]
+        own = ca.vertcat(*[lam.get(i, SX(0)) for i in self.rows_of[feedback.joint]])
+        return feedback.forms @ own
+
+    # -- all groups ----------------------------------------------------------------------------
+
+    def chain(self, base: Wrench, used: list[int], sizes: Any = None, steps: int = 0) -> Chain:
+        """Return the multipliers under a generalised force `base`.
+
+        Parameters
+        ----------
+        used
+            Feedbacks that act.
+        sizes
+            Their sizes (all feedbacks, others are not read); None: solved for with `steps` of
+            Newton's method.
+        """
+        left = dict(base)
+        lam: dict[int, Any] = {}
+        found = SX.zeros(len(self.feedbacks))
+        result = Chain(lam, found)
+        for share in self.shares:
+            push = ca.vertcat(*[left.get(j, SX(0)) for j in share.columns])
+            free = share.solve(push)
+            value = dict(zip(share.rows, ca.vertsplit(free), strict=True)) if share.rows else {}
+            own = [k for k in share.feedbacks if k in used]
+            if own:
+                effects = []
+                for k in own:
+                    column = self.feedbacks[k].column
+                    effect = share.solve(ca.vertcat(*[column.get(j, SX(0)) for j in share.columns]))
+                    effects.append(dict(zip(share.rows, ca.vertsplit(effect), strict=True)))
+                start = [self._forms(share, value, k) for k in own]
+                slope = [[self._forms(share, effect, k) for effect in effects] for k in own]
+                result.start[share.group.index] = (own, start, slope)
+                laws = [self.feedbacks[k].law for k in own]
+                if sizes is None:
+                    m = _newton(laws, start, slope, steps)
+                    result.misses.append(_miss(laws, start, slope, m))
+                    result.contractions.append(_contraction(laws, start, slope))
+                else:
+                    m = [sizes[k] for k in own]
+                for k, size in zip(own, m, strict=True):
+                    found[k] = size
+                for i in share.rows:
+                    for effect, size in zip(effects, m, strict=True):
+                        value[i] = value[i] + effect[i] * size
+                for k, size in zip(own, m, strict=True):
+                    left = add(left, times(size, self.feedbacks[k].column))
+            lam.update(value)
+            for i in share.rows:
+                left = add(left, times(-value[i], self.column[i]))
+        return result
+
+    @property
+    def base(self) -> Wrench:
+        """Loads less inertia."""
+        return add(self.applied, times(-1, self.inertia))
+
+    # -- functions ---------------------------------------------------------------------------
+
+    @cached_property
+    def slipping(self) -> Any:
+        """(q, v, a, p) -> relative speeds and their rates in time."""
+        q, v, a = self.model.q, self.model.velocity, self.model.acceleration
+        speeds = ca.vertcat(*[slip.speed for slip in self.slips]) if self.slips else SX(0, 1)
+        rates = ca.jtimes(speeds, ca.vertcat(q, v), ca.vertcat(v, a))
+        inputs = [*self.inputs[:3], self.model.p]
+        return ca.Function("slipping", inputs, [ca.densify(speeds), ca.densify(rates)], OPTIONS)
+
+    @cached_property
+    def solve(self) -> Any:
+        """Sizes of the feedbacks without and with friction, and whether they can be trusted.
+
+        (inputs) -> m without friction (its own law at those reactions), m with it, the
+        largest left-over of each group relative to its sizes, contraction of each group.
+        """
+        quiet = [k for k in range(len(self.feedbacks)) if k not in self.active]
+        free = self.chain(self.base, quiet, steps=1)
+        whole = self.chain(self.base, list(range(len(self.feedbacks))), steps=NEWTON)
+        law = SX(free.sizes)
+        for share in self.shares:
+            for k in share.feedbacks:
+                if k in self.active:
+                    law[k] = size_of(self.feedbacks[k].law, self._forms(share, free.lam, k))
+        results = [law, whole.sizes, _column(whole.misses), _column(whole.contractions)]
+        return ca.Function("solve", self.inputs, [ca.densify(r) for r in results], OPTIONS)
+
+    @cached_property
+    def stages(self) -> Any:
+        """(inputs, m) -> linear forms of each group without its own sizes, and their slopes.
+
+        Forms are stacked in the order of `self.shares`, slopes column by column.
+        """
+        used = list(range(len(self.feedbacks)))
+        chain = self.chain(self.base, used, sizes=self.sizes)
+        starts, slopes = [], []
+        for share in self.shares:
+            own, start, slope = chain.start.get(share.group.index, ([], [], []))
+            starts += start
+            for j in range(len(own)):
+                slopes += [slope[i][j] for i in range(len(own))]
+        results = [_column(starts), _column(slopes)]
+        inputs = [*self.inputs, self.sizes]
+        return ca.Function("stages", inputs, [ca.densify(r) for r in results], OPTIONS)
+
+    def report(self, friction: bool = True, base: str = "all") -> Any:
+        """Return the function of what is reported with sizes given.
+
+        (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (joints,), powers (4,):
+        drivers, loads, kinetic energy's rate, pretension; kinetic energy, multipliers' normal
+        forms, balance of bodies (3 bodies,) and its size.
+        """
+        wrench = {
+            "all": self.base, "static": self.applied, "inertial": times(-1, self.inertia)
+        }[base]  # fmt: skip
+        used = [k for k in range(len(self.feedbacks)) if friction or k not in self.active]
+        chain = self.chain(wrench, used, sizes=self.sizes)
+        reactions: list[Any] = []
+        for name in self.joints:
+            reactions += self._reaction(name, chain.lam, used)
+        efforts = {row.owner: -chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver}
+        losses = [self._loss(name) for name in self.joints]
+        results = [_column(reactions), _column(list(efforts.values())), _column(losses)]
+        results += [_column(self._powers(efforts)), _column(self._normals(chain.lam))]
+        if base == "all":
+            balance, size = self._imbalance(reactions, efforts, chain.lam, used)
+            results += [_column(balance), size]
+        inputs = [*self.inputs, self.sizes]
+        return ca.Function("report", inputs, [ca.densify(r) for r in results], OPTIONS)
+
+    def _of(self, name: str, lam: dict[int, Any], used: list[int]) -> Wrench:
+        """Return the generalised force of a joint, friction included."""
+        parts = [times(-lam[i], self.column[i]) for i in self.rows_of[name]]
+        own = [k for k in self._of_joint[name] if k in used]
+        parts += [times(self.sizes[k], self.feedbacks[k].column) for k in own]
+        if name in self.meshes:
+            parts.append(self.meshes[name].steady)
+        return add(*parts)
+
+    def _reaction(self, name: str, lam: dict[int, Any], used: list[int]) -> list[Any]:
+        """Return force and moment about the second body's point, on the second body."""
+        joint, ends = self.model.mechanism.joints[name], self.model.ends[name]
+        wrench = self._of(name, lam, used)
+        if joint.second_body == GROUND:
+            return [-part for part in on_body(self.model, wrench, joint.first_body, ends.p2)]
+        return list(on_body(self.model, wrench, joint.second_body, ends.p2))
+
+    def _loss(self, name: str) -> Any:
+        own = [k for k in self._of_joint[name] if self.feedbacks[k].friction]
+        return sum((self.feedbacks[k].rate * self.sizes[k] for k in own), SX(0))
+
+    def _powers(self, efforts: dict[str, Any]) -> list[Any]:
+        v, q = self.model.velocity, self.model.q
+        speeds = {c.text: ca.jtimes(self.model.coordinate(c), q, v) for c in self.scene.drivers}
+        driven = sum((efforts[name] * speeds[name] for name in efforts), SX(0))
+        loads = sum((force * v[i] for i, force in self.loads.total.items()), SX(0))
+        energy, rate = kinetic_energy(self.model)
+        return [driven, loads, rate, energy]
+
+    def _normals(self, lam: dict[int, Any]) -> list[Any]:
+        """Return the normal force of guides and slots, + along the left normal."""
+        rows = self.scene.rows
+        return [-lam[i] for name in self.guides for i in self.rows_of[name] if rows[i].part == "n"]
+
+    @property
+    def guides(self) -> list[str]:
+        """Joints with a normal force, in the order of the reported ones."""
+        kinds = ("prismatic", "pin-in-slot")
+        return [n for n in self.joints if self.model.mechanism.joints[n].kind in kinds]
+
+    def _imbalance(
+        self, reactions: list[Any], efforts: dict[str, Any], lam: dict[int, Any], used: list[int]
+    ) -> tuple[list[Any], Any]:
+        """Return what is left of the balance of each body, from the reported reactions."""
+        model = self.model
+        parts = [times(-1, self.inertia), self.loads.total]
+        for c in self.scene.drivers:
+            gradient = ca.jacobian(model.coordinate(c), model.q)
+            places = gradient.sparsity().get_triplet()[1]
+            entries = zip(places, gradient.nonzeros(), strict=True)
+            parts.append({j: entry * efforts[c.text] for j, entry in entries})
+        for k, name in enumerate(self.joints):
+            joint, place = model.mechanism.joints[name], model.ends[name].p2
+            whole = self._of(name, lam, used)
+            if name in self.meshes and self.meshes[name].column is None:
+                parts.append(whole)  # a couple on three bodies
+                continue
+            fx, fy, moment = reactions[3 * k : 3 * k + 3]
+            for body, sign in ((joint.second_body, 1), (joint.first_body, -1)):
+                if body != GROUND:
+                    arm = place - model.frame(body).r
+                    x, y, turn = (model.places[body, n] for n in ("x", "y", "angle"))
+                    turned = moment + arm[0] * fy - arm[1] * fx
+                    parts.append({x: sign * fx, y: sign * fy, turn: sign * turned})
+        left = add(*parts)
+        forces, moments = [], []
+        for body in self.bodies:
+            x, y, turn = (model.places[body, n] for n in ("x", "y", "angle"))
+            forces += [left.get(x, SX(0)), left.get(y, SX(0))]
+            moments.append(left.get(turn, SX(0)))
+        size = SX(0)
+        for part in parts:
+            for j, value in part.items():
+                if model.q_names[j][1] in ("x", "y"):
+                    size = ca.fmax(size, ca.fabs(value))
+        turns = SX(0)
+        for part in parts:
+            for j, value in part.items():
+                if model.q_names[j][1] == "angle":
+                    turns = ca.fmax(turns, ca.fabs(value))
+        return [*forces, *moments], ca.vertcat(size, turns)
+
+
+class Chain:
+    """Multipliers by row and sizes of feedbacks; what the solution of the sizes looked like."""
+
+    def __init__(self, lam: dict[int, Any], sizes: Any) -> None:
+        self.lam, self.sizes = lam, sizes
+        self.start: dict[int, tuple[list[int], list[Any], list[list[Any]]]] = {}
+        self.misses: list[Any] = []
+        self.contractions: list[Any] = []
+
+
+def size_of(law: str, forms: Any) -> Any:
+    """Return the size of a feedback for the values of its forms."""
+    if law == "length":
+        return ca.sqrt(ca.sumsqr(forms))
+    values = ca.vertsplit(forms)
+    if len(values) == 2 and ca.is_equal(values[0], -values[1], 2):
+        return ca.fabs(values[0])
+    result = values[0]
+    for value in values[1:]:
+        result = ca.fmax(result, value)
+    return result
+
+
+def _gradient(law: str, forms: Any, slopes: list[Any]) -> list[Any]:
+    """Return the derivatives of a size along the slopes of its forms."""
+    if law == "length":
+        length = ca.fmax(ca.sqrt(ca.sumsqr(forms)), 1e-300)
+        return [ca.dot(forms, slope) / length for slope in slopes]
+    values = ca.vertsplit(forms)
+    best, found = values[0], [slope[0] for slope in slopes]
+    for k, value in enumerate(values[1:], start=1):
+        larger = value > best
+        found = [ca.if_else(larger, s[k], f) for s, f in zip(slopes, found, strict=True)]
+        best = ca.fmax(best, value)
+    return found
+
+
+def _forms_at(start: list[Any], slope: list[list[Any]], m: list[Any]) -> list[Any]:
+    return [
+        first + sum((s * size for s, size in zip(row, m, strict=True)), SX(0))
+        for first, row in zip(start, slope, strict=True)
+    ]
+
+
+def _newton(laws: list[str], start: list[Any], slope: list[list[Any]], steps: int) -> list[Any]:
+    """Return the sizes after some steps of Newton's method from their values at m = 0."""
+    m = [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
+    if not any(entry.nnz() and not entry.is_zero() for row in slope for entry in row):
+        return m
+    count = len(m)
+    for _ in range(steps):
+        forms = _forms_at(start, slope, m)
+        rows, left = [], []
+        for k in range(count):
+            gradient = _gradient(laws[k], forms[k], slope[k])
+            rows.append([SX(float(j == k)) - gradient[j] for j in range(count)])
+            left.append(m[k] - size_of(laws[k], forms[k]))
+        matrix = ca.vertcat(*[ca.horzcat(*row) for row in rows])
+        step = inverse(matrix)[0] @ ca.vertcat(*left)
+        m = [size - step[k] for k, size in enumerate(m)]
+    return m
+
+
+def _miss(laws: list[str], start: list[Any], slope: list[list[Any]], m: list[Any]) -> Any:
+    """Return how far sizes are from their laws, relative to the largest of them."""
+    forms = _forms_at(start, slope, m)
+    worst, size = SX(0), SX(0)
+    for law, form, own in zip(laws, forms, m, strict=True):
+        worst = ca.fmax(worst, ca.fabs(own - size_of(law, form)))
+        size = ca.fmax(size, ca.fabs(own))
+    return worst / ca.fmax(size, 1e-300)
+
+
+def _contraction(laws: list[str], start: list[Any], slope: list[list[Any]]) -> Any:
+    """Return a bound of the contraction of m -> size(L + S m); below 1 there is one solution.
+
+    In the norm max |m_j| / w_j with the positive weights w = 1 + K 1.
+    """
+    count = len(start)
+    norms = {"length": lambda entry: ca.sqrt(ca.sumsqr(entry)), "largest": _most}
+    K = [[norms[law](entry) for entry in row] for law, row in zip(laws, slope, strict=True)]
+    weights = [1 + sum(row, SX(0)) for row in K]
+    worst = SX(0)
+    for k in range(count):
+        total = sum((K[k][j] * weights[j] for j in range(count)), SX(0))
+        worst = ca.fmax(worst, total / weights[k])
+    return worst
+
+
+def _most(entry: Any) -> Any:
+    """Return the largest absolute value of a vector."""
+    result = SX(0)
+    for value in ca.vertsplit(entry):
+        result = ca.fmax(result, ca.fabs(value))
+    return result
+
+
+def _solution(balance: list[Any], lam: list[Any]) -> Any:
+    """Return the multipliers that solve linear equations, over the other symbols in them."""
+    equations = [(row, "", "") for row in balance]
+    solved, rest, left = eliminate(equations, list(lam), [])
+    values: dict[str, Any] = {}
+    if len(rest) < len(left):  # superfluous rows: the shortest of all solutions
+        A, c = _linear(rest, left)
+        found = left_inverse(A.T).T @ -c
+        values = {str(symbol): found[k] for k, symbol in enumerate(left)}
+    else:
+        for unknowns, own in split(rest, left):
+            A, c = _linear(own, unknowns)
+            known = [s for s in left if str(s) in values]
+            if known:
+                c = ca.substitute(
+                    c, ca.vertcat(*known), ca.vertcat(*[values[str(s)] for s in known])
+                )
+            found = inverse(A)[0] @ -c
+            values |= {str(symbol): found[k] for k, symbol in enumerate(unknowns)}
+    if left:
+        symbols = ca.vertcat(*left)
+        replaced = ca.vertcat(*[values[str(symbol)] for symbol in left])
+        for symbol, expression in solved:
+            values[str(symbol)] = ca.substitute(expression, symbols, replaced)
+    else:
+        values |= {str(symbol): expression for symbol, expression in solved}
+    return ca.vertcat(*[SX(values[str(symbol)]) for symbol in lam])
+
+
+def _linear(equations: list[Any], unknowns: list[Any]) -> tuple[Any, Any]:
+    """Return matrix and constant part of linear equations."""
+    rows = ca.vertcat(*[expression for expression, _, _ in equations])
+    x = ca.vertcat(*unknowns)
+    return ca.densify(ca.jacobian(rows, x)), ca.substitute(rows, x, SX.zeros(x.numel()))
+
+
+def _among(symbol: Any, groups: list[Any]) -> bool:
+    """Return whether a symbol is one of the entries."""
+    own = symbol.element_hash()
+    return any(own == entry.element_hash() for group in groups for entry in group.elements())
+
+
+def _column(items: list[Any]) -> Any:
+    return ca.vertcat(*items) if items else SX(0, 1)

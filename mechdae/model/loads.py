@@ -1,0 +1,210 @@
+"""Loads as generalised forces: Q(q, v, t, p), with the signs and table values they need.
+
+A resistance has the sign of its coordinate's speed as an input, a table the straight line of
+the piece it is on: (abscissa, value, slope).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import Coordinate, coordinate, coordinate_names
+from mechdae.describe.expression import build, names_in
+from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
+from mechdae.describe.named import TIME, split_rate
+from mechdae.errors import InputError, MechdaeError
+from mechdae.model.friction import Slip
+from mechdae.model.model import FUNCTIONS, Model
+from mechdae.model.wrenches import Wrench, add, couple, push
+
+SX = ca.SX
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A table's value at a pose: ``piece`` = (abscissa, value, slope) of the piece it is on."""
+
+    load: TableLoad
+    at: Any
+    piece: Any
+
+
+class Loads:
+    """The loads of a model in symbols.
+
+    Parameters
+    ----------
+    model
+        Symbols of the mechanism.
+    turned
+        Whether resistances push along the motion.
+
+    Attributes
+    ----------
+    wrenches : dict of Wrench
+        Generalised force by load; "gravity" too.
+    slips : list of Slip
+        Speeds whose signs are inputs.
+    signals : list of Signal
+    uses_time
+        Loads that depend on the time t.
+    """
+
+    def __init__(self, model: Model, turned: bool = False) -> None:
+        self.model, self.turned = model, turned
+        self.slips: list[Slip] = []
+        self.signals: list[Signal] = []
+        self.time = SX.sym(TIME)
+        self.uses_time: list[str] = []
+        self.wrenches: dict[str, Wrench] = {}
+        self.bodies: set[str] = set()
+        self._known: dict[str, Any] = {
+            name: model.p[i]
+            for i, name in enumerate(model.p_names)
+            if name in model.mechanism.parameters
+        }
+        self._known[TIME] = self.time
+        for name, load in model.mechanism.loads.items():
+            try:
+                self.wrenches[name] = KINDS[type(load)](self, load)
+            except MechdaeError as problem:
+                raise problem.inside(f"loads.{name}") from None
+        gravity = self._gravity()
+        if gravity:
+            self.wrenches["gravity"] = gravity
+
+    @property
+    def total(self) -> Wrench:
+        """The generalised force of all loads."""
+        return add(*self.wrenches.values())
+
+    # -- numbers and expressions -----------------------------------------------------------
+
+    def _number(self, load: Load, entry: str) -> Any:
+        """Return a number of a load: a symbol, or an expression of coordinates, speeds, t."""
+        name, _, axis = entry.partition(".")
+        value = getattr(load, name)
+        value = value["xy".index(axis)] if axis else value
+        if not isinstance(value, str):
+            return self.model.numbers[f"loads.{load.name}.{entry}"]
+        known = dict(self._known)
+        for used in names_in(value):
+            base, order = split_rate(used)
+            if used in known:
+                continue
+            if used in self.model.mechanism.outputs:
+                raise InputError(f"'{used}' is a named output, loads use coordinates", where=name)
+            if base not in coordinate_names(self.model.mechanism):
+                continue  # `build` names what is near
+            if order > 1:
+                raise InputError("loads do not depend on accelerations", where=name)
+            c = coordinate(self.model.mechanism, base)
+            known[used] = self._speed(c) if order else self.model.coordinate(c)
+            self._note(c)
+        if TIME in names_in(value):
+            self.uses_time.append(load.name)
+        return SX(build(value, known, FUNCTIONS))
+
+    def _note(self, c: Coordinate) -> None:
+        joints = self.model.mechanism.joints
+        self.bodies |= set(joints[c.part].bodies if c.part in joints else (c.part,))
+
+    def _speed(self, c: Coordinate) -> Any:
+        return ca.jtimes(self.model.coordinate(c), self.model.q, self.model.velocity)
+
+    def _on_coordinate(self, text: str, force: Any) -> Wrench:
+        """Return the generalised force of a force along a coordinate."""
+        c = coordinate(self.model.mechanism, text)
+        self._note(c)
+        gradient = ca.jacobian(self.model.coordinate(c), self.model.q)
+        columns, entries = gradient.sparsity().get_triplet()[1], gradient.nonzeros()
+        return {i: entry * force for i, entry in zip(columns, entries, strict=True)}
+
+    # -- kinds -----------------------------------------------------------------------------
+
+    def force(self, load: Force) -> Wrench:
+        body = load.point.split(".")[0]
+        self.bodies.add(body)
+        value = ca.vertcat(self._number(load, "value.x"), self._number(load, "value.y"))
+        if load.frame != "world":
+            value = self.model.frame(load.frame).direction(value)
+        return push(self.model, body, self.model.point(load.point), value)
+
+    def torque(self, load: Torque) -> Wrench:
+        self.bodies.add(load.body)
+        return couple(self.model, load.body, self._number(load, "value"))
+
+    def resistance(self, load: Resistance) -> Wrench:
+        """Against the motion: + while the coordinate falls, - while it grows."""
+        c = coordinate(self.model.mechanism, load.coordinate)
+        slip = Slip(load.name, self._speed(c), c.unit, SX.sym(f"sign_{load.name}"))
+        self.slips.append(slip)
+        falls, grows = self._number(load, "negative"), self._number(load, "positive")
+        force = ca.if_else(slip.sign < 0, falls, 0) - ca.if_else(slip.sign > 0, grows, 0)
+        return self._on_coordinate(load.coordinate, -force if self.turned else force)
+
+    def spring(self, load: Spring) -> Wrench:
+        """Tension preload + k (L - L0) + c dL/dt between two points, or on a coordinate."""
+        numbers = ("stiffness", "free_length", "preload", "damping")
+        k, free, preload, damping = (self._number(load, name) for name in numbers)
+        if load.coordinate is not None:
+            c = coordinate(self.model.mechanism, load.coordinate)
+            value, speed = self.model.coordinate(c), self._speed(c)
+            tension = preload + k * (value - free) + damping * speed
+            return self._on_coordinate(load.coordinate, -tension)
+        assert load.between is not None
+        first, second = load.between
+        gap = self.model.point(second) - self.model.point(first)
+        length = ca.sqrt(ca.sumsqr(gap))
+        speed = ca.jtimes(length, self.model.q, self.model.velocity)
+        along = gap / length * (preload + k * (length - free) + damping * speed)
+        one, other = (reference.split(".")[0] for reference in load.between)
+        self.bodies |= {one, other}
+        on_first = push(self.model, one, self.model.point(first), along)
+        return add(on_first, push(self.model, other, self.model.point(second), -along))
+
+    def table(self, load: TableLoad) -> Wrench:
+        if not load.points:
+            raise InputError(
+                "the file has not been read", where="file", hint="load the problem from its file"
+            )
+        c = coordinate(self.model.mechanism, load.coordinate)
+        self._note(c)
+        piece = SX.sym(f"piece_{load.name}", 3)
+        at = self.model.coordinate(c)
+        self.signals.append(Signal(load, at, piece))
+        start, value, slope = ca.vertsplit(piece)
+        value = self._number(load, "factor") * (value + slope * (at - start))
+        if load.body is not None:
+            self.bodies.add(load.body)
+            return couple(self.model, load.body, value)
+        assert load.along is not None
+        return self._on_coordinate(load.along, value)
+
+    def _gravity(self) -> Wrench:
+        """Return the weights of all bodies that have a mass."""
+        if self.model.mechanism.gravity is None:
+            return {}
+        g = ca.vertcat(*[self.model.numbers[f"gravity.{axis}"] for axis in "xy"])
+        parts = []
+        for body in self.model.mechanism.bodies:
+            if f"{body}.mass" in self.model.numbers:
+                frame = self.model.frame(body)
+                place = frame.point(self.model.center(body))
+                weight = self.model.numbers[f"{body}.mass"] * g
+                parts.append(push(self.model, body, place, weight))
+                self.bodies.add(body)
+        return add(*parts)
+
+
+KINDS: Mapping[type[Load], Any] = {
+    Force: Loads.force,
+    Torque: Loads.torque,
+    Resistance: Loads.resistance,
+    Spring: Loads.spring,
+    TableLoad: Loads.table,
+}

@@ -1,0 +1,86 @@
+"""Forces on bodies as generalised forces of the absolute coordinates.
+
+A generalised force is kept as {position in q: expression}: most of them touch one or two
+bodies only.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.mechanism import GROUND
+from mechdae.model.model import Model
+
+SX = ca.SX
+Wrench = dict[int, Any]
+
+
+def add(*parts: Wrench) -> Wrench:
+    """Return the sum of generalised forces."""
+    total: Wrench = {}
+    for part in parts:
+        for i, value in part.items():
+            total[i] = total[i] + value if i in total else value
+    return total
+
+
+def times(factor: Any, wrench: Wrench) -> Wrench:
+    """Return a generalised force multiplied by a number."""
+    return {i: factor * value for i, value in wrench.items()}
+
+
+def push(model: Model, body: str, place: Any, force: Any) -> Wrench:
+    """Return the generalised force of a `force` (2,) at a `place` (2,), world axes, on a body."""
+    if body == GROUND:
+        return {}
+    arm = place - model.frame(body).r
+    x, y, turn = (model.places[body, name] for name in ("x", "y", "angle"))
+    return {x: force[0], y: force[1], turn: cross(arm, force)}
+
+
+def couple(model: Model, body: str, moment: Any) -> Wrench:
+    """Return the generalised force of a couple on a body."""
+    return {} if body == GROUND else {model.places[body, "angle"]: moment}
+
+
+def pair(model: Model, first: str, second: str, place: Any, force: Any) -> Wrench:
+    """Return that of a force on the second body, and its opposite on the first, at a place."""
+    return add(push(model, second, place, force), push(model, first, place, -force))
+
+
+def couples(model: Model, first: str, second: str, moment: Any) -> Wrench:
+    """Return that of a couple on the second body, and its opposite on the first."""
+    return add(couple(model, second, moment), couple(model, first, -moment))
+
+
+def cross(a: Any, b: Any) -> Any:
+    """Return the third component of a x b."""
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def left(direction: Any) -> Any:
+    """Return a direction turned by +90 degrees."""
+    return ca.vertcat(-direction[1], direction[0])
+
+
+def on_body(model: Model, wrench: Wrench, body: str, place: Any) -> tuple[Any, Any, Any]:
+    """Return force and moment about `place` of the part of a wrench that acts on a body."""
+    x, y, turn = (wrench.get(model.places[body, name], SX(0)) for name in ("x", "y", "angle"))
+    arm = place - model.frame(body).r
+    return x, y, turn - cross(arm, (x, y))
+
+
+def velocity(model: Model, body: str, place: Any) -> Any:
+    """Return the velocity (2,) of a body's material point that is now at `place`."""
+    if body == GROUND:
+        return SX.zeros(2)
+    v = model.velocity
+    x, y, turn = (v[model.places[body, name]] for name in ("x", "y", "angle"))
+    return ca.vertcat(x, y) + turn * left(place - model.frame(body).r)
+
+
+def spin(model: Model, body: str) -> Any:
+    """Return the angular velocity of a body."""
+    return SX(0) if body == GROUND else model.velocity[model.places[body, "angle"]]
