@@ -31,8 +31,8 @@ SLACK = 1e-9
 """Share by which the chosen piece may be smaller than another one."""
 STARTS = 24
 """Starts of Newton's method where several pins act on each other."""
-STEPS = 60
-FINEST = 1e-12
+STEPS = 16
+FINEST = 1e-10
 FIRST = 1 / 16
 
 
@@ -70,13 +70,17 @@ class Branches:
                 laws = [balance.feedbacks[k].law for k in share.feedbacks]
                 self.groups.append((share.feedbacks, share.forms, laws))
 
-    def at(self, inputs: Sequence[Any], follow: bool = True) -> Found:
-        """Return the solutions at one pose; inputs are those of the balance, one row each."""
+    def at(self, inputs: Sequence[Any], critical: bool = True) -> Found:
+        """Return the solutions at one pose; inputs are those of the balance, one row each.
+
+        Without solutions the critical factor is looked for only if asked.
+        """
         solutions, proven = self._all(inputs)
-        found = Found(np.array(solutions).reshape(len(solutions), -1), proven)
+        count = len(self.balance.feedbacks)
+        found = Found(np.array(solutions).reshape(len(solutions), count), proven)
         if len(solutions) == 1:
             found.connected = 0
-        elif follow:
+        elif len(solutions) or critical:
             reached, last = self.continued(inputs)
             if last is None:
                 found.critical = reached

@@ -123,18 +123,18 @@ class State:
         self.statics, self.moving = statics, moving
         self.coupled = statics.task.friction == "coupled" and statics.frictional
 
-    def solved(self, s: Any) -> tuple[list[Any], Any, Any, Any]:
+    def solved(self, s: Any, coupled: bool = True) -> tuple[list[Any], Any, Any, Any]:
         """Return inputs, sizes without and with friction, and which places have none."""
         motion = self.moving.at(s)
         statics = self.statics
         inputs = statics.inputs(motion)
         quiet, sizes, good = statics.sizes(inputs)
         jammed = np.zeros(len(s), bool)
-        if self.coupled:
+        if self.coupled and coupled:
             there = np.isfinite(motion.a).all(axis=1)
             for k in np.flatnonzero(there & ~good):
                 one = [array[k : k + 1] if array.ndim == 2 else array for array in inputs]
-                own = statics.branches.at(one)
+                own = statics.branches.at(one, critical=False)
                 jammed[k] = len(own.sizes) == 0
                 chosen = own.connected if own.connected is not None else 0
                 sizes[k] = np.nan if jammed[k] else own.sizes[chosen]
@@ -169,7 +169,7 @@ class State:
 
     def powers(self, s: Any, coupled: bool) -> Any:
         """Return powers at places: driver without friction, with it, losses of both."""
-        inputs, quiet, sizes, _ = self.solved(s)
+        inputs, quiet, sizes, _ = self.solved(s, coupled)
         free = self.statics.loaded(inputs, quiet, friction=False)
         whole = self.statics.loaded(inputs, sizes) if coupled else free
         return np.hstack([free.powers[:, :1], whole.powers[:, :1], free.losses, whole.losses])
