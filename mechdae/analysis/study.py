@@ -174,6 +174,8 @@ class _Collector:
 
     def _in_series(self) -> bool:
         """Return whether all outputs are series of one driver over given values."""
+        if type(self.task) is not Sweep:
+            return False
         drivers = self.task.all_drivers
         plain = len(drivers) == 1 and drivers[0].law is None and drivers[0].range is None
         heads = all(path.split("/")[0] in SERIES for path in self.outputs)
