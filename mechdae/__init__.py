@@ -12,7 +12,7 @@ __version__ = "0.2.0"
 
 _HOMES = {
     "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "
-    "UnavailableError SolveError AssemblyError",
+    "UnavailableError SolveError AssemblyError IndeterminateFrictionError",
     "mechdae.describe.mechanism": "Mechanism Ground Body",
     "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt Distance Curve",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad",
@@ -21,6 +21,7 @@ _HOMES = {
     "mechdae.describe.problem": "Problem Expected load",
     "mechdae.describe.writing": "dump dumps",
     "mechdae.analysis.solve": "solve",
+    "mechdae.analysis.function": "function",
     "mechdae.results": "Result",
     "mechdae.draw": "plot",
 }

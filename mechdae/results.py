@@ -144,6 +144,8 @@ class Result:
         ``parts`` has further ones by word: uncoupled, static, inertial.
     solutions
         All solutions of the poses that have several.
+    data
+        Of a sensitivity: values, derivatives and what tolerances do, by path and name.
     unique
         Where constraints are superfluous: unique directions of a joint's reaction, the values
         along them, the frame of the directions.
@@ -176,6 +178,7 @@ class Result:
     parts: dict[str, Series] = field(default_factory=dict)
     solutions: tuple[dict[str, Any], ...] = ()
     unique: dict[str, dict[str, Any]] = field(default_factory=dict)
+    data: dict[str, Any] = field(default_factory=dict)
 
     def _parts(self) -> list[tuple[str, Series]]:
         return [(f"efforts_{word}", series) for word, series in self.parts.items()]
@@ -204,6 +207,8 @@ class Result:
             arrays = getattr(self, name)
             if arrays:
                 result[name] = {key: plain(np.asarray(array)) for key, array in arrays.items()}
+        for name, entries in self.data.items():
+            result[name] = plain(entries)
         if self.centres:
             result["centres"] = {pair: plain(array) for pair, array in self.centres.items()}
         if self.labels is not None:

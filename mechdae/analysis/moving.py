@@ -41,6 +41,14 @@ def _bodies(model: Model, name: str) -> tuple[str, ...]:
     return tuple(body for body in joint.bodies if body in model.mechanism.bodies)
 
 
+def coordinate_columns(setting: Setting) -> Any:
+    """Return the columns of a setting's outputs that are the coordinates, in the order of q."""
+    own = owners(setting.scene)
+    keys = [PREFIX + name for name in own]
+    places = [j for columns in own.values() for j in columns]
+    return np.array(setting.outputs.columns(keys), int)[np.argsort(places)]
+
+
 class Moving:
     """The motion of a run.
 
@@ -52,10 +60,7 @@ class Moving:
 
     def __init__(self, setting: Setting, run: Run) -> None:
         self.setting, self.run = setting, run
-        own = owners(setting.scene)
-        keys = [PREFIX + name for name in own]
-        places = [j for columns in own.values() for j in columns]
-        self._columns = np.array(setting.outputs.columns(keys), int)[np.argsort(places)]
+        self._columns = coordinate_columns(setting)
         plan = setting.plan
         self.by_value = plan.by_value
         self.speed = float(plan.speed[0, plan.lead]) if plan.by_value else 1.0

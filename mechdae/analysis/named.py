@@ -18,7 +18,7 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import RATES, TIME, coordinates_of, names_of
-from mechdae.errors import InputError, MechdaeError
+from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.batch import Batch
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.results import OUTPUT_RATES, Named, Series
@@ -95,6 +95,14 @@ class NamedOutputs:
         if TIME in names_of(self.model.mechanism, name) and not time:
             return "it uses t, and this task has no time", "a driver with a constant speed or a law"
         return None
+
+    def row(self, name: str, quantity: str, coordinates: Any, time: Any, p: Any) -> Any:
+        """Return the expression of an output's value or rate over given symbols."""
+        known = {f"{n}/{OUTPUT_RATES[rate]}": k for k, (n, rate) in enumerate(self._columns)}
+        if f"{name}/{quantity}" not in known:
+            raise UnknownName("output", f"{name}/{quantity}", known)
+        rows = self._batch().function(coordinates, time, p)
+        return rows[known[f"{name}/{quantity}"]]
 
     def _batch(self) -> Batch:
         """Return the function [coordinates and rates, t, p] -> values and rates."""

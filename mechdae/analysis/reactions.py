@@ -68,7 +68,7 @@ def reactions(problem: Problem, name: str, task: Reactions) -> Result:
     """
     _check(problem, task)
     wanted = replace(task, derivatives=max(2, task.derivatives))
-    setting = prepare(problem, wanted, _loaded, requests)
+    setting = prepare(problem, wanted, loaded_bodies, requests)
     followed = run(setting, wanted)
     result = report(problem, name, task, setting, followed)
     return _with_forces(result, setting, followed, task)
@@ -86,7 +86,7 @@ def _check(problem: Problem, task: Reactions) -> None:
             )
 
 
-def _loaded(model: Model) -> Iterable[str]:
+def loaded_bodies(model: Model) -> Iterable[str]:
     """Return the bodies that forces act on or come from."""
     found = {*Loads(model).bodies, *massive(model)}
     for joint in model.mechanism.joints.values():

@@ -63,10 +63,12 @@ def prepare(
     task: Sweep,
     loaded: Callable[[Model], Iterable[str]] | None = None,
     more: Callable[[Scene], list[Request]] | None = None,
+    free: Iterable[str] = (),
 ) -> Setting:
     """Return scene and kernels of a task; only redundant groups are assembled yet.
 
-    A task of forces names the bodies that are `loaded`, and what `more` is evaluated.
+    A task of forces names the bodies that are `loaded`, and what `more` is evaluated; numbers
+    that are `free` stay symbols even where they are zero.
     """
     mechanism = problem.mechanism
     if task.derivatives > 3:
@@ -74,7 +76,7 @@ def prepare(
             "derivatives above the third are not computed by this version", where="derivatives"
         )
     numbers = plan(mechanism, task)
-    model, sketch = Model(mechanism), sketched(mechanism)
+    model, sketch = Model(mechanism, free=free), sketched(mechanism)
     kept = None if loaded is None else list(loaded(model))
 
     def build(coarse: bool) -> Setting:

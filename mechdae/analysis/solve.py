@@ -9,7 +9,7 @@ from pathlib import Path
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import Problem, load
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import Driven, Modes, Reactions, Study, Sweep, Task
+from mechdae.describe.tasks import Driven, Modes, Reactions, Sensitivity, Study, Sweep, Task
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
@@ -68,6 +68,10 @@ def solve(
             from mechdae.analysis.study import study
 
             return study(whole, name, chosen)
+        if isinstance(chosen, Sensitivity):
+            from mechdae.analysis.sensitivity import sensitivity
+
+            return sensitivity(whole, name, chosen)
     except MechdaeError as error:
         if isinstance(error, InputError) and not error.where.startswith(
             ("mechanism", "bodies", "joints", "loads", "sketch", "parameters", "outputs.")
@@ -78,7 +82,7 @@ def solve(
     raise UnavailableError(
         f"tasks of kind '{chosen.kind}' are not computed by this version",
         where=f"tasks.{name}.kind",
-        hint="available: sweep, modes, reactions, study",
+        hint="available: sweep, modes, reactions, study, sensitivity",
     )
 
 

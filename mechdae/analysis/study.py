@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.composed import column_of
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import in_time
 from mechdae.analysis.lockstep import Lockstep
@@ -207,7 +208,7 @@ class _Collector:
         if not setting.graphs.single or setting.graphs.contacts or setting.scene.redundant:
             return
         for path in self.outputs:
-            _columns(setting, path)  # unknown names are reported before anything is computed
+            column_of(setting, path)  # unknown names are reported before anything is computed
         try:
             u, x = first_pose(setting, self.task)
         except SolveError:
@@ -281,28 +282,8 @@ class _Collector:
         return {name: value for name, value in self._values(k).items() if name in base}
 
 
-def _columns(setting: Setting, path: str) -> tuple[int, tuple[int, ...]]:
-    """Return order of the derivative and columns of a path like ``points/rod.B/velocity``."""
-    from mechdae.analysis.outputs import RATES
-
-    head, _, tail = path.partition("/")
-    part, _, quantity = tail.rpartition("/")
-    entries = [e for e in setting.outputs.entries if e.kind == head and e.name != "guide"]
-    if not any(entry.part == part for entry in entries):
-        raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
-    own = [entry for entry in entries if entry.part == part]
-    for entry in own:
-        names = RATES[entry.name]
-        if quantity in names and (entry.kind, entry.name) != ("joints", "angle"):
-            return names.index(quantity), entry.columns
-        if quantity == entry.name:
-            return 0, entry.columns
-    known = [f"{head}/{part}/{name}" for entry in own for name in RATES[entry.name]]
-    raise UnknownName("path", path, known)
-
-
 def _series(setting: Setting, path: str, y: list[Any]) -> Any:
-    order, columns = _columns(setting, path)
+    order, columns = column_of(setting, path)
     values = y[order][:, columns]
     return values if "/position" in path or len(columns) > 1 else values[:, 0]
 

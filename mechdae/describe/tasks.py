@@ -185,15 +185,16 @@ class Study(Task):
 
 @dataclass(frozen=True)
 class Sensitivity(Task):
-    """Derivatives of outputs with respect to parameters."""
+    """Derivatives of outputs with respect to parameters, and what tolerances do to them."""
 
-    of: str | None = key("text", None)
-    outputs: tuple[str, ...] | None = key("names", None)
-    wrt: tuple[str, ...] | None = key("names", None)
-    order: int = key("whole", 1)
-    tolerances: Any = key("free", None)
+    of: str | None = key("text", None, doc="the sweep or reactions task")
+    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
+    wrt: tuple[str, ...] | None = key("names", None, doc="parameters and automatic names")
+    order: int = key("whole", 1, doc="1, or 2 for second derivatives too")
+    tolerances: Any = key("free", None, doc="name -> half width")
 
     kind: ClassVar[str] = "sensitivity"
+    available: ClassVar[bool] = True
 
 
 TASKS: dict[str, type[Task]] = {

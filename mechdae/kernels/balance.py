@@ -161,7 +161,9 @@ class Balance:
 
     # -- all groups ----------------------------------------------------------------------------
 
-    def chain(self, base: Wrench, used: list[int], sizes: Any = None, steps: int = 0) -> Chain:
+    def chain(
+        self, base: Wrench, used: list[int], sizes: Any = None, steps: int = 0, guess: Any = None
+    ) -> Chain:
         """Return the multipliers under a generalised force `base`.
 
         Parameters
@@ -170,7 +172,7 @@ class Balance:
             Feedbacks that act.
         sizes
             Their sizes (all feedbacks, others are not read); None: solved for with `steps` of
-            Newton's method.
+            Newton's method, from `guess` or else from their values at m = 0.
         """
         left = dict(base)
         lam: dict[int, Any] = {}
@@ -192,7 +194,8 @@ class Balance:
                 result.start[share.group.index] = (own, start, slope)
                 laws = [self.feedbacks[k].law for k in own]
                 if sizes is None:
-                    m = _newton(laws, start, slope, steps)
+                    first = None if guess is None else [guess[k] for k in own]
+                    m = _newton(laws, start, slope, steps, first)
                     result.misses.append(_miss(laws, start, slope, m))
                     result.contractions.append(_contraction(laws, start, slope))
                 else:
@@ -242,6 +245,13 @@ class Balance:
                     law[k] = size_of(self.feedbacks[k].law, self._forms(share, free.lam, k))
         results = [law, whole.sizes, _column(whole.misses), _column(whole.contractions)]
         return ca.Function("solve", self.inputs, [ca.densify(r) for r in results], OPTIONS)
+
+    def refined(self, steps: int) -> Any:
+        """Return the function (inputs, m) -> m after some steps of Newton's method."""
+        used = list(range(len(self.feedbacks)))
+        chain = self.chain(self.base, used, steps=steps, guess=self.sizes)
+        inputs = [*self.inputs, self.sizes]
+        return ca.Function("refined", inputs, [ca.densify(chain.sizes)], OPTIONS)
 
     @cached_property
     def stages(self) -> Any:
@@ -413,11 +423,13 @@ def _forms_at(start: list[Any], slope: list[list[Any]], m: list[Any]) -> list[An
     ]
 
 
-def _newton(laws: list[str], start: list[Any], slope: list[list[Any]], steps: int) -> list[Any]:
-    """Return the sizes after some steps of Newton's method from their values at m = 0."""
-    m = [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
+def _newton(
+    laws: list[str], start: list[Any], slope: list[list[Any]], steps: int, first: Any = None
+) -> list[Any]:
+    """Return the sizes after some steps of Newton's method, from their values at m = 0."""
+    m = first or [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
     if not any(entry.nnz() and not entry.is_zero() for row in slope for entry in row):
-        return m
+        return [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
     count = len(m)
     for _ in range(steps):
         forms = _forms_at(start, slope, m)

@@ -1,0 +1,262 @@
+"""From guesses of a pose to outputs as one casadi graph, to be differentiated by parameters.
+
+At a solved pose x the step x - J^-1 F(x, p) does not move, and its derivative by p is that of
+the solution (implicit function theorem); a second step makes second derivatives exact too.
+Speeds, accelerations, reactions and friction follow from it without iteration, or with steps
+of the same kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from mechdae.analysis.evaluate import in_time
+from mechdae.analysis.moving import coordinate_columns
+from mechdae.analysis.outputs import RATES
+from mechdae.analysis.setting import Setting
+from mechdae.analysis.statics import Statics
+from mechdae.describe.expression import build, names_in
+from mechdae.errors import UnknownName
+from mechdae.model.model import FUNCTIONS
+
+SX = ca.SX
+STEPS = 2
+"""Newton steps of a pose: derivatives up to the second are exact."""
+FORCES = ("reaction", "reaction_uncoupled", "loss", "loss_uncoupled", "normal")
+
+
+class Composed:
+    """Outputs of a setting over guesses, drivers and some parameters.
+
+    Parameters
+    ----------
+    setting
+        Scene and kernels; its outputs hold the coordinates when forces are asked for.
+    paths
+        What is computed: slash paths below the task.
+    names
+        Parameters (entries of p) that are inputs.
+    statics
+        Forces, for paths to reactions, losses and efforts.
+
+    Attributes
+    ----------
+    spans : list of slice
+        The rows of the stacked outputs that belong to each path.
+    """
+
+    def __init__(
+        self,
+        setting: Setting,
+        paths: Sequence[str],
+        names: Sequence[str],
+        statics: Statics | None = None,
+    ) -> None:
+        self.setting, self.paths, self.names, self.statics = setting, list(paths), names, statics
+        g = self.graphs = setting.graphs
+        self.guess, self.u = SX.sym("guess", g.nx), SX.sym("u", g.nu)
+        self.du, self.ddu = SX.sym("du", g.nu), SX.sym("ddu", g.nu)
+        self.free = SX.sym("free", len(names))
+        self.time = SX.sym("t")
+        self.p = self._parameters()
+        count = len(statics.balance.feedbacks) if statics else 0
+        self.pieces = SX.sym("pieces", statics.balance.pieces.numel() if statics else 0)
+        self.signs = SX.sym("signs", statics.balance.signs.numel() if statics else 0)
+        self.sizes = SX.sym("m", count)
+        self.inputs = [
+            self.guess, self.u, self.du, self.ddu, self.time, self.pieces, self.signs,
+            self.sizes, self.free,
+        ]  # fmt: skip
+        parts = [self._output(path) for path in self.paths]
+        self.spans, start = [], 0
+        for part in parts:
+            self.spans.append(slice(start, start + part.numel()))
+            start += part.numel()
+        self.expression = ca.densify(ca.vertcat(*parts)) if parts else SX(0, 1)
+        self._origin: Any = None
+
+    def _parameters(self) -> Any:
+        """Return p with the chosen entries as inputs and what depends on them."""
+        model = self.setting.scene.model
+        own = dict(zip(self.names, ca.vertsplit(self.free), strict=True)) if self.names else {}
+        known = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
+        numbers = model.mechanism.parameters
+        done: dict[str, Any] = {}
+
+        def value(name: str) -> Any:
+            if name not in done:
+                number = numbers.get(name)
+                if name in own:
+                    done[name] = own[name]
+                elif isinstance(number, str):
+                    others = {other: value(other) for other in names_in(number)}
+                    done[name] = SX(build(number, others, FUNCTIONS))
+                else:
+                    done[name] = SX(known[name])
+            return done[name]
+
+        for name in self.names:
+            if name not in known:
+                raise UnknownName("parameter", name, known)
+        return ca.vertcat(*[value(name) for name in model.p_names])
+
+    # -- kinematics ------------------------------------------------------------------------
+
+    @cached_property
+    def values(self) -> list[Any]:
+        """The outputs y and their rates in time."""
+        g = self.graphs
+        x, trig = g.x, None
+        for _ in range(STEPS):
+            x, _, trig = g.newton(x, g.u)
+        parts = g.rates(x, g.u, g.driven, g.derivatives, trig)
+        found = g._output_rates(x, parts)
+        driven = [] if g.single else g.driven
+        function = ca.Function("kinematics", [g.x, g.u, *driven, g.consts], found)
+        rest = SX.ones(g.consts.numel() - self.p.numel())
+        rates = [] if g.single else [self.du, self.ddu, *[SX.zeros(g.nu)]][: len(driven)]
+        results = function.call([self.guess, self.u, *rates, ca.vertcat(self.p, rest)])
+        return in_time(results, self.du, self.ddu) if g.single else list(results)
+
+    @cached_property
+    def coordinates(self) -> tuple[Any, Any, Any]:
+        """q, v, a of the scene."""
+        columns = coordinate_columns(self.setting).tolist()
+        y, v, a = (value[columns] for value in self.values[:3])
+        return y, v, a
+
+    # -- forces ----------------------------------------------------------------------------
+
+    @cached_property
+    def _forces(self) -> tuple[list[Any], list[Any]]:
+        """What `Balance.report` gives with friction, and without it."""
+        assert self.statics is not None
+        balance = self.statics.balance
+        inputs = [*self.coordinates, self.time, self.pieces, self.signs, self.p, SX(1)]
+        free = balance.report(friction=False).call([*inputs, balance.solve.call(inputs)[0]])
+        if self.statics.task.friction != "coupled" or not self.statics.frictional:
+            return free, free
+        sizes = balance.refined(STEPS).call([*inputs, self.sizes])[0]
+        return balance.report().call([*inputs, sizes]), free
+
+    def _output(self, path: str) -> Any:
+        """Return the expression of a path."""
+        head, _, tail = path.partition("/")
+        if head in ("efforts", "efforts_uncoupled"):
+            drivers = [c.text for c in self.setting.scene.drivers]
+            if tail not in drivers:
+                raise UnknownName("driver", tail, drivers)
+            whole, free = self._forces
+            results = free if head.endswith("uncoupled") else whole
+            return results[1][drivers.index(tail)]
+        part, _, quantity = tail.rpartition("/")
+        if head == "joints" and quantity in FORCES and self.statics is not None:
+            return self._of_joint(part, quantity)
+        if head == "outputs":
+            return self._named(part, quantity)
+        order, columns = column_of(self.setting, path)
+        return self.values[order][list(columns)]
+
+    def _of_joint(self, name: str, quantity: str) -> Any:
+        assert self.statics is not None
+        balance = self.statics.balance
+        if name not in balance.joints:
+            raise UnknownName("joint", name, balance.joints)
+        whole, free = self._forces
+        results = free if quantity.endswith("uncoupled") else whole
+        k = balance.joints.index(name)
+        if quantity.startswith("reaction"):
+            return results[0][3 * k : 3 * k + 3]
+        if quantity.startswith("loss"):
+            return results[2][k]
+        if name not in balance.guides:
+            raise UnknownName("guide", name, balance.guides)
+        return results[4][balance.guides.index(name)]
+
+    def _named(self, name: str, quantity: str) -> Any:
+        """Return a named output's value or one of its rates."""
+        named = self.setting.expressions
+        columns = self.setting.outputs.columns(named.coordinates)
+        stacked = ca.vertcat(*[value[columns] for value in self.values[: named.derivatives + 1]])
+        return named.row(name, quantity, stacked, self.time, self.p)
+
+    # -- drivers ---------------------------------------------------------------------------
+
+    def follow_drivers(self, dependent: bool) -> None:
+        """Let the drivers' values and rates depend on the parameters, to second order.
+
+        Two more inputs then: first and second derivatives of values, speeds, accelerations.
+        """
+        if not dependent:
+            return
+        k, nu = self.free.numel(), self.u.numel()
+        slopes, bends = SX.sym("slopes", 3 * nu * k), SX.sym("bends", 3 * nu * k * k)
+        origin = SX.sym("origin", k)
+        away = self.free - origin
+        moved = ca.reshape(slopes, 3 * nu, k) @ away
+        moved += ca.reshape(bends, 3 * nu, k * k) @ ca.vec(away @ away.T) / 2
+        old = ca.vertcat(self.u, self.du, self.ddu)
+        whole = ca.substitute(self.expression, old, old + moved)
+        # `origin` is the value of the parameters itself: only derivatives see the difference
+        self._origin = origin
+        self.expression = whole
+        self.inputs = [*self.inputs, slopes, bends]
+
+    def _at_origin(self, expression: Any) -> Any:
+        if self._origin is None:
+            return expression
+        return ca.substitute(expression, self._origin, self.free)
+
+    # -- functions -------------------------------------------------------------------------
+
+    @cached_property
+    def function(self) -> Any:
+        """(guess, u, du, ddu, t, pieces, signs, m, free) -> outputs, stacked."""
+        return ca.Function(
+            "outputs", self.inputs, [self._at_origin(self.expression)], {"cse": True}
+        )
+
+    @cached_property
+    def first(self) -> Any:
+        """The same inputs -> derivatives by the free parameters, (outputs, names) by columns."""
+        jacobian = ca.densify(ca.jacobian(self.expression, self.free))
+        flat = self._at_origin(ca.vec(jacobian))
+        return ca.Function("first", self.inputs, [flat], {"cse": True})
+
+    @cached_property
+    def second(self) -> Any:
+        """The same inputs -> second derivatives, (outputs, names, names) by columns."""
+        jacobian = ca.densify(ca.jacobian(self.expression, self.free))
+        both = ca.densify(ca.jacobian(ca.vec(jacobian), self.free))
+        flat = self._at_origin(ca.vec(both))
+        return ca.Function("second", self.inputs, [flat], {"cse": True})
+
+
+def column_of(setting: Setting, path: str) -> tuple[int, tuple[int, ...]]:
+    """Return order of the derivative and columns of a path like ``points/rod.B/velocity``."""
+    head, _, tail = path.partition("/")
+    part, _, quantity = tail.rpartition("/")
+    entries = [
+        e for e in setting.outputs.entries if e.kind == head and e.name not in ("guide", "value")
+    ]
+    if not any(entry.part == part for entry in entries):
+        raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
+    own = [entry for entry in entries if entry.part == part]
+    for entry in own:
+        names = RATES[entry.name]
+        if quantity in names and (entry.kind, entry.name) != ("joints", "angle"):
+            return names.index(quantity), entry.columns
+        if quantity == entry.name:
+            return 0, entry.columns
+    known = [f"{head}/{part}/{name}" for entry in own for name in RATES[entry.name]]
+    raise UnknownName("path", path, known)
+
+
+def is_series(path: str) -> bool:
+    """Return whether a path has a value at each pose that `Composed` computes."""
+    head = path.split("/")[0]
+    return head in ("bodies", "points", "joints", "efforts", "efforts_uncoupled", "outputs")

@@ -1,0 +1,388 @@
+"""Derivatives of outputs by parameters, and what tolerances of them do.
+
+Values at poses are differentiated through the casadi graph of the solved pose, exact to
+rounding (see `Composed`). Figures of a whole task (``summary/...``) and tasks with laws of time
+are differenced: central differences of halved steps, extrapolated (Richardson), with the
+last change as an estimate of their error.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.composed import Composed, is_series
+from mechdae.analysis.moving import Moving, requests
+from mechdae.analysis.numbers import mechanism_scale
+from mechdae.analysis.reactions import loaded_bodies, solved
+from mechdae.analysis.report import report
+from mechdae.analysis.setting import prepare
+from mechdae.analysis.statics import Statics
+from mechdae.analysis.sweep import run
+from mechdae.describe.expression import build, evaluate, names_in
+from mechdae.describe.mechanism import evaluate_all
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Driver, Reactions, Sensitivity, Sweep
+from mechdae.errors import InputError, SolveError, UnknownName
+from mechdae.kernels.batch import Batch
+from mechdae.model.model import FUNCTIONS
+from mechdae.results import Result
+
+SX = ca.SX
+LEVELS = 4
+"""Halved steps of a difference."""
+STEP = 2.0**-6
+"""First step, as a share of the parameter (of the mechanism's length where it is zero)."""
+SAMPLES = 1000
+"""Sets of a Monte Carlo run."""
+
+
+@dataclass
+class Found:
+    """Values and derivatives of one path: (n, ...), by name, by pair of names.
+
+    ``error`` holds estimates for differenced derivatives, by name.
+    """
+
+    value: Any
+    first: dict[str, Any]
+    second: dict[str, Any]
+    error: dict[str, Any]
+
+
+def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
+    """Return the result of a task of kind sensitivity.
+
+    ``derivatives`` of the result's data holds path -> name -> array like the value.
+
+    Raises
+    ------
+    InputError
+        Unknown tasks, paths or parameters; nothing to differentiate.
+    """
+    base_name, base = _base(problem, task)
+    if not task.outputs:
+        raise InputError("name the paths to differentiate", where="outputs")
+    tolerances = _tolerances(problem, task)
+    names = list(dict.fromkeys([*(task.wrt or ()), *tolerances]))
+    if not names:
+        raise InputError("name parameters to differentiate by", where="wrt")
+    if task.order > 2:
+        raise InputError("derivatives up to the second are computed", where="order")
+    values = problem.mechanism.values()
+    for key in names:
+        if key not in values:
+            raise UnknownName("parameter", key, values, where="wrt")
+    literal = problem.with_values({key: values[key] for key in names if _is_text(problem, key)})
+    whole = _solved(literal, base_name)
+    paths = [whole.whole_path(path) for path in task.outputs]
+    series = [path for path in paths if is_series(path) and _has_series(base)]
+    rest = [path for path in paths if path not in series]
+    found = _composed(literal, base, series, names, task.order) if series else {}
+    for path in rest:
+        found[path] = _differenced(literal, base_name, path, names, task.order, whole)
+    data = {
+        "derivatives": {path: found[path].first for path in paths},
+        "values": {path: found[path].value for path in paths},
+    }
+    if task.order == 2:
+        data["second"] = {path: found[path].second for path in paths}
+    errors = {path: found[path].error for path in rest}
+    if errors:
+        data["estimated_error"] = errors
+    if tolerances:
+        data["tolerances"] = _spread(literal, base_name, paths, found, tolerances)
+    summary = {
+        "of": base_name,
+        "wrt": names,
+        "order": task.order,
+        "exact": series,
+        "differenced": rest,
+        "status": whole.summary.get("status", {}),
+    }
+    return Result(
+        problem.name,
+        name,
+        task.kind,
+        problem.mechanism,
+        problem.title,
+        drivers=whole.drivers,
+        status=whole.status,
+        summary=summary,
+        fault=whole.fault,
+        definition=task,
+        data=data,
+    )
+
+
+def _base(problem: Problem, task: Sensitivity) -> tuple[str, Sweep]:
+    known = {key: other for key, other in problem.tasks.items() if isinstance(other, Sweep)}
+    if task.of is None:
+        if len(known) != 1:
+            raise InputError("say which task is differentiated", where="of", hint=", ".join(known))
+        return next(iter(known.items()))
+    if task.of not in known:
+        raise UnknownName("sweep", task.of, known, where="of")
+    return task.of, known[task.of]
+
+
+def _tolerances(problem: Problem, task: Sensitivity) -> dict[str, float]:
+    if task.tolerances is None:
+        return {}
+    if not isinstance(task.tolerances, Mapping):
+        raise InputError("a table name = half width is needed", where="tolerances")
+    known = evaluate_all(problem.mechanism.parameters)
+    found = {key: evaluate(number, known) for key, number in task.tolerances.items()}
+    for key, width in found.items():
+        if width < 0:
+            raise InputError("a half width is not negative", where=f"tolerances.{key}")
+    return found
+
+
+def _is_text(problem: Problem, name: str) -> bool:
+    """Return whether a number is an expression, which would hide it from a derivative."""
+    numbers = {**dict(problem.mechanism.numbers()), **problem.mechanism.parameters}
+    return isinstance(numbers[name], str)
+
+
+def _has_series(task: Sweep) -> bool:
+    return all(driver.law is None and driver.range is None for driver in task.all_drivers)
+
+
+def _solved(problem: Problem, name: str) -> Result:
+    from mechdae.analysis.solve import solve
+
+    return solve(problem, name)
+
+
+# -- through the graph -------------------------------------------------------------------------
+
+
+def _composed(
+    problem: Problem, base: Sweep, paths: list[str], names: list[str], order: int
+) -> dict[str, Found]:
+    """Return the derivatives of values at poses."""
+    forces = isinstance(base, Reactions)
+    wanted = replace(base, derivatives=max(2, base.derivatives) if forces else base.derivatives)
+    loaded, more = (loaded_bodies, requests) if forces else (None, None)
+    setting = prepare(problem, wanted, loaded, more, free=names)
+    followed = run(setting, wanted)
+    n, nu = followed.values.shape
+    plan = setting.plan
+    statics = None
+    extra: list[Any] = [np.zeros((n, 1)), np.zeros((n, 0)), np.zeros((n, 0)), np.zeros((n, 0))]
+    if isinstance(base, Reactions):
+        motion = Moving(setting, followed).poses()
+        statics = Statics(
+            setting.scene, followed.evaluator, base, motion, turned=base.direction == "load"
+        )
+        status = report(problem, "", base, setting, followed).status
+        answer = solved(statics, motion, status)
+        extra = [*answer.inputs[3:6], answer.sizes]
+    composed = Composed(setting, paths, names, statics)
+    slopes, bends = _driver_slopes(problem, base, names, n)
+    composed.follow_drivers(slopes is not None)
+    p = dict(zip(setting.scene.model.p_names, setting.scene.model.p_values, strict=True))
+    free = np.array([p[name] for name in names])
+    rates = [np.broadcast_to(rate, (n, nu)) for rate in (plan.speed, plan.acceleration)]
+    inputs = [followed.poses.x, followed.values, *rates, *extra, free]
+    shared = [len(inputs) - 1]
+    if slopes is not None:
+        inputs += [slopes, bends]
+
+    def evaluated(function: Any) -> Any:
+        return Batch(function, shared)(*inputs)[0]
+
+    values, first = evaluated(composed.function), evaluated(composed.first)
+    second = evaluated(composed.second) if order == 2 else None
+    rows, k = values.shape[1], len(names)
+    found = {}
+    for path, span in zip(paths, composed.spans, strict=True):
+        # derivatives lie by columns: name after name
+        by_name = {
+            name: _flat(first[:, j * rows + span.start : j * rows + span.stop])
+            for j, name in enumerate(names)
+        }
+        pairs = {}
+        for i, j in itertools.combinations_with_replacement(range(k), 2):
+            if second is not None:
+                start = (j * k + i) * rows
+                own = second[:, start + span.start : start + span.stop]
+                pairs[f"{names[i]},{names[j]}"] = _flat(own)
+        found[path] = Found(_flat(values[:, span]), by_name, pairs, {})
+    return found
+
+
+def _flat(array: Any) -> Any:
+    return array[:, 0] if array.shape[1] == 1 else array
+
+
+def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) -> tuple[Any, Any]:
+    """Return derivatives of the drivers' values, speeds, accelerations by parameters.
+
+    (n, 3 nu k) and second ones (n, 3 nu k k), by columns; (None, None) where they do not depend on
+    them.
+    """
+    parameters = problem.mechanism.parameters
+    free = {name: SX.sym(name) for name in names if name in parameters}
+    if not free:
+        return None, None
+    known: dict[str, Any] = {}
+
+    def value(name: str) -> Any:
+        if name not in known:
+            number = parameters[name]
+            if name in free:
+                known[name] = free[name]
+            elif isinstance(number, str):
+                known[name] = symbolic(number)
+            else:
+                known[name] = SX(number)
+        return known[name]
+
+    def symbolic(number: Any) -> Any:
+        if not isinstance(number, str):
+            return SX(number)
+        return SX(build(number, {name: value(name) for name in names_in(number)}, FUNCTIONS))
+
+    columns = [_driver_rows(driver, n, symbolic) for driver in task.all_drivers]
+    rows = [ca.horzcat(*parts) for parts in zip(*columns, strict=True)]  # three (n, nu)
+    stacked = ca.horzcat(*rows)  # (n, 3 nu)
+    every = ca.vertcat(*[free.get(name, SX.sym("other")) for name in names])
+    if not ca.depends_on(ca.vec(stacked), every):
+        return None, None
+    point = evaluate_all(parameters)
+    at = [point.get(name, 0.0) for name in names]
+    first = ca.jacobian(ca.vec(stacked), every)
+    second = ca.jacobian(ca.vec(ca.densify(first)), every)
+    function = ca.Function("slopes", [every], [ca.densify(first), ca.densify(second)])
+    one, two = (np.array(part) for part in function(at))
+    width, k = stacked.shape[1], len(names)
+    bent = two.reshape(n * width, k * k, order="F")
+    return _by_rows(one, n, width, k), _by_rows(bent, n, width, k * k)
+
+
+def _by_rows(matrix: Any, n: int, width: int, k: int) -> Any:
+    """Return (n, width k) from (n width, k), rows by columns of (n, width)."""
+    cube = matrix.reshape(n, width, k, order="F")
+    return cube.reshape(n, width * k, order="F")
+
+
+def _driver_rows(driver: Driver, n: int, symbolic: Any) -> tuple[Any, Any, Any]:
+    """Return value (n,), speed (n,) and acceleration (n,) of a driver as expressions."""
+    if driver.at is not None:
+        listed = [symbolic(number) for number in driver.at]
+        value = ca.vertcat(*(listed * n if len(listed) == 1 else listed))
+    else:
+        low, high = symbolic(driver.from_), symbolic(driver.to)
+        share = ca.DM(np.linspace(0.0, 1.0, n))
+        value = low + (high - low) * share
+    ones = SX.ones(n)
+    speed = symbolic(1.0 if driver.speed is None else driver.speed) * ones
+    acceleration = symbolic(0.0 if driver.acceleration is None else driver.acceleration) * ones
+    return value, speed, acceleration
+
+
+# -- by differences ------------------------------------------------------------------------------
+
+
+def _differenced(
+    problem: Problem, base: str, path: str, names: list[str], order: int, whole: Result
+) -> Found:
+    values = problem.mechanism.values()
+    middle = _number(whole, path)
+    first: dict[str, Any] = {}
+    second: dict[str, Any] = {}
+    error: dict[str, Any] = {}
+    scale = mechanism_scale(problem.mechanism)
+    for name in names:
+        h = STEP * (abs(values[name]) or scale)
+        ones, twos = [], []
+        for level in range(LEVELS):
+            step = h / 2**level
+            up, down = (
+                _number(_solved(problem.with_values({name: values[name] + d}), base), path)
+                for d in (step, -step)
+            )
+            ones.append((up - down) / (2 * step))
+            twos.append((up - 2 * middle + down) / step**2)
+        first[name], error[name] = _extrapolated(ones)
+        if order == 2:
+            second[f"{name},{name}"] = _extrapolated(twos)[0]
+    return Found(middle, first, second, error)
+
+
+def _extrapolated(column: list[Any]) -> tuple[Any, Any]:
+    """Return the limit of central differences with halved steps, and an error estimate."""
+    table = [column]
+    for order in range(1, len(column)):
+        last, factor = table[-1], 4.0**order
+        pairs = itertools.pairwise(last)
+        table.append([(factor * fine - coarse) / (factor - 1) for coarse, fine in pairs])
+    best, change = table[-1][-1], None
+    for before, row in itertools.pairwise(table):
+        for k, entry in enumerate(row):
+            gap = np.maximum(np.abs(entry - before[k]), np.abs(entry - before[k + 1]))
+            size = float(np.nanmax(gap, initial=0.0))
+            if change is None or size < float(np.nanmax(change, initial=0.0)):
+                best, change = entry, gap
+    return best, change
+
+
+def _number(result: Result, path: str) -> Any:
+    value = result.value(path)
+    if value is None:
+        raise SolveError(f"{path} has no value here", hint="ask for a path that has one")
+    return np.array(value, float)
+
+
+# -- tolerances ----------------------------------------------------------------------------------
+
+
+def _spread(
+    problem: Problem,
+    base: str,
+    paths: list[str],
+    found: dict[str, Found],
+    tolerances: dict[str, float],
+) -> dict[str, Any]:
+    """Return what tolerances do to each path, three ways side by side.
+
+    Parameters lie evenly in +- their half width: ``first_order`` is the standard deviation to
+    first order, ``worst_case`` the largest deviation to first order, ``monte_carlo`` mean,
+    standard deviation and extremes of sampled mechanisms.
+    """
+    from mechdae.analysis.solve import solve
+    from mechdae.describe.tasks import Study
+
+    generator = np.random.default_rng(0)
+    values = problem.mechanism.values()
+    samples = {
+        name: (values[name] + width * generator.uniform(-1, 1, SAMPLES)).tolist()
+        for name, width in tolerances.items()
+    }
+    study = Study(samples=samples, of=base, outputs=tuple(paths))
+    drawn = solve(problem, study)
+    result = {}
+    for path in paths:
+        slopes = {name: found[path].first[name] * width for name, width in tolerances.items()}
+        variance = sum(slope * slope for slope in slopes.values()) / 3
+        table = drawn.table[path]
+        with np.errstate(invalid="ignore"):
+            result[path] = {
+                "first_order": np.sqrt(variance),
+                "worst_case": sum(np.abs(slope) for slope in slopes.values()),
+                "monte_carlo": {
+                    "samples": int(np.isfinite(table.reshape(len(table), -1)).all(axis=1).sum()),
+                    "mean": table.mean(axis=0),
+                    "std": table.std(axis=0),
+                    "min": table.min(axis=0),
+                    "max": table.max(axis=0),
+                },
+            }
+    return result
