@@ -275,6 +275,11 @@ class Result:
             yield name, "", array
         for path, array in self.table.items():
             yield from _flat(path, array)
+        for path, slopes in self.data.get("derivatives", {}).items():
+            for name, array in slopes.items():
+                if np.shape(array)[:1] == np.shape(self.status):
+                    for word, _, column in _flat(path, np.asarray(array)):
+                        yield f"d {word} / d {name}", "", column
         for pair, array in self.centres.items():
             for axis, column in zip("xyz", array.T, strict=False):
                 yield f"centre.{pair}.{axis}", "m", column

@@ -18,6 +18,10 @@ MOST = 12
 
 def table(result: Result, terminal: bool = False) -> str:
     """Return the text of a result: a head, a table of poses, what to know about it."""
+    if result.kind == "sensitivity":
+        from mechdae.sensitivity_table import table as of_derivatives
+
+        return of_derivatives(result)
     width = shutil.get_terminal_size((WIDE, 40)).columns if terminal else WIDE
     lines = [f"{result.problem} / {result.task} ({result.kind})  {result.title}".rstrip()]
     if result.kind == "modes":
