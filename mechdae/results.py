@@ -103,6 +103,10 @@ class Named(Mapping[str, Series]):
             raise UnknownName(self._kind, name, self._items)
         return self._items[name]
 
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return the series of that name, or the default."""
+        return self._items.get(name, default)
+
     def __contains__(self, name: object) -> bool:
         return name in self._items
 
