@@ -119,6 +119,15 @@ class Prismatic(Joint):
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
 
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values.get("contact_length", 1.0) == 0:
+            raise MechanismError(
+                "contact_length is zero",
+                where=f"joints.{self.name}.contact_length",
+                hint="leave it out for a long guide, whose moment causes no friction",
+            )
+
 
 @dataclass(frozen=True)
 class PinInSlot(Joint):

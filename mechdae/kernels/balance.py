@@ -483,7 +483,9 @@ def _solution(balance: list[Any], lam: list[Any]) -> Any:
     equations = [(row, "", "") for row in balance]
     solved, rest, left = eliminate(equations, list(lam), [])
     values: dict[str, Any] = {}
-    if len(rest) < len(left):  # superfluous rows: the shortest of all solutions
+    if not rest:
+        values = {str(symbol): SX(0) for symbol in left}
+    elif len(rest) < len(left):  # superfluous rows: the shortest of all solutions
         A, c = _linear(rest, left)
         found = left_inverse(A.T).T @ -c
         values = {str(symbol): found[k] for k, symbol in enumerate(left)}
