@@ -25,11 +25,12 @@ from mechdae.kernels.batch import Batch
 
 CHOICES = 4096
 """Choices of pieces that are tried in one group."""
-SAME = 1e-9
-"""Share of the sizes by which two solutions are the same one."""
+SAME = 1e-6
+"""Share of the sizes within which two solutions are the same one: near the end of a branch
+they are known to half of the digits."""
 SLACK = 1e-9
 """Share by which the chosen piece may be smaller than another one."""
-STARTS = 24
+STARTS = 64
 """Starts of Newton's method where several pins act on each other."""
 STEPS = 16
 FINEST = 1e-10
@@ -41,13 +42,15 @@ class Found:
     """Solutions at one pose: sizes (k, feedbacks), which continues from no friction.
 
     ``connected`` is its place or None; ``critical`` the factor on all coefficients of friction
-    at which it ends, None where it was not looked for or does not end.
+    at which it ends, None where it was not looked for or does not end; ``joint`` is the one
+    whose friction ends it.
     """
 
     sizes: Any
     proven: bool
     connected: int | None = None
     critical: float | None = None
+    joint: str = ""
 
 
 class Branches:
@@ -76,19 +79,19 @@ class Branches:
         Without solutions the critical factor is looked for only if asked.
         """
         solutions, proven = self._all(inputs)
-        count = len(self.balance.feedbacks)
-        found = Found(np.array(solutions).reshape(len(solutions), count), proven)
-        if len(solutions) == 1:
-            found.connected = 0
-        elif len(solutions) or critical:
-            reached, last = self.continued(inputs)
-            if last is None:
-                found.critical = reached
-            else:
+        connected, reached = (0, None) if len(solutions) == 1 and proven else (None, None)
+        joint = ""
+        if connected is None and (solutions or critical or not proven):
+            reached, last, joint = self.continued(inputs)
+            if last is not None:
+                reached = None
                 apart = [_apart(own, last) for own in solutions]
-                if apart and min(apart) <= 1e-6:
-                    found.connected = int(np.argmin(apart))
-        return found
+                if not apart or min(apart) > SAME:
+                    solutions.append(last)
+                    apart.append(0.0)
+                connected = int(np.argmin(apart))
+        sizes = np.array(solutions).reshape(len(solutions), len(self.balance.feedbacks))
+        return Found(sizes, proven, connected, reached, joint)
 
     def count(self, inputs: Sequence[Any]) -> int:
         """Return the number of solutions."""
@@ -128,23 +131,41 @@ class Branches:
 
     # -- the one that continues from no friction -----------------------------------------------
 
-    def continued(self, inputs: Sequence[Any]) -> tuple[float, Any]:
-        """Return the largest factor reached on friction (at most 1), and the sizes at 1 or None."""
+    def continued(self, inputs: Sequence[Any]) -> tuple[float, Any, str]:
+        """Return the largest factor reached on friction (at most 1), and the sizes at 1.
+
+        Where it is not reached, None and the joint whose friction feeds itself most.
+        """
         reached, step = 0.0, FIRST
         sizes = self._follow(inputs, 0.0, np.zeros(len(self.balance.feedbacks)))
         if sizes is None:
-            return 0.0, None
+            return 0.0, None, ""
         while reached < 1.0:
             ahead = min(1.0, reached + step)
             after = self._follow(inputs, ahead, sizes)
             if after is None:
                 step = (ahead - reached) / 2
                 if step < FINEST:
-                    return reached, None
+                    return reached, None, self._culprit(inputs, reached, sizes)
             else:
                 step = 2 * (ahead - reached)
                 reached, sizes = ahead, after
-        return 1.0, sizes
+        return 1.0, sizes, ""
+
+    def _culprit(self, inputs: Sequence[Any], factor: float, sizes: Any) -> str:
+        """Return the joint that takes the largest part in what makes the sizes grow."""
+        scaled = [*inputs[:-1], np.array([factor])]
+        worst, joint = np.inf, ""
+        for g, (places, _, laws) in enumerate(self.groups):
+            start, slope = self._group(scaled, sizes, g)
+            gradient = _slopes(laws, start, slope, sizes[places])
+            values, vectors = np.linalg.eig(gradient)
+            nearest = int(np.argmin(np.abs(values - 1)))
+            if abs(values[nearest] - 1) < worst:
+                worst = float(abs(values[nearest] - 1))
+                own = places[int(np.argmax(np.abs(vectors[:, nearest])))]
+                joint = self.balance.feedbacks[own].joint
+        return joint
 
     def _follow(self, inputs: Sequence[Any], factor: float, sizes: Any) -> Any:
         """Return the sizes for a factor on friction near known ones, None where they end."""

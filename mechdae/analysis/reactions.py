@@ -374,6 +374,7 @@ def _jams(setting: Setting, answer: Answer) -> list[dict[str, Any]]:
             "at": float(answer.motion.u[k, lead]),
             "proven": answer.found[int(k)].proven,
             "critical_factor": answer.found[int(k)].critical,
+            "joint": answer.found[int(k)].joint,
         }
         for k in np.flatnonzero(answer.jammed)
     ]
@@ -395,9 +396,8 @@ def _faults(setting: Setting, answer: Answer) -> list[str]:
             text = f"{len(places)} of {n} poses are jammed: no equilibrium with friction, first at "
             text += f"{c.text} = {first}"
             if own.critical is not None:
-                text += (
-                    f", where the mechanism jams from {own.critical:.6g} times the friction given"
-                )
+                text += f", where it jams from {own.critical:.6g} times the friction given on"
+                text += f", by joint {own.joint}" if own.joint else ""
         else:
             text = (
                 f"{len(places)} of {n} poses have several solutions, first at {c.text} = {first}; "

@@ -109,6 +109,8 @@ class TableLoad(Load):
             raise InputError("a table needs 'file' or 'rows'")
         if (self.along is None) == (self.body is None):
             raise InputError("a table needs 'along' (a coordinate) or 'body'")
+        if len(self.points) == 1:
+            raise InputError("two rows at least are needed", where="file")
         for k, (before, after) in enumerate(itertools.pairwise(self.points), start=2):
             if after[0] <= before[0]:
                 raise InputError(
