@@ -79,7 +79,8 @@ class Branches:
         Without solutions the critical factor is looked for only if asked.
         """
         solutions, proven = self._all(inputs)
-        connected, reached = (0, None) if len(solutions) == 1 and proven else (None, None)
+        connected = 0 if len(solutions) == 1 and proven else None
+        reached: float | None = None
         joint = ""
         if connected is None and (solutions or critical or not proven):
             reached, last, joint = self.continued(inputs)
