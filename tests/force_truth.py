@@ -14,11 +14,11 @@ instead and keeps the answers that agree with their own assumption.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
-from closed_forms import Jet, arg, circle_circle, circle_line, imag, real, slotted_link, unit
+from closed_forms import Jet, arg, circle_circle, circle_line, slotted_link, unit
 
 LONG, COMPLEX = np.longdouble, np.clongdouble
 
@@ -552,13 +552,9 @@ def panels(kinks: list[float], pieces: int = 1, nodes: int = 24) -> tuple[np.nda
     """Return Gauss points and weights of the mean over consecutive panels between kinks."""
     x, w = np.polynomial.legendre.leggauss(nodes)
     edges = np.concatenate(
-        [np.linspace(a, b, pieces, endpoint=False) for a, b in zip(kinks, kinks[1:], strict=False)]
+        [np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(kinks)]
         + [np.array([kinks[-1]])]
     )
     low, wide = edges[:-1, None], np.diff(edges)[:, None]
     at = low + wide * (x + 1) / 2
     return at.ravel(), (wide * w / 2).ravel() / (kinks[-1] - kinks[0])
-
-
-__all__ = [name for name in dir() if not name.startswith("_")]
-_ = (imag, real)
