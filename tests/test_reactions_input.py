@@ -244,24 +244,24 @@ def test_inertial_parts_without_any_mass(tmp_path: Path, capsys) -> None:
     ids=["empty", "header", "row", "twice", "backwards", "text", "nan", "short"],
 )
 def test_bad_table(table: str, tmp_path: Path, capsys) -> None:
-    refused(write(tmp_path, table=table), capsys, "gas.csv")
+    refused(write(tmp_path, table=table), capsys, "loads.map")
 
 
 def test_a_pose_outside_of_the_table(tmp_path: Path, capsys) -> None:
-    refused(write(tmp_path, table="s,F\n0.1,10\n0.2,20\n"), capsys, "gas.csv", "loads.map")
+    refused(write(tmp_path, table="s,F\n0.1,10\n0.2,20\n"), capsys, "loads.map")
 
 
 def test_errors_of_values_in_python() -> None:
-    def crank(**body: float) -> md.Mechanism:
+    def crank(joint: dict[str, float], **body: float) -> md.Mechanism:
         return md.Mechanism(
             ground=md.Ground({"O": (0, 0)}),
             bodies=[md.Body("crank", {"O": (0, 0)}, **body)],
-            joints=[md.Revolute("O", "ground.O", "crank.O", friction=0.1)],
+            joints=[md.Revolute("O", "ground.O", "crank.O", **joint)],
             sketch={"crank": 0.0},
         )
 
     turn = md.Reactions(md.Driver("crank.angle", at=(0.0,)), friction="coupled")
     with pytest.raises(md.MechanismError, match=r"joints\.O.*pin_radius"):
-        md.solve(crank(), turn)
+        md.solve(crank({"friction": 0.1}), turn)
     with pytest.raises(md.MechanismError, match=r"bodies\.crank\.mass"):
-        md.solve(crank(mass=-1), turn)
+        md.solve(crank({}, mass=-1), turn)

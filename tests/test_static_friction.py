@@ -253,7 +253,7 @@ def test_the_effort_grows_to_the_critical_friction() -> None:
         effort = cotangent(f, assist=False).efforts["crank.angle"][0]
         near = 1 - f / critical
         assert effort == pytest.approx(100 / near, rel=REL + 16 * EPS / near)
-        assert effort == pytest.approx(printed, rel=1e-5)
+        assert effort == pytest.approx(printed, abs=1)
     entry = jammed(cotangent(2.829, assist=False))
     assert entry["critical_factor"] == pytest.approx(critical / 2.829, rel=1e-9)
 
@@ -521,9 +521,9 @@ def test_friction_on_a_shared_load_is_refused() -> None:
 
 
 def test_without_friction_the_shared_load_is_reported_as_not_unique() -> None:
-    task = reactions("left.slide", at=[0.2], speed=1)
+    task = reactions("left.slide", at=[0.2], speed=1, friction="none")
     result = md.solve(two_guides(friction=False), task)
     assert list(result.status) == ["ok"]
     assert result.efforts["left.slide"][0] == pytest.approx(0, abs=1e-12)
     for name in ("left", "right"):
-        assert result.to_dict()["joints"][name]["reaction"] is None
+        assert np.all(np.isnan(result.joints[name].reaction))
