@@ -60,6 +60,10 @@ class Audit:
             return np.zeros(self.n, complex)
         return complex_(self.r.points[point].velocity)
 
+    def fastest(self) -> float:
+        """Return the largest speed of a point."""
+        return max(float(np.abs(complex_(p.velocity)).max()) for p in self.r.points.values())
+
     # -- actions -----------------------------------------------------------------------------------
 
     def act(self, body: str, force: Any, at: Any, turn: Any = 0.0) -> None:
@@ -213,7 +217,10 @@ class Audit:
                     grip = np.maximum(grip, np.abs(turn) / half)
                 size = np.maximum(size, grip)
                 lost = f * grip * np.abs(speed)
-                gap = np.abs(rub + f * grip * np.sign(speed)) / size
+                if np.abs(speed).max() < 1e-12 * self.fastest():  # at rest: no law to hold
+                    lost, speed, gap = 0 * lost, self.fastest(), np.zeros(self.n)
+                else:
+                    gap = np.abs(rub + f * grip * np.sign(speed)) / size
                 gap = np.maximum(gap, np.abs(moment) / size)
                 gap = np.maximum(gap, np.abs(found.normal - pressed) / size)
                 scale = size * np.abs(speed)

@@ -116,7 +116,6 @@ CASES = {
     "negative mass": ("mass = 1.2", "mass = -1.2", "bodies.rod.mass", "negative"),
     "negative inertia": ("inertia = 0.01", "inertia = -1", "bodies.rod.inertia", "negative"),
     "infinite mass": ("mass = 1.2", "mass = inf", "bodies.rod.mass"),
-    "inertia without mass": ("mass = 1.2\n", "", "bodies.rod", "mass"),
     "negative friction": (SLIDE, '"slider.C"], friction = -0.1 }', "joints.slide.friction"),
     "friction without pin": (
         JOINT_O,
@@ -207,11 +206,6 @@ CASES = {
         'friction = "coupled"\naxes = ["radical"]',
         "tasks.turn.axes",
         "radial",
-    ),
-    "rates switched off": (
-        'friction = "coupled"',
-        'friction = "coupled"\nderivatives = 0',
-        "tasks.turn.derivatives",
     ),
 }
 

@@ -251,6 +251,20 @@ def test_mass_without_centre_and_inertia_is_a_point_at_the_origin_of_the_body() 
     assert result.efforts["bob.angle"] == pytest.approx(torque, rel=REL, abs=1e-12)
 
 
+def test_inertia_without_mass_is_a_flywheel() -> None:
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[md.Body("wheel", {"O": (0, 0)}, inertia=2)],
+        joints=[md.Revolute("O", "ground.O", "wheel.O")],
+        sketch={"wheel": 0.0},
+    )
+    # accelerations are there although the task asks for none
+    task = reactions("wheel.angle", at=[0.0], speed=1, acceleration=3, derivatives=0)
+    result = md.solve(mechanism, task)
+    assert result.efforts["wheel.angle"] == pytest.approx([6], rel=REL)
+    assert result.joints["O"].reaction == pytest.approx(np.zeros((1, 3)), abs=1e-14)
+
+
 def test_driven_slide_has_a_force_for_effort() -> None:
     mechanism = md.Mechanism(
         ground=md.Ground({"O": (0, 0)}),
