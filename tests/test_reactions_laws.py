@@ -696,3 +696,76 @@ def test_friction_in_redundant_pins_is_refused() -> None:
             reactions("crank0.angle", at=[1.0], speed=2, friction="coupled"),
         )
     assert "beam" in str(caught.value)
+
+
+# -- a gear that locks itself ----------------------------------------------------------------------
+
+
+def reducer(zeta: float, **torques: float) -> md.Mechanism:
+    """Return carrier, sun at rest (50 teeth), planet (50 and 49), second sun (51)."""
+    return md.Mechanism(
+        ground=md.Ground({"S": (0, 0)}),
+        bodies=[
+            md.Body("carrier", {"S": (0, 0), "P": (0.1, 0)}),
+            md.Body("planet", {"P": (0, 0)}),
+            md.Body("out", {"S": (0, 0)}),
+        ],
+        joints=[
+            md.Revolute("C", "ground.S", "carrier.S"),
+            md.Revolute("P", "carrier.P", "planet.P"),
+            md.Revolute("Q", "ground.S", "out.S"),
+            md.Gear(
+                "fixed",
+                "ground.S",
+                "planet.P",
+                carrier="carrier",
+                teeth=(50, 50),
+                mesh="external",
+                mesh_loss=zeta,
+            ),
+            md.Gear(
+                "moving",
+                "out.S",
+                "planet.P",
+                carrier="carrier",
+                teeth=(51, 49),
+                mesh="external",
+                mesh_loss=zeta,
+            ),
+        ],
+        loads=[md.Torque(f"on_{body}", body, torque) for body, torque in torques.items()],
+        sketch={"carrier": 0.0},
+    )
+
+
+I0 = 49 / 51
+
+
+def test_a_reducer_and_its_efficiency() -> None:
+    zeta = 0.02
+    through = (1 - zeta) ** 2
+    task = reactions("carrier.angle", at=[0.4], speed=100, friction="coupled")
+    result = md.solve(reducer(zeta, out=-10.0), task)
+    assert result.bodies["out"].angular_velocity[0] == pytest.approx(100 * (1 - I0), rel=REL)
+    # seen from the carrier the loaded sun drives the one at rest
+    assert result.efforts["carrier.angle"][0] == pytest.approx(10 * (1 - through * I0), rel=REL)
+    lost = result.joints["fixed"].loss[0] + result.joints["moving"].loss[0]
+    eta = (1 - I0) / (1 - through * I0)
+    assert 1 - lost / (result.efforts["carrier.angle"][0] * 100) == pytest.approx(eta, rel=1e-11)
+
+
+@pytest.mark.parametrize("zeta", [0.0195, 0.02])
+def test_a_reducer_locks_against_its_output(zeta: float) -> None:
+    through = (1 - zeta) ** 2
+    speed = 100 * (1 - I0)
+    task = reactions("out.angle", at=[0.01], speed=speed, friction="coupled")
+    result = md.solve(reducer(zeta, carrier=-0.5), task)
+    if through > I0:
+        assert list(result.status) == ["ok"]
+        near = 1 - I0 / through
+        expected = 0.5 / near
+        assert result.efforts["out.angle"][0] == pytest.approx(expected, rel=REL / near)
+    else:
+        assert list(result.status) == ["jammed"]
+        (entry,) = result.summary["jammed"]
+        assert entry["critical_factor"] == pytest.approx((1 - math.sqrt(I0)) / zeta, rel=1e-9)

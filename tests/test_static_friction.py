@@ -527,3 +527,67 @@ def test_without_friction_the_shared_load_is_reported_as_not_unique() -> None:
     assert result.efforts["left.slide"][0] == pytest.approx(0, abs=1e-12)
     for name in ("left", "right"):
         assert np.all(np.isnan(result.joints[name].reaction))
+
+
+# -- several pins ----------------------------------------------------------------------------------
+
+
+def heavy_pins(scale: float = 1.0):
+    """Return pins nearly as large as the crank: a mechanism whose slider drives, and its scene."""
+    r, l, f, theta, torque = 0.06, 0.12, 0.8, 3.18, -10.0  # noqa: E741
+    radii = {"r_O": 0.047, "r_B": 0.043, "r_C": 0.009}
+    masses = {"m_slider": 1.0, "m_rod": 2.0, "I_rod": 0.01, "c_rod": 0.05}
+    mechanism = slider_crank(
+        joints="OBC",
+        r=r,
+        l=l,
+        f=f,
+        **radii,
+        masses=masses,
+        gravity=(0, -9.81),
+        load=md.Torque("brake", "crank", torque),
+        sketch={"crank": theta, "rod": 0.02, "slide": 0.06},
+    )
+    scene, motion = free_slider_crank(
+        theta,
+        -10.0,
+        r,
+        l,
+        lambda v: 0.0,
+        tuple(circle(radius, f) * LONG(scale) for radius in radii.values()),
+        gravity=-9.81j,
+        **masses,
+    )
+    scene.joints["T"] = Line("ground", "slider", scene.joints["slide"].at, 1 + 0j)
+    scene.loads.append(("crank", 0j, 0j, torque))
+    slide = motion["slide"]
+    position, speed, acceleration = (float(slide.c[k][0]) * (1, 1, 2)[k] for k in range(3))
+    task = reactions(
+        "slide.slide", at=[position], speed=speed, acceleration=acceleration, friction="coupled"
+    )
+    return mechanism, task, scene
+
+
+def test_of_several_solutions_the_connected_one_is_given() -> None:
+    """Friction grows from nothing in small steps; another answer is 400 N away from that one."""
+    mechanism, task, scene = heavy_pins()
+    found = heavy_pins(0.0)[2].solve(friction=False)
+    x = found.x
+    for scale in np.linspace(0, 1, 401):
+        part = heavy_pins(scale)[2]
+        new = part.solve(start=x).x
+        assert np.abs(new - x).max() < 0.2 * np.abs(x).max()
+        x = new
+    connected = float(x[0, -1])
+    other = float(scene.solve(start=np.full_like(x, 0.0) + OTHER).x[0, -1])
+    assert abs(other - connected) > 100
+    result = md.solve(mechanism, task)
+    assert result.efforts["slide.slide"][0] == pytest.approx(connected, rel=REL)
+    entry = only(result)
+    efforts = sorted(s["efforts"]["slide.slide"] for s in entry["solutions"])
+    assert efforts == pytest.approx(sorted([other, connected]), rel=REL)
+    (first,) = [s for s in entry["solutions"] if s["connected"]]
+    assert first["efforts"]["slide.slide"] == pytest.approx(connected, rel=REL)
+
+
+OTHER = np.array([[200.0, -20, 200, -20, 200, -40, 50, 1, -300]], LONG)
