@@ -546,7 +546,7 @@ def heavy_pins(scale: float = 1.0):
         masses=masses,
         gravity=(0, -9.81),
         load=md.Torque("brake", "crank", torque),
-        sketch={"crank": theta, "rod": 0.02, "slide": 0.06},
+        sketch={"crank": 3.4, "rod": 0.13, "slide": 0.061},
     )
     scene, motion = free_slider_crank(
         theta,
