@@ -769,3 +769,30 @@ def test_a_reducer_locks_against_its_output(zeta: float) -> None:
         assert list(result.status) == ["jammed"]
         (entry,) = result.summary["jammed"]
         assert entry["critical_factor"] == pytest.approx((1 - math.sqrt(I0)) / zeta, rel=1e-9)
+
+
+# -- mean values -----------------------------------------------------------------------------------
+
+
+def test_mean_power_against_a_table_over_a_turn() -> None:
+    rows = ((0.0, 3.0), (1.0, 8.0), (1.5, -2.0), (4.0, 5.0), (2 * math.pi, 3.0))
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[md.Body("crank", {"O": (0, 0)}, mass=2, center=(0.1, 0))],
+        joints=[md.Revolute("O", "ground.O", "crank.O", friction=0.2, pin_radius=0.01)],
+        loads=[md.TableLoad("t", coordinate="crank.angle", rows=rows, body="crank", periodic=True)],
+        gravity=(0, -9.81),
+        sketch={"crank": 0.0},
+    )
+    task = reactions(from_=0, to=4 * math.pi, poses=9, speed=5, cycle=True)
+    summary = md.solve(mechanism, task).summary
+    x, y = np.array(rows).T
+    mean = float(np.sum(np.diff(x) * (y[1:] + y[:-1]) / 2) / (2 * math.pi))
+    # the table drives, the weight gives and takes the same
+    assert summary["input"] == pytest.approx(5 * mean, rel=1e-9)
+    # the pin carries |m (a - g)|, a = -w^2 c: the mean length of a vector that turns
+    at = np.linspace(0, 2 * math.pi, 4001)[:-1]
+    force = np.abs(2 * (-25 * 0.1 * np.exp(1j * at) + 9.81j)).mean()
+    rho = 0.01 * 0.2 / math.sqrt(1.04)
+    assert summary["loss"] == pytest.approx(5 * rho * force, rel=1e-9)
+    assert summary["useful"] == pytest.approx(5 * mean - summary["loss"], rel=1e-9)

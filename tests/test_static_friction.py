@@ -25,6 +25,7 @@ from force_truth import LONG, Line, Mass, Scene, Slot, circle
 from force_truth import slider_crank as free_slider_crank
 
 import mechdae as md
+from mechdae.cli import main
 
 DATA = Path(__file__).resolve().parent / "data"
 EPS = float(np.finfo(float).eps)
@@ -591,3 +592,32 @@ def test_of_several_solutions_the_connected_one_is_given() -> None:
 
 
 OTHER = np.array([[200.0, -20, 200, -20, 200, -40, 50, 1, -300]], LONG)
+
+
+# -- on the command line ---------------------------------------------------------------------------
+
+
+def test_jammed_and_ambiguous_poses_on_the_command_line(tmp_path: Path, capsys) -> None:
+    low, high = JAM_ENDS
+    at = (0.5, (low + high) / 2, 2 * math.pi - (low + high) / 2)
+    task = reactions(at=at, speed=-1, friction="coupled")
+    path = tmp_path / "jam.toml"
+    md.dump(md.Problem(jam_mechanism(), {"push": task}, title="jam"), path)
+    assert main(["solve", str(path), "--json"]) == 1
+    captured = capsys.readouterr()
+    found = json.loads(captured.out)["tasks"]["push"]
+    assert found["kind"] == "reactions"
+    assert found["status"] == ["ok", "jammed", "ambiguous"]
+    assert found["efforts"]["crank.angle"][1] is None
+    assert found["joints"]["slide"]["reaction"][1] == [None] * 3
+    assert found["joints"]["slide"]["loss"][1] is None
+    # what friction leaves out is there
+    assert found["efforts_uncoupled"]["crank.angle"][1] is not None
+    assert [entry["pose"] for entry in found["solutions"]] == [2]
+    assert found["solutions"][0]["count"] == 2
+    assert "jam" in captured.err
+    assert "Traceback" not in captured.err
+    assert main(["solve", str(path)]) == 1
+    assert "jammed" in capsys.readouterr().out
+    assert main(["solve", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert {p.suffix for p in (tmp_path / "out").rglob("*.*")} >= {".csv", ".json", ".npz"}
