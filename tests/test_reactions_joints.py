@@ -373,17 +373,16 @@ def test_figures_of_the_other_direction() -> None:
         return free_slider_crank(at, 10.0, 0.1, 0.3, load, rho, 0.12)[0].solve()
 
     # friction in C alone presses the slider near the dead centres: N changes its sign there
-    turns = [k * math.pi / 2 for k in range(5)]
-    grid = np.linspace(0, 2 * math.pi, 2001) + 1e-7
+    grid = np.linspace(0, 2 * math.pi, 1001) + 1e-7
     normal = forces(grid)["slide"][0]
-    for k in np.flatnonzero(normal[:-1] * normal[1:] < 0):
-        low, high = grid[k], grid[k + 1]
-        for _ in range(50):
-            middle = (low + high) / 2
-            same = forces([middle])["slide"][0][0] * normal[k] > 0
-            low, high = (middle, high) if same else (low, middle)
-        turns.append(float(low))
-    at, weights = panels(sorted(turns), 6, 40)
+    places = np.flatnonzero(normal[:-1] * normal[1:] < 0)
+    low, high = grid[places], grid[places + 1]
+    for _ in range(45):
+        middle = (low + high) / 2
+        same = forces(middle)["slide"][0] * normal[places] > 0
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    turns = sorted([*(k * math.pi / 2 for k in range(5)), *(float(x) for x in low)])
+    at, weights = panels(turns, 3, 30)
     found = forces(at)
     output = -float((found["T"] * 10) @ weights)
     lost = sum(float(found.loss(name) @ weights) for name in ("O", "B", "C", "slide"))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -661,6 +662,11 @@ def test_what_is_unique_in_a_redundant_parallelogram(alpha: float) -> None:
                 ), name
     for size in result.checks.values():
         assert size < 1e-12
+    if alpha == PARALLEL["phi_dd"]:
+        # what the file gives for the sum along the cranks
+        (beam,) = (own for own in result.summary["unique_sums"] if own["body"] == "beam")
+        along = beam["force"][0] @ [math.cos(1.0), math.sin(1.0)]
+        assert along == pytest.approx(PARALLEL["sum_axial_on_beam"], rel=REL)
 
 
 def transverse(unique: dict[str, Any], pose: int, phi: float, result: md.Result) -> float:
@@ -687,6 +693,48 @@ def test_the_effort_is_unique_whatever_crank_is_driven() -> None:
         result = md.solve(cranks_and_beam(), task)
         expected = [beam_effort(phi, 1.0) for phi in (0.4, 1.0)]
         assert result.efforts[f"crank{k}.angle"] == pytest.approx(expected, rel=REL)
+
+
+@pytest.mark.parametrize("joint", ["ground0", "beam0", "ground4"])
+def test_friction_in_one_pin_of_a_redundant_mechanism_is_refused(joint: str) -> None:
+    """Also in the pin of the driven crank: the beam's force on it is not unique."""
+    mechanism = cranks_and_beam()
+    joints = [
+        replace(own, friction=0.1, pin_radius=0.01) if own.name == joint else own
+        for own in mechanism.joints.values()
+    ]
+    with pytest.raises(md.MechdaeError, match=joint):
+        md.solve(
+            replace(mechanism, joints=joints),
+            reactions("crank0.angle", at=[1.0], speed=2, friction="coupled"),
+        )
+
+
+def test_friction_where_the_force_is_unique_beside_a_redundant_mechanism() -> None:
+    # a pendulum of its own on the first ground pin: two degrees of freedom, two drivers
+    mechanism = cranks_and_beam()
+    bob = md.Body("bob", {"O": (0, 0)}, mass=2, center=(0.3, 0), inertia=0)
+    pin = md.Revolute("pivot", "ground.O3", "bob.O", friction=0.2, pin_radius=0.02)
+    mechanism = replace(
+        mechanism,
+        bodies=[*mechanism.bodies.values(), bob],
+        joints=[*mechanism.joints.values(), pin],
+        sketch={**mechanism.sketch, "bob": 0.5},
+    )
+    task = md.Reactions(
+        drivers=[
+            md.Driver("crank0.angle", at=(1.0,), speed=2),
+            md.Driver("bob.angle", at=(0.5,), speed=3, acceleration=1),
+        ],
+        friction="coupled",
+    )
+    result = md.solve(mechanism, task)
+    force = 2 * (0.3 * (1j - 9) * np.exp(0.5j) + 9.81j)
+    rho = 0.02 * 0.2 / math.sqrt(1.04)
+    torque = 2 * 0.09 * 1 + 2 * 9.81 * 0.3 * math.cos(0.5) + rho * abs(force)
+    assert result.efforts["bob.angle"] == pytest.approx([torque], rel=REL)
+    assert result.joints["pivot"].loss == pytest.approx([3 * rho * abs(force)], rel=REL)
+    assert result.efforts["crank0.angle"] == pytest.approx([beam_effort(1.0, 0.0)], rel=REL)
 
 
 def test_friction_in_redundant_pins_is_refused() -> None:

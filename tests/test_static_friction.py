@@ -574,7 +574,7 @@ def test_of_several_solutions_the_connected_one_is_given() -> None:
     mechanism, task, scene = heavy_pins()
     found = heavy_pins(0.0)[2].solve(friction=False)
     x = found.x
-    for scale in np.linspace(0, 1, 401):
+    for scale in np.linspace(0, 1, 81):
         part = heavy_pins(scale)[2]
         new = part.solve(start=x).x
         assert np.abs(new - x).max() < 0.2 * np.abs(x).max()
