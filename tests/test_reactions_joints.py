@@ -392,3 +392,144 @@ def test_figures_of_the_other_direction() -> None:
     assert turned.summary["loss"] == pytest.approx(lost, rel=1e-9)
     assert turned.summary["useful"] == pytest.approx(output, rel=1e-9)
     assert turned.summary["efficiency"] == pytest.approx(output / given, rel=1e-9)
+
+
+# -- the typical estimate --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("radius", ["exact", "article"])
+def test_the_estimate_leaves_the_reactions_as_they_are(radius: str) -> None:
+    at = np.array([0.4, 1.0, 4.0])
+    keys = {"at": at, "speed": 10, "friction_radius": radius}
+    estimate = md.solve(slider_crank(), reactions(friction="article", **keys))
+    coupled = md.solve(slider_crank(), reactions(friction="coupled", **keys))
+    plain = md.solve(slider_crank(), reactions(friction="none", **keys))
+    assert np.array_equal(estimate.efforts["crank.angle"], plain.efforts["crank.angle"])
+    for name in ("O", "B", "C", "slide"):
+        assert np.array_equal(estimate.joints[name].reaction, plain.joints[name].reaction)
+        assert estimate.joints[name].loss == pytest.approx(
+            coupled.joints[name].loss_uncoupled, rel=1e-14
+        )
+
+
+def test_the_estimate_over_a_cycle() -> None:
+    task = reactions(
+        from_=0,
+        to=2 * math.pi,
+        poses=9,
+        speed=10,
+        friction="article",
+        friction_radius="article",
+        cycle=True,
+    )
+    summary = md.solve(slider_crank(), task).summary
+    # the reference with rho = r f
+    assert summary["efficiency_formula_10"] == pytest.approx(0.907101827841818, rel=1e-9)
+    assert summary["efficiency_uncoupled"] == pytest.approx(0.914998327817922, rel=1e-9)
+    assert summary["useful"] == pytest.approx(381.971863420549, rel=1e-9)
+
+
+# -- what a task leaves out ------------------------------------------------------------------------
+
+
+def test_outputs_do_not_change_the_effort() -> None:
+    keys = {"at": [math.pi / 3], "speed": 10, "friction": "coupled"}
+    pruned = md.solve(slider_crank(), reactions(outputs=("crank",), **keys))
+    assert pruned.efforts["crank.angle"] == pytest.approx([109.87320990514], rel=1e-11)
+    one = md.solve(slider_crank(), reactions(outputs=("B",), **keys))
+    assert set(one.joints) == {"B"}
+    assert np.hypot(*one.joints["B"].reaction[0, :2]) == pytest.approx(1087.65640016506, rel=1e-11)
+
+
+def test_limits_of_the_motion_have_no_reactions() -> None:
+    # a double rocker between its limits, pulled by a weight
+    mechanism = md.Mechanism(
+        ground=md.Ground({"A": (0, 0), "D": (7, 0)}),
+        bodies=[
+            md.Body("crank", {"A": (0, 0), "B": (5, 0)}),
+            md.Body("coupler", {"B": (0, 0), "C": (3, 0)}),
+            md.Body("rocker", {"D": (0, 0), "C": (4.5, 0)}, mass=2, center=(2, 0)),
+        ],
+        joints=[
+            md.Revolute("A", "ground.A", "crank.A"),
+            md.Revolute("B", "crank.B", "coupler.B"),
+            md.Revolute("C", "coupler.C", "rocker.C"),
+            md.Revolute("D", "ground.D", "rocker.D"),
+        ],
+        gravity=(0, -9.81),
+        sketch={"crank": 0.5, "coupler": 0.9, "rocker": 2.0},
+    )
+    driver = md.Driver("crank.angle", range="assembled")
+    result = md.solve(mechanism, md.Reactions(driver, poses=9))
+    assert list(result.status) == ["limit", *["ok"] * 7, "limit"]
+    assert np.isfinite(result.efforts["crank.angle"][1:-1]).all()
+    assert np.isnan(result.efforts["crank.angle"][[0, -1]]).all()
+    assert np.isnan(result.joints["B"].reaction[[0, -1]]).all()
+
+
+def test_a_load_that_depends_on_time() -> None:
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[md.Body("crank", {"O": (0, 0), "A": (0.2, 0)})],
+        joints=[md.Revolute("O", "ground.O", "crank.O")],
+        loads=[md.Torque("pulse", "crank", "3*sin(4*t)")],
+        sketch={"crank": 0.0},
+    )
+    # constant speed: time counts from the first pose
+    result = md.solve(mechanism, reactions(from_=0.5, to=2.5, poses=5, speed=2))
+    t = np.array([0, 0.25, 0.5, 0.75, 1.0])
+    assert result.efforts["crank.angle"] == pytest.approx(-3 * np.sin(4 * t), rel=REL, abs=1e-14)
+    law = md.Driver("crank.angle", law="t**2", from_=0, to=1)
+    result = md.solve(mechanism, md.Reactions(law, poses=5))
+    assert result.efforts["crank.angle"] == pytest.approx(-3 * np.sin(4 * t), rel=REL, abs=1e-14)
+
+
+# -- losses of racks and belts ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("speed", [2.0, -2.0])
+@pytest.mark.parametrize("load", [300.0, -300.0])
+def test_loss_of_a_rack(load: float, speed: float) -> None:
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0), "G": (0, -0.05)}),
+        bodies=[md.Body("pinion", {"O": (0, 0)}), md.Body("rack", {"R": (0, 0)})],
+        joints=[
+            md.Revolute("O", "ground.O", "pinion.O"),
+            md.Prismatic("guide", "ground.G", "rack.R"),
+            md.Rack("mesh", "pinion.O", "rack.R", radius=0.05, mesh_loss=0.04),
+        ],
+        loads=[md.Force("load", "rack.R", (load, 0))],
+        sketch={"pinion": 0.0},
+    )
+    result = md.solve(mechanism, reactions("pinion.angle", at=[0.3], speed=speed))
+    given = load * 0.05 * speed  # what the load puts in
+    expected = -given / 0.96 if given < 0 else -given * 0.96
+    power = result.efforts["pinion.angle"][0] * speed
+    assert power == pytest.approx(expected, rel=REL)
+    assert result.joints["mesh"].loss[0] == pytest.approx(power + given, rel=1e-11)
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+@pytest.mark.parametrize("torque", [30.0, -30.0])
+@pytest.mark.parametrize("radius", [None, 0.05])
+def test_loss_of_a_belt(crossed: bool, torque: float, radius: float | None) -> None:
+    mechanism = belt(crossed, torque, radius, None)
+    joints = [
+        md.Belt("belt", j.first, j.second, ratio=2, crossed=crossed, mesh_loss=0.05, radius=radius)
+        if j.name == "belt"
+        else j
+        for j in mechanism.joints.values()
+    ]
+    mechanism = md.Mechanism(
+        ground=mechanism.ground,
+        bodies=list(mechanism.bodies.values()),
+        joints=joints,
+        loads=list(mechanism.loads.values()),
+        sketch=mechanism.sketch,
+    )
+    result = md.solve(mechanism, reactions("small.angle", at=[0.4], speed=5))
+    given = torque * 2.5 * (-1 if crossed else 1)
+    expected = -given / 0.95 if given < 0 else -given * 0.95
+    power = result.efforts["small.angle"][0] * 5
+    assert power == pytest.approx(expected, rel=REL)
+    assert result.joints["belt"].loss[0] == pytest.approx(power + given, rel=1e-11)

@@ -464,6 +464,13 @@ def test_the_drawer_jams(mu: float, speed: float) -> None:
         drawer(mu), reactions("drawer.H.x", at=[0.2], speed=speed, friction="coupled")
     )
     assert jammed(result)["critical_factor"] == pytest.approx(0.3 / mu, rel=1e-9)
+
+
+def test_the_message_of_a_jam_names_the_joint_and_the_limit() -> None:
+    result = md.solve(drawer(0.5), reactions("drawer.H.x", at=[0.2], speed=1, friction="coupled"))
+    assert jammed(result)["critical_factor"] == pytest.approx(0.6, rel=1e-9)
+    assert "0.6" in result.fault
+    assert "drawer.H.x = 0.2" in result.fault
     assert "guide" in result.fault
 
 
