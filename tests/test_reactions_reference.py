@@ -330,6 +330,35 @@ def test_mean_values_do_not_depend_on_the_grid() -> None:
         assert summary[name] == pytest.approx(CYCLE["S1b"][name], rel=MEAN), name
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "speed"),
+    [
+        (0, 2 * np.pi, -40),  # the mirror image
+        (2 * np.pi, 0, -40),
+        (0.3, 0.3 + 2 * np.pi, 40),
+        (0, 4 * np.pi, 40),
+    ],
+)
+def test_mean_values_do_not_depend_on_where_and_how_the_turn_is_made(low, high, speed) -> None:
+    task = reactions(from_=low, to=high, speed=speed, poses=9, friction="coupled", cycle=True)
+    summary = md.solve(slider_crank(inertia=True), task).summary
+    for name in ("useful", "loss", "input", "efficiency"):
+        assert summary[name] == pytest.approx(CYCLE["S1b"][name], rel=MEAN), name
+
+
+@pytest.mark.parametrize("s", [1e-6, 1e3])
+def test_friction_at_other_scales(s: float) -> None:
+    lengths = {name: S1[name] * s for name in ("r", "l", "r_O", "r_B", "r_C")}
+    task = reactions(from_=0, to=2 * np.pi, speed=10, poses=9, friction="coupled", cycle=True)
+    result = md.solve(slider_crank(**lengths), task)
+    assert result.summary["efficiency"] == pytest.approx(CYCLE["S1a"]["efficiency"], rel=MEAN)
+    assert result.summary["loss"] == pytest.approx(CYCLE["S1a"]["loss"] * s, rel=MEAN)
+    driven = md.solve(slider_crank(Q_work=-1000, Q_return=-1000, **lengths), task)
+    arcs = np.degrees(driven.summary["self_locking_arcs"])
+    assert arcs[0] == pytest.approx([0, BEFORE_TDC], abs=1e-9)
+    assert arcs[1] == pytest.approx([AFTER_BDC, 360 - AFTER_BDC], abs=1e-9)
+
+
 # lambda, f: largest ratio of losses, efficiency by formula (10), eta* uncoupled, eta coupled
 GUIDE_ONLY = [
     (1 / 3, 0.05, 1.01799579322, 0.98632337478812, 0.98650790116718, 0.98630688417877),

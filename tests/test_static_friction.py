@@ -514,6 +514,65 @@ def test_one_pair_that_jams_is_enough() -> None:
     assert jammed(result)["critical_factor"] == pytest.approx(1 / (0.7 * tangent), rel=1e-9)
 
 
+# -- the number of answers, drawn at random --------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_number_of_answers_against_all_sides_of_the_contacts(seed: int) -> None:
+    """Guides alone rub, long or short, with and without masses: the count is exact."""
+    draw = np.random.default_rng(seed)
+    r = float(draw.uniform(0.05, 0.12))
+    l = float(draw.uniform(1.02, 2.5) * r)  # noqa: E741
+    f = float(draw.uniform(0.3, 2.5))
+    length = float(draw.uniform(0.002, 0.1)) if seed % 2 else None
+    speed, force = float(draw.uniform(0.5, 20) * (-1) ** seed), float(draw.uniform(-200, 200))
+    masses = {"m_rod": 1.5, "I_rod": 0.01, "c_rod": 0.4 * l, "m_slider": 0.8} if seed % 3 else {}
+    gravity = (0.0, -9.81) if masses else None
+    at = draw.uniform(0.1, 6.1, 8)
+    mechanism = slider_crank(
+        joints="s",
+        r=r,
+        l=l,
+        f_slide=f,
+        contact_length=length,
+        load=md.Force("push", "slider.C", (force, 0)),
+        masses=masses,
+        gravity=gravity,
+        sketch={"crank": 1.0, "rod": -math.asin(r / l * math.sin(1.0))},
+    )
+    result = md.solve(mechanism, reactions(at=at, speed=speed, friction="coupled"))
+    several = {entry["pose"]: entry for entry in result.to_dict().get("solutions", [])}
+    none = {entry["pose"]: entry for entry in result.summary.get("jammed", [])}
+    for pose, theta in enumerate(at):
+        scene, _ = free_slider_crank(
+            theta,
+            speed,
+            r,
+            l,
+            lambda v: force,
+            f=f,
+            half=None if length is None else length / 2,
+            gravity=-9.81j if masses else 0.0,
+            **masses,
+        )
+        expected: list[float] = []
+        for found in sorted(float(s["T"][0]) for s in scene.every_solution()):
+            if not expected or found - expected[-1] > 1e-9 * abs(found):
+                expected.append(found)
+        if pose in none:
+            assert expected == []
+            assert none[pose]["proven"] is True
+            assert 0 < none[pose]["critical_factor"] < 1
+        elif pose in several:
+            assert several[pose]["count"] == len(expected) > 1
+            assert several[pose]["proven"] is True
+            efforts = sorted(s["efforts"]["crank.angle"] for s in several[pose]["solutions"])
+            assert efforts == pytest.approx(expected, rel=1e-9)
+        else:
+            assert result.status[pose] == "ok"
+            assert [result.efforts["crank.angle"][pose]] == pytest.approx(expected, rel=1e-9)
+
+
 # -- normal forces that are not unique -------------------------------------------------------------
 
 
@@ -581,7 +640,7 @@ def test_of_several_solutions_the_connected_one_is_given() -> None:
     mechanism, task, scene = heavy_pins()
     found = heavy_pins(0.0)[2].solve(friction=False)
     x = found.x
-    for scale in np.linspace(0, 1, 81):
+    for scale in np.linspace(0, 1, 161) ** 2:
         part = heavy_pins(scale)[2]
         new = part.solve(start=x).x
         assert np.abs(new - x).max() < 0.2 * np.abs(x).max()
