@@ -61,8 +61,8 @@ class Uniqueness:
     """What is unique.
 
     ``whole`` (joints,) tells which reactions are unique altogether, ``joints`` has the
-    directions of those in redundant groups, ``sums`` bodies and joints whose resultant is
-    unique although the single reactions are not.
+    directions of those in redundant groups and of those that pass their forces on, ``sums``
+    bodies and joints whose resultant is unique although the single reactions are not.
     """
 
     whole: Any
@@ -92,14 +92,14 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
     joints: dict[str, Directions] = {}
     inside = {name for group in statics.scene.redundant for name in group.joints}
     for k, name in enumerate(balance.joints):
-        if name not in inside:
-            continue
         spaces = []
         for C, N in zip(matrices[name], null, strict=True):
             spaces.append(_unique(C, C @ N))
         whole[k] = all(space.shape[0] == rank for space, rank in spaces)
+        if whole[k] and name not in inside:
+            continue
         joints[name] = _directions(model, balance, name, motion, chosen, [s for s, _ in spaces])
-    _check_friction(statics, matrices, null, inside)
+    _check_friction(statics, matrices, null)
     sums: dict[str, list[str]] = {}
     for body in balance.bodies:
         own = [
@@ -250,13 +250,11 @@ def _rotated(vectors: Any, angle: float) -> Any:
     return vectors @ np.array([[c, s], [-s, c]])
 
 
-def _check_friction(statics: Statics, matrices: Any, null: list[Any], inside: set[str]) -> None:
+def _check_friction(statics: Statics, matrices: Any, null: list[Any]) -> None:
     balance = statics.balance
     guilty = []
     for k in balance.active:
         name = balance.feedbacks[k].joint
-        if name not in inside:
-            continue
         for form, N in zip(matrices[f"size {k}"], null, strict=True):
             if np.abs(form @ N).max(initial=0.0) > ZERO * max(np.abs(form).max(), 1e-300):
                 guilty.append(name)
