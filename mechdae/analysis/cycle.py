@@ -23,6 +23,8 @@ SAMPLES = 512
 HALVINGS = 60
 OVERFLOW = 64
 """Kinks in one sample that are located."""
+NO_POWER = 1e-9
+"""Share of the losses below which the power without friction is none: idling, all is lost."""
 
 
 def cycle(
@@ -84,8 +86,10 @@ def _figures(
     lossy = {statics.balance.feedbacks[k].joint for k in statics.balance.active}
     rows = [k for k, name in enumerate(names) if name in lossy]
     figures: dict[str, Any] = {}
-    drives = bool(free >= 0)
     estimate = float(lost_free.sum())
+    if abs(free) <= NO_POWER * estimate:
+        free = 0.0
+    drives = bool(free >= 0)
     power = abs(float(free))
     if rows and power:
         figures["efficiency_formula_10"] = (power - estimate) / power
