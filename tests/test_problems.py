@@ -42,6 +42,20 @@ def test_the_indicator_diagram_is_what_its_script_writes() -> None:
     assert table.read_text().splitlines() == script["rows"]()
 
 
+def test_tables_are_written_with_the_problem(tmp_path: Path) -> None:
+    problem = md.load("four-stroke-engine")
+    path = tmp_path / "engine.toml"
+    md.dump(problem, path)
+    md.dump(problem, path)  # the file that is there holds the same
+    load, again = (own.mechanism.loads["gas"] for own in (problem, md.load(path)))
+    assert len(load.points) == 361
+    assert load.points == again.points
+    table = tmp_path / "four-stroke-engine.csv"
+    table.write_text(table.read_text().replace("8000", "8001"))
+    with pytest.raises(InputError, match=r"loads\.gas\.file: another file"):
+        md.dump(problem, path)
+
+
 def test_a_wrong_expected_value_is_missed() -> None:
     problem = md.load("slider-crank")
     text = library.find("slider-crank").read_text()
