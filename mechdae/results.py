@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -231,6 +232,10 @@ class Result:
             result["summary"]["fault"] = self.fault
         return result
 
+    @cached_property
+    def _plain(self) -> dict[str, Any]:
+        return self.to_dict()
+
     def value(self, path: str) -> Any:
         """Return the plain data at a slash path below the task (``points/rod.B/velocity``).
 
@@ -241,7 +246,7 @@ class Result:
         UnknownName
             With the nearest names on that level.
         """
-        here: Any = self.to_dict()
+        here: Any = self._plain
         for step in self.whole_path(path).split("/"):
             if not isinstance(here, dict) or step not in here:
                 raise UnknownName("path", path, list(here) if isinstance(here, dict) else [])

@@ -77,7 +77,7 @@ def check(problem: Problem) -> list[Verdict]:
 def _verdict(entry: Expected, result: Result, known: dict[str, float]) -> Verdict:
     found = result.value(entry.what)
     if (
-        result.whole_path(entry.what).split("/")[0] in SERIES
+        result.whole_path(entry.what).split("/")[0].partition("_")[0] in SERIES
         and isinstance(found, list)
         and not _all_modes(entry, result)
     ):

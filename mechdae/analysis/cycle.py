@@ -23,6 +23,12 @@ SAMPLES = 512
 HALVINGS = 60
 OVERFLOW = 64
 """Kinks in one sample that are located."""
+NO_POWER = 1e-9
+"""Share of the losses below which the power without friction is none: idling, all is lost."""
+ROUNDING = 1e-12
+"""Share of the losses that a power at a pose has to reach to have a sign."""
+APART = 1e-6
+"""Share of the way; arcs nearer to each other are one, with a dead centre in it."""
 
 
 def cycle(
@@ -84,8 +90,10 @@ def _figures(
     lossy = {statics.balance.feedbacks[k].joint for k in statics.balance.active}
     rows = [k for k, name in enumerate(names) if name in lossy]
     figures: dict[str, Any] = {}
-    drives = bool(free >= 0)
     estimate = float(lost_free.sum())
+    if abs(free) <= NO_POWER * estimate:
+        free = 0.0
+    drives = bool(free >= 0)
     power = abs(float(free))
     if rows and power:
         figures["efficiency_formula_10"] = (power - estimate) / power
@@ -143,18 +151,19 @@ class State:
     def signature(self, s: Any) -> Any:
         """Return whole numbers that change where a formula does, (n, k).
 
-        The first two tell whether a pose is jammed, and whether it locks itself: loads drive
-        it, and the driver has to push nevertheless.
+        The first two tell whether a pose is jammed, and whether it locks itself: loads push
+        along the motion and would drive it without friction, with it the driver has to push.
         """
         inputs, quiet, sizes, jammed = self.solved(s)
         statics = self.statics
-        whole = (
-            statics.loaded(inputs, sizes)
-            if self.coupled
-            else statics.loaded(inputs, quiet, friction=False)
-        )
-        with np.errstate(invalid="ignore"):
-            locking = (whole.powers[:, 1] > 0) & (whole.powers[:, 0] >= 0) & ~jammed
+        locking = np.zeros(len(s), bool)
+        if self.coupled:
+            whole = statics.loaded(inputs, sizes)
+            free = statics.loaded(inputs, quiet, friction=False)
+            with np.errstate(invalid="ignore"):
+                least = ROUNDING * whole.losses.sum(axis=1)
+                driven = (free.powers[:, 0] < -least) & (free.powers[:, 1] > least)
+                locking = driven & (whole.powers[:, 0] >= 0) & ~jammed
         columns = [jammed[:, None] * 1, locking[:, None] * 1, inputs[5].astype(int)]
         if statics.tables:
             columns.append(self._cells(inputs[4]))
@@ -223,10 +232,16 @@ def _arcs(
     start = low if found[0, column] else None
     for place, left, right in kinks:
         if right[column] and not left[column] and start is None:
-            start = place
+            start = float(place)
         elif left[column] and not right[column] and start is not None:
-            arcs.append([start, place])
+            arcs.append([start, float(place)])
             start = None
     if start is not None:
         arcs.append([start, high])
-    return [arc for arc in arcs if arc[1] > arc[0]]
+    joined: list[list[float]] = []
+    for arc in arcs:
+        if joined and arc[0] - joined[-1][1] <= APART * (high - low):
+            joined[-1][1] = arc[1]
+        elif arc[1] > arc[0]:
+            joined.append(arc)
+    return joined

@@ -61,8 +61,8 @@ class Uniqueness:
     """What is unique.
 
     ``whole`` (joints,) tells which reactions are unique altogether, ``joints`` has the
-    directions of all of them, ``sums`` bodies and joints whose resultant is
-    unique although the single reactions are not.
+    directions of those in redundant groups and of those that pass their forces on, ``sums``
+    bodies and joints whose resultant is unique although the single reactions are not.
     """
 
     whole: Any
@@ -90,11 +90,14 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
     null = [_null_space(B) for B in matrices["columns"]]
     whole = np.ones(len(balance.joints), bool)
     joints: dict[str, Directions] = {}
-    for k, name in enumerate(balance.joints):  # self-stress of a group goes through earlier ones
+    inside = {name for group in statics.scene.redundant for name in group.joints}
+    for k, name in enumerate(balance.joints):
         spaces = []
         for C, N in zip(matrices[name], null, strict=True):
             spaces.append(_unique(C, C @ N))
         whole[k] = all(space.shape[0] == rank for space, rank in spaces)
+        if whole[k] and name not in inside:
+            continue
         joints[name] = _directions(model, balance, name, motion, chosen, [s for s, _ in spaces])
     _check_friction(statics, matrices, null)
     sums: dict[str, list[str]] = {}

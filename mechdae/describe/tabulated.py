@@ -55,6 +55,40 @@ def with_tables(mechanism: Mechanism, folder: Path) -> Mechanism:
     return replace(mechanism, loads=Table(loads))
 
 
+def write_tables(mechanism: Mechanism, folder: Path) -> None:
+    """Write the files of table loads into another folder, with the columns that are used.
+
+    Raises
+    ------
+    InputError
+        With the key path of the load: a file of that name with other numbers is there.
+    """
+    files: dict[str, dict[str, TableLoad]] = {}
+    for name, load in mechanism.loads.items():
+        if isinstance(load, TableLoad) and load.file is not None and load.from_file is not None:
+            files.setdefault(load.file, {})[name] = load
+    for file, loads in files.items():
+        path = folder / file
+        if path.exists():
+            for name, load in loads.items():
+                if _read(path, load.columns) != load.from_file:
+                    raise InputError(
+                        f"another file '{shorten(file, 60)}' is in the folder written to",
+                        where=f"loads.{name}.file",
+                    )
+            continue
+        columns: dict[str, list[float]] = {}
+        for load in sorted(loads.values(), key=lambda own: own.columns is not None):
+            for place, name in enumerate(load.columns or ("abscissa", "value")):
+                columns[name] = [row[place] for row in load.from_file or ()]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lines = [list(columns), *map(list, zip(*columns.values(), strict=True))]
+        partial = path.with_name(path.name + ".part")
+        with partial.open("w", encoding="utf-8", newline="") as stream:
+            csv.writer(stream, lineterminator="\n").writerows(lines)
+        partial.replace(path)
+
+
 def _inside(folder: Path, file: str) -> Path:
     path = folder / file
     base = folder.resolve()

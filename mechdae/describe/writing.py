@@ -16,14 +16,19 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.loads import Load
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import SCHEMA, Problem, unchanged
+from mechdae.describe.tabulated import write_tables
 from mechdae.describe.tasks import Driver
 from mechdae.describe.values import NAME, Value
 
 
 def dump(problem: Problem, path: str | Path) -> None:
-    """Write the problem to a TOML file that `load` reads back to an equal problem."""
+    """Write the problem to a TOML file that `load` reads back to an equal problem.
+
+    CSV files of its loads are written beside it.
+    """
     target = Path(path)
     text = dumps(problem)
+    write_tables(problem.mechanism, target.parent)
     partial = target.with_name(target.name + ".part")
     partial.write_text(text, encoding="utf-8")
     partial.replace(target)
