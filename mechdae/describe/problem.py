@@ -129,7 +129,7 @@ class Problem:
                 continue
             base, suffix = (name, "") if name in known else split_unit(name)
             try:
-                if suffix and base in known:
+                if base in known:
                     _check_set(self.mechanism, base, suffix)
                 new = number(to_si(number(value), suffix))
                 mechanism = self.mechanism.with_values({base: new})
@@ -380,6 +380,8 @@ def _grid(table: Mapping[str, Any], place: str) -> dict[str, Any]:
         base, suffix = split_unit(entry)
         if not isinstance(items, list) or len(items) != 3:
             raise InputError("[from, to, count] is needed", where=f"{place}.{entry}")
+        if base in result:
+            raise InputError(f"'{base}' is given twice, with and without a unit", where=place)
         result[base] = [*to_si(items[:2], suffix), items[2]]
     return result
 
@@ -387,8 +389,8 @@ def _grid(table: Mapping[str, Any], place: str) -> dict[str, Any]:
 def _check_set(mechanism: Mechanism, name: str, suffix: str) -> None:
     """Raise for an automatic name set in a unit that is not that of its number."""
     part, *rest = name.split(".")
-    if not rest:
-        return  # a parameter has none
+    if not rest or not suffix:
+        return  # a parameter has no unit
     if part in mechanism.joints:
         entry = next((f for f in fields(mechanism.joints[part]) if f.name == rest[0]), None)
         unit = entry.metadata.get("unit") if entry else None
@@ -418,9 +420,15 @@ def _check_units(problem: Problem, data: Mapping[str, Any]) -> None:
             check_suffix(name, unit_of(mechanism, split_unit(name)[0]))
         except MechdaeError as error:
             raise error.inside("sketch") from None
-    driven = {name for name, task in problem.tasks.items() if isinstance(task, Driven)}
     for name, task in _table(data, "tasks").items():
-        if name not in driven:
+        for word in ("vary", "samples") if isinstance(problem.tasks[name], Study) else ():
+            for entry in task.get(word, ()):
+                base, suffix = split_unit(entry)
+                try:
+                    _check_set(mechanism, base, suffix)
+                except MechdaeError as error:
+                    raise error.inside(f"tasks.{name}.{word}") from None
+        if not isinstance(problem.tasks[name], Driven):
             continue
         tables = [("driver", task["driver"])] if "driver" in task else []
         tables += [(f"drivers[{k}]", item) for k, item in enumerate(task.get("drivers", ()))]
