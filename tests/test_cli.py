@@ -163,6 +163,7 @@ def test_a_mechanism_that_does_not_assemble_is_one(capsys) -> None:
         ([], "required"),
         (["solve"], "required"),
         (["solve", "slider-cranc"], "did you mean slider-crank"),
+        (["solve", "nowhere"], "mechdae list"),
         (["solve", "none.toml"], "no such file"),
         (["solve", "slider-crank", "--task", "trun"], "did you mean turn"),
         (["solve", "slider-crank", "--set", "q=1"], "unknown parameter 'q'"),
@@ -224,6 +225,17 @@ def test_plot(capsys, tmp_path) -> None:
     code, out, _ = run(capsys, *words, "--task", "turn", "--format", "png")
     assert code == 0
     assert (tmp_path / "gorshkov-seven-link-turn-diagram.png").stat().st_size > 5000
+
+
+def test_plot_of_a_study_is_refused(capsys, tmp_path) -> None:
+    text = library.find("slider-crank").read_text()
+    text += '\n[tasks.map]\nkind = "study"\nof = "turn"\nvary = { r = [0.1, 0.2, 3] }\n'
+    path = tmp_path / "map.toml"
+    path.write_text(text + 'outputs = ["summary/stroke/guide"]\n')
+    code, out, err = run(capsys, "plot", str(path), "--task", "map", "--out", str(tmp_path))
+    assert (code, out) == (2, "")
+    assert "a study has no pose to draw" in err
+    assert "--task turn" in err
 
 
 def test_bench_quick(capsys, tmp_path) -> None:

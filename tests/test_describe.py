@@ -118,11 +118,18 @@ def test_units_are_not_part_of_the_name() -> None:
     assert values["rocker.C.x"] == 0.08
     assert problem.mechanism.sketch["crank"] == math.radians(60)
     assert problem.tasks["pose"].driver.speed == pytest.approx(2 * math.pi)
+    for name in ("rocker.C.x_deg", "coupler.B.y_rpm"):
+        with pytest.raises(InputError, match="does not fit"):
+            problem.with_values({name: 1})
+    assert problem.with_values({"rocker.C.x_mm": 70}).mechanism.values()["rocker.C.x"] == 0.07
     changed = problem.with_values({"phi_deg": 90, "a": "2*phi", "rocker.C.x": 0.07})
     assert changed.mechanism.values()["phi"] == math.pi / 2
     assert changed.mechanism.values()["crank.B.x"] == math.pi
     assert changed.mechanism.values()["rocker.C.x"] == 0.07
     assert problem.mechanism.values()["a"] == 0.04
+
+
+GEAR = 'g = {{ kind = "gear", between = ["ground.A", "rocker.D"], {} }}\n'
 
 
 @pytest.mark.parametrize(
@@ -168,6 +175,15 @@ def test_units_are_not_part_of_the_name() -> None:
         ("[sketch]", "[bodies.free]\npoints = { X = [0, 0] }\n[sketch]", ["free", "connects"]),
         ("[sketch]", "[repeat.cell]\ncount = -3\n[sketch]", ["repeat.cell.count", "negative"]),
         ("[sketch]", "dimension = 3\n[sketch]", ["joints.dimension"]),
+        ("speed_rpm", "speed_mm", ["tasks.pose.driver.speed_mm", "does not fit", "speed_rpm"]),
+        ('at = ["phi"]', "at_mm = [1]", ["tasks.pose.driver.at_mm", "in rad", "at_deg"]),
+        ("crank_deg = 60", "crank_mm = 60", ["sketch.crank_mm", "does not fit", "crank_deg"]),
+        ("C_mm = [80, 0]", "C_deg = [80, 0]", ["bodies.rocker.points.C_deg", "C_mm"]),
+        ("points = { A", "points_rpm = { A", ["ground.points_rpm", "points_mm"]),
+        ("[sketch]", GEAR.format("ratio_deg = 2") + "[sketch]", ["joints.g.ratio_deg", "plain"]),
+        ("[sketch]", GEAR.format("ratio = 2, phase_mm = 2") + "[sketch]", ["joints.g.phase_mm"]),
+        ("[sketch]", GEAR.format("phase = 1") + "[sketch]", ["joints.g: a gear needs"]),
+        ("[sketch]", GEAR.format("teeth = [1, 2]") + "[sketch]", ["joints.g.mesh: 'teeth' needs"]),
     ],
 )
 def test_bad_file_names_the_place(old: str, new: str, words: list[str]) -> None:

@@ -596,9 +596,31 @@ def test_scale_bar_has_a_round_length(about, length, text):
 
 def test_long_titles_are_fitted():
     result = four_bar(POSES[:1])
-    result.title = "A very long title of a mechanism " * 6
-    (title,) = with_gid(md.plot(result), "title")
+    result.title = "A very long title of a mechanism " * 8
+    axes = md.plot(result)
+    (title, rest) = (with_gid(axes, gid)[0] for gid in ("title", "title-rest"))
     assert title.get_text().endswith("…")
+    assert rest.get_text().endswith("…")
+    result.title = "Crank and rocker, coupler and frame; " * 3
+    axes = md.plot(result)
+    (title, rest) = (with_gid(axes, gid)[0] for gid in ("title", "title-rest"))
+    assert f"{title.get_text()} {rest.get_text()}" == result.title
+    result.title = "Four-bar"
+    assert not with_gid(md.plot(result), "title-rest")
+
+
+def test_modes_have_no_paths_and_their_label_below_the_title():
+    axes = md.plot(md.solve("triad-six-modes", "modes"), pose=3)
+    (subtitle,) = with_gid(axes, "subtitle")
+    assert subtitle.get_text().endswith("mode -1, 4 of 6")  # +1, +2, +3 come before
+    assert not [a for a in axes.get_children() if str(a.get_gid()).startswith("trace-")]
+
+
+def test_a_study_has_no_pose_to_draw():
+    problem = md.load("four-bar-crank-rocker")
+    study = md.Study(of="turn", vary={"a": [0.03, 0.04, 2]}, outputs=["summary/swing/rocker"])
+    with pytest.raises(md.InputError, match="a study has no pose"):
+        md.plot(md.solve(problem, study, poses=None))
 
 
 def test_unknown_kinds():

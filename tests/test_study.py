@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
+from mechdae.describe.problem import from_dict
 
 TURN = md.Sweep(md.Driver("crank.angle", from_=0, to=2 * np.pi, speed="w"), poses=73)
 
@@ -118,14 +120,39 @@ def test_a_swapped_branch_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"samples": {"a": [1, 2], "b": [1]}}, "different lengths"),
         ({}, "vary"),
         ({"vary": {"a": [0.03, 0.04, 2]}, "outputs": ("bodies/rokcer/angle",)}, "rocker"),
+        ({"vary": {"a": [0.03, 0.04, 2]}, "outputs": ("summary/swing/rokcer",)}, "rocker"),
+        ({"vary": {"a": [0.03, 0.04, 2]}, "outputs": ("summary/swnig/rocker",)}, "summary/swing"),
         ({"vary": {"a": [0.03, 0.04, 2]}, "outputs": ()}, "paths"),
         ({"vary": {"a": [0.03, 0.04, 2]}, "of": "trun"}, "turn"),
     ],
 )
 def test_bad_studies(keys: dict, words: str) -> None:
     study = replace(md.Study(of="turn", outputs=("bodies/rocker/angle",)), **keys)
-    with pytest.raises(md.InputError, match=words):
+    with pytest.raises(md.InputError) as caught:
         md.solve(four_bar(), study)
+    assert words in str(caught.value)
+
+
+def test_a_value_that_no_set_has_is_no_error() -> None:
+    """A time ratio is there only if it was asked for."""
+    study = md.Study(of="turn", vary={"a": [0.03, 0.04, 2]}, outputs=("summary/time_ratio/rocker",))
+    assert np.isnan(md.solve(four_bar(), study).table["summary/time_ratio/rocker"]).all()
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("vary = { a_mm = [30, 40, 2], a = [0.1, 0.2, 2] }", "tasks.map.vary: 'a' is given twice"),
+        ('vary = { "coupler.P.x_deg" = [30, 40, 2] }', "tasks.map.vary.x_deg: the unit '_deg'"),
+        ('samples = { "coupler.P.x_rpm" = [30, 40] }', "tasks.map.samples.x_rpm"),
+    ],
+)
+def test_units_of_varied_numbers(line: str, words: str) -> None:
+    text = md.dumps(four_bar())
+    text += f'[tasks.map]\nkind = "study"\nof = "turn"\n{line}\noutputs = ["summary/swing"]\n'
+    with pytest.raises(md.InputError) as caught:
+        from_dict(tomllib.loads(text))
+    assert words in str(caught.value)
 
 
 def test_a_study_in_a_file(tmp_path, capsys) -> None:

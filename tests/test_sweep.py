@@ -684,3 +684,54 @@ def test_swing_does_not_depend_on_the_grid() -> None:
         assert through.summary["swing"][body] == pytest.approx(
             whole.summary["swing"][body], rel=1e-12
         )
+
+
+def test_the_assembled_range_is_done_when_geared_bodies_are_back_too() -> None:
+    """Sun 20, planet 16, fixed ring 52: the arm turns by 20/72 of the sun, the planet by -45/72.
+
+    Willis: arm = s/(1 + 52/20) = 5/18 s, planet - arm = -20/16 (s - arm), so that the planet turns
+    by 5/18 s - 5/4 13/18 s = -5/8 s; both are whole after 72 turns of the sun.
+    """
+    mechanism = md.Mechanism(
+        ground=md.Ground(points={"O": [0, 0]}),
+        bodies=[
+            md.Body("sun", points={"O": [0, 0]}),
+            md.Body("arm", points={"O": [0, 0], "P": [0.036, 0]}),
+            md.Body("planet", points={"P": [0, 0], "X": [0.016, 0]}),
+        ],
+        joints=[
+            md.Revolute("S", "ground.O", "sun.O"),
+            md.Revolute("A", "ground.O", "arm.O"),
+            md.Revolute("P", "arm.P", "planet.P"),
+            md.Gear("g1", "sun.O", "planet.P", teeth=(20, 16), mesh="external", carrier="arm"),
+            md.Gear("g2", "planet.P", "ground.O", teeth=(16, 52), mesh="internal", carrier="arm"),
+        ],
+        sketch={"sun": 0.0},
+    )
+    sweep = md.Sweep(md.Driver("sun.angle", range="assembled"), poses=3)
+    result = md.solve(mechanism, sweep)
+    assert result.drivers["sun.angle"].position[-1] == pytest.approx(72 * 2 * math.pi)
+    assert result.summary["swing"]["arm"] == pytest.approx(20 * 2 * math.pi)
+    assert result.summary["swing"]["planet"] == pytest.approx(45 * 2 * math.pi)
+    path = result.points["planet.X"].position
+    assert path[-1] == pytest.approx(path[0], abs=1e-14)
+    only = md.solve(mechanism, replace(sweep, outputs=["sun"]))  # neither arm nor planet in it
+    assert only.drivers["sun.angle"].position[-1] == pytest.approx(2 * math.pi)
+
+
+def test_a_rack_that_only_goes_on_is_shown_over_one_turn() -> None:
+    mechanism = md.Mechanism(
+        ground=md.Ground(points={"O": [0, 0]}),
+        bodies=[md.Body("wheel", points={"O": [0, 0]}), md.Body("rack", points={"T": [0, 0]})],
+        joints=[
+            md.Revolute("O", "ground.O", "wheel.O"),
+            md.Prismatic("guide", "ground.O", "rack.T"),
+            md.Rack("mesh", "wheel.O", "rack.T", radius=0.02),
+        ],
+        sketch={"wheel": 0.0},
+    )
+    sweep = md.Sweep(md.Driver("wheel.angle", range="assembled"), poses=3)
+    result = md.solve(mechanism, sweep)
+    assert result.summary["stroke"]["guide"] == pytest.approx(2 * math.pi * 0.02)
+    (note,) = result.summary["notes"]
+    assert note.startswith("rack does not come back")

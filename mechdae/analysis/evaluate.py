@@ -172,7 +172,7 @@ class Evaluator:
         """
         nothing = np.zeros((len(s), self.graphs.nu))
         rates = () if self.graphs.single else tuple([nothing] * len(self.graphs.driven))
-        kinds, coordinates, users = self._recovered
+        kinds, coordinates, users = self.recovered
         sizes = np.where(self.angles, 1.0, path.constants.scale)
         values, errors = [], []
         for places in (s, shifted):
@@ -193,7 +193,7 @@ class Evaluator:
         return result
 
     @cached_property
-    def _recovered(self) -> tuple[Any, Any, list[list[int]]]:
+    def recovered(self) -> tuple[Any, Any, list[list[int]]]:
         """Kinds of the coordinates of bodies, their values, the unknowns each depends on."""
         scene = self.graphs.scene
         coordinates = ca.densify(ca.vertcat(*scene.recover.values()))

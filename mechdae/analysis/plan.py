@@ -10,11 +10,17 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.laws import Timing, interval, timing
-from mechdae.describe.coordinates import CURVE_JOINTS, SLIDE_JOINTS, Coordinate, coordinate
+from mechdae.describe.coordinates import (
+    CURVE_JOINTS,
+    SLIDE_JOINTS,
+    Coordinate,
+    coordinate,
+    coordinate_names,
+)
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism, evaluate_all
 from mechdae.describe.tasks import DEFAULT_POSES, Driven, Driver, Sweep
-from mechdae.errors import InputError, MechdaeError
+from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.course import Course
 
 MAX_POSES = 2_000_000
@@ -228,6 +234,9 @@ def sketched(mechanism: Mechanism) -> Sketch:
             else:
                 places[found] = value
         except MechdaeError as problem:
+            if isinstance(problem, UnknownName) and problem.what.startswith("unknown coordinate"):
+                names = [*mechanism.bodies, *mechanism.joints, *coordinate_names(mechanism)]
+                problem = UnknownName("body, joint or coordinate", name, names)
             raise problem.inside(f"sketch.{name}") from None
     return Sketch(angles, places)
 

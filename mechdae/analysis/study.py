@@ -19,6 +19,7 @@ from mechdae.analysis.evaluate import in_time
 from mechdae.analysis.lockstep import Lockstep
 from mechdae.analysis.numbers import Constants, mechanism_scale
 from mechdae.analysis.setting import Setting, first_pose, prepare
+from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Problem
@@ -29,6 +30,20 @@ from mechdae.results import Result
 MAX_SETS = 200_000
 MAX_NUMBERS = 50_000_000
 SERIES = ("bodies", "points", "joints")
+OF_PARTS = (
+    "swing",
+    "stroke",
+    "time_ratio",
+    "return_angle",
+    "no_time_ratio",
+    "transmission",
+    "extremes",
+    "dwell",
+    "curve",
+)
+"""Entries of the summary with one value for each of some parts."""
+OTHERS = ("limits", "envelope", "centrodes", "centres_at_infinity", "undercut", "failed")
+"""Further entries that not every sweep has."""
 PORTION = 400_000
 """Poses of all sets that are computed in one portion."""
 
@@ -50,6 +65,8 @@ def study(problem: Problem, name: str, task: Study) -> Result:
         raise InputError(
             "name the paths to tabulate", where="outputs", hint='"summary/swing/rocker"'
         )
+    for path in task.outputs:
+        _check_summary(problem, path)
     collector = _Collector(problem, base_name, base, names, sets, tuple(task.outputs))
     table, status = collector.run()
     summary = {
@@ -293,6 +310,27 @@ def _missing_ok(result: Result, path: str) -> Any:
     try:
         return result.value(path)
     except UnknownName:
-        if path.startswith("summary/"):
-            return None
-        raise
+        head, _, rest = path.partition("/")
+        word = rest.split("/")[0]
+        if head != "summary":
+            raise
+        if result.fault is None and word not in (*result.summary, *OF_PARTS, *OTHERS):
+            names = [f"summary/{name}" for name in (*result.summary, *OF_PARTS, *OTHERS)]
+            raise UnknownName("path", path, names) from None
+        return None
+
+
+def _check_summary(problem: Problem, path: str) -> None:
+    """Raise for a path like ``summary/swing/rocker`` that names no part of the mechanism.
+
+    A part that is there may have no value, such as a time ratio, and then is nan.
+    """
+    head, *rest = path.split("/")
+    if head != "summary" or len(rest) < 2 or rest[0] not in OF_PARTS:
+        return
+    mechanism = problem.mechanism
+    points = [f"{body}.{point}" for body, part in mechanism.bodies.items() for point in part.points]
+    names = [*mechanism.bodies, *mechanism.joints, *points, *coordinate_names(mechanism)]
+    if rest[1] not in names:
+        known = [f"summary/{rest[0]}/{name}" for name in names]
+        raise UnknownName("path", path, known, where="outputs")

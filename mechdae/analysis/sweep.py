@@ -23,6 +23,8 @@ from mechdae.results import Result
 
 MAX_TURNS = 1000
 MAX_SPANS = 25
+BACK = 1e-9
+"""Share of its size within which a coordinate is back where it was."""
 MOST_STEPS = 4096
 """Steps along a law for its fastest moment, beside four times those for its whole way."""
 
@@ -107,9 +109,10 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
         path.on_change_point = setting.on_change_point
         path.begin(x, begin)
         if plan.values is None:
-            notes = setting.notes
             turn = 2 * np.pi * size if is_angle or closed else None
-            places, summary["limits"] = _assembled(path, begin, turn, 4 * scale, plan.poses, notes)
+            places, summary["limits"] = _assembled(
+                path, evaluator, turn, 4 * scale, plan.poses, setting.notes
+            )
             return path, places
         places = laws.times if laws else plan.values[:, moving]
         _cover(path, places, is_angle, laws.corners if laws else ())
@@ -173,13 +176,19 @@ def _cover(path: Path, values: Any, is_angle: bool, corners: Any = ()) -> None:
 
 
 def _assembled(
-    path: Path, s: float, turn: float | None, length: float, count: int, notes: list[str]
+    path: Path,
+    evaluator: Evaluator,
+    turn: float | None,
+    length: float,
+    count: int,
+    notes: list[str],
 ) -> tuple[Any, list[float | None]]:
     """Return driver values over the whole assembled arc and its ends (None: turns fully).
 
     The driver is moved up turn by turn (or, where it has no `turn`, by `length`) until a
     group ends or the mechanism is back at its first pose, then down to the other end.
     """
+    s = path.origin[0]
     span, most = (turn, MAX_TURNS) if turn else (length, MAX_SPANS)
     high = low = None
     for turns in range(1, most + 1):
@@ -187,7 +196,10 @@ def _assembled(
         high = ends(path)[1]
         if high is not None:
             break
-        if turn and _closed(path):
+        closed = _closed(path) if turn else None
+        if turn and closed is not None:
+            turns *= _rounds(path, evaluator, turns * turn, turns, closed, notes)
+            path.extend(s + turns * span, first=True)
             # whole turns from zero, or from the full turn below a sketch further away
             base = 0.0 if abs(s) <= turn else turn * np.floor(s / turn)
             grid = base + turn * turns * np.arange(count) / max(count - 1, 1)
@@ -209,12 +221,43 @@ def _assembled(
     return grid, [low, high]
 
 
-def _closed(path: Path) -> bool:
-    """Return whether the mechanism is back at its first pose at the path's last node."""
+def _closed(path: Path) -> Any:
+    """Return the whole turns (nx,) after which unknowns are back at the last node, or None."""
     scene = path.graphs.scene
     moved = path.state[-1][: path.graphs.nx] - path.origin[1]
     period = periods(scene)
     whole = np.where(period > 0, period, 1.0)
-    moved = np.where(period > 0, moved - whole * np.round(moved / whole), moved)
+    turned = np.where(period > 0, whole * np.round(moved / whole), 0.0)
     size = natural_sizes(scene, path.constants.scale)
-    return bool(np.abs(moved / size).max(initial=0.0) < 1e-9)
+    back = np.abs((moved - turned) / size).max(initial=0.0) < BACK
+    return turned if back else None
+
+
+def _rounds(
+    path: Path, evaluator: Evaluator, span: float, turns: int, turned: Any, notes: list[str]
+) -> int:
+    """Return after how many rounds of `span` bodies that gears and racks move are back too.
+
+    After each round the unknowns are back, `turned` (nx,) further. One round where nothing ever
+    comes back, with a note.
+    """
+    kinds, coordinates, _ = evaluator.recovered
+    s, x = path.origin
+    rounds = np.arange(MAX_TURNS // turns + 1)
+    u = path.drivers(s + span * rounds)
+    values = coordinates(x + rounds[:, None] * turned, u, path.constants.p)[0]
+    apart = np.where(kinds == "s", 0.0, values - values[0])
+    whole = 2 * np.pi * np.round(apart / (2 * np.pi))
+    apart = np.where(kinds == "angle", apart - whole, apart / path.constants.scale)
+    away = np.abs(apart) >= BACK
+    back = np.flatnonzero(~away.any(axis=1))
+    if len(back) > 1:
+        return int(back[1])
+    if len(away) > 1 and away[1].any():
+        names = [part for part, _ in path.graphs.scene.recover]
+        part = names[int(np.argmax(away[1]))]
+        notes.append(
+            f"{part} does not come back to where it began: "
+            f"{'one turn' if turns == 1 else f'{turns} turns'} of the driver shown"
+        )
+    return 1

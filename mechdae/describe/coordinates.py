@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.errors import MechanismError, UnknownName
+from mechdae.errors import MechanismError, MechdaeError, UnknownName
 
 ANGLE_JOINTS = ("revolute", "pin-in-slot")
 SLIDE_JOINTS = ("prismatic", "pin-in-slot")
@@ -72,6 +72,21 @@ def coordinate(mechanism: Mechanism, text: str) -> Coordinate:
     if text in mechanism.bodies:
         error.hint = f"did you mean {text}.angle?"
     raise error
+
+
+def unit_of(mechanism: Mechanism, text: str) -> str | None:
+    """Return the unit of a coordinate, or of a body's or joint's name in a sketch.
+
+    None for places on curves, whose unit is the user's, and for unknown names.
+    """
+    if text in mechanism.joints:
+        kind = mechanism.joints[text].kind
+        return None if kind in CURVE_JOINTS else "m" if kind in SLIDE_JOINTS else "rad"
+    try:
+        found = coordinate(mechanism, f"{text}.angle" if text in mechanism.bodies else text)
+    except MechdaeError:
+        return None
+    return None if found.kind == "curve" else found.unit
 
 
 def coordinate_names(mechanism: Mechanism) -> list[str]:

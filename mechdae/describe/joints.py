@@ -85,9 +85,9 @@ NOT_NEGATIVE = (
 class Revolute(Joint):
     """Turning pair: the two points coincide. Relative coordinate: angle."""
 
-    friction: Number | None = key("number", None, doc="Coulomb coefficient")
-    friction_static: Number | None = key("number", None)
-    pin_radius: Number | None = key("number", None, doc="m")
+    friction: Number | None = key("number", None, doc="Coulomb coefficient", unit="1")
+    friction_static: Number | None = key("number", None, unit="1")
+    pin_radius: Number | None = key("number", None, doc="m", unit="m")
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
@@ -110,11 +110,15 @@ class Prismatic(Joint):
     less the first's. Relative coordinate: slide, along the axis.
     """
 
-    axis: Number = key("number", 0.0, doc="direction of the guide in the first body, rad")
-    turn: Number = key("number", 0.0, doc="angle of the second less that of the first, rad")
-    friction: Number | None = key("number", None)
-    friction_static: Number | None = key("number", None)
-    contact_length: Number | None = key("number", None, doc="2b, m; absent: long guide")
+    axis: Number = key(
+        "number", 0.0, doc="direction of the guide in the first body, rad", unit="rad"
+    )
+    turn: Number = key(
+        "number", 0.0, doc="angle of the second less that of the first, rad", unit="rad"
+    )
+    friction: Number | None = key("number", None, unit="1")
+    friction_static: Number | None = key("number", None, unit="1")
+    contact_length: Number | None = key("number", None, doc="2b, m; absent: long guide", unit="m")
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
@@ -133,9 +137,11 @@ class Prismatic(Joint):
 class PinInSlot(Joint):
     """Pin of the second body in a straight slot of the first. Coordinates: slide, angle."""
 
-    axis: Number = key("number", 0.0, doc="direction of the slot in the first body, rad")
-    friction: Number | None = key("number", None)
-    pin_radius: Number | None = key("number", None, doc="m")
+    axis: Number = key(
+        "number", 0.0, doc="direction of the slot in the first body, rad", unit="rad"
+    )
+    friction: Number | None = key("number", None, unit="1")
+    pin_radius: Number | None = key("number", None, doc="m", unit="m")
 
     kind: ClassVar[str] = "pin-in-slot"
     lower: ClassVar[bool] = False
@@ -145,7 +151,9 @@ class PinInSlot(Joint):
 class Weld(Joint):
     """Rigid connection: points coincide, angle between the bodies fixed."""
 
-    turn: Number = key("number", 0.0, doc="angle of the second less that of the first, rad")
+    turn: Number = key(
+        "number", 0.0, doc="angle of the second less that of the first, rad", unit="rad"
+    )
 
     kind: ClassVar[str] = "weld"
     letter: ClassVar[str] = "W"
@@ -160,25 +168,24 @@ class Gear(Joint):
     """
 
     carrier: str | None = key("name", None)
-    ratio: Number | None = key("number", None, doc="(w1 - wc) / (w2 - wc); external mesh: < 0")
-    teeth: tuple[Number, ...] | None = key("pair", None, doc="[z1, z2]")
+    ratio: Number | None = key(
+        "number", None, doc="(w1 - wc) / (w2 - wc); external mesh: < 0", unit="1"
+    )
+    teeth: tuple[Number, ...] | None = key("pair", None, doc="[z1, z2]", unit="1")
     mesh: str | None = key("text", None, choices=("external", "internal"))
-    phase: Number = key("number", 0.0, doc="rad")
-    pressure_angle: Number = key("number", 0.3490658503988659, doc="rad")
-    mesh_loss: Number | None = key("number", None, doc="share of power")
+    phase: Number = key("number", 0.0, doc="rad", unit="rad")
+    pressure_angle: Number = key("number", 0.3490658503988659, doc="rad", unit="rad")
+    mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
 
     kind: ClassVar[str] = "gear"
     lower: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        place = f"joints.{self.name}"
         if (self.ratio is None) == (self.teeth is None):
-            raise MechanismError("a gear needs either 'ratio' or 'teeth' with 'mesh'", where=place)
+            raise MechanismError("a gear needs either 'ratio' or 'teeth' with 'mesh'")
         if self.teeth is not None and self.mesh is None:
-            raise MechanismError(
-                '\'teeth\' needs mesh = "external" or "internal"', where=f"{place}.mesh"
-            )
+            raise MechanismError('\'teeth\' needs mesh = "external" or "internal"', where="mesh")
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
         yield from super().numbers()
@@ -202,12 +209,12 @@ class Gear(Joint):
 class Rack(Joint):
     """Wheel on a rack: travel along ``axis`` of the second body = radius * angle + phase."""
 
-    radius: Number = key("number", doc="signed, m")
+    radius: Number = key("number", doc="signed, m", unit="m")
     carrier: str | None = key("name", None)
-    axis: Number = key("number", 0.0, doc="in the second body, rad")
-    phase: Number = key("number", 0.0, doc="m")
-    pressure_angle: Number = key("number", 0.3490658503988659)
-    mesh_loss: Number | None = key("number", None)
+    axis: Number = key("number", 0.0, doc="in the second body, rad", unit="rad")
+    phase: Number = key("number", 0.0, doc="m", unit="m")
+    pressure_angle: Number = key("number", 0.3490658503988659, unit="rad")
+    mesh_loss: Number | None = key("number", None, unit="1")
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False
@@ -222,13 +229,15 @@ class Rack(Joint):
 class Belt(Joint):
     """Belt or chain between two wheels; ``crossed`` reverses the sense."""
 
-    ratio: Number = key("number")
+    ratio: Number = key("number", unit="1")
     carrier: str | None = key("name", None)
     crossed: bool = key("flag", False)
-    pretension: Number | None = key("number", None, doc="of each strand, N")
-    radius: Number | None = key("number", None, doc="of the first wheel, m; only forces use it")
-    phase: Number = key("number", 0.0, doc="rad")
-    mesh_loss: Number | None = key("number", None)
+    pretension: Number | None = key("number", None, doc="of each strand, N", unit="N")
+    radius: Number | None = key(
+        "number", None, doc="of the first wheel, m; only forces use it", unit="m"
+    )
+    phase: Number = key("number", 0.0, doc="rad", unit="rad")
+    mesh_loss: Number | None = key("number", None, unit="1")
 
     kind: ClassVar[str] = "belt"
     lower: ClassVar[bool] = False
@@ -245,7 +254,7 @@ class Belt(Joint):
 class Distance(Joint):
     """Massless bar: the two points keep their distance ``length`` [m]."""
 
-    length: Number = key("number", doc="m")
+    length: Number = key("number", doc="m", unit="m")
 
     kind: ClassVar[str] = "distance"
     lower: ClassVar[bool] = False
@@ -270,13 +279,13 @@ class Curve(Joint):
     Relative coordinate: s, the place of the contact on the curve.
     """
 
-    x: Number = key("expression", doc="expression of s and parameters, m")
-    y: Number = key("expression", doc="expression of s and parameters, m")
+    x: Number = key("expression", doc="expression of s and parameters, m", unit="m")
+    y: Number = key("expression", doc="expression of s and parameters, m", unit="m")
     range: tuple[Number, ...] | None = key("pair", None, doc="first and last s; closed: [0, 2 pi]")
     closed: bool = key("flag", False, doc="the curve ends where it begins")
-    roller_radius: Number | None = key("number", None, doc="m; absent: a point follower")
+    roller_radius: Number | None = key("number", None, doc="m; absent: a point follower", unit="m")
     side: str = key("text", "right", choices=("right", "left"), doc="of the roller")
-    friction: Number | None = key("number", None)
+    friction: Number | None = key("number", None, unit="1")
 
     kind: ClassVar[str] = "curve"
     lower: ClassVar[bool] = False

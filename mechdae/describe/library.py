@@ -36,5 +36,6 @@ def find(name_or_path: str | Path) -> Path:
         error = UnknownName("problem", text, known, where="predefined problems")
         if Path(f"{text}.toml").is_file():
             error.hint = f"did you mean the file {text}.toml?"
+        error.hint = error.hint or "`mechdae list` names them; the path of a file ends in .toml"
         raise error
     return path

@@ -28,7 +28,7 @@ RESERVED = (*CONSTANTS, "t")
 class Ground(Value):
     """The fixed link: its points [m] in the fixed frame."""
 
-    points: Table[tuple[Number, ...]] = key("points", Table())
+    points: Table[tuple[Number, ...]] = key("points", Table(), unit="m")
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,15 @@ class Body(Value):
     """
 
     name: str = key("name")
-    points: Table[tuple[Number, ...]] = key("points", Table())
+    points: Table[tuple[Number, ...]] = key("points", Table(), unit="m")
     number: int | None = key("whole", None, doc="number in the circle on the diagram")
-    mass: Number | None = key("number", None, doc="kg; absent: massless")
-    center: tuple[Number, ...] | None = key("pair", None, doc="centre of mass in the body's frame")
-    inertia: Number | None = key("number", None, doc="about the centre of mass, kg m2")
+    mass: Number | None = key("number", None, doc="kg; absent: massless", unit="kg")
+    center: tuple[Number, ...] | None = key(
+        "pair", None, doc="centre of mass in the body's frame", unit="m"
+    )
+    inertia: Number | None = key(
+        "number", None, doc="about the centre of mass, kg m2", unit="kg m2"
+    )
     outline: tuple[str, ...] | None = key("outline", None, doc="points of the polygon drawn")
 
 

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from mechdae.describe import library
 from mechdae.describe.checks import check_loads
-from mechdae.describe.coordinates import coordinate, selection
+from mechdae.describe.coordinates import coordinate, selection, unit_of
 from mechdae.describe.expression import names_in
 from mechdae.describe.joints import JOINTS, SPATIAL, Joint
 from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground, Mechanism, evaluate_all
 from mechdae.describe.named import check_outputs
-from mechdae.describe.reading import plain, read, split_unit, to_si
+from mechdae.describe.reading import check_suffix, plain, read, split_unit, to_si
 from mechdae.describe.repeat import Pattern, expand, pattern_of
 from mechdae.describe.table import Table
 from mechdae.describe.tabulated import with_tables, with_tables_of
@@ -42,6 +42,11 @@ ALIASES = {
     **dict.fromkeys(("gears", "mesh"), "gear"),
     **dict.fromkeys(("cam", "roller"), "curve"),
 }
+RATES = {
+    **dict.fromkeys(("at", "from", "to", "law"), ""),
+    **{"speed": "/s", "acceleration": "/s2", "jerk": "/s3"},
+}
+"""Keys of a driver whose values have the unit of its coordinate, over powers of the second."""
 MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 TOML_HINT = "expressions stand in quotes, decimals have a point, lists end with ]"
@@ -125,6 +130,8 @@ class Problem:
                 continue
             base, suffix = (name, "") if name in known else split_unit(name)
             try:
+                if base in known:
+                    _check_set(self.mechanism, base, suffix)
                 new = number(to_si(number(value), suffix))
                 mechanism = self.mechanism.with_values({base: new})
             except MechdaeError as problem:
@@ -221,7 +228,7 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
 def _problem(data: Mapping[str, Any], name: str, typed: Mapping[str, Any]) -> Problem:
     """Return the problem of tables without repetition; `typed` are those with it."""
     mechanism = Mechanism(
-        ground=read(Ground, _with_points(_table(data, "ground")), "ground"),
+        ground=read(Ground, _with_points(_table(data, "ground"), "ground"), "ground"),
         bodies=[_read_body(n, t) for n, t in _table(data, "bodies").items()],  # type: ignore[arg-type]
         joints=[_read_joint(n, t) for n, t in _table(data, "joints").items()],  # type: ignore[arg-type]
         loads=[_read_load(n, t) for n, t in _table(data, "loads").items()],  # type: ignore[arg-type]
@@ -234,7 +241,7 @@ def _problem(data: Mapping[str, Any], name: str, typed: Mapping[str, Any]) -> Pr
     expected = data.get("expected", [])
     if not isinstance(expected, list):
         raise InputError("write [[expected]], a list of tables", where="expected")
-    return Problem(
+    problem = Problem(
         mechanism,
         Table(tasks),
         tuple(read(Expected, t, f"expected[{i}]") for i, t in enumerate(expected)),
@@ -243,6 +250,8 @@ def _problem(data: Mapping[str, Any], name: str, typed: Mapping[str, Any]) -> Pr
         data.get("source", ""),
         pattern_of(typed),
     )
+    _check_units(problem, data)
+    return problem
 
 
 def unchanged(pattern: Pattern, name: str) -> Problem:
@@ -291,18 +300,21 @@ def _plain(data: Mapping[str, Any], entry: str) -> dict[str, Any]:
         raise problem.inside(entry) from None
 
 
-def _with_points(table: Any) -> Any:
+def _with_points(table: Any, place: str) -> Any:
     """Return a body's table with the units on its points' names resolved."""
     if isinstance(table, Mapping) and isinstance(table.get("points"), Mapping):
         try:
+            for name in table["points"]:
+                check_suffix(name, "m")
             return {**table, "points": plain(table["points"])}
         except MechdaeError as problem:
-            raise problem.inside("points") from None
+            raise problem.inside(f"{place}.points") from None
     return table
 
 
 def _read_body(name: str, table: Any) -> Body:
-    return read(Body, _with_points(table), f"bodies.{name}", name=name)
+    place = f"bodies.{name}"
+    return read(Body, _with_points(table, place), place, name=name)
 
 
 def _kind(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
@@ -372,8 +384,23 @@ def _grid(table: Mapping[str, Any], place: str) -> dict[str, Any]:
         base, suffix = split_unit(entry)
         if not isinstance(items, list) or len(items) != 3:
             raise InputError("[from, to, count] is needed", where=f"{place}.{entry}")
+        if base in result:
+            raise InputError(f"'{base}' is given twice, with and without a unit", where=place)
         result[base] = [*to_si(items[:2], suffix), items[2]]
     return result
+
+
+def _check_set(mechanism: Mechanism, name: str, suffix: str) -> None:
+    """Raise for an automatic name set in a unit that is not that of its number."""
+    part, *rest = name.split(".")
+    if not rest or not suffix:
+        return  # a parameter has no unit
+    if part in mechanism.joints:
+        entry = next((f for f in fields(mechanism.joints[part]) if f.name == rest[0]), None)
+        unit = entry.metadata.get("unit") if entry else None
+    else:
+        unit = {"mass": "kg", "inertia": "kg m2"}.get(rest[0], "m")
+    check_suffix(f"{rest[-1]}{suffix}", unit)
 
 
 def _read_driver(table: Any, place: str) -> Driver:
@@ -387,6 +414,37 @@ def _read_driver(table: Any, place: str) -> Driver:
                     hint=f"{base} = ...",
                 )
     return read(Driver, table, place)
+
+
+def _check_units(problem: Problem, data: Mapping[str, Any]) -> None:
+    """Raise for suffixes of sketched and driven values that are not units of their coordinates."""
+    mechanism = problem.mechanism
+    for name in _table(data, "sketch"):
+        try:
+            check_suffix(name, unit_of(mechanism, split_unit(name)[0]))
+        except MechdaeError as error:
+            raise error.inside("sketch") from None
+    for name, task in _table(data, "tasks").items():
+        for word in ("vary", "samples") if isinstance(problem.tasks[name], Study) else ():
+            for entry in task.get(word, ()):
+                base, suffix = split_unit(entry)
+                try:
+                    _check_set(mechanism, base, suffix)
+                except MechdaeError as error:
+                    raise error.inside(f"tasks.{name}.{word}") from None
+        if not isinstance(problem.tasks[name], Driven):
+            continue
+        tables = [("driver", task["driver"])] if "driver" in task else []
+        tables += [(f"drivers[{k}]", item) for k, item in enumerate(task.get("drivers", ()))]
+        for place, table in tables:
+            for word in table:
+                own = unit_of(mechanism, table["coordinate"])
+                key = split_unit(word)[0]
+                try:
+                    if own is not None and key in RATES:
+                        check_suffix(word, f"{own}{RATES[key]}")
+                except MechdaeError as error:
+                    raise error.inside(f"tasks.{name}.{place}") from None
 
 
 def _check_depth(data: Any) -> None:

@@ -15,6 +15,12 @@ UNITS: dict[str, tuple[Callable[[float], float], str]] = {
     "_rpm": (lambda x: x * math.pi / 30, "({})*pi/30"),
     "_mm": (lambda x: x / 1000, "({})/1000"),
 }
+MEASURES = {
+    "_deg": ("rad", "rad/s", "rad/s2", "rad/s3"),
+    "_rpm": ("rad/s",),
+    "_mm": ("m", "m/s", "m/s2", "m/s3"),
+}
+"""Units that a suffix may stand for."""
 T = TypeVar("T", bound=Value)
 
 
@@ -24,6 +30,25 @@ def split_unit(key: str) -> tuple[str, str]:
         if key.endswith(suffix) and len(key) > len(suffix):
             return key[: -len(suffix)], suffix
     return key, ""
+
+
+def suffixes(unit: str | None) -> list[str]:
+    """Return the suffixes that fit a unit; all of them where it is not known."""
+    return [suffix for suffix in UNITS if unit is None or unit in MEASURES[suffix]]
+
+
+def check_suffix(key: str, unit: str | None) -> None:
+    """Raise for a key whose suffix cannot be a unit of its numbers, like ``radius_deg``."""
+    base, suffix = split_unit(key)
+    if not suffix or suffix in suffixes(unit):
+        return
+    own = "plain numbers" if unit == "1" else f"in {unit}"
+    fitting = [f"{base}{other}" for other in suffixes(unit)]
+    raise InputError(
+        f"the unit '{suffix}' does not fit '{base}'",
+        where=key,
+        hint=f"{' or '.join([base, *fitting])}; values without a suffix are {own}",
+    )
 
 
 def to_si(value: Any, suffix: str) -> Any:
@@ -60,6 +85,8 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
             if "_" in key and key.rsplit("_", 1)[0] in known:
                 error.hint = f"units are {', '.join(UNITS)}"
             raise error
+        if suffix and known is not None:
+            check_suffix(key, getattr(known[base], "metadata", {}).get("unit"))
         if base in result:
             raise InputError(f"'{base}' is given twice, with and without a unit")
         try:

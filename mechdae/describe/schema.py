@@ -9,7 +9,7 @@ from mechdae.describe.joints import JOINTS
 from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground
 from mechdae.describe.problem import SCHEMA, TOP, Expected
-from mechdae.describe.reading import UNITS
+from mechdae.describe.reading import suffixes
 from mechdae.describe.repeat import KEYS
 from mechdae.describe.tasks import TASKS, Driven, Driver
 from mechdae.describe.values import Value, required
@@ -150,7 +150,8 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
             value["enum"] = choices
         properties[name] = value
         if word in WITH_UNIT:
-            properties |= {f"{name}{suffix}": value for suffix in UNITS}
+            own = suffixes(entry.metadata["unit"])
+            properties |= {f"{name}{suffix}": value for suffix in own}
         elif required(entry):
             needed.append(name)
     return {

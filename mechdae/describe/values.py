@@ -22,9 +22,19 @@ NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 NAME_RULE = "letters, digits and underscores, not starting with a digit"
 
 
-def key(kind: str, default: Any = MISSING, *, doc: str = "", choices: Sequence[str] = ()) -> Any:
-    """Return a dataclass field that holds a value of `kind` (a name in `COERCE`)."""
-    metadata = {"kind": kind, "doc": doc, "choices": tuple(choices)}
+def key(
+    kind: str,
+    default: Any = MISSING,
+    *,
+    doc: str = "",
+    choices: Sequence[str] = (),
+    unit: str | None = None,
+) -> Any:
+    """Return a dataclass field that holds a value of `kind` (a name in `COERCE`).
+
+    ``unit`` is that of its numbers ("1": a plain number), None where it depends on other keys.
+    """
+    metadata = {"kind": kind, "doc": doc, "choices": tuple(choices), "unit": unit}
     return field(default=default, metadata=metadata)
 
 

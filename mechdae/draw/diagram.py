@@ -16,10 +16,11 @@ from mechdae.draw.figure import new_axes
 from mechdae.draw.guides import draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
 from mechdae.draw.places import PINNED, Place, free_points, places_of
-from mechdae.draw.scene import Array, Scene, choose_pose, read_scene
+from mechdae.draw.scene import SHORT, Array, Scene, choose_pose, read_scene
 from mechdae.draw.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.wheels import circles, draw_wheels, rack_span
+from mechdae.errors import InputError
 
 FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
@@ -47,7 +48,7 @@ def draw(
         Index of the pose, negative from the end; by default the middle assembled pose of
         a sweep, the first of a few.
     traces
-        Whether the paths of the moving points are drawn.
+        Whether the paths of the moving points are drawn, of more than a few poses.
     ghosts
         Number of other poses drawn faintly.
     labels
@@ -63,7 +64,10 @@ def draw(
     InputError
         A pose that the result does not have.
     """
+    if getattr(result, "kind", "") == "study":
+        raise InputError("a study has no pose to draw", hint="solve the sweep it repeats")
     scene = read_scene(result)
+    traces = traces and getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
     axes = new_axes() if ax is None else ax
     low, high, size = _extent(scene, index, traces, ghosts)
@@ -366,25 +370,40 @@ def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[st
     return (text if keep == len(text) else text[: keep - 1].rstrip() + "…"), chosen
 
 
+def in_lines(text: str, size: float, room: float, families: list[str]) -> list[str]:
+    """Return a text as it is if it fits at that size, or as two lines of much the same length."""
+    chosen = font(size, families)
+    places = [k for k, letter in enumerate(text) if letter == " "]
+    if not places or float(ink(text, chosen)[1][0]) <= room:
+        return [text]
+
+    def longer(k: int) -> float:
+        return max(float(ink(part, chosen)[1][0]) for part in (text[:k], text[k + 1 :]))
+
+    k = min(places, key=longer)
+    return [text[:k], text[k + 1 :]]
+
+
 def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> None:
     """Write the title and, below it, the driver's value and the pose."""
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
     count = len(result.status)
     parts = [*values, str(getattr(result, "task", "") or "")]
-    if count > 1:
+    if getattr(result, "kind", "") == "modes":
+        parts.append(f"mode {','.join(result.labels[pose])}, {pose + 1} of {count}")
+    elif count > 1:
         parts.append(f"pose {pose + 1} of {count}")
-    rows = (
-        (title, style.TITLE, 24.0, style.INK, "title"),
-        (
-            "  ·  ".join(part for part in parts if part),
-            style.SUBTITLE,
-            8.0,
-            style.FAINT,
-            "subtitle",
-        ),
-    )
+    room = float(sheet.size[0]) - 8.0
+    lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
+    subtitle = "  ·  ".join(part for part in parts if part)
+    rows = [(subtitle, style.SUBTITLE, 8.0, style.FAINT, "subtitle")]
+    if len(lines) == 1:
+        rows.append((title, style.TITLE, 24.0, style.INK, "title"))
+    else:
+        rows.append((lines[0], 0.85 * style.TITLE, 34.0, style.INK, "title"))
+        rows.append((lines[1], 0.85 * style.TITLE, 21.0, style.INK, "title-rest"))
     for text, size, lift, color, gid in rows:
-        text, chosen = fitted(text, size, float(sheet.size[0]) - 8.0, style.NOTE_FONT)
+        text, chosen = fitted(text, size, room, style.NOTE_FONT)
         sheet.ax.annotate(
             text.replace("$", r"\$"),
             (0.0, 1.0),

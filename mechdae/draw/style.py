@@ -74,5 +74,5 @@ NOTE: Final = 8.0
 SOLID, RING, PATH, SHADE = 24.0, 12.0, 1.5, 0.5
 """How strongly labels keep off links and symbols, pitch circles, paths, and ghosts."""
 
-Z_TRACE, Z_GHOST, Z_GROUND, Z_FILL, Z_BLOCK, Z_BAR, Z_MARK, Z_PIN, Z_LABEL = range(1, 10)
+Z_TRACE, Z_GHOST, Z_FILL, Z_GROUND, Z_BLOCK, Z_BAR, Z_MARK, Z_PIN, Z_LABEL = range(1, 10)
 """Order of drawing, later above earlier."""

@@ -108,25 +108,14 @@ def _draw_spoke(
 ) -> None:
     """Show how the wheel is turned and what it is fixed to.
 
-    A wheel that is part of a link with other points has a filled corner where the link's
-    bar leaves the wheel; any other has one thin radius.
+    A thin radius with a dot on the rim, through the first other point of the body.
     """
-    for point in scene.mechanism.body(body).points:
-        offset = sheet.at(scene.place(f"{body}.{point}", pose)) - center
-        if np.hypot(*offset) > 1e-6:
-            arm = unit(offset)
-            if np.hypot(*offset) < radius:
-                sheet.line([center, center + radius * arm], color=style.INK, z=style.Z_MARK)
-            for sign in (1.0, -1.0):
-                symbols.corner(
-                    sheet,
-                    center + radius * arm,
-                    (-arm, sign * normal(arm)),
-                    f"body-{body}-wheel",
-                    size=1.7 * style.PIN,
-                )
-            return
-    direction = scene.direction(body, 0.0, pose)
+    offsets = [
+        sheet.at(scene.place(f"{body}.{point}", pose)) - center
+        for point in scene.mechanism.body(body).points
+    ]
+    arms = [unit(offset) for offset in offsets if np.hypot(*offset) > 1e-6]
+    direction = arms[0] if arms else scene.direction(body, 0.0, pose)
     end = center + radius * direction
     sheet.line([center, end], color=color, width=style.THIN, z=style.Z_MARK)
     symbols.dot(sheet, end, f"body-{body}-wheel", color)

@@ -12,7 +12,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.measures.courses import AT_REST, rates_of, travel
+from mechdae.analysis.measures.courses import travel
+from mechdae.analysis.measures.stops import AT_REST, stops
 from mechdae.analysis.measures.track import SAME, Track
 from mechdae.analysis.outputs import Outputs, Request
 from mechdae.describe.mechanism import GROUND
@@ -24,6 +25,8 @@ FAR = 1e12
 """Lengths of the mechanism beyond which a centre is at infinity."""
 MOST = 20_000_000
 """Numbers that all instant centres together may have."""
+NEAR = 1e-6
+"""Share of the driver's unit within which two places are one: the end of a rest is no sharper."""
 
 
 def bodies_of(scene: Scene) -> list[str]:
@@ -116,8 +119,8 @@ def is_pinned(scene: Scene, body: str) -> bool:
 def at_infinity(track: Track, outputs: Outputs, columns: list[int]) -> dict[str, Any]:
     """Return where a body's instant centre against the ground is at infinity.
 
-    ``at_infinity`` has the driver values at which a body stops turning, ``never_turn`` the
-    bodies that do not turn at all.
+    ``at_infinity`` has the driver values at which a body stops turning, of an interval in which
+    it rests both ends, ``never_turn`` the bodies that do not turn at all.
     """
     found: dict[str, list[float]] = {}
     still = []
@@ -131,14 +134,17 @@ def at_infinity(track: Track, outputs: Outputs, columns: list[int]) -> dict[str,
             still.append(body)
             continue
         slack = SAME * track.unit
-        places = [
+        places = sorted(
             float(np.clip(s + piece.shift, track.low, track.high))
             for piece in pieces
-            for s in track.zeros(piece, rates_of([column]))[0]
-            if track.low - slack <= s + piece.shift <= track.high + slack
-        ]
+            for stop in stops(track, piece, [column], [1.0])[0]
+            for s in (stop.first, stop.last)
+            if stop.last + piece.shift >= track.low - slack
+            and stop.first + piece.shift <= track.high + slack
+        )
         if places:
-            found[body] = sorted(places)
+            far = np.diff(places, prepend=-np.inf) > NEAR * track.unit
+            found[body] = [s for s, new in zip(places, far, strict=True) if new]
     summary: dict[str, Any] = {"at_infinity": found} if found else {}
     return summary | ({"never_turn": still} if still else {})
 

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.measures.track import SAME, Family, Sample, Track
+from mechdae.analysis.measures.stops import AT_REST, stops
+from mechdae.analysis.measures.track import SAME, Sample, Track
 from mechdae.analysis.outputs import Outputs
 
-AT_REST = 1e-11
-"""Share of a radian, or of a length of the mechanism, by which rounding may move what rests."""
 TIE = 1e-12
 """Share of the range within which two extremes are the same; the first one is named."""
 
@@ -49,15 +48,6 @@ def quantities(outputs: Outputs) -> list[Quantity]:
     return found
 
 
-def rates_of(columns: list[int]) -> Family:
-    """Return the first rates of columns as functions that vanish where they are stationary."""
-
-    def family(sample: Sample) -> tuple[Any, Any]:
-        return sample.y[1][:, columns], sample.y[2][:, columns]
-
-    return family
-
-
 def travel(sample: Sample, columns: list[int]) -> Any:
     """Return greatest less least value of columns, 0 for those without values."""
     values = sample.y[0][:, columns]
@@ -69,13 +59,14 @@ def travel(sample: Sample, columns: list[int]) -> Any:
 
 @dataclass(frozen=True)
 class Place:
-    """A value, the driver's value there, and the place on the path."""
+    """A value and the driver's value there."""
 
     at: float
     value: float
-    s: float
-    bend: float = 0.0
-    """Second rate, negative at a maximum; 0 at an end."""
+    sense: int = 0
+    """1 at a maximum, -1 at a minimum, 0 at an end."""
+    rest: tuple[float, float] | None = None
+    """The driver's values between which the quantity rests."""
 
 
 @dataclass
@@ -121,28 +112,21 @@ def _follow(track: Track, groups: frozenset[int], members: list[Course]) -> None
     """Fill in the courses of quantities of the same groups."""
     columns = [course.quantity.column for course in members]
     size = np.array([1.0 if c.quantity.is_angle else track.scale for c in members])
-    family = rates_of(columns)
     pieces = track.pieces(groups, track.low - track.margin, track.high + track.margin)
     moving = np.zeros(len(members), bool)
     for piece in pieces:
         moving |= travel(track.sample(piece), columns) > AT_REST * size
     for course, moves in zip(members, moving, strict=True):
         course.moves = bool(moves)
-    slack = SAME * track.unit
+    slack, rows = SAME * track.unit, np.flatnonzero(moving).tolist()
     for piece in pieces:
-        zeros = track.zeros(piece, family, moving)
-        places = np.concatenate([np.zeros(0), *zeros])
-        owners = [k for k, row in enumerate(zeros) for _ in row]
-        inside = (places + piece.shift >= track.low - slack) & (
-            places + piece.shift <= track.high + slack
-        )
-        poses = track.at(places)
-        for i in np.flatnonzero(inside):
-            column = columns[owners[i]]
-            at = float(np.clip(places[i] + piece.shift, track.low, track.high))
-            value, bend = poses.y[0][i, column], poses.y[2][i, column]
-            place = Place(at, float(value), float(places[i]), float(bend))
-            members[owners[i]].stationary.append(place)
+        found = stops(track, piece, [columns[k] for k in rows], size[rows])
+        for k, stop in ((k, stop) for k, own in zip(rows, found, strict=True) for stop in own):
+            first, last = (float(s + piece.shift) for s in (stop.first, stop.last))
+            if stop.sense and last >= track.low - slack and first <= track.high + slack:
+                at = float(np.clip((first + last) / 2, track.low, track.high))
+                rest = (first, last) if stop.rests else None
+                members[k].stationary.append(Place(at, stop.value, stop.sense, rest))
     for piece in track.pieces(groups, track.low, track.high):
         ends = np.array([piece.low, piece.high])
         poses = track.at(ends)
@@ -150,4 +134,4 @@ def _follow(track: Track, groups: frozenset[int], members: list[Course]) -> None
             for s, value in zip(ends, poses.y[0][:, column], strict=True):
                 if np.isfinite(value):
                     at = float(np.clip(s + piece.shift, track.low, track.high))
-                    course.ends.append(Place(at, float(value), float(s)))
+                    course.ends.append(Place(at, float(value)))

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.measures.courses import AT_REST, travel
+from mechdae.analysis.measures.courses import travel
 from mechdae.analysis.measures.quadrature import Chart, integrate
+from mechdae.analysis.measures.stops import AT_REST
 from mechdae.analysis.measures.track import SAME, Family, Piece, Sample, Track
 from mechdae.analysis.outputs import Entry, Outputs
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.measures.courses import Course, rates_of
+from mechdae.analysis.measures.courses import Course
+from mechdae.analysis.measures.stops import stops
 from mechdae.analysis.measures.track import SAME, TURN, Piece, Sample, Track
 
 ROUNDS = 60
@@ -45,10 +46,15 @@ class _Finder:
         if self.piece.low >= self.piece.high:
             self.places = self.values = np.zeros(0)
             return
-        self.places = track.zeros(self.piece, rates_of([self.column]))[0]
-        here = track.at(self.places)
-        self.peaks = here.y[2][:, self.column] < 0
-        self.values = here.y[0][:, self.column]
+        size = 1.0 if course.quantity.is_angle else track.scale
+        (found,) = stops(track, self.piece, [self.column], [size])
+        places, peaks, values = [], [], []
+        for stop in found:  # of a rest both ends, each with the side it is left to
+            one, other = stop.before or stop.after, stop.after or stop.before
+            places += [stop.first, stop.last] if stop.rests else [stop.first]
+            peaks += [one < 0, other < 0] if stop.rests else [one < 0]
+            values += [stop.value] * (1 + stop.rests)
+        self.places, self.peaks, self.values = (np.array(a) for a in (places, peaks, values))
         samples = track.sample(self.piece)
         order = np.argsort(np.concatenate([samples.s, self.places]))
         self.s = np.concatenate([samples.s, self.places])[order]

@@ -28,8 +28,9 @@ def stationary_events(courses: dict[str, Course]) -> list[dict[str, Any]]:
             "of": name,
             "at": place.at,
             "value": place.value,
-            "extreme": "max" if place.bend < 0 else "min",
+            "extreme": "max" if place.sense > 0 else "min",
             "in_range": True,
+            **({"rest": list(place.rest)} if place.rest else {}),
         }
         for name, course in courses.items()
         if course.quantity.is_output

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.measures.courses import AT_REST, Quantity, rates_of, travel
+from mechdae.analysis.measures.courses import Quantity, travel
+from mechdae.analysis.measures.stops import AT_REST, stops
 from mechdae.analysis.measures.track import SAME, TURN, Piece, Track
 
 CLOSED = 1e-9
@@ -59,16 +60,19 @@ def _ratio(track: Track, quantity: Quantity) -> float | str | None:
         return "it is not back after one turn of the driver"
     if turns:
         return "it does not swing, it turns fully"
-    places = _distinct(track.zeros(piece, rates_of([column]))[0], start)
-    bends = track.at(places).y[2][:, column]
-    highest, lowest = places[bends < 0], places[bends > 0]
+    (found,) = stops(track, piece, [column], [size])
+    if any(stop.rests for stop in found):
+        return "it rests over an interval, where its strokes end is not certain"
+    highest, lowest = (
+        _distinct([stop.first for stop in found if stop.sense == sense], start) for sense in (1, -1)
+    )
     if len(highest) != 1 or len(lowest) != 1:
         return f"it has {len(highest)} maxima and {len(lowest)} minima in a turn of the driver"
     stroke = float((lowest[0] - highest[0]) % TURN)
     return min(stroke, TURN - stroke)
 
 
-def _distinct(places: Any, start: float) -> Any:
+def _distinct(places: list[float], start: float) -> Any:
     """Return places of one turn from `start`, each once."""
     kept: list[float] = []
     for s in places:

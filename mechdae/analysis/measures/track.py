@@ -125,7 +125,7 @@ class Track:
 
     def _edge(self, limit: Limit, inwards: int) -> float:
         """Return the last place with a pose: the limit itself, or the node before it."""
-        if limit.kind == "limit":
+        if limit.kind == "limit" or limit.belongs > 0:
             return limit.s
         inside = [s for s in self.path.s if (s - limit.s) * inwards > 0]
         return (min(inside) if inwards > 0 else max(inside)) if inside else limit.s

@@ -14,7 +14,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.measures.courses import AT_REST, TIE
+from mechdae.analysis.measures.courses import TIE
+from mechdae.analysis.measures.stops import AT_REST
 from mechdae.analysis.measures.track import SAME, Sample, Track
 from mechdae.analysis.outputs import Outputs, Request
 from mechdae.describe.mechanism import GROUND

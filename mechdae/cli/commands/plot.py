@@ -37,6 +37,13 @@ def run(options: argparse.Namespace) -> int:
         if not drawn:
             raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
         name = (sweeps or drawn)[0]
+    kind = problem.task(name).kind
+    if kind == "study":
+        raise InputError(
+            "a study has no pose to draw",
+            where=f"tasks.{name}",
+            hint=f"--task {problem.tasks[name].of} with --set",  # type: ignore[attr-defined]
+        )
     result = _with_all_bodies(problem, solve(problem, name, mode=options.mode), options.mode)
     extra = {} if options.pose is None else {"pose": options.pose}
     axes = plot(result, options.kind, **extra)
