@@ -26,6 +26,8 @@ from mechdae.model.model import FUNCTIONS
 SX = ca.SX
 STEPS = 2
 """Newton steps of a pose: derivatives up to the second are exact."""
+FAR = 5
+"""The same from a guess that belongs to other parameters."""
 FORCES = ("reaction", "reaction_uncoupled", "loss", "loss_uncoupled", "normal")
 
 
@@ -42,6 +44,10 @@ class Composed:
         Parameters (entries of p) that are inputs.
     statics
         Forces, for paths to reactions, losses and efforts.
+    apart
+        Whether the parameters may be apart from those the guess belongs to: more Newton steps
+        then, signs of sliding speeds and friction solved anew, and a last output `miss` that
+        tells how far a step still moved. Inputs have the parameters' own values (`origin`) last.
 
     Attributes
     ----------
@@ -55,8 +61,10 @@ class Composed:
         paths: Sequence[str],
         names: Sequence[str],
         statics: Statics | None = None,
+        apart: bool = False,
     ) -> None:
         self.setting, self.paths, self.names, self.statics = setting, list(paths), names, statics
+        self.apart, self.miss = apart, SX(0)
         g = self.graphs = setting.graphs
         self.guess, self.u = SX.sym("guess", g.nx), SX.sym("u", g.nu)
         self.du, self.ddu = SX.sym("du", g.nu), SX.sym("ddu", g.nu)
@@ -110,16 +118,18 @@ class Composed:
     def values(self) -> list[Any]:
         """The outputs y and their rates in time."""
         g = self.graphs
+        eta: list[Any] = []
         x, trig = g.x, None
-        for _ in range(STEPS):
-            x, _, trig = g.newton(x, g.u)
+        for _ in range(FAR if self.apart else STEPS):
+            x, eta, trig = g.newton(x, g.u)
         parts = g.rates(x, g.u, g.driven, g.derivatives, trig)
-        found = g._output_rates(x, parts)
+        found = [*g.output_rates(x, parts), sum(eta, SX(0))]
         driven = [] if g.single else g.driven
         function = ca.Function("kinematics", [g.x, g.u, *driven, g.consts], found)
         rest = SX.ones(g.consts.numel() - self.p.numel())
         rates = [] if g.single else [self.du, self.ddu, *[SX.zeros(g.nu)]][: len(driven)]
-        results = function.call([self.guess, self.u, *rates, ca.vertcat(self.p, rest)])
+        results = list(function.call([self.guess, self.u, *rates, ca.vertcat(self.p, rest)]))
+        self.miss = ca.sqrt(results.pop())
         return in_time(results, self.du, self.ddu) if g.single else list(results)
 
     @cached_property
@@ -136,10 +146,18 @@ class Composed:
         """What `Balance.report` gives with friction, and without it."""
         assert self.statics is not None
         balance = self.statics.balance
-        inputs = [*self.coordinates, self.time, self.pieces, self.signs, self.p, SX(1)]
+        signs = self.signs
+        if self.apart and signs.numel():
+            signs = ca.sign(balance.slipping.call([*self.coordinates, self.p])[0])
+        inputs = [*self.coordinates, self.time, self.pieces, signs, self.p, SX(1)]
         free = balance.report(friction=False).call([*inputs, balance.solve.call(inputs)[0]])
         if self.statics.task.friction != "coupled" or not self.statics.frictional:
             return free, free
+        if self.apart:
+            _, sizes, misses, _ = balance.solve.call(inputs)
+            for miss in ca.vertsplit(misses):
+                self.miss = ca.fmax(self.miss, miss)
+            return balance.report().call([*inputs, sizes]), free
         sizes = balance.refined(STEPS).call([*inputs, self.sizes])[0]
         return balance.report().call([*inputs, sizes]), free
 
@@ -204,6 +222,7 @@ class Composed:
         # `origin` is the value of the parameters itself: only derivatives see the difference
         self._origin = origin
         self.expression = whole
+        self.miss = ca.substitute(self.miss, old, old + moved)
         self.inputs = [*self.inputs, slopes, bends]
 
     def _at_origin(self, expression: Any) -> Any:
@@ -219,6 +238,13 @@ class Composed:
         return ca.Function(
             "outputs", self.inputs, [self._at_origin(self.expression)], {"cse": True}
         )
+
+    @cached_property
+    def sampled(self) -> Any:
+        """The same inputs and the origin -> outputs with `miss` as the last one."""
+        origin = SX.sym("none", len(self.names)) if self._origin is None else self._origin
+        stacked = ca.vertcat(self.expression, self.miss)
+        return ca.Function("sampled", [*self.inputs, origin], [stacked], {"cse": True})
 
     @cached_property
     def first(self) -> Any:

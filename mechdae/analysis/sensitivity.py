@@ -38,8 +38,10 @@ LEVELS = 4
 """Halved steps of a difference."""
 STEP = 2.0**-6
 """First step, as a share of the parameter (of the mechanism's length where it is zero)."""
-SAMPLES = 1000
-"""Sets of a Monte Carlo run."""
+SAMPLES, FEW_SAMPLES = 1000, 200
+"""Sets of a Monte Carlo run, fewer where each is a whole task of its own."""
+SETTLED = 1e-9
+"""How far the last Newton step of a sampled pose may still move."""
 
 
 @dataclass
@@ -83,7 +85,8 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
     paths = [whole.whole_path(path) for path in task.outputs]
     series = [path for path in paths if is_series(path) and _has_series(base)]
     rest = [path for path in paths if path not in series]
-    found = _composed(literal, base, series, names, task.order) if series else {}
+    poses = _Poses(literal, base, series, names) if series else None
+    found = poses.found(task.order) if poses else {}
     for path in rest:
         found[path] = _differenced(literal, base_name, path, names, task.order, whole)
     data = {
@@ -96,7 +99,7 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
     if errors:
         data["estimated_error"] = errors
     if tolerances:
-        data["tolerances"] = _spread(literal, base_name, paths, found, tolerances)
+        data["tolerances"] = _spread(literal, base_name, poses, rest, names, found, tolerances)
     summary = {
         "of": base_name,
         "wrt": names,
@@ -163,59 +166,87 @@ def _solved(problem: Problem, name: str) -> Result:
 # -- through the graph -------------------------------------------------------------------------
 
 
-def _composed(
-    problem: Problem, base: Sweep, paths: list[str], names: list[str], order: int
-) -> dict[str, Found]:
-    """Return the derivatives of values at poses."""
-    forces = isinstance(base, Reactions)
-    wanted = replace(base, derivatives=max(2, base.derivatives) if forces else base.derivatives)
-    loaded, more = (loaded_bodies, requests) if forces else (None, None)
-    setting = prepare(problem, wanted, loaded, more, free=names)
-    followed = run(setting, wanted)
-    n, nu = followed.values.shape
-    plan = setting.plan
-    statics = None
-    extra: list[Any] = [np.zeros((n, 1)), np.zeros((n, 0)), np.zeros((n, 0)), np.zeros((n, 0))]
-    if isinstance(base, Reactions):
-        motion = Moving(setting, followed).poses()
-        statics = Statics(
-            setting.scene, followed.evaluator, base, motion, turned=base.direction == "load"
-        )
-        status = report(problem, "", base, setting, followed).status
-        answer = solved(statics, motion, status)
-        extra = [*answer.inputs[3:6], answer.sizes]
-    composed = Composed(setting, paths, names, statics)
-    slopes, bends = _driver_slopes(problem, base, names, n)
-    composed.follow_drivers(slopes is not None)
-    p = dict(zip(setting.scene.model.p_names, setting.scene.model.p_values, strict=True))
-    free = np.array([p[name] for name in names])
-    rates = [np.broadcast_to(rate, (n, nu)) for rate in (plan.speed, plan.acceleration)]
-    inputs = [followed.poses.x, followed.values, *rates, *extra, free]
-    shared = [len(inputs) - 1]
-    if slopes is not None:
-        inputs += [slopes, bends]
+class _Poses:
+    """The poses of a sweep or reactions task, to be evaluated with other parameters."""
 
-    def evaluated(function: Any) -> Any:
-        return Batch(function, shared)(*inputs)[0]
+    def __init__(self, problem: Problem, base: Sweep, paths: list[str], names: list[str]) -> None:
+        self.paths, self.names = paths, names
+        forces = isinstance(base, Reactions)
+        order = max(2, base.derivatives) if forces else base.derivatives
+        wanted = replace(base, derivatives=order)
+        loaded, more = (loaded_bodies, requests) if forces else (None, None)
+        self.setting = setting = prepare(problem, wanted, loaded, more, free=names)
+        followed = run(setting, wanted)
+        n, nu = followed.values.shape
+        plan = setting.plan
+        self.statics = None
+        extra: list[Any] = [np.zeros((n, 1)), *[np.zeros((n, 0))] * 3]
+        if isinstance(base, Reactions):
+            motion = Moving(setting, followed).poses()
+            self.statics = Statics(
+                setting.scene, followed.evaluator, base, motion, turned=base.direction == "load"
+            )
+            status = report(problem, "", base, setting, followed).status
+            answer = solved(self.statics, motion, status)
+            extra = [*answer.inputs[3:6], answer.sizes]
+        p = dict(zip(setting.scene.model.p_names, setting.scene.model.p_values, strict=True))
+        self.free = np.array([p[name] for name in names])
+        rates = [np.broadcast_to(rate, (n, nu)) for rate in (plan.speed, plan.acceleration)]
+        self.inputs = [followed.poses.x, followed.values, *rates, *extra]
+        self.slopes, self.bends = _driver_slopes(problem, base, names, n)
 
-    values, first = evaluated(composed.function), evaluated(composed.first)
-    second = evaluated(composed.second) if order == 2 else None
-    rows, k = values.shape[1], len(names)
-    found = {}
-    for path, span in zip(paths, composed.spans, strict=True):
-        # derivatives lie by columns: name after name
-        by_name = {
-            name: _flat(first[:, j * rows + span.start : j * rows + span.stop])
-            for j, name in enumerate(names)
-        }
-        pairs = {}
-        for i, j in itertools.combinations_with_replacement(range(k), 2):
-            if second is not None:
-                start = (j * k + i) * rows
-                own = second[:, start + span.start : start + span.stop]
-                pairs[f"{names[i]},{names[j]}"] = _flat(own)
-        found[path] = Found(_flat(values[:, span]), by_name, pairs, {})
-    return found
+    def composed(self, apart: bool = False) -> Composed:
+        """Return the graph of the paths."""
+        made = Composed(self.setting, self.paths, self.names, self.statics, apart)
+        made.follow_drivers(self.slopes is not None)
+        return made
+
+    @property
+    def _last(self) -> list[Any]:
+        return [] if self.slopes is None else [self.slopes, self.bends]
+
+    def found(self, order: int) -> dict[str, Found]:
+        """Return values and derivatives."""
+        composed, shared = self.composed(), [len(self.inputs)]
+
+        def evaluated(function: Any) -> Any:
+            return Batch(function, shared)(*self.inputs, self.free, *self._last)[0]
+
+        values, first = evaluated(composed.function), evaluated(composed.first)
+        second = evaluated(composed.second) if order == 2 else None
+        rows, k, names = values.shape[1], len(self.names), self.names
+        found = {}
+        for path, span in zip(self.paths, composed.spans, strict=True):
+            # derivatives lie by columns: name after name
+            by_name = {
+                name: _flat(first[:, j * rows + span.start : j * rows + span.stop])
+                for j, name in enumerate(names)
+            }
+            pairs = {}
+            for i, j in itertools.combinations_with_replacement(range(k), 2):
+                if second is not None:
+                    start = (j * k + i) * rows
+                    own = second[:, start + span.start : start + span.stop]
+                    pairs[f"{names[i]},{names[j]}"] = _flat(own)
+            found[path] = Found(_flat(values[:, span]), by_name, pairs, {})
+        return found
+
+    def sampled(self, sets: Any) -> dict[str, Any]:
+        """Return the values of each path for sets (m, k) of the parameters, nan where one fails.
+
+        Poses start from those of the parameters themselves: for sets near them.
+        """
+        composed = self.composed(apart=True)
+        shared = [len(self.inputs), len(self.inputs) + len(self._last) + 1]
+        batch = Batch(composed.sampled, shared)
+        tables: dict[str, list[Any]] = {path: [] for path in self.paths}
+        for free in sets:
+            values = batch(*self.inputs, free, *self._last, self.free)[0]
+            with np.errstate(invalid="ignore"):
+                values[~(values[:, -1] <= SETTLED)] = np.nan
+            for path, span in zip(self.paths, composed.spans, strict=True):
+                tables[path].append(_flat(values[:, span]))
+        return {path: np.array(rows) for path, rows in tables.items()}
 
 
 def _flat(array: Any) -> Any:
@@ -347,7 +378,9 @@ def _number(result: Result, path: str) -> Any:
 def _spread(
     problem: Problem,
     base: str,
-    paths: list[str],
+    poses: _Poses | None,
+    rest: list[str],
+    names: list[str],
     found: dict[str, Found],
     tolerances: dict[str, float],
 ) -> dict[str, Any]:
@@ -362,27 +395,30 @@ def _spread(
 
     generator = np.random.default_rng(0)
     values = problem.mechanism.values()
-    samples = {
-        name: (values[name] + width * generator.uniform(-1, 1, SAMPLES)).tolist()
-        for name, width in tolerances.items()
-    }
-    study = Study(samples=samples, of=base, outputs=tuple(paths))
-    drawn = solve(problem, study)
+    middle = np.array([values[name] for name in names])
+    widths = np.array([tolerances.get(name, 0.0) for name in names])
+    sets = middle + widths * generator.uniform(-1, 1, (SAMPLES, len(names)))
+    tables = poses.sampled(sets) if poses else {}
+    if rest:
+        few = sets[:FEW_SAMPLES]
+        samples = {name: few[:, names.index(name)].tolist() for name in tolerances}
+        tables |= solve(problem, Study(samples=samples, of=base, outputs=tuple(rest))).table
     result = {}
-    for path in paths:
-        slopes = {name: found[path].first[name] * width for name, width in tolerances.items()}
-        variance = sum(slope * slope for slope in slopes.values()) / 3
-        table = drawn.table[path]
-        with np.errstate(invalid="ignore"):
-            result[path] = {
-                "first_order": np.sqrt(variance),
-                "worst_case": sum(np.abs(slope) for slope in slopes.values()),
-                "monte_carlo": {
-                    "samples": int(np.isfinite(table.reshape(len(table), -1)).all(axis=1).sum()),
-                    "mean": table.mean(axis=0),
-                    "std": table.std(axis=0),
-                    "min": table.min(axis=0),
-                    "max": table.max(axis=0),
-                },
-            }
+    for path, own in found.items():
+        slopes = [own.first[name] * width for name, width in tolerances.items()]
+        table = tables[path]
+        there = np.isfinite(table.reshape(len(table), -1)).all(axis=1)
+        kept = table[there] if there.any() else np.full((1, *table.shape[1:]), np.nan)
+        result[path] = {
+            "first_order": np.sqrt(sum(slope * slope for slope in slopes) / 3),
+            "worst_case": sum(np.abs(slope) for slope in slopes),
+            "monte_carlo": {
+                "samples": int(there.sum()),
+                "failed": int(len(table) - there.sum()),
+                "mean": kept.mean(axis=0),
+                "std": kept.std(axis=0),
+                "min": kept.min(axis=0),
+                "max": kept.max(axis=0),
+            },
+        }
     return result

@@ -243,7 +243,7 @@ class Graphs:
         """
         x, eta, trig = self.newton(self.x, self.u)
         parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta)
-        outputs = self._output_rates(x, parts)
+        outputs = self.output_rates(x, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
         return ca.Function("pose", inputs, results, OPTIONS)
@@ -268,12 +268,12 @@ class Graphs:
             rates = (v[own], a[own]) if self.single or self.course else (None, None)
             known[b] = (*rates, error[own])
         parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta, known)
-        outputs = self._output_rates(x, parts)
+        outputs = self.output_rates(x, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], _column(eta), *outputs]
         return ca.Function("held", [*inputs, v, a, error], results, OPTIONS)
 
-    def _output_rates(self, x: Any, parts: dict[str, Any]) -> list[Any]:
+    def output_rates(self, x: Any, parts: dict[str, Any]) -> list[Any]:
         y, scene = self.outputs, self.scene
         old = ca.vertcat(scene.x, scene.u)
         # the total derivative along (v, a, j), as often as asked for
