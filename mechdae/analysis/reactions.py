@@ -32,6 +32,8 @@ from mechdae.results import Named, Result, Series
 
 TOLERANCE = 1e-9
 """Share by which a check may fail before the result says so."""
+SINGULAR = 1e12
+"""Condition of the constraints above which forces are not given: they grow with it."""
 
 
 @dataclass
@@ -103,7 +105,8 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     )
     _check_time(statics, motion)
     unique = uniqueness(statics, motion)
-    answer = solved(statics, motion, result.status)
+    status = _with_rank(result)
+    answer = solved(statics, motion, status)
     tables = statics.outside(motion)
     for load, lost in tables.items():
         at = float(motion.u[np.flatnonzero(lost)[0], setting.plan.lead])
@@ -115,10 +118,10 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         )
     summary = dict(result.summary)
     found = checks(statics, moving, answer)
-    status = result.status.copy()
     status[answer.jammed] = "jammed"
     status[answer.ambiguous] = "ambiguous"
     faults = [result.fault] if result.fault else []
+    faults += _lost(setting, answer, status, result.status)
     faults += _faults(setting, answer)
     if task.cycle:
         figures, broken = cycle(statics, moving, answer, task)
@@ -156,6 +159,15 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         summary=summary,
         fault="; ".join(faults) or None,
     )
+
+
+def _with_rank(result: Result) -> Any:
+    """Return the statuses, "singular" where constraints lose their rank: at change points."""
+    status = result.status.copy()
+    if result.condition is not None:
+        with np.errstate(invalid="ignore"):
+            status[(result.condition > SINGULAR) & (status == "ok")] = "singular"
+    return status
 
 
 def _check_time(statics: Statics, motion: Motion) -> None:
@@ -377,6 +389,21 @@ def _jams(setting: Setting, answer: Answer) -> list[dict[str, Any]]:
             "joint": answer.found[int(k)].joint,
         }
         for k in np.flatnonzero(answer.jammed)
+    ]
+
+
+def _lost(setting: Setting, answer: Answer, status: Any, before: Any) -> list[str]:
+    """Return a sentence on poses that assemble and have no finite forces."""
+    from mechdae.analysis.start import shown
+
+    places = np.flatnonzero((status == "singular") & (before == "ok"))
+    if not places.size:
+        return []
+    c = setting.plan.coordinates[setting.plan.lead]
+    first = shown(c.unit, float(answer.motion.u[places[0], setting.plan.lead]))
+    return [
+        f"{places.size} of {len(status)} poses have no finite forces, first at {c.text} = {first}: "
+        f"the constraints lose their rank there (a change point)"
     ]
 
 

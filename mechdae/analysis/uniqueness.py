@@ -88,6 +88,10 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
         return None
     matrices = maps.at(motion.q[chosen], statics.p)
     null = [_null_space(B) for B in matrices["columns"]]
+    least = min(N.shape[1] for N in null)  # there are more self-stresses at a change point
+    kept = [k for k, N in enumerate(null) if N.shape[1] == least]
+    chosen, null = chosen[kept], [null[k] for k in kept]
+    matrices = {name: own[kept] for name, own in matrices.items()}
     whole = np.ones(len(balance.joints), bool)
     joints: dict[str, Directions] = {}
     inside = {name for group in statics.scene.redundant for name in group.joints}
@@ -226,16 +230,23 @@ def _directions(
         elif frame != "world":
             continue
         turned = [
-            _tidy(np.hstack([_rotated(space[:, :2], -angles[k]), space[:, 2:]]))
+            np.hstack([_rotated(space[:, :2], -angles[k]), space[:, 2:]])
             for space, k in zip(spaces, chosen, strict=True)
         ]
-        shapes = {space.shape for space in turned}
-        if len(shapes) == 1 and all(
-            np.abs(_projector(space) - _projector(turned[0])).max(initial=0.0) < 1e-8
-            for space in turned
-        ):
-            return Directions(frame, turned[0], angles)
+        common = _common(turned)
+        if len(common) == min(map(len, turned)):
+            return Directions(frame, _tidy(common), angles)
     return Directions("world", spaces[0][:0], nothing)
+
+
+def _common(spaces: list[Any]) -> Any:
+    """Return an orthonormal basis (k, 3) of what lies in all spaces.
+
+    At single poses a joint may have more: where the self-stress does not pass through it.
+    """
+    outside = sum(np.eye(3) - _projector(space) for space in spaces)
+    values, vectors = np.linalg.eigh(outside)
+    return vectors[:, values < 1e-8].T
 
 
 def _projector(space: Any) -> Any:
