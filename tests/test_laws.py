@@ -381,6 +381,18 @@ def test_laws_that_jump_are_refused(text: str, place: float) -> None:
         crank_by(text, 0, 1)
 
 
+def test_laws_that_leave_all_bounds_are_refused_at_once() -> None:
+    """Values above 1e50 over a part of the interval, not at a single place."""
+    with pytest.raises(md.InputError, match="no bounded value at t = "):
+        crank_by("exp(t)", 0, 500)
+
+
+@pytest.mark.parametrize("text", ["exp(t)", "1e9*t"])
+def test_motions_of_too_many_steps_are_refused(text: str) -> None:
+    with pytest.raises(md.InputError, match="at most 1000000 are followed"):
+        crank_by(text, 0, 25)
+
+
 def test_steep_laws_are_followed() -> None:
     result = crank_by("tanh(50*(t - 1))", 0, 2)
     assert set(result.status) == {"ok"}

@@ -352,6 +352,12 @@ def test_dwells_of_a_slider_crank_and_a_yoke() -> None:
     assert (first["from"], first["to"]) == pytest.approx((-acos(0.8), acos(0.8)), abs=1e-12)
 
 
+@pytest.mark.parametrize("share", [0, -0.1, 0.5, 2.0])
+def test_bands_of_dwells_that_are_none(share: float) -> None:
+    with pytest.raises(md.InputError, match=r"dwell_tolerance: a share .* between 0 and 0\.5"):
+        measured("slider-crank", "dwell", dwell_tolerance=share, poses=3)
+
+
 def test_a_dwell_with_a_ripple_is_one_dwell() -> None:
     """cos u - b cos 3u with b above 1/9: two maxima and a minimum within the band."""
     b, tolerance = 0.13, 0.01

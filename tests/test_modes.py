@@ -164,7 +164,18 @@ def test_modes_need_one_pose() -> None:
 def test_limit_cuts_the_list() -> None:
     result = md.solve("jansen-leg", "modes")
     task = replace(result.definition, limit=3)
-    assert len(md.solve("jansen-leg", task)) == 3
+    cut = md.solve("jansen-leg", task)
+    assert len(cut) == 3
+    assert cut.labels == result.labels[:3]
+    assert cut.summary["count"] == result.summary["count"] == 8  # of all, not of those listed
+    assert cut.summary["notes"] == ["the first 3 of 8 modes are listed"]
+    assert "notes" not in result.summary
+
+
+def test_a_list_of_modes_starts_on_none() -> None:
+    task = replace(md.load("slider-crank").tasks["modes"], mode="+")
+    with pytest.raises(md.InputError, match="mode: all modes are listed"):
+        md.solve("slider-crank", task)
 
 
 def crane(**sketch: float) -> md.Mechanism:

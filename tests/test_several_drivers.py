@@ -567,3 +567,22 @@ def test_several_drivers_build_no_course_without_a_law() -> None:
     planet = prepare(problem, problem.tasks["planet"])
     assert planet.graphs.course is not None
     assert planet.graphs.turns
+
+
+def test_a_pose_behind_one_out_of_reach_is_not_reached() -> None:
+    """The hand of an arm of 0.3 and 0.2 is sent out to 0.63 and back: the last pose assembles."""
+    arm = md.Mechanism(
+        ground=md.Ground(points={"O": [0, 0]}),
+        bodies=[
+            md.Body("up", points={"O": [0, 0], "E": [0.3, 0]}),
+            md.Body("fore", points={"E": [0, 0], "H": [0.2, 0]}),
+        ],
+        joints=[md.Revolute("O", "ground.O", "up.O"), md.Revolute("E", "up.E", "fore.E")],
+        sketch={"up": 0.2, "fore": 1.8, "fore.H.x": 0.25, "fore.H.y": 0.25},
+    )
+    out = md.Driver("fore.H.x", at=[0.25, 0.6, 0.3]), md.Driver("fore.H.y", at=[0.2, 0.2, 0.1])
+    result = sweep(arm, *out)
+    assert list(result.status) == ["ok", "unassembled", "unassembled"]
+    assert result.fault is not None
+    assert result.fault.startswith("2 of 3 poses are not reached")
+    assert result.events[0]["at"][0] == pytest.approx(math.sqrt(0.25 - 0.04), abs=1e-12)

@@ -31,6 +31,8 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     ``summary`` has the count, whether it is proven, and each mode as a sketch.
     """
     mechanism = problem.mechanism
+    if task.mode is not None:
+        raise InputError("all modes are listed, none is chosen", where="mode", hint="leave it out")
     numbers = plan(mechanism, task)
     if numbers.values is None or len(numbers.values) != 1:
         raise InputError("assembly modes are those of one pose: give the driver as at = [value]")
@@ -48,13 +50,14 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         build, lambda built: start.try_redundant(built[0], numbers)
     )
     the_scene, graphs = assembler.scene, assembler.graphs
-    found, proven, failure = assembler.modes(u, task.limit)
+    everything, proven, failure = assembler.modes(u)
+    found = everything[: task.limit]
     function = ca.Function("y", [the_scene.x, the_scene.u, the_scene.model.p], [outputs.expression])
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
     y = np.array(rows).reshape(len(found), graphs.ny)
     fault = None if failure is None else str(start.not_assembled(the_scene, failure, u))
     summary: dict[str, Any] = {
-        "count": len(found),
+        "count": len(everything),
         "proven": bool(proven),
         "formula": formula(the_scene.groups),
         "groups": [g.name for g in the_scene.groups if assembler.labelled(g)],
@@ -82,8 +85,11 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     tables: dict[str, Any] = outputs.named([y])
     there = [y[:, outputs.columns(expressions.coordinates)]]
     tables["outputs"], lost = expressions.evaluate(there, None, np.ones(len(found), bool))
-    if lost:
-        summary["notes"] = lost
+    notes = list(lost)
+    if len(found) < len(everything):
+        notes.append(f"the first {len(found)} of {len(everything)} modes are listed")
+    if notes:
+        summary["notes"] = notes
     return Result(
         problem.name,
         name,

@@ -171,6 +171,9 @@ def _refuse_jumps(course: Course, times: Any) -> None:
         middle = (a + b) / 2
         open_ = (course.reach(middle, (b - a) / 2) > FINITE).any(axis=1)
         a, b, middle = a[open_], b[open_], middle[open_]
+        beyond = ~(np.abs(course.sampled(middle)[0]) <= FINITE).all(axis=1)
+        if beyond.any():
+            _refuse_place(float(middle[beyond][0]))
         narrow = b - a <= ROUNDING * np.maximum(np.maximum(np.abs(a), np.abs(b)), span)
         if narrow.any():
             _refuse_place(float(a[narrow][0]))

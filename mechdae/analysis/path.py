@@ -21,7 +21,7 @@ from mechdae.analysis.cusps import CuspFinder
 from mechdae.analysis.interpolate import near_limit, quintic
 from mechdae.analysis.limits import CLOSE, Limit, LimitFinder
 from mechdae.analysis.numbers import Constants
-from mechdae.errors import SolveError
+from mechdae.errors import InputError, SolveError
 from mechdae.kernels.call import Call
 from mechdae.kernels.graphs import Graphs
 from mechdae.kernels.sequence import Sequence
@@ -37,6 +37,8 @@ NARROWER = 12
 """Times the neighbourhood of a change point is halved until its expansion holds."""
 MOST_SMALL_STEPS = 20_000
 """Small steps in a row after which the path is given up as not provable."""
+MOST_STEPS = 1_000_000
+"""Steps of a path: some 8000 turns of a driver, or 1 GB of a four-bar's nodes."""
 FAR = 100.0
 """Lengths of the mechanism at which a slide is said to run away (parallel guides)."""
 APPROACH = 1e-6
@@ -225,6 +227,12 @@ class Path:
         if not up and to >= self.s[0]:
             return
         sense = 1.0 if up else -1.0
+        steps = len(self.s) + sense * (to - (self.s[-1] if up else self.s[0])) / self.largest
+        if steps > MOST_STEPS and self.followed:
+            raise InputError(
+                f"the motion takes {steps:.2g} steps, at most {MOST_STEPS} are followed",
+                hint="a driver goes far: numbers without a suffix are radians, metres and seconds",
+            )
         ended = {i for i in self.groups if (self.reach[i].high if up else self.reach[i].low)}
         wanted = set(self.followed if needed is None else needed)
         step = self.largest

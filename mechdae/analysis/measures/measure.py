@@ -20,7 +20,7 @@ from mechdae.analysis.path import Path
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks import Sweep
-from mechdae.errors import UnavailableError
+from mechdae.errors import InputError, UnavailableError
 from mechdae.model.reduction import Scene
 
 ORDERS = {
@@ -149,6 +149,12 @@ def along_path(
         summary |= time_ratios(track, [q for q in wanted if q.name != driver.text])
     if "dwell" in asked:
         share = evaluate(task.dwell_tolerance, evaluate_all(mechanism.parameters))
+        if not 0 < share < 0.5:
+            raise InputError(
+                f"a share of the swing between 0 and 0.5 is needed, not {share:g}",
+                where="dwell_tolerance",
+                hint="0.01 is a band of 2 % of it",
+            )
         summary["dwell"] = dwells(track, followed, share)
     if "envelope" in asked:
         summary["envelope"] = envelope(followed)
