@@ -21,7 +21,7 @@ from force_cases import (
     two_guides,
     two_slider_cranks,
 )
-from force_truth import LONG, Line, Mass, Scene, Slot, circle
+from force_truth import LONG, Line, Mass, Scene, Slot, circle, panels
 from force_truth import slider_crank as free_slider_crank
 
 import mechdae as md
@@ -687,3 +687,48 @@ def test_jammed_and_ambiguous_poses_on_the_command_line(tmp_path: Path, capsys) 
     assert "jammed" in capsys.readouterr().out
     assert main(["solve", str(path), "--out", str(tmp_path / "out")]) == 1
     assert {p.suffix for p in (tmp_path / "out").rglob("*.*")} >= {".csv", ".json", ".npz"}
+
+
+# -- a turn with arcs that jam or have two answers -------------------------------------------------
+
+
+def guide_alone(load: float) -> md.Result:
+    """Return a turn of the mechanism above, the load against the motion or along it."""
+    mechanism = slider_crank(
+        joints="s",
+        r=0.09,
+        l=0.1,
+        f_slide=0.6,
+        Q_work=load,
+        Q_return=load,
+        sketch={"crank": 0.8, "rod": -0.7},
+    )
+    task = reactions(from_=0, to=2 * math.pi, poses=25, speed=1, friction="coupled", cycle=True)
+    return md.solve(mechanism, task)
+
+
+def test_a_turn_that_jams_twice_has_no_mean_power() -> None:
+    result = guide_alone(100)
+    arcs = result.summary["jammed_arcs"]
+    low, high = JAM_ENDS
+    assert np.ravel(arcs) == pytest.approx([low, high, low + math.pi, high + math.pi], abs=1e-9)
+    assert "efficiency" not in result.summary
+    assert "jammed" in result.fault
+    inside = (np.sin(result.bodies["crank"].angle) ** 2) > math.sin(low) ** 2
+    assert np.array_equal(np.asarray(result.status) == "jammed", inside)
+
+
+def test_a_turn_with_two_answers_means_over_the_connected_one() -> None:
+    result = guide_alone(-100)
+    assert result.summary["jammed_arcs"] == []
+    assert "several solutions" in result.fault
+    # on the branch that friction growing from nothing leads to: T = T0 / (1 + f tan beta)
+    at, weights = panels([k * math.pi / 2 for k in range(5)], 12, 40)
+    beta = np.arcsin(0.9 * np.sin(at))
+    given = 100 * np.abs(0.09 * np.sin(at) + 0.09 * np.cos(at) * np.tan(beta))
+    output = given / (1 + 0.6 * np.abs(np.tan(beta)))
+    assert result.summary["input"] == pytest.approx(given @ weights, rel=1e-9)
+    assert result.summary["useful"] == pytest.approx(output @ weights, rel=1e-9)
+    assert result.summary["efficiency"] == pytest.approx(
+        (output @ weights) / (given @ weights), rel=1e-9
+    )
