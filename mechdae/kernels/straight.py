@@ -20,11 +20,10 @@ SMALLEST_CHUNK = 512
 
 
 def into(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the function with one more argument, the array that its result is written to."""
+    """Return the function with the argument ``out`` of a NumPy operation."""
 
-    def write(*arguments: Any) -> None:
-        *given, out = arguments
-        out[...] = function(*given)
+    def write(*arguments: Any, out: Any) -> None:
+        out[...] = function(*arguments)
 
     return write
 
@@ -45,7 +44,7 @@ _UFUNCS: dict[int, Any] = {
 _VALUES = {**_UFUNCS, **{code: pair[1] for code, pair in LOGIC.items()}}
 """Operations that return their result."""
 _WRITERS = {**_UFUNCS, **{code: into(pair[1]) for code, pair in LOGIC.items()}}
-"""Operations that write it to their last argument."""
+"""Operations that write it where they are told to."""
 
 
 class Straight:
@@ -141,7 +140,7 @@ class Straight:
                     free.append(home.pop(what)[1])
             if ufunc is None:
                 if given[0] != ("result", output):
-                    line.append((np.copyto, given, ("result", output)))
+                    line.append((np.positive, given, ("result", output)))
                 continue
             target = home.get(k)
             if target is None:
@@ -170,11 +169,8 @@ class Straight:
                     number[key(place)] = len(number)
                     self._others.append(place)
         for ufunc, given, target in line:
-            if ufunc is np.copyto:
-                self._line.append((ufunc, number[target], -1, number[key(given[0])]))
-            else:
-                second = number[key(given[1])] if len(given) == 2 else -1
-                self._line.append((ufunc, number[key(given[0])], second, number[target]))
+            second = number[key(given[1])] if len(given) == 2 else -1
+            self._line.append((ufunc, number[key(given[0])], second, number[target]))
 
     def __call__(self, inputs: Sequence[Any]) -> list[Any]:
         """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
@@ -209,9 +205,9 @@ class Straight:
                 at += [value(place, a, b) for place in self._others]
                 for ufunc, i, j, k in self._line:
                     if j < 0:
-                        ufunc(at[i], at[k])
+                        ufunc(at[i], out=at[k])
                     else:
-                        ufunc(at[i], at[j], at[k])
+                        ufunc(at[i], at[j], out=at[k])
         self._spare = [work]
         return [result.T for result in results]
 
