@@ -176,26 +176,18 @@ def solved(statics: Statics, motion: Motion, status: Any) -> Answer:
     there = ((status == "ok") | (status == "ambiguous")) & np.isfinite(motion.a).all(axis=1)
     inputs = statics.inputs(motion)
     jammed, ambiguous = np.zeros(n, bool), np.zeros(n, bool)
-    found: dict[int, Found] = {}
     if statics.task.friction != "coupled" or not statics.frictional:
         quiet = statics.sizes(inputs)[0]
         free = statics.loaded(inputs, quiet, friction=False)
         free.put(np.flatnonzero(~there), np.nan)
-        return Answer(motion, inputs, there, jammed, ambiguous, found, quiet, quiet, free, free)
-    forces = statics.forces(inputs)
-    sizes = forces.sizes
-    several = np.flatnonzero(there & ~forces.good)
-    for k in several:
-        found[int(k)] = own = statics.branches.at(some(inputs, slice(k, k + 1)))
+        return Answer(motion, inputs, there, jammed, ambiguous, {}, quiet, quiet, free, free)
+    forces, found = statics.settled(inputs, there)
+    for k, own in found.items():
         jammed[k], ambiguous[k] = len(own.sizes) == 0, len(own.sizes) > 1
-        chosen = own.connected if own.connected is not None else 0
-        sizes[k] = np.nan if jammed[k] else own.sizes[chosen]
-    if several.size:
-        forces.whole.put(several, statics.loaded(some(inputs, several), sizes[several]))
     free, whole = forces.free, forces.whole
     free.put(np.flatnonzero(~there), np.nan)
     whole.put(np.flatnonzero(~there | jammed), np.nan)
-    quiet = forces.quiet
+    sizes, quiet = forces.sizes, forces.quiet
     return Answer(motion, inputs, there, jammed, ambiguous, found, sizes, quiet, whole, free)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.branches import Branches
+from mechdae.analysis.branches import Branches, Found
 from mechdae.analysis.evaluate import Evaluator
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.describe.tasks import Reactions
@@ -362,6 +362,24 @@ class Statics:
             sizes[slow], good[slow] = self.sizes(chosen)[1:]
             found.whole.put(slow, self.loaded(chosen, sizes[slow]))
         return found
+
+    def settled(
+        self, inputs: Sequence[Any], there: Any, critical: bool = True
+    ) -> tuple[Forces, dict[int, Found]]:
+        """Return the forces with the poses settled that may have no solution or several.
+
+        Only poses that are `there` (n,) are; what was found at them comes by pose. Of several
+        solutions the one that continues from no friction is taken; those without one are nan.
+        """
+        forces = self.forces(inputs)
+        found: dict[int, Found] = {}
+        rows = np.flatnonzero(there & ~forces.good)
+        for k in rows:
+            found[int(k)] = own = self.branches.at(some(inputs, slice(k, k + 1)), critical)
+            forces.sizes[k] = own.sizes[own.connected or 0] if len(own.sizes) else np.nan
+        if rows.size:
+            forces.whole.put(rows, self.loaded(some(inputs, rows), forces.sizes[rows]))
+        return forces, found
 
     def pieces(self, inputs: Sequence[Any], sizes: Any, jammed: Any) -> Any:
         """Return which piece of each guide, slot and mesh is active, (n, k) whole numbers."""

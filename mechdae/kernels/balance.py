@@ -29,7 +29,7 @@ from mechdae.model.loads import Loads
 from mechdae.model.meshes import Mesh
 from mechdae.model.reduction import Scene, eliminate, split
 from mechdae.model.structure import Group
-from mechdae.model.wrenches import Wrench, add, on_body, times
+from mechdae.model.wrenches import Wrench, add, on_body, put, times
 
 SX = ca.SX
 NEWTON, QUICK = 6, 3
@@ -111,7 +111,7 @@ class Balance:
         self.inertia = inertia(self.model)
         self.applied = add(loads.total, *[mesh.steady for mesh in meshes.values()])
 
-    @property
+    @cached_property
     def active(self) -> list[int]:
         """Places of the feedbacks that are friction."""
         return [j for j, feedback in enumerate(self.feedbacks) if feedback.friction]
@@ -163,7 +163,7 @@ class Balance:
     # -- all groups ----------------------------------------------------------------------------
 
     def chain(
-        self, base: Wrench, used: list[int], sizes: Any = None, steps: int = 0, guess: Any = None
+        self, base: Wrench, used: set[int], sizes: Any = None, steps: int = 0, guess: Any = None
     ) -> Chain:
         """Return the multipliers under a generalised force `base`.
 
@@ -207,10 +207,10 @@ class Balance:
                     for effect, size in zip(effects, m, strict=True):
                         value[i] = value[i] + effect[i] * size
                 for k, size in zip(own, m, strict=True):
-                    left = add(left, times(size, self.feedbacks[k].column))
+                    put(left, size, self.feedbacks[k].column)
             lam.update(value)
             for i in share.rows:
-                left = add(left, times(-value[i], self.column[i]))
+                put(left, -value[i], self.column[i])
         return result
 
     @property
@@ -237,7 +237,7 @@ class Balance:
         largest left-over of each group relative to its sizes, contraction of each group.
         """
         law = self._free()[1]
-        whole = self.chain(self.base, list(range(len(self.feedbacks))), steps=NEWTON)
+        whole = self.chain(self.base, self._used(friction=True), steps=NEWTON)
         results = [law, whole.sizes, _column(whole.misses), _column(whole.contractions)]
         return ca.Function("solve", self.inputs, [ca.densify(r) for r in results], OPTIONS)
 
@@ -247,12 +247,12 @@ class Balance:
         law = SX(free.sizes)
         for share in self.shares:
             for k in share.feedbacks:
-                if k in self.active:
+                if self.feedbacks[k].friction:
                     law[k] = size_of(self.feedbacks[k].law, self._forms(share, free.lam, k))
         return free, law
 
-    def _used(self, friction: bool) -> list[int]:
-        return [k for k in range(len(self.feedbacks)) if friction or k not in self.active]
+    def _used(self, friction: bool) -> set[int]:
+        return {k for k, feedback in enumerate(self.feedbacks) if friction or not feedback.friction}
 
     @cached_property
     def quick(self) -> Any:
@@ -271,8 +271,7 @@ class Balance:
 
     def refined(self, steps: int) -> Any:
         """Return the function (inputs, m) -> m after some steps of Newton's method."""
-        used = list(range(len(self.feedbacks)))
-        chain = self.chain(self.base, used, steps=steps, guess=self.sizes)
+        chain = self.chain(self.base, self._used(friction=True), steps=steps, guess=self.sizes)
         inputs = [*self.inputs, self.sizes]
         return ca.Function("refined", inputs, [ca.densify(chain.sizes)], OPTIONS)
 
@@ -282,8 +281,7 @@ class Balance:
 
         Forms are stacked in the order of `self.shares`, slopes column by column.
         """
-        used = list(range(len(self.feedbacks)))
-        chain = self.chain(self.base, used, sizes=self.sizes)
+        chain = self.chain(self.base, self._used(friction=True), sizes=self.sizes)
         starts, slopes = [], []
         for share in self.shares:
             own, start, slope = chain.start.get(share.group.index, ([], [], []))
@@ -310,7 +308,7 @@ class Balance:
         inputs = [*self.inputs, self.sizes]
         return ca.Function("report", inputs, [ca.densify(r) for r in results], OPTIONS)
 
-    def _reported(self, chain: Chain, used: list[int], sizes: Any, balance: bool) -> list[Any]:
+    def _reported(self, chain: Chain, used: set[int], sizes: Any, balance: bool) -> list[Any]:
         """Return the results of `report` for multipliers and sizes."""
         forces = {name: self._of(name, chain.lam, used, sizes) for name in self.joints}
         reactions: list[Any] = []
@@ -324,7 +322,7 @@ class Balance:
             results.append(self._imbalance(reactions, efforts, forces))
         return results
 
-    def _of(self, name: str, lam: dict[int, Any], used: list[int], sizes: Any) -> Wrench:
+    def _of(self, name: str, lam: dict[int, Any], used: set[int], sizes: Any) -> Wrench:
         """Return the generalised force of a joint, friction included."""
         parts = [times(-lam[i], self.column[i]) for i in self.rows_of[name]]
         own = [k for k in self._of_joint[name] if k in used]
@@ -349,8 +347,12 @@ class Balance:
         speeds = {c.text: ca.jtimes(self.model.coordinate(c), q, v) for c in self.scene.drivers}
         driven = sum((efforts[name] * speeds[name] for name in efforts), SX(0))
         loads = sum((force * v[i] for i, force in self.loads.total.items()), SX(0))
-        energy, rate = kinetic_energy(self.model)
+        energy, rate = self._energy
         return [driven, loads, rate, energy]
+
+    @cached_property
+    def _energy(self) -> tuple[Any, Any]:
+        return kinetic_energy(self.model)
 
     def _normals(self, lam: dict[int, Any]) -> list[Any]:
         """Return the normal force of guides and slots, + along the left normal."""
