@@ -56,22 +56,44 @@ poses.
 | loops | unknowns | build, ms per loop | ns per loop and pose | error | bound |
 |---|---|---|---|---|---|
 """
+FORCES = """
+## Forces
+
+The four-bar of the yardstick with masses and a torque on its rocker: reactions and effort without
+friction, and with friction in all four pins that acts on the reactions it comes from (then sizes,
+reactions, efforts, losses, and the estimate without friction beside). *Forces* starts from the
+coordinates of certified poses with their rates; the *whole task* has the certified kinematics and
+the checks too; `first` builds the kernels. The error is that against nine absolute equations in
+80-bit floats with kinematics of their own ([absolute.py](../mechdae/bench/absolute.py)), relative
+to the largest force or torque. *Dense Newton* solves those equations for all poses at once with
+LAPACK, *fsolve* pose by pose with `scipy.optimize.fsolve`, its Jacobian given, each from the last
+one; both get pin forces and torque only, from angles and rates in closed form.
+
+| work | means | poses | ns/pose | x yardstick | first, ms | error |
+|---|---|---|---|---|---|---|
+"""
 TAIL = """
 From 10 to {loops} loops the building grows {build:.2f} times per loop, a sweep {pose:.2f}
 times per loop and pose. The error grows because absolute coordinates of the last link carry
 the errors of all links before it.
 
+"""
+ENDS = """
 ## Two back ends
 
 Below 512 poses the kernels run in casadi's virtual machine, above as a straight line of NumPy
-operations printed from the same instructions. Measured when it was decided: 78 against 355 ns
-a pose for the four-bar, 205 against 891 ns for the Jansen leg; so the second one stays.
+operations printed from the same instructions. Measured when it was decided: 78 against 355 ns a
+pose for the four-bar, 205 against 891 ns for the Jansen leg; so the second one stays. A call of
+NumPy costs as much as some 1500 numbers, memory that is touched for the first time as much as
+three operations on it: so chunks are as long as 4 MB of buffers allow, the buffers are kept, and
+results are written where they are returned.
 """
 
 
 def page(records: list[dict[str, Any]]) -> str:
     """Return the text of the page."""
-    single = [r for r in records if "loops" not in r]
+    loaded = [r for r in records if "task" in r]
+    single = [r for r in records if "loops" not in r and "task" not in r]
     chain = [r for r in records if "loops" in r]
     lines = [
         f"| {r['work']} | {r['n']:,} | {r['seconds'] / r['n'] * 1e9:.0f} | {r['ratio']:.1f} | "
@@ -89,6 +111,11 @@ def page(records: list[dict[str, Any]]) -> str:
         f"{r['per_loop_and_pose'] * 1e9:.0f} | {r['error']:.1e} | {r['bound']:.1e} |"
         for r in chain
     ]
+    forces = [
+        f"| {r['work']} | {r['method']} | {r['n']:,} | {r['seconds'] / r['n'] * 1e9:.0f} | "
+        f"{r['ratio']:.1f} | {r['first'] * 1e3:.0f} | {r['error']:.1e} |".replace("| nan |", "| |")
+        for r in ({"first": float("nan"), **r} for r in loaded)
+    ]
     first, last = chain[0], chain[-1]
     tail = TAIL.format(
         loops=last["loops"],
@@ -97,6 +124,7 @@ def page(records: list[dict[str, Any]]) -> str:
     )
     parts = [HEAD, "\n".join(lines), "\n", OTHERS.format(n=others[0]["n"]), "\n".join(means)]
     parts += ["\n", CHAIN.format(n=first["n"]), "\n".join(grown), "\n", tail]
+    parts += [FORCES, "\n".join(forces), "\n", ENDS]
     return "".join(parts)
 
 

@@ -43,6 +43,26 @@ def test_chunks_do_not_show() -> None:
     assert np.array_equal(line([x, p])[0], Straight(F, shared=[1])([x, p])[0])
 
 
+def test_results_that_others_are_made_of() -> None:
+    """A value that is a result, twice and on the way to others; constants and signed zeros."""
+    first = X[0] * X[1]
+    second = first + P[0]
+    results = [
+        ca.vertcat(second, first, second * second, first),
+        ca.vertcat(ca.if_else(first < 0, 2, second), X[2], 3.5, P[1]),
+        ca.atan2(0 * P[0], ca.vertcat(ca.SX(0.0), ca.SX(-0.0))) + ca.vertcat(0, P[0]),
+    ]
+    f = ca.Function("f", [X, P], [ca.densify(r) for r in results])
+    x, p = RANDOM.normal(size=(700, 3)), np.array([0.7, 1.9])
+    line = Straight(f, shared=[1])
+    line.chunk = 64
+    for _ in range(2):  # the second time in used buffers
+        found = line([x, p])
+        for k in (0, 63, 64, 699):
+            for own, expected in zip(found, f(x[k], p), strict=True):
+                assert np.abs(own[k] - np.array(expected).ravel()).max() <= 1e-15
+
+
 def test_batch_refuses_a_transposed_array() -> None:
     with pytest.raises(ValueError, match="rows of shape"):
         Batch(F, shared=[1])(np.zeros((4, 2)), np.zeros(2))

@@ -14,7 +14,7 @@ import numpy as np
 
 from mechdae.analysis.measures.quadrature import Chart, integrate
 from mechdae.analysis.moving import Moving
-from mechdae.analysis.statics import Statics
+from mechdae.analysis.statics import Forces, Statics
 from mechdae.describe.tasks import Reactions
 from mechdae.errors import InputError
 
@@ -131,22 +131,20 @@ class State:
         self.statics, self.moving = statics, moving
         self.coupled = statics.task.friction == "coupled" and statics.frictional
 
-    def solved(self, s: Any, coupled: bool = True) -> tuple[list[Any], Any, Any, Any]:
-        """Return inputs, sizes without and with friction, and which places have none."""
+    def solved(self, s: Any, coupled: bool = True) -> tuple[list[Any], Forces, Any]:
+        """Return inputs, forces and which places have no solution, if friction is `coupled`."""
         motion = self.moving.at(s)
-        statics = self.statics
-        inputs = statics.inputs(motion)
-        quiet, sizes, good = statics.sizes(inputs)
+        inputs = self.statics.inputs(motion)
         jammed = np.zeros(len(s), bool)
-        if self.coupled and coupled:
-            there = np.isfinite(motion.a).all(axis=1)
-            for k in np.flatnonzero(there & ~good):
-                one = [array[k : k + 1] if array.ndim == 2 else array for array in inputs]
-                own = statics.branches.at(one, critical=False)
-                jammed[k] = len(own.sizes) == 0
-                chosen = own.connected if own.connected is not None else 0
-                sizes[k] = np.nan if jammed[k] else own.sizes[chosen]
-        return inputs, quiet, sizes, jammed
+        if not self.coupled:
+            quiet = self.statics.sizes(inputs)[0]
+            free = self.statics.loaded(inputs, quiet, friction=False)
+            return inputs, Forces(quiet, quiet, ~jammed, free, free), jammed
+        there = np.isfinite(motion.a).all(axis=1) & coupled
+        forces, found = self.statics.settled(inputs, there, critical=False)
+        for k, own in found.items():
+            jammed[k] = len(own.sizes) == 0
+        return inputs, forces, jammed
 
     def signature(self, s: Any) -> Any:
         """Return whole numbers that change where a formula does, (n, k).
@@ -154,12 +152,10 @@ class State:
         The first two tell whether a pose is jammed, and whether it locks itself: loads push
         along the motion and would drive it without friction, with it the driver has to push.
         """
-        inputs, quiet, sizes, jammed = self.solved(s)
-        statics = self.statics
-        locking = np.zeros(len(s), bool)
+        inputs, forces, jammed = self.solved(s)
+        statics, locking = self.statics, np.zeros(len(s), bool)
         if self.coupled:
-            whole = statics.loaded(inputs, sizes)
-            free = statics.loaded(inputs, quiet, friction=False)
+            whole, free = forces.whole, forces.free
             with np.errstate(invalid="ignore"):
                 least = ROUNDING * whole.losses.sum(axis=1)
                 driven = (free.powers[:, 0] < -least) & (free.powers[:, 1] > least)
@@ -168,7 +164,7 @@ class State:
         if statics.tables:
             columns.append(self._cells(inputs[4]))
         if self.coupled:
-            columns.append(statics.pieces(inputs, sizes, jammed))
+            columns.append(statics.pieces(inputs, forces.sizes, jammed))
         return np.hstack(columns)
 
     def _cells(self, pieces: Any) -> Any:
@@ -178,9 +174,9 @@ class State:
 
     def powers(self, s: Any, coupled: bool) -> Any:
         """Return powers at places: driver without friction, with it, losses of both."""
-        inputs, quiet, sizes, _ = self.solved(s, coupled)
-        free = self.statics.loaded(inputs, quiet, friction=False)
-        whole = self.statics.loaded(inputs, sizes) if coupled else free
+        forces = self.solved(s, coupled)[1]
+        free = forces.free
+        whole = forces.whole if coupled else free
         return np.hstack([free.powers[:, :1], whole.powers[:, :1], free.losses, whole.losses])
 
 

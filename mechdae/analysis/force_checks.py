@@ -89,10 +89,13 @@ def _panel(
     signs = inputs[5]
     if len(signs[0]) and not (signs == signs[0]).all():
         return None
-    quiet, sizes, good = statics.sizes(inputs)
-    if coupled and not good.all():
-        return None
-    loaded = statics.loaded(inputs, sizes if coupled else quiet, friction=coupled)
+    if coupled:
+        forces = statics.forces(inputs)
+        if not forces.good.all():
+            return None
+        loaded = forces.whole
+    else:
+        loaded = statics.loaded(inputs, statics.sizes(inputs)[0], friction=False)
     driven, loads, _, energy = loaded.powers.T
     lost = loaded.losses.sum(axis=1) if coupled else 0.0 * driven
     step = half / moving.speed

@@ -19,7 +19,7 @@ from mechdae.analysis.force_checks import checks
 from mechdae.analysis.moving import Moving, requests
 from mechdae.analysis.report import report
 from mechdae.analysis.setting import Run, Setting, prepare
-from mechdae.analysis.statics import Loaded, Motion, Statics
+from mechdae.analysis.statics import Loaded, Motion, Statics, some
 from mechdae.analysis.sweep import run
 from mechdae.analysis.uniqueness import Uniqueness, uniqueness
 from mechdae.describe.problem import Problem
@@ -185,36 +185,22 @@ def _check_time(statics: Statics, motion: Motion) -> None:
 def solved(statics: Statics, motion: Motion, status: Any) -> Answer:
     """Return the forces at poses, all solutions where there may be none or several."""
     n = len(motion)
-    there = np.isin(status, ("ok", "ambiguous")) & np.isfinite(motion.a).all(axis=1)
+    there = ((status == "ok") | (status == "ambiguous")) & np.isfinite(motion.a).all(axis=1)
     inputs = statics.inputs(motion)
-    quiet, sizes, good = statics.sizes(inputs)
     jammed, ambiguous = np.zeros(n, bool), np.zeros(n, bool)
-    found: dict[int, Found] = {}
-    if statics.task.friction == "coupled" and statics.frictional:
-        for k in np.flatnonzero(there & ~good):
-            one = one_pose(inputs, int(k))
-            found[int(k)] = own = statics.branches.at(one)
-            jammed[k], ambiguous[k] = len(own.sizes) == 0, len(own.sizes) > 1
-            chosen = own.connected if own.connected is not None else 0
-            sizes[k] = np.nan if jammed[k] else own.sizes[chosen]
-    else:
-        sizes = quiet
-    coupled = statics.task.friction == "coupled" and statics.frictional
-    free = statics.loaded(inputs, quiet, friction=False)
-    whole = statics.loaded(inputs, sizes) if coupled else free
-    lost = ~there | jammed
-    for loaded, rows in ((free, ~there), (whole, lost if coupled else ~there)):
-        for array in (
-            loaded.reactions, loaded.efforts, loaded.losses, loaded.powers, loaded.normals,
-            loaded.imbalance,
-        ):  # fmt: skip
-            array[rows] = np.nan
+    if statics.task.friction != "coupled" or not statics.frictional:
+        quiet = statics.sizes(inputs)[0]
+        free = statics.loaded(inputs, quiet, friction=False)
+        free.put(np.flatnonzero(~there), np.nan)
+        return Answer(motion, inputs, there, jammed, ambiguous, {}, quiet, quiet, free, free)
+    forces, found = statics.settled(inputs, there)
+    for k, own in found.items():
+        jammed[k], ambiguous[k] = len(own.sizes) == 0, len(own.sizes) > 1
+    free, whole = forces.free, forces.whole
+    free.put(np.flatnonzero(~there), np.nan)
+    whole.put(np.flatnonzero(~there | jammed), np.nan)
+    sizes, quiet = forces.sizes, forces.quiet
     return Answer(motion, inputs, there, jammed, ambiguous, found, sizes, quiet, whole, free)
-
-
-def one_pose(inputs: list[Any], k: int) -> list[Any]:
-    """Return the inputs of the balance at one pose."""
-    return [array[k : k + 1] if array.ndim == 2 else array for array in inputs]
 
 
 # -- what is reported ------------------------------------------------------------------------
@@ -355,7 +341,7 @@ def _solutions(setting: Setting, statics: Statics, answer: Answer) -> Iterable[d
     for k, own in answer.found.items():
         if len(own.sizes) < 2:
             continue
-        one = one_pose(answer.inputs, k)
+        one = some(answer.inputs, slice(k, k + 1))
         listed = []
         for i, sizes in enumerate(own.sizes):
             loaded = statics.loaded(one, sizes[None, :])

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.branches import Branches
+from mechdae.analysis.branches import Branches, Found
 from mechdae.analysis.evaluate import Evaluator
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.describe.tasks import Reactions
@@ -25,6 +25,8 @@ from mechdae.model.reduction import Scene
 
 SOLVED = 1e-12
 """Left-over of the sizes of friction, relative to them, that counts as solved."""
+QUICKLY = 1e-14
+"""The same after the few steps of the quick function; poses above it take more."""
 UNIQUE = 0.98
 """Contraction below which the solution is the only one."""
 REAL = 1e-8
@@ -87,6 +89,27 @@ class Loaded:
     powers: Any
     normals: Any
     imbalance: Any
+
+    def put(self, rows: Any, other: Loaded | float) -> None:
+        """Replace some of the poses by others, or by a number."""
+        for entry in fields(self) if len(rows) else ():
+            own = getattr(self, entry.name)
+            own[rows] = getattr(other, entry.name) if isinstance(other, Loaded) else other
+
+
+@dataclass
+class Forces:
+    """Sizes of friction and what acts, without friction and with it.
+
+    ``good`` (n,) tells which poses have proved to have this one solution, see `Branches` for
+    others: there `sizes` and `whole` are not solved.
+    """
+
+    quiet: Any
+    sizes: Any
+    good: Any
+    free: Loaded
+    whole: Loaded
 
 
 class Statics:
@@ -151,6 +174,10 @@ class Statics:
     @cached_property
     def _solve(self) -> Batch:
         return self._batch(self.balance.solve)
+
+    @cached_property
+    def _quick(self) -> Batch:
+        return self._batch(self.balance.quick)
 
     @cached_property
     def _whole(self) -> Batch:
@@ -323,6 +350,37 @@ class Statics:
             good = np.all(miss <= SOLVED, axis=1) & np.all(contraction <= UNIQUE, axis=1)
         return free, whole, good
 
+    def forces(self, inputs: Sequence[Any]) -> Forces:
+        """Return sizes and what acts at once: friction with the reactions it feeds."""
+        quiet, sizes, miss, contraction, *rest = self._quick(*inputs)
+        with np.errstate(invalid="ignore"):
+            good = np.all(contraction <= UNIQUE, axis=1)
+            slow = np.flatnonzero(good & ~np.all(miss <= QUICKLY, axis=1))
+        found = Forces(quiet, sizes, good, self._read(rest[:5]), self._read(rest[5:]))
+        if slow.size:
+            chosen = some(inputs, slow)
+            sizes[slow], good[slow] = self.sizes(chosen)[1:]
+            found.whole.put(slow, self.loaded(chosen, sizes[slow]))
+        return found
+
+    def settled(
+        self, inputs: Sequence[Any], there: Any, critical: bool = True
+    ) -> tuple[Forces, dict[int, Found]]:
+        """Return the forces with the poses settled that may have no solution or several.
+
+        Only poses that are `there` (n,) are; what was found at them comes by pose. Of several
+        solutions the one that continues from no friction is taken; those without one are nan.
+        """
+        forces = self.forces(inputs)
+        found: dict[int, Found] = {}
+        rows = np.flatnonzero(there & ~forces.good)
+        for k in rows:
+            found[int(k)] = own = self.branches.at(some(inputs, slice(k, k + 1)), critical)
+            forces.sizes[k] = own.sizes[own.connected or 0] if len(own.sizes) else np.nan
+        if rows.size:
+            forces.whole.put(rows, self.loaded(some(inputs, rows), forces.sizes[rows]))
+        return forces, found
+
     def pieces(self, inputs: Sequence[Any], sizes: Any, jammed: Any) -> Any:
         """Return which piece of each guide, slot and mesh is active, (n, k) whole numbers."""
         starts, slopes = self._stages(*inputs, np.nan_to_num(sizes))
@@ -353,18 +411,14 @@ class Statics:
 
     def _read(self, results: list[Any]) -> Loaded:
         reactions = results[0].reshape(len(results[0]), -1, 3)
-        imbalance = np.zeros(len(reactions))
-        if len(results) > 5:
-            count = len(self.balance.bodies)
-            size = np.maximum(results[6], np.finfo(float).tiny)
-            with np.errstate(invalid="ignore"):
-                forces = np.abs(results[5][:, : 2 * count]).max(axis=1, initial=0.0)
-                moments = np.abs(results[5][:, 2 * count :]).max(axis=1, initial=0.0)
-                imbalance = np.maximum(forces / size[:, 0], moments / size[:, 1])
-                nothing = (results[6] == 0).all(axis=1)
-            imbalance[nothing] = 0.0
+        imbalance = results[5][:, 0] if len(results) > 5 else np.zeros(len(reactions))
         efforts, losses, powers, normals = results[1:5]
         return Loaded(reactions, efforts, losses, powers, normals, imbalance)
+
+
+def some(inputs: Sequence[Any], rows: Any) -> list[Any]:
+    """Return the inputs of the balance at some of the poses."""
+    return [array[rows] if array.ndim == 2 else array for array in inputs]
 
 
 def _meshes(scene: Scene, motion: Motion) -> dict[str, Mesh]:

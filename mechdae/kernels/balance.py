@@ -29,11 +29,12 @@ from mechdae.model.loads import Loads
 from mechdae.model.meshes import Mesh
 from mechdae.model.reduction import Scene, eliminate, split
 from mechdae.model.structure import Group
-from mechdae.model.wrenches import Wrench, add, on_body, times
+from mechdae.model.wrenches import Wrench, add, on_body, put, times
 
 SX = ca.SX
-NEWTON = 5
-"""Steps of Newton's method for the sizes of a group, from their values without friction."""
+NEWTON, QUICK = 6, 3
+"""Steps of Newton's method for the sizes of a group, from their values without friction: where
+those of the quick function are not enough, and in that one."""
 OPTIONS = {"cse": True}
 
 
@@ -110,7 +111,7 @@ class Balance:
         self.inertia = inertia(self.model)
         self.applied = add(loads.total, *[mesh.steady for mesh in meshes.values()])
 
-    @property
+    @cached_property
     def active(self) -> list[int]:
         """Places of the feedbacks that are friction."""
         return [j for j, feedback in enumerate(self.feedbacks) if feedback.friction]
@@ -162,7 +163,7 @@ class Balance:
     # -- all groups ----------------------------------------------------------------------------
 
     def chain(
-        self, base: Wrench, used: list[int], sizes: Any = None, steps: int = 0, guess: Any = None
+        self, base: Wrench, used: set[int], sizes: Any = None, steps: int = 0, guess: Any = None
     ) -> Chain:
         """Return the multipliers under a generalised force `base`.
 
@@ -206,10 +207,10 @@ class Balance:
                     for effect, size in zip(effects, m, strict=True):
                         value[i] = value[i] + effect[i] * size
                 for k, size in zip(own, m, strict=True):
-                    left = add(left, times(size, self.feedbacks[k].column))
+                    put(left, size, self.feedbacks[k].column)
             lam.update(value)
             for i in share.rows:
-                left = add(left, times(-value[i], self.column[i]))
+                put(left, -value[i], self.column[i])
         return result
 
     @property
@@ -235,21 +236,42 @@ class Balance:
         (inputs) -> m without friction (its own law at those reactions), m with it, the
         largest left-over of each group relative to its sizes, contraction of each group.
         """
-        quiet = [k for k in range(len(self.feedbacks)) if k not in self.active]
-        free = self.chain(self.base, quiet, steps=1)
-        whole = self.chain(self.base, list(range(len(self.feedbacks))), steps=NEWTON)
-        law = SX(free.sizes)
-        for share in self.shares:
-            for k in share.feedbacks:
-                if k in self.active:
-                    law[k] = size_of(self.feedbacks[k].law, self._forms(share, free.lam, k))
+        law = self._free()[1]
+        whole = self.chain(self.base, self._used(friction=True), steps=NEWTON)
         results = [law, whole.sizes, _column(whole.misses), _column(whole.contractions)]
         return ca.Function("solve", self.inputs, [ca.densify(r) for r in results], OPTIONS)
 
+    def _free(self) -> tuple[Chain, Any]:
+        """Return the balance without friction, and the sizes of all feedbacks by their laws."""
+        free = self.chain(self.base, self._used(friction=False), steps=1)
+        law = SX(free.sizes)
+        for share in self.shares:
+            for k in share.feedbacks:
+                if self.feedbacks[k].friction:
+                    law[k] = size_of(self.feedbacks[k].law, self._forms(share, free.lam, k))
+        return free, law
+
+    def _used(self, friction: bool) -> set[int]:
+        return {k for k, feedback in enumerate(self.feedbacks) if friction or not feedback.friction}
+
+    @cached_property
+    def quick(self) -> Any:
+        """All at once for poses whose sizes a few steps of Newton's method find.
+
+        (inputs) -> the results of `solve`, of the `report` without friction, its balance left
+        out, and of the one with friction.
+        """
+        free, law = self._free()
+        every = self._used(friction=True)
+        whole = self.chain(self.base, every, steps=QUICK)
+        results = [law, whole.sizes, _column(whole.misses), _column(whole.contractions)]
+        results += self._reported(free, self._used(friction=False), law, balance=False)
+        results += self._reported(whole, every, whole.sizes, balance=True)
+        return ca.Function("quick", self.inputs, [ca.densify(r) for r in results], OPTIONS)
+
     def refined(self, steps: int) -> Any:
         """Return the function (inputs, m) -> m after some steps of Newton's method."""
-        used = list(range(len(self.feedbacks)))
-        chain = self.chain(self.base, used, steps=steps, guess=self.sizes)
+        chain = self.chain(self.base, self._used(friction=True), steps=steps, guess=self.sizes)
         inputs = [*self.inputs, self.sizes]
         return ca.Function("refined", inputs, [ca.densify(chain.sizes)], OPTIONS)
 
@@ -259,8 +281,7 @@ class Balance:
 
         Forms are stacked in the order of `self.shares`, slopes column by column.
         """
-        used = list(range(len(self.feedbacks)))
-        chain = self.chain(self.base, used, sizes=self.sizes)
+        chain = self.chain(self.base, self._used(friction=True), sizes=self.sizes)
         starts, slopes = [], []
         for share in self.shares:
             own, start, slope = chain.start.get(share.group.index, ([], [], []))
@@ -276,54 +297,62 @@ class Balance:
 
         (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (joints,), powers (4,):
         drivers, loads, kinetic energy's rate, pretension; kinetic energy, multipliers' normal
-        forms, balance of bodies (3 bodies,) and its size.
+        forms, what is left of the balance of bodies.
         """
         wrench = {
             "all": self.base, "static": self.applied, "inertial": times(-1, self.inertia)
         }[base]  # fmt: skip
-        used = [k for k in range(len(self.feedbacks)) if friction or k not in self.active]
+        used = self._used(friction)
         chain = self.chain(wrench, used, sizes=self.sizes)
-        reactions: list[Any] = []
-        for name in self.joints:
-            reactions += self._reaction(name, chain.lam, used)
-        efforts = {row.owner: -chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver}
-        losses = [self._loss(name) for name in self.joints]
-        results = [_column(reactions), _column(list(efforts.values())), _column(losses)]
-        results += [_column(self._powers(efforts)), _column(self._normals(chain.lam))]
-        if base == "all":
-            balance, size = self._imbalance(reactions, efforts, chain.lam, used)
-            results += [_column(balance), size]
+        results = self._reported(chain, used, self.sizes, balance=base == "all")
         inputs = [*self.inputs, self.sizes]
         return ca.Function("report", inputs, [ca.densify(r) for r in results], OPTIONS)
 
-    def _of(self, name: str, lam: dict[int, Any], used: list[int]) -> Wrench:
+    def _reported(self, chain: Chain, used: set[int], sizes: Any, balance: bool) -> list[Any]:
+        """Return the results of `report` for multipliers and sizes."""
+        forces = {name: self._of(name, chain.lam, used, sizes) for name in self.joints}
+        reactions: list[Any] = []
+        for name, wrench in forces.items():
+            reactions += self._reaction(name, wrench)
+        efforts = {row.owner: -chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver}
+        losses = [self._loss(name, sizes) for name in self.joints]
+        results = [_column(reactions), _column(list(efforts.values())), _column(losses)]
+        results += [_column(self._powers(efforts)), _column(self._normals(chain.lam))]
+        if balance:
+            results.append(self._imbalance(reactions, efforts, forces))
+        return results
+
+    def _of(self, name: str, lam: dict[int, Any], used: set[int], sizes: Any) -> Wrench:
         """Return the generalised force of a joint, friction included."""
         parts = [times(-lam[i], self.column[i]) for i in self.rows_of[name]]
         own = [k for k in self._of_joint[name] if k in used]
-        parts += [times(self.sizes[k], self.feedbacks[k].column) for k in own]
+        parts += [times(sizes[k], self.feedbacks[k].column) for k in own]
         if name in self.meshes:
             parts.append(self.meshes[name].steady)
         return add(*parts)
 
-    def _reaction(self, name: str, lam: dict[int, Any], used: list[int]) -> list[Any]:
+    def _reaction(self, name: str, wrench: Wrench) -> list[Any]:
         """Return force and moment about the second body's point, on the second body."""
         joint, ends = self.model.mechanism.joints[name], self.model.ends[name]
-        wrench = self._of(name, lam, used)
         if joint.second_body == GROUND:
             return [-part for part in on_body(self.model, wrench, joint.first_body, ends.p2)]
         return list(on_body(self.model, wrench, joint.second_body, ends.p2))
 
-    def _loss(self, name: str) -> Any:
+    def _loss(self, name: str, sizes: Any) -> Any:
         own = [k for k in self._of_joint[name] if self.feedbacks[k].friction]
-        return sum((self.feedbacks[k].rate * self.sizes[k] for k in own), SX(0))
+        return sum((self.feedbacks[k].rate * sizes[k] for k in own), SX(0))
 
     def _powers(self, efforts: dict[str, Any]) -> list[Any]:
         v, q = self.model.velocity, self.model.q
         speeds = {c.text: ca.jtimes(self.model.coordinate(c), q, v) for c in self.scene.drivers}
         driven = sum((efforts[name] * speeds[name] for name in efforts), SX(0))
         loads = sum((force * v[i] for i, force in self.loads.total.items()), SX(0))
-        energy, rate = kinetic_energy(self.model)
+        energy, rate = self._energy
         return [driven, loads, rate, energy]
+
+    @cached_property
+    def _energy(self) -> tuple[Any, Any]:
+        return kinetic_energy(self.model)
 
     def _normals(self, lam: dict[int, Any]) -> list[Any]:
         """Return the normal force of guides and slots, + along the left normal."""
@@ -337,9 +366,12 @@ class Balance:
         return [n for n in self.joints if self.model.mechanism.joints[n].kind in kinds]
 
     def _imbalance(
-        self, reactions: list[Any], efforts: dict[str, Any], lam: dict[int, Any], used: list[int]
-    ) -> tuple[list[Any], Any]:
-        """Return what is left of the balance of each body, from the reported reactions."""
+        self, reactions: list[Any], efforts: dict[str, Any], forces: dict[str, Wrench]
+    ) -> Any:
+        """Return what is left of the balance of the bodies, from the reported reactions.
+
+        It is relative to the largest force and the largest moment in it.
+        """
         model = self.model
         parts = [times(-1, self.inertia), self.loads.total]
         for c in self.scene.drivers:
@@ -349,9 +381,8 @@ class Balance:
             parts.append({j: entry * efforts[c.text] for j, entry in entries})
         for k, name in enumerate(self.joints):
             joint, place = model.mechanism.joints[name], model.ends[name].p2
-            whole = self._of(name, lam, used)
             if name in self.meshes and self.meshes[name].column is None:
-                parts.append(whole)  # a couple on three bodies
+                parts.append(forces[name])  # a couple on three bodies
                 continue
             fx, fy, moment = reactions[3 * k : 3 * k + 3]
             for body, sign in ((joint.second_body, 1), (joint.first_body, -1)):
@@ -360,23 +391,13 @@ class Balance:
                     x, y, turn = (model.places[body, n] for n in ("x", "y", "angle"))
                     turned = moment + arm[0] * fy - arm[1] * fx
                     parts.append({x: sign * fx, y: sign * fy, turn: sign * turned})
-        left = add(*parts)
-        forces, moments = [], []
-        for body in self.bodies:
-            x, y, turn = (model.places[body, n] for n in ("x", "y", "angle"))
-            forces += [left.get(x, SX(0)), left.get(y, SX(0))]
-            moments.append(left.get(turn, SX(0)))
-        size = SX(0)
-        for part in parts:
-            for j, value in part.items():
-                if model.q_names[j][1] in ("x", "y"):
-                    size = ca.fmax(size, ca.fabs(value))
-        turns = SX(0)
-        for part in parts:
-            for j, value in part.items():
-                if model.q_names[j][1] == "angle":
-                    turns = ca.fmax(turns, ca.fabs(value))
-        return [*forces, *moments], ca.vertcat(size, turns)
+        left, worst = add(*parts), []
+        for names in (("x", "y"), ("angle",)):
+            places = [model.places[body, name] for body in self.bodies for name in names]
+            gap = _most(_column([left.get(j, SX(0)) for j in places]))
+            size = _most(_column([part[j] for part in parts for j in places if j in part]))
+            worst.append(ca.if_else(size > 0, gap / size, 0))
+        return ca.fmax(*worst)
 
 
 class Chain:

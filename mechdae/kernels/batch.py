@@ -57,10 +57,7 @@ class Batch:
 
         Inputs are (n, rows) arrays, shared ones (rows,).
         """
-        arrays = [
-            self._checked(i, np.ascontiguousarray(value, dtype=float))
-            for i, value in enumerate(inputs)
-        ]
+        arrays = [self._checked(i, np.asarray(value, float)) for i, value in enumerate(inputs)]
         n = next(len(a) for i, a in enumerate(arrays) if i not in self.shared)
         self.evaluations += n
         if n >= MANY and self.straight is not None:

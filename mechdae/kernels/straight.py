@@ -14,18 +14,16 @@ import numpy as np
 
 from mechdae.kernels.replay import LOGIC, NAMES
 
-CACHE_BYTES = 2_000_000
+CACHE_BYTES = 4_000_000
+"""Size of the buffers of a chunk: a call of NumPy costs as much as some 1500 numbers."""
 SMALLEST_CHUNK = 512
 
 
 def into(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return the function with the argument ``out`` of a NumPy operation."""
 
-    def write(*arguments: Any, out: Any = None) -> Any:
-        if out is None:
-            return function(*arguments)
+    def write(*arguments: Any, out: Any) -> None:
         out[...] = function(*arguments)
-        return out
 
     return write
 
@@ -42,8 +40,11 @@ _UFUNCS: dict[int, Any] = {
     ca.OP_CONSTPOW: np.power,
     ca.OP_ASSIGN: np.positive,
     **{code: getattr(np, names[1]) for code, names in NAMES.items()},
-    **{code: into(pair[1]) for code, pair in LOGIC.items()},
 }
+_VALUES = {**_UFUNCS, **{code: pair[1] for code, pair in LOGIC.items()}}
+"""Operations that return their result."""
+_WRITERS = {**_UFUNCS, **{code: into(pair[1]) for code, pair in LOGIC.items()}}
+"""Operations that write it where they are told to."""
 
 
 class Straight:
@@ -62,14 +63,15 @@ class Straight:
         self._once: list[tuple[Any, ...]] = []
         self._line: list[tuple[Any, ...]] = []
         self.registers = 0
+        self._spare: list[Any] = []
+        """Buffers between two calls: fresh memory is slow at its first touch."""
         self._read()
-        size = CACHE_BYTES // (8 * max(self.registers, 1))
-        self.chunk = max(SMALLEST_CHUNK, 1 << (size.bit_length() - 1))
+        self.chunk = max(SMALLEST_CHUNK, CACHE_BYTES // (8 * max(self.registers, 1)))
 
     @staticmethod
     def supports(function: Any) -> bool:
         """Return whether every operation of the function has a NumPy form."""
-        known = {*_UFUNCS, ca.OP_TWICE, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
+        known = {*_VALUES, ca.OP_TWICE, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
         codes = range(function.n_instructions())
         return function.is_a("SXFunction") and all(
             function.instruction_id(k) in known for k in codes
@@ -108,41 +110,67 @@ class Straight:
                 code, sources = ca.OP_ADD, [sources[0], sources[0]]
             if shared:
                 place[into[0]] = ("scalar", scalars)
-                self._once.append((_UFUNCS[code], sources, scalars))
+                self._once.append((_VALUES[code], sources, scalars))
                 scalars += 1
                 continue
             if code == ca.OP_OUTPUT:
-                steps.append((None, sources, into))
+                steps.append((None, sources, tuple(into)))
             else:
                 place[into[0]] = ("buffer", len(steps))
-                steps.append((_UFUNCS[code], sources, None))
+                steps.append((_WRITERS[code], sources, None))
             highest.append(need)
         self._scalars = scalars
         self._allocate(steps, sorted(range(len(steps)), key=highest.__getitem__))
 
     def _allocate(self, steps: list[tuple[Any, list[tuple[str, Any]], Any]], order: Any) -> None:
-        """Give each value a buffer until its last use."""
+        """Give each value a place: the result it is, else a buffer until its last use."""
         last = {what: k for k in order for kind, what in steps[k][1] if kind == "buffer"}
-        buffer: dict[int, tuple[str, int]] = {}
+        home: dict[int, tuple[str, Any]] = {}
         free: list[int] = []
+        for k in reversed(order):
+            ufunc, sources, output = steps[k]
+            if ufunc is None and sources[0][0] == "buffer":
+                home[sources[0][1]] = ("result", output)
+        line: list[tuple[Any, list[tuple[str, Any]], tuple[str, Any]]] = []
         for k in order:
             ufunc, sources, output = steps[k]
-            given = [buffer[s[1]] if s[0] == "buffer" else s for s in sources]
+            given = [home[what] if kind == "buffer" else (kind, what) for kind, what in sources]
             for kind, what in sources:
-                if kind == "buffer" and last[what] == k and what in buffer:
-                    free.append(buffer.pop(what)[1])
+                if kind == "buffer" and last[what] == k and home.get(what, ("",))[0] == "buffer":
+                    free.append(home.pop(what)[1])
             if ufunc is None:
-                self._line.append(("store", output[0], output[1], given[0]))
+                if given[0] != ("result", output):
+                    line.append((np.positive, given, ("result", output)))
                 continue
-            if free:
-                target = free.pop()
-            else:
-                target, self.registers = self.registers, self.registers + 1
-            if k in last:
-                buffer[k] = ("buffer", target)
-            else:
-                free.append(target)
-            self._line.append((ufunc, given, target))
+            target = home.get(k)
+            if target is None:
+                if not free:
+                    free.append(self.registers)
+                    self.registers += 1
+                target = ("buffer", free.pop())
+                if k in last:
+                    home[k] = target
+                else:
+                    free.append(target[1])
+            line.append((ufunc, given, target))
+        self._number(line)
+
+    def _number(self, line: list[tuple[Any, list[tuple[str, Any]], tuple[str, Any]]]) -> None:
+        """Number the arrays and scalars that the steps use: buffers first, then `others`."""
+        number: dict[Any, int] = {("buffer", k): k for k in range(self.registers)}
+        self._others: list[tuple[str, Any]] = []
+
+        def key(place: tuple[str, Any]) -> tuple[str, Any]:
+            return (place[0], repr(place[1])) if place[0] == "constant" else place
+
+        for _, given, target in line:
+            for place in (*given, target):
+                if key(place) not in number:
+                    number[key(place)] = len(number)
+                    self._others.append(place)
+        for ufunc, given, target in line:
+            second = number[key(given[1])] if len(given) == 2 else -1
+            self._line.append((ufunc, number[key(given[0])], second, number[target]))
 
     def __call__(self, inputs: Sequence[Any]) -> list[Any]:
         """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
@@ -153,30 +181,34 @@ class Straight:
         ]
         results = [np.empty((self.function.size1_out(i), n)) for i in range(self.function.n_out())]
         scalar: list[Any] = [None] * self._scalars
-        work = np.empty((self.registers, min(self.chunk, n)))
+        size = min(self.chunk, n)
+        work = self._spare.pop() if self._spare else np.empty((self.registers, size))
+        if work.shape[1] < size:
+            work = np.empty((self.registers, size))
 
-        def value(source: tuple[str, Any], a: int, b: int, rows: Any) -> Any:
-            kind, what = source
-            if kind == "buffer":
-                return rows[what]
+        def value(place: tuple[str, Any], a: int = 0, b: int = 0) -> Any:
+            kind, what = place
             if kind == "input":
                 return columns[what[0]][what[1], a:b]
+            if kind == "result":
+                return results[what[0]][what[1], a:b]
             if kind == "scalar":
                 return scalar[what]
             return columns[what[0]][what[1]] if kind == "shared" else what
 
         with np.errstate(all="ignore"):
             for ufunc, sources, target in self._once:
-                scalar[target] = ufunc(*[np.float64(value(s, 0, 0, work)) for s in sources])
+                scalar[target] = ufunc(*[np.float64(value(place)) for place in sources])
             for a in range(0, n, self.chunk):
                 b = min(a + self.chunk, n)
-                rows = [row[: b - a] for row in work]
-                for step in self._line:
-                    if step[0] == "store":
-                        results[step[1]][step[2], a:b] = value(step[3], a, b, rows)
+                at = [row[: b - a] for row in work]
+                at += [value(place, a, b) for place in self._others]
+                for ufunc, i, j, k in self._line:
+                    if j < 0:
+                        ufunc(at[i], out=at[k])
                     else:
-                        ufunc, sources, target = step
-                        ufunc(*[value(s, a, b, rows) for s in sources], out=rows[target])
+                        ufunc(at[i], at[j], out=at[k])
+        self._spare = [work]
         return [result.T for result in results]
 
 

@@ -26,6 +26,13 @@ def add(*parts: Wrench) -> Wrench:
     return total
 
 
+def put(total: Wrench, factor: Any, part: Wrench) -> None:
+    """Add a generalised force, multiplied by a number, to another one in place."""
+    for i, value in part.items():
+        own = factor * value
+        total[i] = total[i] + own if i in total else own
+
+
 def times(factor: Any, wrench: Wrench) -> Wrench:
     """Return a generalised force multiplied by a number."""
     return {i: factor * value for i, value in wrench.items()}

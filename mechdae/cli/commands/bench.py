@@ -16,7 +16,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.bench import chain
+    from mechdae.bench import chain, forces
     from mechdae.bench import kinematics as bench
     from mechdae.describe.problem import load
 
@@ -34,16 +34,21 @@ def run(options: argparse.Namespace) -> int:
         grown = chain.scaling(loops, repeats=3 if options.quick else 5)
         print(chain.table(grown))
         records += grown
+        message("measuring forces", options.quiet)
+        loaded, notes = forces.measure(sizes, repeats, compared)
+        print(forces.table(loaded, notes))
+        records += loaded
     if options.out:
         folder = Path(options.out)
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / "bench.json"
         path.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
         message(f"written: {path}", options.quiet)
-        if any(record["method"] != "certified" for record in records):
+        moving = [r for r in records if "loops" not in r and "task" not in r]
+        if any(record["method"] != "certified" for record in moving):
             from mechdae.draw import save
             from mechdae.draw.speed import draw
 
-            picture = save(draw([r for r in records if "loops" not in r]), folder / "bench.svg")
+            picture = save(draw(moving), folder / "bench.svg")
             message(f"written: {picture}", options.quiet)
     return 0
