@@ -61,7 +61,7 @@ def _points(mechanism: md.Mechanism):
 
 def task_of(problem: md.Problem, friction: str) -> md.Reactions:
     """Return the first sweep of a file at a few poses as a task of reactions."""
-    sweep = next(task for task in problem.tasks.values() if task.kind == "sweep")
+    sweep = next(task for task in problem.tasks.values() if isinstance(task, md.Sweep))
     keys: dict[str, Any] = {"poses": 5, "mode": sweep.mode, "friction": friction}
     if sweep.drivers is not None:
         return md.Reactions(drivers=sweep.drivers, **keys)
