@@ -27,8 +27,8 @@ def force_facts(result: Result, width: int) -> list[str]:
     lines = fact("friction", _friction(result), width)
     if task.direction == "load":
         lines += fact("direction", "resistances push along the motion", width)
-    lead = _lead_unit(result)
-    unit = "s" if result.time is not None else lead
+    lead, single = _lead_unit(result)
+    unit = "s" if result.time is not None else lead if single else "1"
     lines += _cycle(summary, unit, width)
     lines += _jams(summary, unit, lead, width)
     lines += _several(result, width)
@@ -69,11 +69,11 @@ def _friction(result: Result) -> str:
     return text
 
 
-def _lead_unit(result: Result) -> str:
-    """Return the unit of the first driver that moves."""
+def _lead_unit(result: Result) -> tuple[str, bool]:
+    """Return the unit of the first driver that moves, and whether it is the only one."""
     units = [result.unit("drivers", c, "position") for c in result.drivers]
     moves = [bool(np.ptp(series.position) > 0) for series in result.drivers.values()]
-    return units[moves.index(True) if any(moves) else 0]
+    return units[moves.index(True) if any(moves) else 0], sum(moves) <= 1
 
 
 def _arc(arc: Sequence[float], unit: str) -> str:
@@ -100,9 +100,11 @@ def _cycle(figures: dict[str, Any], unit: str, width: int) -> list[str]:
         if "efficiency" in figures:
             text += f"; efficiency {figures['efficiency']:.6g}"
         lines += fact("cycle", text, width)
+    elif figures["jammed_arcs"]:
+        lines += fact("cycle", "no mean powers with friction: it jams", width)
     if estimates:
         text = f"{', '.join(estimates)}, with reactions without friction"
-        lines += fact("" if lines else "cycle", text, width)
+        lines += fact("", text, width)
     lines += _losses(figures)
     arcs = figures.get("self_locking_arcs", [])
     if arcs:
@@ -164,7 +166,7 @@ def _within(value: float, arc: tuple[float, ...]) -> bool:
 def _several(result: Result, width: int) -> list[str]:
     """Return a line for each run of poses with several solutions."""
     lines: list[str] = []
-    unit = _lead_unit(result)
+    unit = _lead_unit(result)[0]
     found = [
         list(run)
         for _, group in itertools.groupby(result.solutions, key=lambda entry: entry["count"])
