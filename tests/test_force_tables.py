@@ -356,6 +356,17 @@ def test_a_cycle_without_useful_work_has_no_formula_10(tmp_path: Path) -> None:
         assert "useful 0 W" in line(lines(result), "  cycle")
 
 
+def test_loads_that_do_no_work_do_not_lock_themselves(tmp_path: Path) -> None:
+    """A spring along the crank keeps its length: the signs of its power are rounding."""
+    spring = '[loads.spring]\nkind = "spring"\nbetween = ["ground.O", "crank.B"]\n'
+    spring += "stiffness = 1e4\nfree_length = 0.05\n"
+    problem = load(CRANK.replace("[loads.work]", spring + "\n[loads.work]"), tmp_path)
+    values = {"Q_work": 0.0, "Q_return": 0.0, "crank.B.y": 0.03}
+    result = md.solve(problem, turn(cycle=True, poses=13), set=values)
+    assert result.summary["loss"] > 1
+    assert result.summary["self_locking_arcs"] == []
+
+
 def test_joints_without_coordinates_have_reactions() -> None:
     """A gear has neither angle nor slide of its own; its reaction is the force of the mesh."""
     problem = md.load("planetary-gear-train")

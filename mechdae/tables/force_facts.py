@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.results import Result
-from mechdae.tables.text import MOST, driver_value, fact
+from mechdae.tables.text import MOST, driver_value, fact, together
 
 FRICTION = {
     "none": "left out",
@@ -77,11 +77,11 @@ def _lead_unit(result: Result) -> tuple[str, bool]:
 
 
 def _arc(arc: Sequence[float], unit: str) -> str:
-    return " .. ".join(_at(end, unit) for end in arc)
+    return together(" .. ".join(_at(end, unit) for end in arc))
 
 
 def _at(value: float, unit: str) -> str:
-    value = value if abs(value) > 1e-13 else 0.0
+    value = value if abs(value) > 1e-12 else 0.0
     return f"t = {value:.6g} s" if unit == "s" else driver_value(value, unit, 6)
 
 

@@ -16,6 +16,9 @@ MOST = 12
 KEY = 12
 """Columns before the text of a fact."""
 
+FIXED = "\xa0"
+"""A space at which no line breaks."""
+
 Column = tuple[str, list[str]]
 
 
@@ -49,9 +52,9 @@ def rows_of(count: int) -> list[int]:
 
 
 def fact(key: str, text: str, width: int = WIDE) -> list[str]:
-    """Return what is known under a key, in lines that fit."""
+    """Return what is known under a key, in lines that fit; they break at plain spaces."""
     head = f"  {key:{KEY - 3}} "
-    return textwrap.wrap(
+    lines = textwrap.wrap(
         text,
         width,
         initial_indent=head,
@@ -59,3 +62,9 @@ def fact(key: str, text: str, width: int = WIDE) -> list[str]:
         break_long_words=False,
         break_on_hyphens=False,
     )
+    return [line.replace(FIXED, " ") for line in lines]
+
+
+def together(text: str) -> str:
+    """Return a text that is not broken into lines."""
+    return text.replace(" ", FIXED)
