@@ -150,6 +150,8 @@ def _jams(figures: dict[str, Any], unit: str, lead: str, width: int) -> list[str
     for place, run in cases[:MOST]:
         text = f"{place}: no equilibrium with friction"
         text += ", proven" if run and all(entry["proven"] for entry in run) else ""
+        joints = list(dict.fromkeys(entry["joint"] for entry in run if entry["joint"]))
+        text += f", by joint {', '.join(joints)}" if joints else ""
         known = [entry for entry in run if entry["critical_factor"] is not None]
         if known:
             least = min(known, key=lambda entry: entry["critical_factor"])

@@ -93,7 +93,8 @@ def single_forces(result: Result) -> Iterator[str]:
                     yield _line(name, "|reaction|", f"{_size(array)[0]: .10g}", "N")
             elif is_force(word):
                 yield _line(name, word, f"{array[0]: .10g}", result.unit("joints", name, word))
-        yield from _unique(name, result.unique.get(name, {}))
+        if name in result.summary.get("not_unique", ()):
+            yield from _unique(name, result.unique.get(name, {}))
     for entry in result.solutions:
         how = "proven" if entry["proven"] else "found, there may be more"
         yield f"  {entry['count']} solutions, {how}"
