@@ -295,6 +295,17 @@ def test_jammed_arcs_and_poses_with_the_critical_factor(tmp_path: Path) -> None:
     assert "(at 90 deg)" in line(alone, "  jammed    80")
 
 
+def test_a_jam_names_the_joint_whose_friction_matters(tmp_path: Path) -> None:
+    """The force in thin pins is larger than that on the guide, their friction plays no part."""
+    text = JAM.replace(
+        '"crank.B", "rod.B"]', '"crank.B", "rod.B"], friction = 0.1, pin_radius = 1e-5'
+    )
+    problem = load(text, tmp_path)
+    (entry,) = md.solve(problem, at(90, speed=-1)).summary["jammed"]
+    assert entry["joint"] == "guide"
+    assert entry["critical_factor"] == pytest.approx(1 / (0.6 * LEAN), rel=1e-3)
+
+
 def test_one_pose_lists_all_solutions(tmp_path: Path) -> None:
     text = lines(md.solve(load(JAM, tmp_path), at(270, speed=-1)))
     assert "  2 solutions, proven" in text
