@@ -134,8 +134,6 @@ class State:
     def __init__(self, statics: Statics, moving: Moving) -> None:
         self.statics, self.moving = statics, moving
         self.coupled = statics.task.friction == "coupled" and statics.frictional
-        self.driven: bool | None = None
-        """Whether the loads drive anywhere, by more than rounding."""
 
     def solved(self, s: Any, coupled: bool = True) -> tuple[list[Any], Any, Any, Any]:
         """Return inputs, sizes without and with friction, and which places have none."""
