@@ -1,4 +1,4 @@
-"""Write ``articles.md``: two published kinematic analyses, recomputed number by number.
+"""Write ``articles.md``: three published analyses of mechanisms, recomputed.
 
 Typed here are only the numbers the articles print, with their place, and sentences; every
 other number of the page is computed when the page is made, by mechdae or by arithmetic on
@@ -17,96 +17,26 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import article_friction
 import numpy as np
+from article_text import (
+    below,
+    cosd,
+    fixed,
+    percent,
+    sign,
+    sind,
+    table,
+    text,
+    unit,
+    unit_of,
+    verdict,
+)
 
 import mechdae as md
 
 PAGE = Path(__file__).with_name("articles.md")
-NOISE = 1e-14
-"""Relative change of a number that must not change the page."""
-
 SEVEN, FIVE = "gorshkov-seven-link", "geared-five-bar"
-
-
-# -- numbers as text ---------------------------------------------------------------------------
-
-
-def text(value: float, digits: int = 12, noise: float = NOISE) -> str:
-    """Return a number to so many significant digits, fewer where noise would change them."""
-    value = float(value)
-    if abs(value) < 1e-13:
-        return "0"
-    while digits > 1 and len({f"{value * (1 + s * noise):.{digits}g}" for s in (-1, 1)}) > 1:
-        digits -= 1
-    return f"{value:.{digits}g}".replace("-", "−")
-
-
-def fixed(value: float, places: int) -> str:
-    """Return a number to so many decimal places."""
-    return f"{value:.{places}f}".replace("-", "−")
-
-
-def percent(printed: float, true: float) -> str:
-    """Return a signed deviation in per cent with three decimals."""
-    shown = f"{100 * (printed - true) / true:+.3f}"
-    return "0.000" if float(shown) == 0 else shown.replace("-", "−")
-
-
-def sign(printed: str) -> str:
-    """Return a printed number with a true minus sign."""
-    return printed.replace("-", "−")
-
-
-def below(value: float, limit: float) -> str:
-    """Return the limit a residual stays below; it is an error when it does not.
-
-    Raises
-    ------
-    ArithmeticError
-        The residual is larger.
-    """
-    if not value < limit:
-        raise ArithmeticError(f"{value} is not below {limit}")
-    return f"below 10⁻{superscript(round(-np.log10(limit)))}"
-
-
-def superscript(number: int) -> str:
-    return str(number).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
-
-
-def table(head: str, rows: list[list[str]]) -> list[str]:
-    """Return the lines of a table; `head` has the titles separated by bars."""
-    titles = [title.strip() for title in head.split("|")]
-    lines = ["| " + " | ".join(titles) + " |", "|" + "---|" * len(titles)]
-    return lines + ["| " + " | ".join(row) + " |" for row in rows] + [""]
-
-
-def unit_of(printed: str) -> float:
-    """Return the unit of the last printed digit."""
-    return 10.0 ** -(len(printed.split(".")[1]) if "." in printed else 0)
-
-
-def verdict(printed: str, true: float) -> str:
-    """Return the verdict on a printed number by the rule stated on the page."""
-    gap = abs(float(printed) - true)
-    if gap <= 0.5 * unit_of(printed) * (1 + 1e-9):
-        return "exact to print"
-    if gap <= 2 * unit_of(printed) and gap <= 0.01 * abs(true):
-        return "rounding"
-    return "**deviates**"
-
-
-def cosd(angle: float) -> float:
-    return float(np.cos(np.radians(angle)))
-
-
-def sind(angle: float) -> float:
-    return float(np.sin(np.radians(angle)))
-
-
-def unit(angle: float) -> Any:
-    """Return the unit vector at an angle in degrees."""
-    return np.array([cosd(angle), sind(angle)])
 
 
 # -- article 000: what is printed --------------------------------------------------------------
@@ -1162,7 +1092,7 @@ def page() -> str:
     """Return the page."""
     joints, bodies = len(seven().mechanism.joints), len(seven().mechanism.bodies)
     lines = [
-        "# Two articles, number by number",
+        "# Three articles, checked",
         "",
         "Written by `docs/make_articles.py`; do not edit. The printed numbers are typed into "
         "that script, all others are computed when the page is made.",
@@ -1204,6 +1134,7 @@ def page() -> str:
         "### The full revolution",
         "",
         *revolution(),
+        *article_friction.lines(),
         "## Geared five-bar",
         "",
         "R. V. Ambartsumyants, A. P. Lipin, S. A. Romashkevich, *Kinematic research of the geared "

@@ -1,4 +1,4 @@
-"""The two articles: reference values by independent arithmetic, and the page about them.
+"""The articles: reference values by independent arithmetic, and the page about them.
 
 ``data/seed-a-truth.csv`` and ``data/seed-c-truth.csv`` are poses of the two mechanisms
 computed with 40 digits from the loop equations, ``data/seed-a-printed.csv`` the numbers of
@@ -14,6 +14,7 @@ from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
+import article_friction
 import numpy as np
 import pytest
 
@@ -526,3 +527,71 @@ def test_geared_inequality_of_the_article_is_not_sufficient():
         five(), md.Sweep(driver=driver, poses=31), set=settings(lengths, Fraction(-1)), mode=mode
     )
     assert [event["kind"] for event in result.events] == ["limit", "limit"]
+
+
+# -- article 003 -------------------------------------------------------------------------------
+
+STROKES = {  # r/l, f: largest ratio of losses, (10), P/(P + loss), coupled; 30 digits
+    ("1/3", 0.05): (1.01799579322, 0.98632337478812, 0.98650790116718, 0.98630688417877),
+    ("1/3", 0.1): (1.036651153, 0.97264674957624, 0.97337502907351, 0.97258015427395),
+    ("1/3", 0.2): (1.07609113379, 0.94529349915247, 0.94813106698066, 0.94502187353813),
+    ("1/3", 0.4): (1.16471566963, 0.89058699830495, 0.9013775739712, 0.88945534970675),
+    ("0.9", 0.05): (1.11512193242, 0.93839710635327, 0.94197181072565, 0.93750415699252),
+    ("0.9", 0.1): (1.26019840842, 0.87679421270654, 0.89030880299295, 0.87298061988572),
+    ("0.9", 0.2): (1.70342754431, 0.75358842541308, 0.80230320416546, 0.73580600843911),
+    ("0.9", 0.4): (5.74371460211, 0.50717685082615, 0.66987171290411, 0.38935309866868),
+}
+
+
+@pytest.mark.parametrize("case", STROKES, ids=lambda case: f"{case[0]}, {case[1]}")
+def test_friction_in_the_guide_alone(case):
+    run = article_friction.stroke(*case)
+    guide, s = run.joints["slide"], run.summary
+    middle = len(run) // 2
+    found = [guide.loss[middle] / guide.loss_uncoupled[middle]]
+    found += [s["efficiency_formula_10"], s["efficiency_uncoupled"], s["efficiency"]]
+    assert found == pytest.approx(STROKES[case], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("span", "coupled", "degrees"),
+    [
+        ((0.02, 0.05), True, 1.85325010277072),
+        ((3.08, 3.12), True, 177.149345823584),
+        ((0.02, 0.05), False, 1.85575732670454),
+        ((3.08, 3.12), False, 177.143576131794),
+    ],
+)
+def test_dead_zones_of_the_slider_that_drives(span, coupled, degrees):
+    assert np.degrees(article_friction.dead_zone(*span, coupled)) == pytest.approx(
+        degrees, rel=1e-11
+    )
+
+
+CYCLES = {  # losses by (9) and coupled, (10), P/(P + loss), coupled
+    "slider-crank-friction": (35.3706079120983, 36.7969095080391, 0.907399965025289,
+                              0.915248002919152, 0.912130722520912),
+    "slider-crank-inertia": (160.289040608403, 166.007826784596, 0.895091068244518,
+                             0.905051965152637, 0.901996405150353),
+    "quick-return-friction": (14.4895274554106, 14.7251112302124, 0.769550781846769,
+                              0.812711313272148, 0.810244032695944),
+    "quick-return-pin": (13.0229911646211, 13.2141726972783, 0.792875361799137,
+                         0.828414869810322, 0.826333399845062),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CYCLES)
+def test_cycles_of_the_page(name):
+    s = article_friction.cycle(name).summary
+    keys = ("loss_uncoupled", "loss", "efficiency_formula_10", "efficiency_uncoupled", "efficiency")
+    assert [s[key] for key in keys] == pytest.approx(CYCLES[name], rel=1e-9)
+
+
+def test_friction_circle_of_the_article():
+    s = article_friction.cycle("slider-crank-friction", "article").summary
+    assert s["efficiency"] == pytest.approx(0.91187181209931, rel=1e-9)
+    assert s["efficiency_formula_10"] == pytest.approx(0.907101827841818, rel=1e-9)
+    page = "\n".join(article_friction.formulas())
+    assert "0.4988 % at f = 0.1, 1.9804 % at f = 0.2, 4.4031 % at f = 0.3" in page
+    assert "11.74077656 rad/s" in page
+    assert "−29.7 %" in page

@@ -9,6 +9,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from test_layers import PACKAGE, ROOMS
 
@@ -81,6 +82,24 @@ def test_problem_files_shown_solve(page: str, block: str, tmp_path: Path) -> Non
     assert all(verdict.met for verdict in check(problem))
 
 
+def test_table_of_a_load_shown_is_read(tmp_path: Path) -> None:
+    page = "docs/problem-file.md"
+    example = next(block for block in fences(page, "toml") if block.startswith("schema"))
+    (load,) = (block for block in fences(page, "toml") if "gas.csv" in block)
+    (table,) = fences(page, "csv")
+    (tmp_path / "gas.csv").write_text(table, encoding="utf-8")
+    (tmp_path / "engine.toml").write_text(example + load, encoding="utf-8")
+    result = md.solve(md.load(tmp_path / "engine.toml"), "forces")
+    assert result.fault is None
+    slides = result.joints["guide"].slide_velocity
+    half = int(np.argmin(np.abs(result.drivers["crank.angle"].position - np.pi / 6)))
+    force = -20e-4 * (2.0e5 + 1.2e5) / 2
+    speed = result.drivers["crank.angle"].velocity[0]
+    assert result.efforts["crank.angle"][half] * speed == pytest.approx(
+        -force * slides[half], rel=1e-12
+    )
+
+
 def test_every_joint_load_and_task_kind_is_documented() -> None:
     from mechdae.describe.joints import JOINTS
     from mechdae.describe.loads import LOADS
@@ -106,7 +125,8 @@ def test_every_measure_is_documented() -> None:
 
 
 def consoles() -> list[tuple[str, str]]:
-    pages = ("docs/command-line.md", "docs/problem-file.md", "docs/measures.md")
+    names = ("command-line", "problem-file", "measures", "forces")
+    pages = [f"docs/{name}.md" for name in names]
     return [(page, block) for page in pages for block in fences(page, "console")]
 
 
@@ -125,7 +145,8 @@ def test_commands_shown_print_what_is_shown(page, block, tmp_path, monkeypatch, 
         if words[0] == "mechdae":
             code = main(words[1:])
             captured = capsys.readouterr()
-            ours = (captured.out.rstrip("\n") + "\n" + captured.err).strip("\n").split("\n")
+            text = (captured.out.rstrip("\n") + "\n" + captured.err).strip("\n")
+            ours = text.split("\n") if text else []
         elif command == "echo $?":
             ours = [str(code)]
         else:

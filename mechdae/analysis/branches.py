@@ -154,7 +154,11 @@ class Branches:
         return 1.0, sizes, ""
 
     def _culprit(self, inputs: Sequence[Any], factor: float, sizes: Any) -> str:
-        """Return the joint that takes the largest part in what makes the sizes grow."""
+        """Return the joint whose friction takes the largest part in what makes the sizes grow.
+
+        With G the slopes of the sizes and x, y the right and left vectors of its eigenvalue 1
+        y_j x_j / y x is the share by which that eigenvalue grows with the friction of joint j.
+        """
         scaled = [*inputs[:-1], np.array([factor])]
         worst, joint = np.inf, ""
         for g, (places, _, laws) in enumerate(self.groups):
@@ -164,8 +168,9 @@ class Branches:
             nearest = int(np.argmin(np.abs(values - 1)))
             if abs(values[nearest] - 1) < worst:
                 worst = float(abs(values[nearest] - 1))
-                own = places[int(np.argmax(np.abs(vectors[:, nearest])))]
-                joint = self.balance.feedbacks[own].joint
+                left = np.linalg.pinv(vectors)[nearest]
+                shares = np.abs(left * vectors[:, nearest])
+                joint = self.balance.feedbacks[places[int(np.argmax(shares))]].joint
         return joint
 
     def _follow(self, inputs: Sequence[Any], factor: float, sizes: Any) -> Any:

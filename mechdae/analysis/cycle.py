@@ -14,6 +14,7 @@ import numpy as np
 
 from mechdae.analysis.measures.quadrature import Chart, integrate
 from mechdae.analysis.moving import Moving
+from mechdae.analysis.start import shown
 from mechdae.analysis.statics import Forces, Statics
 from mechdae.describe.tasks import Reactions
 from mechdae.errors import InputError
@@ -60,9 +61,10 @@ def cycle(
     }  # fmt: skip
     faults = []
     if arcs["jammed"]:
-        spans = ", ".join(f"{a:.6g} to {b:.6g}" for a, b in arcs["jammed"])
-        c = setting.plan.coordinates[setting.plan.lead].text
-        faults.append(f"the cycle has no mean powers: jammed for {c} from {spans}")
+        c = setting.plan.coordinates[setting.plan.lead]
+        word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
+        spans = [" to ".join(shown(unit, end) for end in arc) for arc in arcs["jammed"]]
+        faults.append(f"the cycle has no mean powers: jammed for {word} from {', '.join(spans)}")
     panels = [low, *[k for k in kinks if low < k < high], high]
     charts = [Chart(a, b) for a, b in itertools.pairwise(panels) if b > a]
     count = len(statics.balance.joints)
@@ -99,6 +101,7 @@ def _figures(
         figures["efficiency_formula_10"] = (power - estimate) / power
         ratio = power / (power + estimate) if drives else (power - estimate) / power
         figures["efficiency_uncoupled"] = ratio
+    if rows:
         figures["loss_uncoupled"] = estimate
         figures["loss_by_joint_uncoupled"] = {names[k]: float(lost_free[k]) for k in rows}
     if jammed:
@@ -107,8 +110,9 @@ def _figures(
         lost, whole = lost_free, free
         loss = estimate if rows else 0.0
         figures |= {"useful": power, "loss": loss, "input": power}
-        if rows:
+        if rows and power:
             figures["efficiency"] = figures["efficiency_formula_10"]
+        if rows:
             figures["loss_by_joint"] = figures["loss_by_joint_uncoupled"]
         return figures
     loss = float(lost.sum())

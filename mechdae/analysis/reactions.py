@@ -412,9 +412,11 @@ def _faults(setting: Setting, answer: Answer) -> list[str]:
                 text += f", where it jams from {own.critical:.6g} times the friction given on"
                 text += f", by joint {own.joint}" if own.joint else ""
         else:
+            known = all(answer.found[int(k)].connected is not None for k in places)
+            which = "the one that continues from no friction" if known else "one of them"
             text = (
                 f"{len(places)} of {n} poses have several solutions, first at {c.text} = {first}; "
-                f"the one that continues the motion without friction is given, all are listed"
+                f"{which} is given, all are listed"
             )
         faults.append(text)
     return faults

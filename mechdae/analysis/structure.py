@@ -8,13 +8,15 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis import start
+from mechdae.analysis.force_structure import force_structure
 from mechdae.analysis.freedom import settled
 from mechdae.analysis.modes import Assembler
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.plan import plan, sketched
+from mechdae.analysis.reactions import loaded_bodies
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Driven, Sweep
+from mechdae.describe.tasks import Driven, Reactions, Sweep
 from mechdae.errors import MechdaeError
 from mechdae.kernels.graphs import Graphs
 from mechdae.model.model import Model
@@ -149,7 +151,11 @@ def _task(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
     entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
     try:
         numbers = plan(problem.mechanism, task)
-        pruned = scene(model, numbers.coordinates, task.outputs)
+        forces = isinstance(task, Reactions)
+        kept = list(loaded_bodies(model)) if forces else None
+        pruned = scene(model, numbers.coordinates, task.outputs, loaded=kept)
+        if isinstance(task, Reactions):
+            entry["forces"] = force_structure(pruned, task)
     except MechdaeError as error:
         return {**entry, "error": str(error)}
     entry |= {
@@ -160,7 +166,7 @@ def _task(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
     }
     if isinstance(task, Sweep):
         words = ["positions", "velocities", "accelerations", "jerks"]
-        entry["builds"] = words[: task.derivatives + 1]
+        entry["builds"] = words[: max(task.derivatives, 2 * forces) + 1]
         if task.measures:
             entry["builds"].append("measures " + ", ".join(task.measures))
         if pruned.selection.named:

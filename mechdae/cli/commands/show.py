@@ -66,7 +66,9 @@ def _lines(data: dict[str, Any]) -> list[str]:
                 lines.append(_group(group))
         lines += [f"  {entry[word]}" for word in ("error", "assembly") if word in entry]
     lines += ["", "tasks"]
-    lines += [f"  {name}: {_task(task)}" for name, task in data["tasks"].items()]
+    for name, task in data["tasks"].items():
+        lines.append(f"  {name}: {_task(task)}")
+        lines += [f"    {text}" for text in _forces(task.get("forces", {}))]
     return lines
 
 
@@ -89,3 +91,32 @@ def _task(task: dict[str, Any]) -> str:
     if task["not_in_scene"]:
         parts.append(f"not in the scene: {', '.join(task['not_in_scene'])}")
     return ", ".join(parts)
+
+
+def _forces(forces: dict[str, Any]) -> list[str]:
+    """Return what a task of reactions builds, one kind of thing a line."""
+    if not forces:
+        return []
+    lines = [
+        f"efforts of {', '.join(forces['efforts'])}; reactions of {', '.join(forces['reactions'])}"
+    ]
+    loads = [f"{name} ({kind})" if kind != name else name for name, kind in forces["loads"].items()]
+    lines.append(f"loads: {', '.join(loads) or 'none'}")
+    if forces["direction"] != "driver":
+        other = "also " if forces["direction"] == "both" else ""
+        lines.append(f"resistances {other}turned round, along the motion")
+    if forces["masses"]:
+        lines.append(f"masses: {', '.join(forces['masses'])}")
+    if "friction" in forces:
+        how = "coupled" if forces["coupled"] else "article, not fed back"
+        laws: dict[str, list[str]] = {}
+        for name, law in forces["friction"].items():
+            laws.setdefault(law, []).append(name)
+        text = "; ".join(f"{', '.join(names)}: {law}" for law, names in laws.items())
+        lines.append(f"friction ({how}) {text}" if text else "friction: no joint has a coefficient")
+    for word, text in (("parts", "parts of efforts and reactions"), ("axes", "reactions in axes")):
+        if word in forces:
+            lines.append(f"{text}: {', '.join(forces[word])}")
+    if "cycle" in forces:
+        lines.append("cycle: mean powers, losses, efficiency; arcs that jam or lock themselves")
+    return lines

@@ -1,0 +1,130 @@
+"""What to know about a result, below its table."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mechdae.results import Result
+from mechdae.tables.force_facts import force_facts
+from mechdae.tables.text import MOST, driver_value, quantity
+
+
+def facts_text(result: Result, width: int) -> list[str]:
+    summary, lines = result.summary, []
+    units = [result.unit("drivers", c, "position") for c in result.drivers]
+    moves = [bool(np.ptp(series.position) > 0) for series in result.drivers.values()]
+    unit = (units[moves.index(True)] if any(moves) else units[0]) if units else "m"
+    if summary.get("formula"):
+        lines.append(f"  formula   {summary['formula']}")
+    if summary.get("mode"):
+        lines.append(f"  mode      {summary['mode']}")
+    if summary.get("limits"):
+        ends = [driver_value(value, unit) for value in summary["limits"]]
+        lines.append(f"  limits    {ends[0]} .. {ends[1]}")
+    for word, suffix in (("swing", "deg"), ("stroke", "m")):
+        for name, value in summary.get(word, {}).items():
+            value = value if abs(value) > 1e-14 else 0.0
+            shown = math.degrees(value) if word == "swing" else value
+            lines.append(f"  {word:9} {name}: {shown:.12g} {suffix}")
+    if result.kind in ("sweep", "reactions"):
+        counts = ", ".join(f"{count} {status}" for status, count in summary["status"].items())
+        lines.append(f"  status    {counts}")
+        fine = np.asarray(result.status) == "ok"
+        bounds = [
+            f"{name} {array[fine].max():.1e} {'m' if name == 'length' else 'rad'}"
+            for name, array in result.bound.items()
+            if fine.any()
+        ]
+        if bounds:
+            worst = np.nanmax(result.condition[np.isfinite(result.condition)], initial=1.0)
+            lines.append(
+                f"  error <=  {', '.join(bounds)} ({summary['bound']}); condition {worst:.3g}"
+            )
+    for entry in summary.get("superfluous", []):
+        joints = ", ".join(entry["joints"])
+        lines.append(f"  redundant {entry['count']} equation(s) superfluous among {joints}")
+    if summary.get("closure"):
+        words = {"length": "m", "angle": "rad", "parameter": "1"}
+        sizes = [f"{value:.1e} {words[word]}" for word, value in summary["closure"].items()]
+        lines.append(f"  closes to {', '.join(sizes)} (largest residual)")
+    lines += force_facts(result, width)
+    lines += _measures(result, unit)
+    for event in result.events:
+        if event["in_range"]:
+            digits = 12 if event["kind"] in ("limit", "end_of_curve") else 6
+            word = event["kind"].replace("_", " ")
+            place = driver_value(event["at"], units, digits)
+            if "time" in event:
+                place = f"t = {event['time']:.{digits}g} s, {place}"
+            lines.append(f"  {word:9} {place}: {_happens(event)}")
+    for entry in summary.get("failed", []):
+        place = f"{driver_value(entry['from'], unit)} .. {driver_value(entry['to'], unit)}"
+        if "time" in entry:
+            place = f"t = {entry['time'][0]:.12g} .. {entry['time'][1]:.12g} s"
+        group = (
+            f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
+        )
+        group += f" by {entry['gap']:.4g} {entry['unit']}" if "gap" in entry else ""
+        lines.append(f"  no pose   {place}{group}")
+    if summary.get("not_in_scene"):
+        lines.append(f"  not in the scene, not checked: {', '.join(summary['not_in_scene'])}")
+    return lines
+
+
+def _happens(event: dict[str, Any]) -> str:
+    """Return what an event is about."""
+    if event["kind"] == "stationary":
+        kind = "angle" if event["of"].endswith(".angle") else "length"
+        return f"{event['of']} {event['extreme']} {quantity(event['value'], kind)}"
+    if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
+        x, y = event["position"]
+        return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) m"
+    return f"group {event['name']}, joint {event['joint']}"
+
+
+def _measures(result: Result, unit: str) -> list[str]:
+    """Return short lines of what the task's measures found."""
+    summary, lines = result.summary, []
+
+    def at(value: Any) -> str:
+        return driver_value(value, unit, 6)
+
+    for joint, found in summary.get("transmission", {}).items():
+        low, high = (quantity(found[word], "angle") for word in ("min", "max"))
+        places = f"{low} at {at(found['at'])}, greatest {high} at {at(found['max_at'])}"
+        lines.append(f"  transmission angle {joint}: least {places}")
+    ranges = summary.get("extremes", {})
+    for name, ends in list(ranges.items())[:MOST]:
+        kind = "angle" if name.endswith(".angle") else "length"
+        texts = [f"{quantity(e['value'], kind)} at {at(e['at'])}" for e in ends.values()]
+        lines.append(f"  extremes  {name}: {' .. '.join(texts)}")
+    if len(ranges) > MOST:
+        lines.append(f"  extremes  ({MOST} of {len(ranges)} shown)")
+    for name, ratio in summary.get("time_ratio", {}).items():
+        back = quantity(summary["return_angle"][name], "angle")
+        lines.append(f"  time ratio {name}: {ratio:.12g} (return in {back})")
+    for name, reason in summary.get("no_time_ratio", {}).items():
+        lines.append(f"  time ratio {name}: none, {reason}")
+    for name, entries in summary.get("dwell", {}).items():
+        slides = name in result.joints and "slide" in result.joints[name]
+        for entry in entries:
+            mean, half = (
+                quantity(entry[word], "length" if slides else "angle")
+                for word in ("mean", "within")
+            )
+            cut = ", cut" if entry.get("cut") else ""
+            interval = f"{at(entry['from'])} .. {at(entry['to'])}{cut}"
+            lines.append(f"  dwell     {name}: {interval} at {mean} +- {half}")
+    if summary.get("envelope"):
+        x0, x1, y0, y1 = (f"{value:.9g}" for value in summary["envelope"]["all"])
+        lines.append(f"  envelope  x {x0} .. {x1} m, y {y0} .. {y1} m")
+    for name, found in summary.get("curve", {}).items():
+        area = f", closed, area {found['area']:.9g} m2" if "area" in found else ""
+        if found["length"] is not None:
+            lines.append(f"  curve     {name}: length {found['length']:.12g} m{area}")
+    for name, places in summary.get("centrodes", {}).get("at_infinity", {}).items():
+        lines.append(f"  centre    {name}: at infinity at {', '.join(map(at, places))}")
+    return lines

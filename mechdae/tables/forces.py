@@ -1,0 +1,134 @@
+"""Efforts, reactions, losses and normal forces as text, by poses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mechdae.results import REACTION, Result
+from mechdae.tables.text import Column, cells
+
+PARTS = {"uncoupled": "no friction"}
+"""Titles of the parts of an effort; others are called by their word."""
+NOISE = 1e-14
+"""Share of the largest force, moment or power below which a number is rounding."""
+
+
+def is_force(name: str) -> bool:
+    """Return whether a series of a joint is about forces, not about motion."""
+    return name == "normal" or name.startswith(("reaction", "loss"))
+
+
+def motion_is_aside(result: Result) -> bool:
+    """Return whether only forces are shown: nothing of the motion was asked for by name."""
+    return result.kind == "reactions" and getattr(result.definition, "outputs", None) is None
+
+
+# -- a row for each pose -----------------------------------------------------------------------
+
+
+def force_columns(result: Result) -> list[Column]:
+    """Return efforts, losses, reactions and normal forces over the poses."""
+    columns: list[Column] = []
+    several = len(result.efforts) > 1
+    for name, effort in result.efforts.items():
+        suffix = f" {name}" if several else ""
+        columns.append((f"effort{suffix} [{_effort_unit(name)}]", _numbers(effort)))
+        for word, part in result.parts.items():
+            title = f"{PARTS.get(word, word)}{suffix} [{_effort_unit(name)}]"
+            columns.append((title, _numbers(part[name])))
+    losses = [series["loss"] for series in result.joints.values() if "loss" in series]
+    if losses:
+        columns.append(("loss [W]", _numbers(np.sum(losses, axis=0))))
+    loaded = {name: own for name, own in result.joints.items() if "reaction" in own}
+    largest = max(
+        (float(np.nanmax(np.abs(own["reaction"][:, :2]), initial=0.0)) for own in loaded.values()),
+        default=0.0,
+    )
+    order = sorted(loaded, key=lambda name: "loss" not in loaded[name])
+    for name in order:
+        if "normal" not in loaded[name] and np.isfinite(loaded[name]["reaction"]).any():
+            columns.append((f"|{name}| [N]", _numbers(_size(loaded[name]["reaction"]))))
+    for name in order:
+        if "normal" in loaded[name]:
+            columns.append((f"{name} N [N]", cells(loaded[name]["normal"], largest)))
+    return columns
+
+
+def _numbers(values: Any) -> list[str]:
+    return cells(values, float(np.nanmax(np.abs(values), initial=0.0)))
+
+
+def _size(reaction: Any) -> Any:
+    return np.hypot(reaction[:, 0], reaction[:, 1])
+
+
+def _effort_unit(coordinate: str) -> str:
+    return "N m" if coordinate.endswith(".angle") else "N"
+
+
+# -- a single pose -----------------------------------------------------------------------------
+
+
+def single_forces(result: Result) -> Iterator[str]:
+    """Yield one quantity per line: efforts, then joint by joint."""
+    words = [("effort", result.efforts)]
+    words += [(f"effort_{word}", series) for word, series in result.parts.items()]
+    for name in result.efforts:
+        for word, series in words:
+            yield _line(name, word, f"{series[name][0]: .12g}", _effort_unit(name))
+    moments = [float(own["reaction"][0, 2]) for own in result.joints.values() if "reaction" in own]
+    forces = [float(_size(o["reaction"])[0]) for o in result.joints.values() if "reaction" in o]
+    least = (_noise(forces), _noise(moments))
+    for name, series in result.joints.items():
+        for word, array in series.items():
+            if word.startswith("reaction"):
+                if word == "reaction" and name in result.summary.get("not_unique", ()):
+                    yield f"  {name:18} {word:20}  not unique"
+                    continue
+                yield _line(name, word, *_vector(array[0], word, least))
+                if word == "reaction" and np.isfinite(array).all():
+                    yield _line(name, "|reaction|", f"{_size(array)[0]: .10g}", "N")
+            elif is_force(word):
+                yield _line(name, word, f"{array[0]: .10g}", result.unit("joints", name, word))
+        if name in result.summary.get("not_unique", ()):
+            yield from _unique(name, result.unique.get(name, {}))
+    for entry in result.solutions:
+        how = "proven" if entry["proven"] else "found, there may be more"
+        yield f"  {entry['count']} solutions, {how}"
+        for k, own in enumerate(entry["solutions"], start=1):
+            for name, value in own["efforts"].items():
+                text = f"{value: .12g} {_effort_unit(name)}"
+                mark = "   continues from no friction" if own["connected"] else ""
+                yield f"  {name:18} {f'effort, solution {k}':20} {text}{mark}"
+
+
+def _line(part: str, name: str, text: str, unit: str) -> str:
+    return f"  {part:18} {name:20}  -" if "nan" in text else f"  {part:18} {name:20} {text} {unit}"
+
+
+def _noise(values: list[float]) -> float:
+    return NOISE * float(np.nanmax(np.abs(values), initial=0.0))
+
+
+def _vector(value: Any, name: str, least: tuple[float, float]) -> tuple[str, str]:
+    """Return force and moment as text with their units."""
+    units = REACTION[name[9:]][1]
+    rounded = [0.0 if abs(v) < least[u == "N m"] else v for v, u in zip(value, units, strict=True)]
+    text = f"({rounded[0]: .9g}, {rounded[1]: .9g})"
+    return (text, "N") if len(units) == 2 else (f"{text} N, {rounded[2]:.9g}", "N m")
+
+
+def _unique(name: str, own: dict[str, Any]) -> Iterator[str]:
+    """Yield a line for each unique direction of a reaction that is not unique as a whole."""
+    directions = own.get("directions", ())
+    each = np.ndim(directions) == 3
+    for k, value in enumerate(own["values"][0] if own else ()):
+        direction = directions[0][k] if each else directions[k]
+        x, y, turn = (f"{v:.6g}" for v in direction)
+        along = "about it" if (direction[:2] == 0).all() else f"along ({x}, {y}, {turn})"
+        unit = "N m" if along == "about it" else "N" if direction[2] == 0 else "N, N m"
+        frame = "" if own["frame"] == "world" else f" of {own['frame']}"
+        yield f"  {name:18} {'reaction, unique':20} {value: .9g} {unit} {along}{frame}"

@@ -1,0 +1,54 @@
+"""Assembly modes and sets of parameters as text."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mechdae.results import Result
+from mechdae.tables.text import WIDE, cells, rows_of
+
+
+def modes_text(result: Result, width: int) -> list[str]:
+    summary = result.summary
+    how = "proven" if summary["proven"] else "found, not proven"
+    lines = [
+        f"  {summary['count']} assembly mode(s), {how}; labels of {', '.join(summary['groups'])}"
+    ]
+    for label, sketch in zip(result.labels or (), summary["sketches"], strict=True):
+        text = "  ".join(f"{name} = {value:g}" for name, value in sketch.items())
+        lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
+    for entry in summary.get("search", []):
+        text = f"{entry['found']} found from {entry['starts']} starts"
+        lines.append(f"  searched: {entry['group']}: {text}, each by {entry['least_hits']} or more")
+    if "free" in summary:
+        lines.append(f"  not counted: modes in which {', '.join(summary['free'])} moves by itself")
+    return lines
+
+
+def study_text(result: Result) -> list[str]:
+    """Return a row for each set of parameters; of a path with many numbers its range."""
+    columns = [("status", [str(text) for text in result.status])]
+    columns += [(name, cells(array)) for name, array in result.parameters.items()]
+    for whole, array in result.table.items():
+        path = whole.split("/", 1)[-1]
+        if array.ndim == 1:
+            columns.append((path, cells(array)))
+            continue
+        flat = array.reshape(len(array), -1)
+        seen = np.isfinite(flat).any(axis=1)
+        low, high = (np.full(len(flat), np.nan) for _ in range(2))
+        low[seen], high[seen] = np.nanmin(flat[seen], axis=1), np.nanmax(flat[seen], axis=1)
+        columns += [(f"least {path}", cells(low)), (f"largest {path}", cells(high))]
+    rows = rows_of(len(result))
+    sizes = [max(len(title), *(len(own[k]) for k in rows)) + 2 for title, own in columns]
+    while len(columns) > 3 and sum(sizes) > WIDE:
+        columns, sizes = columns[:-1], sizes[:-1]
+    lines = ["  " + "".join(f"{t:>{n}}" for (t, _), n in zip(columns, sizes, strict=True))]
+    for k in rows:
+        line = [f"{own[k]:>{n}}" for (_, own), n in zip(columns, sizes, strict=True)]
+        lines.append("  " + "".join(line))
+    if len(rows) < len(result):
+        lines.append(f"  ({len(rows)} of {len(result)} sets shown; --out DIR writes all)")
+    counts = ", ".join(f"{count} {word}" for word, count in result.summary["status"].items())
+    lines.append(f"  sets      {counts}")
+    return lines
