@@ -125,7 +125,7 @@ def test_every_measure_is_documented() -> None:
 
 
 def consoles() -> list[tuple[str, str]]:
-    names = ("command-line", "problem-file", "measures", "forces")
+    names = ("command-line", "problem-file", "measures", "forces", "sensitivity")
     pages = [f"docs/{name}.md" for name in names]
     return [(page, block) for page in pages for block in fences(page, "console")]
 
@@ -196,7 +196,9 @@ def test_problems_named_exist() -> None:
 # -- Python ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("page", "least"), [("docs/python.md", 8), ("docs/measures.md", 1)])
+@pytest.mark.parametrize(
+    ("page", "least"), [("docs/python.md", 8), ("docs/measures.md", 1), ("docs/sensitivity.md", 2)]
+)
 def test_python_blocks_run_and_print_what_is_shown(page, least, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (ROOT / page).read_text(encoding="utf-8")

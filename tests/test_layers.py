@@ -18,22 +18,11 @@ ROOMS = {
     "kernels": {"model", "describe", "errors"},
     "results": {"describe", "errors"},
     "export": {"results"},
-    "tables": {"results", "sensitivity_table"},
-    "sensitivity_table": {"results"},
+    "tables": {"results"},
     "analysis": {"kernels", "model", "describe", "results", "errors"},
     "draw": {"results", "describe", "errors"},
     "bench": {"analysis", "kernels", "model", "describe", "results", "errors"},
-    "cli": {
-        "analysis",
-        "bench",
-        "describe",
-        "draw",
-        "errors",
-        "export",
-        "results",
-        "sensitivity_table",
-        "tables",
-    },
+    "cli": {"analysis", "bench", "describe", "draw", "errors", "export", "results", "tables"},
 }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 
 from mechdae.results import Result
+from mechdae.tables.derivatives import derivatives_text
 from mechdae.tables.facts import facts_text
 from mechdae.tables.modes import modes_text, study_text
 from mechdae.tables.poses import pose_text, poses_text
@@ -14,9 +15,7 @@ from mechdae.tables.text import WIDE
 def table(result: Result, terminal: bool = False) -> str:
     """Return the text of a result: a head, a table of poses, what to know about it."""
     if result.kind == "sensitivity":
-        from mechdae.sensitivity_table import table as of_derivatives
-
-        return of_derivatives(result)
+        return derivatives_text(result)
     width = shutil.get_terminal_size((WIDE, 40)).columns if terminal else WIDE
     lines = [f"{result.problem} / {result.task} ({result.kind})  {result.title}".rstrip()]
     if result.kind == "modes":

@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     from mechdae.analysis.solve import solve
     from mechdae.describe.tasks import Sensitivity
     from mechdae.export import json_text, save
-    from mechdae.sensitivity_table import table
+    from mechdae.tables import table
 
     problem = problem_of(options)
     chosen = problem.tasks.get(options.task) if options.task else None

@@ -13,7 +13,7 @@ from mechdae.results import Result
 ROWS = 13
 
 
-def table(result: Result) -> str:
+def derivatives_text(result: Result) -> str:
     """Return derivatives of each path by each parameter, and what tolerances do to it."""
     lines = [f"{result.problem} / {result.task} (sensitivity of {result.summary['of']})"]
     for path, value in result.data["values"].items():
