@@ -340,9 +340,8 @@ def claims() -> list[str]:
             [
                 "a hinged four-bar has 1296 executions", "**open**",
                 f"not derived. 6⁴ = {6**4} would be six executions of each of four pins (which "
-                "link carries the pin, overhung or forked); the three orders of the loop are not in "
-                "it: "
-                f"{6**4}/3 = {6**4 // 3} is no fourth power",
+                "link carries the pin, overhung or forked); the three orders of the loop are not "
+                f"in it: {6**4}/3 = {6**4 // 3} is no fourth power",
             ],
             [
                 "friction needs no calculation beyond the usual one", "right for the estimate",

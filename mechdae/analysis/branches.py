@@ -33,7 +33,8 @@ SLACK = 1e-9
 STARTS = 64
 """Starts of Newton's method where several pins act on each other."""
 STEPS = 16
-FINEST = 1e-10
+FINEST, ROUGH = 1e-10, 1e-6
+"""Shares to which critical factors are found: of poses that jam, of margins."""
 FIRST = 1 / 16
 
 
@@ -137,21 +138,29 @@ class Branches:
 
         Where it is not reached, None and the joint whose friction feeds itself most.
         """
+        return self._grown(inputs, 1.0, FINEST)
+
+    def limit(self, inputs: Sequence[Any], most: float) -> tuple[float | None, str]:
+        """Return the factor on friction at which the solution ends, None above `most`."""
+        reached, last, joint = self._grown(inputs, most, ROUGH)
+        return (reached, joint) if last is None else (None, "")
+
+    def _grown(self, inputs: Sequence[Any], to: float, finest: float) -> tuple[float, Any, str]:
         reached, step = 0.0, FIRST
         sizes = self._follow(inputs, 0.0, np.zeros(len(self.balance.feedbacks)))
         if sizes is None:
             return 0.0, None, ""
-        while reached < 1.0:
-            ahead = min(1.0, reached + step)
+        while reached < to:
+            ahead = min(to, reached + step)
             after = self._follow(inputs, ahead, sizes)
             if after is None:
                 step = (ahead - reached) / 2
-                if step < FINEST:
+                if step < finest * max(1.0, reached):
                     return reached, None, self._culprit(inputs, reached, sizes)
             else:
                 step = 2 * (ahead - reached)
                 reached, sizes = ahead, after
-        return 1.0, sizes, ""
+        return to, sizes, ""
 
     def _culprit(self, inputs: Sequence[Any], factor: float, sizes: Any) -> str:
         """Return the joint whose friction takes the largest part in what makes the sizes grow.

@@ -16,6 +16,7 @@ import numpy as np
 from mechdae.analysis.branches import Found
 from mechdae.analysis.cycle import cycle
 from mechdae.analysis.force_checks import checks
+from mechdae.analysis.margin import critical_factor
 from mechdae.analysis.moving import Moving, requests
 from mechdae.analysis.report import report
 from mechdae.analysis.setting import Run, Setting, prepare
@@ -132,9 +133,14 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         reverse = _with_forces(result, setting, followed, other)
         keys = [k for k in reverse.summary if k not in result.summary or k == "jammed"]
         summary["reverse"] = {key: reverse.summary[key] for key in keys}
+    faults += _slack(statics, answer)
     faults += _failed_checks(found)
     assumptions = list(dict.fromkeys([*statics.assumptions, *_assumptions(statics, task)]))
     summary["assumptions"] = assumptions
+    if answer.whole is not answer.free:
+        rows = np.flatnonzero(answer.there & ~answer.jammed)
+        lead = setting.plan.lead
+        summary["critical_factor"] = critical_factor(statics, motion, answer.inputs, rows, lead)
     if answer.jammed.any():
         summary["jammed"] = _jams(setting, answer)
     summary["status"] = _counts(status)
@@ -419,6 +425,27 @@ def _faults(setting: Setting, answer: Answer) -> list[str]:
                 f"{which} is given, all are listed"
             )
         faults.append(text)
+    return faults
+
+
+def _slack(statics: Statics, answer: Answer) -> list[str]:
+    """Return belts whose slack strand would have to push."""
+    model = statics.scene.model
+    values = model.mechanism.values()
+    faults = []
+    for name, mesh in statics.meshes.items():
+        if not mesh.steady:
+            continue
+        radius = values[f"{name}.radius"] * values[f"{name}.ratio"]
+        moment = answer.whole.reactions[:, statics.balance.joints.index(name), 2]
+        with np.errstate(invalid="ignore"):
+            slack = np.abs(moment) > 2 * radius * values[f"{name}.pretension"]
+        if slack.any():
+            need = float(np.nanmax(np.abs(moment))) / (2 * radius)
+            faults.append(
+                f"belt {name} goes slack at {int(slack.sum())} of {len(slack)} poses: "
+                f"pretension of {need:.6g} N at least is needed"
+            )
     return faults
 
 

@@ -350,6 +350,11 @@ class Statics:
             good = np.all(miss <= SOLVED, axis=1) & np.all(contraction <= UNIQUE, axis=1)
         return free, whole, good
 
+    def contraction(self, inputs: Sequence[Any]) -> Any:
+        """Return how much friction feeds itself at poses, (n,): above 1 it may jam."""
+        found = self._solve(*inputs)[3].max(axis=1, initial=0.0)
+        return np.where(np.isfinite(found), found, np.inf)
+
     def forces(self, inputs: Sequence[Any]) -> Forces:
         """Return sizes and what acts at once: friction with the reactions it feeds."""
         quiet, sizes, miss, contraction, *rest = self._quick(*inputs)

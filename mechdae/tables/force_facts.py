@@ -31,6 +31,7 @@ def force_facts(result: Result, width: int) -> list[str]:
     unit = "s" if result.time is not None else lead if single else "1"
     lines += _cycle(summary, unit, width)
     lines += _jams(summary, unit, lead, width)
+    lines += _margin(summary, lead, width)
     lines += _several(result, width)
     if "reverse" in summary:
         lines += fact("reverse", "resistances push along the motion", width)
@@ -52,6 +53,15 @@ def force_facts(result: Result, width: int) -> list[str]:
     for sentence in summary.get("assumptions", []):
         lines += fact("assumes", sentence, width)
     return lines
+
+
+def _margin(summary: dict[str, Any], lead: str, width: int) -> list[str]:
+    """Return how much more friction would jam a pose."""
+    found = summary.get("critical_factor")
+    if not found or found["factor"] is None:
+        return []
+    text = f"with {found['factor']:.5g} times the friction given, joint {found['joint']} at "
+    return fact("jams", text + together(driver_value(found["at"], lead, 6)), width)
 
 
 def _friction(result: Result) -> str:
