@@ -31,11 +31,13 @@ class MechdaeError(Exception):
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
         advice = f"\n  try: {self.hint}" if self.hint else ""
-        return f"{place}{self.what}{advice}"
+        text = f"{place}{self.what}{advice}"
+        return "".join("\ufffd" if is_control(c) else c for c in text)
 
     def inside(self, place: str) -> MechdaeError:
         """Return the same error with `place` put before its own place."""
-        self.where = f"{place}.{self.where}" if self.where else place
+        dot = "." if self.where and not self.where.startswith("[") else ""
+        self.where = f"{place}{dot}{self.where}"
         return self
 
 
@@ -88,6 +90,11 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:
     part = [entry for entry in names if len(short) > 2 and short.lower() in entry.lower()]
     found = list(dict.fromkeys([*close, *part]))[:count]
     return found or (names if len(names) <= 6 else [])
+
+
+def is_control(letter: str) -> bool:
+    """Return whether a letter is one that terminals obey, line ends and tabs aside."""
+    return letter not in "\n\t" and (ord(letter) < 32 or 127 <= ord(letter) < 160)
 
 
 def shorten(text: str, width: int = 60) -> str:

@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from mechdae.describe import library
+from mechdae.describe import library, values
 from mechdae.describe.checks import check_loads
 from mechdae.describe.coordinates import coordinate, selection, unit_of
 from mechdae.describe.expression import names_in
@@ -30,6 +30,7 @@ from mechdae.errors import (
     ProblemFileError,
     UnavailableError,
     UnknownName,
+    is_control,
 )
 
 SCHEMA = 1
@@ -90,6 +91,7 @@ class Problem:
         check_loads(self.mechanism)
         check_outputs(self.mechanism)
         for name, task in self.tasks.items():
+            _check_name(name)
             _check_task(self.mechanism, name, task)
         for position, entry in enumerate(self.expected):
             if entry.task not in self.tasks:
@@ -213,8 +215,11 @@ def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
     if data.get("schema", None) != SCHEMA or isinstance(data["schema"], bool):
         raise InputError(f"schema = {SCHEMA} is needed at the top of the file", where="schema")
     for entry in ("title", "source"):
-        if not isinstance(data.get(entry, ""), str):
+        text = data.get(entry, "")
+        if not isinstance(text, str):
             raise InputError("a text is needed", where=entry)
+        if any(map(is_control, text)):
+            raise InputError("a text without control characters is needed", where=entry)
     if data.get("dimension", 2) != 2:
         raise UnavailableError("only planar mechanisms (dimension = 2)", where="dimension")
     expanded = expand(data)
@@ -455,6 +460,14 @@ def _check_depth(data: Any) -> None:
             raise InputError(f"tables nested deeper than {MAX_DEPTH}")
         children = item.values() if isinstance(item, Mapping) else item
         front += [(child, depth + 1) for child in children if isinstance(child, dict | list)]
+
+
+def _check_name(task: str) -> None:
+    """Raise for a task whose name is none: files are called so."""
+    try:
+        values.name(task)
+    except MechdaeError as problem:
+        raise problem.inside("tasks") from None
 
 
 def _check_task(mechanism: Mechanism, name: str, task: Task) -> None:
