@@ -8,6 +8,8 @@ part of the package computes here.
 
 from __future__ import annotations
 
+import ast
+import operator
 from collections import defaultdict
 from typing import Any
 
@@ -16,6 +18,14 @@ import numpy as np
 import mechdae as md
 
 GRAVITY_OFF = (0.0, 0.0)
+ALIASES = {"max": "maximum", "min": "minimum", "asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+OPERATORS = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}
 
 
 def complex_(array: Any) -> np.ndarray:
@@ -37,10 +47,39 @@ class Audit:
 
     # -- where things are --------------------------------------------------------------------------
 
-    def number(self, number: Any) -> float:
-        from mechdae.describe.expression import evaluate
+    def number(self, number: Any) -> Any:
+        """Return the value of a number, an expression of parameters, coordinates and speeds."""
+        if not isinstance(number, str):
+            return number
+        return self._value(ast.parse(number, mode="eval").body)
 
-        return evaluate(number, self.values)
+    def _value(self, node: ast.expr) -> Any:
+        if isinstance(node, ast.Constant):
+            return node.value
+        if isinstance(node, ast.BinOp):
+            return OPERATORS[type(node.op)](self._value(node.left), self._value(node.right))
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+            return -self._value(node.operand)
+        if isinstance(node, ast.Call):
+            name = ast.unparse(node.func)
+            return getattr(np, ALIASES.get(name, name))(*[self._value(a) for a in node.args])
+        text = ast.unparse(node)
+        if text == "pi":
+            return np.pi
+        if text in self.values:
+            return self.values[text]
+        if text.endswith(".speed"):
+            return self.speed(text.removesuffix(".speed"))
+        return self.coordinate(text)
+
+    def coordinate(self, coordinate: str) -> Any:
+        first, *rest = coordinate.split(".")
+        if first in self.m.joints:
+            return getattr(self.r.joints[first], rest[0])
+        if rest == ["angle"]:
+            return self.angle(first)
+        position = self.at(f"{first}.{rest[0]}")
+        return position.real if rest[1] == "x" else position.imag
 
     def angle(self, body: str) -> Any:
         return np.zeros(self.n) if body == "ground" else self.r.bodies[body].angle
@@ -115,7 +154,8 @@ class Audit:
         for load in self.m.loads.values():
             if isinstance(load, md.Force):
                 body = load.point.split(".")[0]
-                value = complex(*(self.number(x) for x in load.value))
+                x, y = (self.number(x) for x in load.value)
+                value = x + 1j * y
                 frame = 0.0 if load.frame == "world" else self.angle(load.frame)
                 self.act(body, value * np.exp(1j * frame), self.at(load.point))
             elif isinstance(load, md.Torque):
@@ -136,8 +176,17 @@ class Audit:
                 )
                 self.act(second.split(".")[0], -tension * towards, self.at(second))
                 self.act(first.split(".")[0], tension * towards, self.at(first))
+            elif isinstance(load, md.Spring):
+                stretch = self.coordinate(load.coordinate) - self.number(load.free_length)
+                size = self.number(load.preload) + self.number(load.stiffness) * stretch
+                size = size + self.number(load.damping) * self.speed(load.coordinate)
+                self.along(load.coordinate, -size)
             else:
-                raise NotImplementedError(load)
+                x, y = np.array(load.points).T
+                at = self.coordinate(load.coordinate)
+                at = x[0] + np.mod(at - x[0], x[-1] - x[0]) if load.periodic else at
+                size = self.number(load.factor) * np.interp(at, x, y)
+                self.along(load.along or f"{load.body}.angle", size)
 
     def reactions(self) -> None:
         for name, joint in self.m.joints.items():

@@ -95,6 +95,36 @@ def test_books_of_predefined_mechanisms(name: str, friction: float) -> None:
     assert laws <= BALANCE * max(1.0, worst / 100)
 
 
+FORCES = [
+    (name, task)
+    for name in library.names()
+    if name not in REDUNDANT
+    for task, own in md.load(name).tasks.items()
+    if own.kind == "reactions"
+]
+
+
+@pytest.mark.parametrize(("name", "task"), FORCES)
+def test_books_of_predefined_problems_with_forces(name: str, task: str) -> None:
+    """Their own loads and friction, at nine poses apart from changes of direction."""
+    problem = md.load(name)
+    own = problem.tasks[task]
+    driver = own.driver
+    if driver.at is None:
+        low, high = (problem.mechanism.values().get(x, x) for x in (driver.from_, driver.to))
+        share = (np.arange(9) + 0.37) / 9
+        driver = replace(driver, from_=None, to=None, at=tuple(low + (high - low) * share))
+    own = replace(own, driver=driver, poses=None, cycle=False, outputs=None, direction="driver")
+    result = md.solve(problem, own)
+    ok = [k for k, status in enumerate(result.status) if status in ("ok", "ambiguous")]
+    if not ok:
+        assert set(result.status) == {"jammed"}
+        return
+    balance, laws = audit(problem.mechanism, only_poses(result, ok), own.friction_radius)
+    assert balance <= BALANCE
+    assert own.friction != "coupled" or laws <= BALANCE
+
+
 def only_poses(result: md.Result, poses: list[int]) -> Any:
     """Return the part of a result that `audit` reads, at some of its poses."""
 
