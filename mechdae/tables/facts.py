@@ -9,14 +9,14 @@ import numpy as np
 
 from mechdae.results import Result
 from mechdae.tables.force_facts import force_facts
-from mechdae.tables.text import MOST, driver_value, quantity
+from mechdae.tables.text import MOST, driver_value, moves, quantity
 
 
 def facts_text(result: Result, width: int) -> list[str]:
     summary, lines = result.summary, []
     units = [result.unit("drivers", c, "position") for c in result.drivers]
-    moves = [bool(np.ptp(series.position) > 0) for series in result.drivers.values()]
-    unit = (units[moves.index(True)] if any(moves) else units[0]) if units else "m"
+    moving = [moves(series.position) for series in result.drivers.values()]
+    unit = (units[moving.index(True)] if any(moving) else units[0]) if units else "m"
     if summary.get("formula"):
         lines.append(f"  formula   {summary['formula']}")
     if summary.get("mode"):

@@ -6,10 +6,8 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from mechdae.results import Result
-from mechdae.tables.text import MOST, driver_value, fact, together
+from mechdae.tables.text import MOST, driver_value, fact, moves, together
 
 FRICTION = {
     "none": "left out",
@@ -82,8 +80,8 @@ def _friction(result: Result) -> str:
 def _lead_unit(result: Result) -> tuple[str, bool]:
     """Return the unit of the first driver that moves, and whether it is the only one."""
     units = [result.unit("drivers", c, "position") for c in result.drivers]
-    moves = [bool(np.ptp(series.position) > 0) for series in result.drivers.values()]
-    return units[moves.index(True) if any(moves) else 0], sum(moves) <= 1
+    moving = [moves(series.position) for series in result.drivers.values()]
+    return units[moving.index(True) if any(moving) else 0], sum(moving) <= 1
 
 
 def _arc(arc: Sequence[float], unit: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -57,7 +57,7 @@ def force_columns(result: Result) -> list[Column]:
     return columns
 
 
-def _numbers(values: Any) -> list[str]:
+def _numbers(values: Any) -> Sequence[str]:
     return cells(values, float(np.nanmax(np.abs(values), initial=0.0)))
 
 

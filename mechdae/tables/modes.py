@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechdae.results import Result
-from mechdae.tables.text import WIDE, cells, rows_of
+from mechdae.tables.text import WIDE, Column, cells, rows_of
 
 
 def modes_text(result: Result, width: int) -> list[str]:
@@ -27,7 +27,7 @@ def modes_text(result: Result, width: int) -> list[str]:
 
 def study_text(result: Result) -> list[str]:
     """Return a row for each set of parameters; of a path with many numbers its range."""
-    columns = [("status", [str(text) for text in result.status])]
+    columns: list[Column] = [("status", result.status)]
     columns += [(name, cells(array)) for name, array in result.parameters.items()]
     for whole, array in result.table.items():
         path = whole.split("/", 1)[-1]

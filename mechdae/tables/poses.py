@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from mechdae.results import KINDS, Result
 from mechdae.tables.forces import force_columns, is_force, motion_is_aside, single_forces
-from mechdae.tables.text import cells, rows_of
+from mechdae.tables.text import Column, cells, rows_of
 
 
 def pose_text(result: Result) -> list[str]:
@@ -53,7 +54,7 @@ def pose_text(result: Result) -> list[str]:
 
 def poses_text(result: Result, width: int) -> list[str]:
     """Return a table with a row for each pose that is shown."""
-    columns = [("status", [str(text) for text in result.status])]
+    columns: list[Column] = [("status", result.status)]
     if result.time is not None:
         columns.append(("t [s]", cells(result.time)))
     for coordinate, series in result.drivers.items():
@@ -80,7 +81,7 @@ def poses_text(result: Result, width: int) -> list[str]:
                 continue
             columns += _columns(kind, part, series)
     places = rows_of(len(result))
-    chosen: list[tuple[str, list[str], int]] = []
+    chosen: list[tuple[str, Sequence[str], int]] = []
     used = 2
     for title, own in columns:
         size = max(len(title), *(len(own[k]) for k in places)) + 2
@@ -118,8 +119,8 @@ def _distinct_points(result: Result) -> list[str]:
     return kept
 
 
-def _columns(kind: str, part: str, series: Any) -> list[tuple[str, list[str]]]:
-    entries = []
+def _columns(kind: str, part: str, series: Any) -> list[Column]:
+    entries: list[Column] = []
     if kind == "points":
         for i, axis in enumerate("xy"):
             size = float(np.nanmax(np.abs(series.position), initial=0.0))

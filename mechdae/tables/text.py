@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import textwrap
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, overload
 
 import numpy as np
 
@@ -19,13 +20,40 @@ KEY = 12
 FIXED = "\xa0"
 """A space at which no line breaks."""
 
-Column = tuple[str, list[str]]
+
+class Cells(Sequence[str]):
+    """Numbers as text, written when they are looked at; rounding noise beside `size` is 0."""
+
+    def __init__(self, values: Any, size: float = 0.0) -> None:
+        self._values, self._noise = values, 1e-14 * size
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    @overload
+    def __getitem__(self, place: int) -> str: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[str]: ...
+    def __getitem__(self, place: int | slice) -> str | Sequence[str]:
+        if isinstance(place, slice):
+            return [self[k] for k in range(*place.indices(len(self)))]
+        value = float(self._values[place])
+        if not math.isfinite(value):
+            return "-"
+        return f"{0.0 if abs(value) < self._noise else value:.6g}"
 
 
-def cells(values: Any, size: float = 0.0) -> list[str]:
+Column = tuple[str, Sequence[str]]
+
+
+def cells(values: Any, size: float = 0.0) -> Sequence[str]:
     """Return the numbers as text; what is rounding noise beside `size` as 0."""
-    clean = np.where(np.abs(values) < 1e-14 * size, 0.0, values)
-    return [f"{value:.6g}" if np.isfinite(value) else "-" for value in clean]
+    return Cells(values, size)
+
+
+def moves(values: Any) -> bool:
+    """Return whether a driver takes different values."""
+    return bool(np.size(values) and np.ptp(values) > 0)
 
 
 def quantity(value: float, unit: str) -> str:
