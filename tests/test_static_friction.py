@@ -732,3 +732,16 @@ def test_a_turn_with_two_answers_means_over_the_connected_one() -> None:
     assert result.summary["efficiency"] == pytest.approx(
         (output @ weights) / (given @ weights), rel=1e-9
     )
+
+
+def test_arcs_with_several_solutions_are_found_between_the_poses() -> None:
+    """In the return sense there are two where mu tan(beta) > 1: the same arc that jams forwards."""
+    task = reactions(from_=0.2, to=1.27, poses=3, speed=1, friction="coupled", cycle=True)
+    result = md.solve(jam_mechanism(), task)
+    ((first, last),) = result.summary["ambiguous_arcs"]
+    assert first == pytest.approx(JAM_ENDS[0], abs=1e-9)
+    assert last == 1.27
+    assert "several solutions" in result.fault
+    assert np.isfinite(result.summary["efficiency"])
+    calm = reactions(from_=0.2, to=1.2, poses=3, speed=1, friction="coupled", cycle=True)
+    assert "ambiguous_arcs" not in md.solve(jam_mechanism(), calm).summary

@@ -59,12 +59,22 @@ def cycle(
     figures: dict[str, Any] = {
         "jammed_arcs": arcs["jammed"], "self_locking_arcs": arcs["locking"], "kinks": kinks
     }  # fmt: skip
+    if arcs["ambiguous"]:
+        figures["ambiguous_arcs"] = arcs["ambiguous"]
     faults = []
+    c = setting.plan.coordinates[setting.plan.lead]
+    word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
+
+    def spans(name: str) -> str:
+        return ", ".join(" to ".join(shown(unit, end) for end in arc) for arc in arcs[name])
+
     if arcs["jammed"]:
-        c = setting.plan.coordinates[setting.plan.lead]
-        word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
-        spans = [" to ".join(shown(unit, end) for end in arc) for arc in arcs["jammed"]]
-        faults.append(f"the cycle has no mean powers: jammed for {word} from {', '.join(spans)}")
+        faults.append(f"the cycle has no mean powers: jammed for {word} from {spans('jammed')}")
+    if arcs["ambiguous"]:
+        faults.append(
+            f"several solutions for {word} from {spans('ambiguous')}: mean powers are those of the "
+            f"one that continues the motion without friction"
+        )
     panels = [low, *[k for k in kinks if low < k < high], high]
     charts = [Chart(a, b) for a, b in itertools.pairwise(panels) if b > a]
     count = len(statics.balance.joints)
@@ -136,27 +146,29 @@ class State:
         self.coupled = statics.task.friction == "coupled" and statics.frictional
 
     def solved(self, s: Any, coupled: bool = True) -> tuple[list[Any], Forces, Any]:
-        """Return inputs, forces and which places have no solution, if friction is `coupled`."""
+        """Return inputs, forces and the number of solutions, if friction is `coupled`."""
         motion = self.moving.at(s)
         inputs = self.statics.inputs(motion)
-        jammed = np.zeros(len(s), bool)
+        counts = np.ones(len(s), int)
         if not self.coupled:
             quiet = self.statics.sizes(inputs)[0]
             free = self.statics.loaded(inputs, quiet, friction=False)
-            return inputs, Forces(quiet, quiet, ~jammed, free, free), jammed
+            return inputs, Forces(quiet, quiet, counts > 0, free, free), counts
         there = np.isfinite(motion.a).all(axis=1) & coupled
         forces, found = self.statics.settled(inputs, there, critical=False)
         for k, own in found.items():
-            jammed[k] = len(own.sizes) == 0
-        return inputs, forces, jammed
+            counts[k] = len(own.sizes)
+        return inputs, forces, counts
 
     def signature(self, s: Any) -> Any:
         """Return whole numbers that change where a formula does, (n, k).
 
-        The first two tell whether a pose is jammed, and whether it locks itself: loads push
-        along the motion and would drive it without friction, with it the driver has to push.
+        The first three tell whether a pose is jammed, has several solutions, and whether it
+        locks itself: loads push along the motion and would drive it without friction, with it
+        the driver has to push.
         """
-        inputs, forces, jammed = self.solved(s)
+        inputs, forces, counts = self.solved(s)
+        jammed = counts == 0
         statics, locking = self.statics, np.zeros(len(s), bool)
         if self.coupled:
             whole, free = forces.whole, forces.free
@@ -164,7 +176,8 @@ class State:
                 least = ROUNDING * whole.losses.sum(axis=1)
                 driven = (free.powers[:, 0] < -least) & (free.powers[:, 1] > least)
                 locking = driven & (whole.powers[:, 0] >= 0) & ~jammed
-        columns = [jammed[:, None] * 1, locking[:, None] * 1, inputs[5].astype(int)]
+        flags = np.stack([jammed, counts > 1, locking], axis=1) * 1
+        columns = [flags, inputs[5].astype(int)]
         if statics.tables:
             columns.append(self._cells(inputs[4]))
         if self.coupled:
@@ -185,7 +198,7 @@ class State:
 
 
 def kinks_of(state: State, grid: Any) -> tuple[list[float], dict[str, list[list[float]]]]:
-    """Return the places where a formula changes, and the jammed and self-locking arcs."""
+    """Return the places where a formula changes, and the arcs: jammed, ambiguous, locking."""
     found = state.signature(grid)
     intervals: list[tuple[float, float, Any, Any]] = []
     for k in np.flatnonzero((found[1:] != found[:-1]).any(axis=1)):
@@ -210,7 +223,7 @@ def kinks_of(state: State, grid: Any) -> tuple[list[float], dict[str, list[list[
     kinks.sort(key=lambda kink: kink[0])
     arcs = {
         name: _arcs(column, found, kinks, float(grid[0]), float(grid[-1]))
-        for column, name in enumerate(("jammed", "locking"))
+        for column, name in enumerate(("jammed", "ambiguous", "locking"))
     }
     return _distinct([float(place) for place, _, _ in kinks]), arcs
 
@@ -232,7 +245,7 @@ def _arcs(
     start = low if found[0, column] else None
     for place, left, right in kinks:
         if right[column] and not left[column] and start is None:
-            start = float(place)
+            start = low if place - low <= 1e-13 * (high - low) else float(place)
         elif left[column] and not right[column] and start is not None:
             arcs.append([start, float(place)])
             start = None

@@ -141,6 +141,9 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         rows = np.flatnonzero(answer.there & ~answer.jammed)
         lead = setting.plan.lead
         summary["critical_factor"] = critical_factor(statics, motion, answer.inputs, rows, lead)
+    unproven = [k for k, own in answer.found.items() if not own.proven]
+    if unproven:
+        summary["not_proven"] = unproven
     if answer.jammed.any():
         summary["jammed"] = _jams(setting, answer)
     summary["status"] = _counts(status)
