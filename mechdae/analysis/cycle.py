@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.legs import Legs
 from mechdae.analysis.measures.quadrature import Chart, integrate
 from mechdae.analysis.moving import Moving
 from mechdae.analysis.start import shown
@@ -45,7 +46,7 @@ def cycle(
     places = moving.run.places
     low, high = float(np.min(places)), float(np.max(places))
     setting = moving.setting
-    if type(moving.run.path).__name__ != "Path" or low == high:
+    if isinstance(moving.run.path, Legs) or low == high:
         raise InputError("a cycle needs one driver that moves over an interval", where="cycle")
     if moving.by_value and setting.plan.acceleration.any():
         raise InputError("a cycle needs a driver of constant speed", where="driver.acceleration")

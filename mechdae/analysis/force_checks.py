@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.legs import Legs
 from mechdae.analysis.moving import Moving
 from mechdae.analysis.statics import Loaded, Statics
 
@@ -78,7 +79,7 @@ def _panel(
     """Return the relative error of the energy over one panel, None where it has a kink."""
     middle = centre + 1.01 * side * half
     path = moving.run.path
-    if extend and type(path).__name__ == "Path":
+    if extend and not isinstance(path, Legs):
         path.extend(middle + half)
         path.extend(middle - half)
     nodes = np.concatenate([[middle - half], middle + half * NODES, [middle + half]])

@@ -114,7 +114,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         raise InputError(
             f"the table ends before the motion does: no value at "
             f"{setting.plan.coordinates[setting.plan.lead].text} = {at:.6g}",
-            where=f"loads.{load}.rows",
+            where=f"loads.{load}.{statics.table_key(load)}",
             hint="add rows, or periodic = true",
         )
     summary = dict(result.summary)

@@ -232,6 +232,11 @@ class Statics:
         slope = (Y[place + 1] - Y[place]) / (X[place + 1] - X[place])
         return [X[place] + (at - inside), Y[place], slope]
 
+    def table_key(self, name: str) -> str:
+        """Return the key that gives a table its rows."""
+        load = self.scene.model.mechanism.loads[name]
+        return "rows" if getattr(load, "file", None) is None else "file"
+
     def outside(self, motion: Motion) -> dict[str, Any]:
         """Return the poses at which a table has no value, by load."""
         found = {}
