@@ -60,6 +60,34 @@ def test_change_points_of_a_redundant_beam() -> None:
         assert values == pytest.approx(-9.81 / 2 * np.cos(phi[~singular]), abs=1e-10)
 
 
+@pytest.mark.parametrize("friction", ["article", "coupled"])
+def test_a_cycle_over_change_points_has_no_mean_loss(friction: str) -> None:
+    mechanism = loaded("change-point-parallelogram", "coupler", 2.0, (1.5, 0.0))
+    joints = {
+        name: replace(joint, friction=0.1, pin_radius=0.02)
+        for name, joint in mechanism.joints.items()
+    }
+    driver = md.Driver("crank.angle", from_=0.3, to=0.3 + 2 * np.pi, speed=1.0)
+    task = md.Reactions(driver=driver, poses=13, friction=friction, cycle=True)
+    result = md.solve(replace(mechanism, joints=Table(joints)), task)
+    assert "at the change point crank.angle = 180 deg" in result.fault
+    assert "loss" not in result.summary
+    task = replace(task, friction="none")
+    assert md.solve(replace(mechanism, joints=Table(joints)), task).fault is None
+
+
+def test_the_mean_power_of_masses_is_zero() -> None:
+    problem = md.load("slider-crank-inertia").with_values({"Q_work": 0.0, "Q_return": 0.0})
+    driver = md.Driver("crank.angle", from_=0.0, to=2 * np.pi, speed=40.0)
+    task = md.Reactions(driver=driver, poses=13, friction="none", cycle=True)
+    summary = md.solve(problem.mechanism, task).summary
+    assert (summary["useful"], summary["input"], summary["loss"]) == (0.0, 0.0, 0.0)
+    assert summary["quadrature_error"] < 1e-9
+    summary = md.solve(problem.mechanism, replace(task, friction="coupled")).summary
+    assert (summary["useful"], summary["efficiency"]) == (0.0, 0.0)
+    assert summary["input"] == pytest.approx(summary["loss"], rel=1e-11)
+
+
 def test_directions_unique_in_all_poses_are_given() -> None:
     """A third crank out of line: where it lies along another the self-stress passes by a joint."""
     mechanism = loaded("parallelogram-three-cranks", "rod", 200.0, (1.6, 0.0))

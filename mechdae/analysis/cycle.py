@@ -28,7 +28,10 @@ OVERFLOW = 64
 NO_POWER = 1e-9
 """Share of the losses below which the power without friction is none: idling, all is lost."""
 ROUNDING = 1e-12
-"""Share of the losses that a power at a pose has to reach to have a sign."""
+"""Share of the losses, or of what goes in and out, that a power has to reach to have a sign."""
+STEPS = (1e-5, 1e-7)
+"""Shares of the way at which losses beside a change point are compared."""
+GROWS = 30.0
 APART = 1e-6
 """Share of the way; arcs nearer to each other are one, with a dead centre in it."""
 
@@ -54,6 +57,12 @@ def cycle(
         text = "the mean powers of the cycle have no value: the motion does not go all the way"
         return {}, [text]
     state = State(statics, moving)
+    unbounded = _unbounded(state, low, high)
+    if unbounded is not None:
+        c = setting.plan.coordinates[setting.plan.lead]
+        word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
+        text = "the cycle has no mean powers: losses grow beyond all bounds at the change point "
+        return {}, [f"{text}{word} = {shown(unit, unbounded)}"]
     coupled = answer.whole is not answer.free
     grid = np.linspace(low, high, max(SAMPLES + 1, 2 * len(places)))
     kinks, arcs = kinks_of(state, grid)
@@ -83,15 +92,33 @@ def cycle(
     def powers(s: Any) -> Any:
         return state.powers(s, coupled and not arcs["jammed"])
 
-    def size(found: Any) -> Any:
-        return np.full(len(found), np.abs(found).max(initial=0.0))
+    gross = float(np.nan_to_num(np.abs(powers(grid))).mean(axis=0).max()) * (high - low)
+
+    def size(found: Any) -> Any:  # the mean power of masses alone is zero, that in and out is not
+        return np.full(len(found), np.abs(found).max(initial=gross))
 
     total, error = integrate(powers, charts, size)
+    total[np.abs(total) <= ROUNDING * gross] = 0.0
     mean = total / (high - low)
     figures |= _figures(statics, mean, count, task, coupled, bool(arcs["jammed"]))
-    largest = np.abs(total).max(initial=0.0)
+    largest = float(size(total).max(initial=0.0))
     figures["quadrature_error"] = float(error.max(initial=0.0) / largest) if largest else 0.0
     return figures, faults
+
+
+def _unbounded(state: State, low: float, high: float) -> float | None:
+    """Return the first change point inside at which losses grow like 1/distance, if any."""
+    moving = state.moving
+    key = "at" if moving.by_value else "time"
+    for event in moving.run.events:
+        place = event.get(key)
+        if event["kind"] != "change_point" or place is None or not low < place < high:
+            continue
+        near = [place + side * share * (high - low) for share in STEPS for side in (1, -1)]
+        losses = state.solved(np.array(near), coupled=False)[1].free.losses.sum(axis=1)
+        if (losses[2:] > GROWS * losses[:2]).any():
+            return float(place)
+    return None
 
 
 def _figures(
