@@ -18,6 +18,7 @@ from force_truth import solve_linear
 
 import mechdae as md
 
+CALLS = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt, "exp": np.exp}
 LONG = np.longdouble
 STILL = 1e-10
 """Share of the fastest of its kind below which a joint does not slide."""
@@ -64,20 +65,38 @@ class Dense(Audit):
     def axis(self, joint: Any) -> np.ndarray:
         return np.exp(1j * (self.angle(joint.first_body) + self.values[f"{joint.name}.axis"]))
 
-    def sense(self, speed: Any, turning: bool) -> np.ndarray:
-        """Return the sign of a sliding speed, zero for a joint that does not slide."""
-        size = max(np.abs(self.spin(b)).max() for b in self.names) if turning else self.fastest()
-        return np.where(np.abs(speed) <= STILL * size, 0.0, np.sign(speed))
+    def sense(self, speed: Any, rate: Any, turning: bool) -> np.ndarray:
+        """Return the sign of a sliding speed, where it vanishes that of the coming motion.
+
+        Zero for a joint that does not slide.
+        """
+        spin = np.max([np.abs(self.spin(b)) for b in self.names], axis=0)
+        growth = np.max([np.abs(self.growth(b)) for b in self.names], axis=0)
+        size, change = spin, np.maximum(growth, spin**2)
+        if not turning:
+            points = self.r.points.values()
+            size = np.max([np.abs(complex_(p.velocity)) for p in points], axis=0)
+            change = np.max([np.abs(complex_(p.acceleration)) for p in points], axis=0)
+            change = np.maximum(change, spin * size)
+        coming = np.where(np.abs(rate) <= STILL * change, 0.0, np.sign(rate))
+        return np.where(np.abs(speed) <= STILL * size, coming, np.sign(speed))
+
+    def growth(self, body: str) -> np.ndarray:
+        if body == "ground":
+            return np.zeros(self.n)
+        return self.r.bodies[body].angular_acceleration
 
     def enter(self, name: str, joint: Any, friction: bool) -> None:
         at = self.at(joint.second)
         f = self.values.get(f"{name}.friction", 0.0) if friction else 0.0
         spin = self.spin(joint.second_body) - self.spin(joint.first_body)
+        growth = self.growth(joint.second_body) - self.growth(joint.first_body)
+        found = self.r.joints[name]
         if isinstance(joint, md.Revolute):
             x, y = (self.unknown(name, lambda d=d: self.pair(joint, d, at)) for d in (1, 1j))
             rho = self.values.get(f"{name}.pin_radius", 0.0) * f
             rho = rho if self.radius == "article" else rho / np.sqrt(1 + f * f)
-            drag = -rho * self.sense(spin, True)
+            drag = -rho * self.sense(spin, growth, True)
             G = self.column(lambda: self.pair(joint, 0j, 0j, drag))
             self.follow(name, lambda v: _length(v, x, y), lambda v: G)
         elif isinstance(joint, md.Prismatic):
@@ -85,7 +104,7 @@ class Dense(Audit):
             N = self.unknown(name, lambda: self.pair(joint, 1j * axis, at))
             M = self.unknown(name, lambda: self.pair(joint, 0j, 0j, 1.0))
             half = self.values.get(f"{name}.contact_length", np.inf) / 2
-            drag = -f * self.sense(self.r.joints[name].slide_velocity, False)
+            drag = -f * self.sense(found.slide_velocity, found.slide_acceleration, False)
             G = self.column(lambda: self.pair(joint, drag * axis, at))
             self.follow(name, lambda v: _grip(v, N, M, half), lambda v: G)
         elif isinstance(joint, md.PinInSlot):
@@ -94,8 +113,9 @@ class Dense(Audit):
             radius = self.values.get(f"{name}.pin_radius", 0.0)
             both = []
             for side in (-1, 1):
-                speed = self.r.joints[name].slide_velocity + side * radius * spin
-                drag = -f * self.sense(speed, False) * axis
+                speed = found.slide_velocity + side * radius * spin
+                rate = found.slide_acceleration + side * radius * growth
+                drag = -f * self.sense(speed, rate, False) * axis
                 place = at - side * radius * 1j * axis
                 both.append(self.column(lambda d=drag, p=place: self.pair(joint, d, p)))
             self.follow(
@@ -110,10 +130,33 @@ class Dense(Audit):
         elif isinstance(joint, md.Distance):
             line = at - self.at(joint.first)
             self.unknown(name, lambda: self.pair(joint, line / np.abs(line), at))
+        elif isinstance(joint, md.Curve):
+            self.contact(name, joint, f)
         elif isinstance(joint, md.Gear | md.Belt | md.Rack):
             self.mesh(name, joint)
         else:
             raise NotImplementedError(joint)
+
+    def contact(self, name: str, joint: Any, f: float) -> None:
+        """A force across the curve at the contact, friction along it; slopes by complex steps."""
+        s = np.asarray(self.r.joints[name].s, float)
+        frame = np.exp(1j * self.angle(joint.first_body))
+        step = 1e-200
+        x, y = (
+            np.array([evaluate(text, {**self.values, "s": complex(v, step)}) for v in s]).imag
+            for text in (joint.x, joint.y)
+        )
+        along = (x + 1j * y) / np.hypot(x, y) * frame
+        at = self.at(joint.second)
+        radius = self.values.get(f"{name}.roller_radius", 0.0)
+        place = at + (1j if joint.side == "right" else -1j) * along * radius
+        N = self.unknown(name, lambda: self.pair(joint, 1j * along, at))
+        w = self.spin(joint.second_body), self.spin(joint.first_body)
+        v2 = self.velocity(joint.second) + 1j * w[0] * (place - at)
+        v1 = self.velocity(joint.first) + 1j * w[1] * (place - self.at(joint.first))
+        drag = -f * np.sign(np.real((v2 - v1) * np.conj(along))) * along
+        G = self.column(lambda: self.pair(joint, drag, place))
+        self.follow(name, lambda v: _grip(v, N, None, np.inf), lambda v: G)
 
     def follow(self, name: str, slope: Any, effect: Any, drag: bool = True) -> None:
         """Add a force whose size follows from the unknowns: derivative and force per size."""
@@ -239,7 +282,7 @@ class Dense(Audit):
         done = self.left < 1e-14
         if not done.any():
             return float("nan")
-        for name, joint in self.m.joints.items():
+        for name in self.m.joints:
             own = self.reaction(name)
             gap = np.abs(own - self.r.joints[name].reaction)[done]
             gaps.append((np.max(gap[:, :2]), np.max(gap[:, 2])))
@@ -261,6 +304,11 @@ class Dense(Audit):
         return float(max(np.abs(a - b).max() for a in places for b in places))
 
 
+def evaluate(text: str, values: dict[str, Any]) -> complex:
+    """Return the value of an expression of a curve, complex numbers among its values."""
+    return complex(eval(str(text), {"__builtins__": {}}, {**CALLS, **values}))
+
+
 def _length(v: Any, x: int, y: int) -> Any:
     """Return the derivative of the length of two unknowns, (n, unknowns)."""
     g = np.zeros_like(v)
@@ -280,4 +328,4 @@ def _grip(v: Any, N: int, M: int | None, half: float) -> Any:
     return g
 
 
-__all__ = ["Dense", "complex_"]
+__all__ = ["Dense"]

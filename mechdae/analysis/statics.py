@@ -35,6 +35,8 @@ DOUBTFUL = 1e-11
 """Share of all speeds, times the condition, below which a sign is settled in 80-bit floats."""
 POINT = 1e-12
 """Share of the mechanism below which the ends of a spring coincide."""
+STILL = 1e-14
+"""Share of all speeds, times the condition, that the rounding of the data can bring about."""
 STANDING = 1e-9
 """Share of all accelerations below which bodies do not move against each other at all."""
 
@@ -287,14 +289,15 @@ class Statics:
         if rows.size:
             some = motion.rows(rows)
             exact, rough = self._settled(some)
-            chosen = np.where(np.abs(exact) > (rough * digits * size)[rows], np.sign(exact), 0.0)
+            least = (digits * size)[rows]
+            chosen = np.where(np.abs(exact) > rough * least, np.sign(exact), 0.0)
             spin, length = self._speeds(some, 2)
             change = np.where(turns, spin[:, None], length[:, None])
             with np.errstate(invalid="ignore"):
-                coming = np.where(
-                    np.abs(rates[rows]) > STANDING * change, np.sign(rates[rows]), 0.0
-                )
+                moves = np.abs(rates[rows]) > STANDING * change
+                coming = np.where(moves, np.sign(rates[rows]), 0.0)
             chosen = np.where(chosen == 0, coming, chosen)
+            chosen[~moves & (np.abs(exact) <= STILL * least)] = 0.0  # the rounding of the data
             part = signs[rows]
             part[doubtful[rows]] = chosen[doubtful[rows]]
             signs[rows] = part
