@@ -95,4 +95,4 @@ class Moving:
 
     def _motion(self, poses: Poses, values: Any, rates: tuple[Any, ...], time: Any) -> Motion:
         q, v, a = (array[:, self._columns] for array in poses.y[:3])
-        return Motion(q, v, a, time, poses.x, values, rates)
+        return Motion(q, v, a, time, poses.x, values, rates, poses.condition)

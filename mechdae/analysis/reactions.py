@@ -108,15 +108,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     unique = uniqueness(statics, motion)
     status = _with_rank(result)
     answer = solved(statics, motion, status)
-    tables = statics.outside(motion)
-    for load, lost in tables.items():
-        at = float(motion.u[np.flatnonzero(lost)[0], setting.plan.lead])
-        raise InputError(
-            f"the table ends before the motion does: no value at "
-            f"{setting.plan.coordinates[setting.plan.lead].text} = {at:.6g}",
-            where=f"loads.{load}.{statics.table_key(load)}",
-            hint="add rows, or periodic = true",
-        )
+    _check_loads(setting, statics, motion)
     summary = dict(result.summary)
     found = checks(statics, moving, answer)
     status[answer.jammed] = "jammed"
@@ -185,6 +177,27 @@ def _check_time(statics: Statics, motion: Motion) -> None:
             "it uses t, and this task has no time",
             where=f"loads.{statics.loads.uses_time[0]}",
             hint="a driver with a constant speed or a law",
+        )
+
+
+def _check_loads(setting: Setting, statics: Statics, motion: Motion) -> None:
+    """Raise `InputError` for a load without a value at some pose."""
+    lead = setting.plan.lead
+    c = setting.plan.coordinates[lead]
+    for load, lost in statics.outside(motion).items():
+        at = float(motion.u[np.flatnonzero(lost)[0], lead])
+        raise InputError(
+            f"the table ends before the motion does: no value at {c.text} = {at:.6g}",
+            where=f"loads.{load}.{statics.table_key(load)}",
+            hint="add rows, or periodic = true",
+        )
+    for load, lost in statics.undirected(motion).items():
+        at = float(motion.u[np.flatnonzero(lost)[0], lead])
+        raise InputError(
+            f"the spring has no direction: its points coincide at {c.text} = {at:.6g}",
+            where=f"loads.{load}.between",
+            hint="other points; a spring may only vanish with free_length = 0, preload = 0 and "
+            "damping = 0",
         )
 
 

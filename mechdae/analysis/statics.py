@@ -31,8 +31,12 @@ UNIQUE = 0.98
 """Contraction below which the solution is the only one."""
 REAL = 1e-8
 """Share of the speeds by which the teeth of a real pair of wheels may leave each other."""
-DOUBTFUL = 1e-13
-"""Share of all speeds below which the sign of a sliding speed is settled in 80-bit floats."""
+DOUBTFUL = 1e-11
+"""Share of all speeds, times the condition, below which a sign is settled in 80-bit floats."""
+POINT = 1e-12
+"""Share of the mechanism below which the ends of a spring coincide."""
+STILL = 1e-14
+"""Share of all speeds, times the condition, that the rounding of the data can bring about."""
 STANDING = 1e-9
 """Share of all accelerations below which bodies do not move against each other at all."""
 
@@ -42,7 +46,8 @@ class Motion:
     """Poses to be loaded: coordinates of the scene with their rates, rows are poses.
 
     ``q``, ``v``, ``a`` (n, nc), ``t`` (n,) or None for a task without time; ``x``, ``u`` and
-    ``rates`` are unknowns, drivers and the drivers' rates, from which signs are settled.
+    ``rates`` are unknowns, drivers and the drivers' rates, from which signs are settled;
+    ``condition`` (n,) that of the constraints.
     """
 
     q: Any
@@ -52,14 +57,15 @@ class Motion:
     x: Any
     u: Any
     rates: tuple[Any, ...]
+    condition: Any
 
     def rows(self, chosen: Any) -> Motion:
         """Return some of the poses."""
         t = None if self.t is None else self.t[chosen]
         rates = tuple(rate[chosen] for rate in self.rates)
-        return Motion(
-            self.q[chosen], self.v[chosen], self.a[chosen], t, self.x[chosen], self.u[chosen], rates
-        )
+        entries = (self.q, self.v, self.a, self.x, self.u, self.condition)
+        q, v, a, x, u, condition = (entry[chosen] for entry in entries)
+        return Motion(q, v, a, t, x, u, rates, condition)
 
     def __len__(self) -> int:
         return len(self.q)
@@ -251,6 +257,23 @@ class Statics:
                     found[load.name] = lost
         return found
 
+    @cached_property
+    def _lengths(self) -> Batch:
+        own = self.loads.directions
+        results = [ca.vertcat(*[d.length for d in own]), ca.vertcat(*[d.pull for d in own])]
+        inputs = [*self.balance.inputs[:2], self.scene.model.p, self.loads.time]
+        return Batch(ca.Function("lengths", inputs, [ca.densify(r) for r in results]), [2])
+
+    def undirected(self, motion: Motion) -> dict[str, Any]:
+        """Return the poses at which a spring pulls and has no direction, by load."""
+        if not self.loads.directions:
+            return {}
+        t = np.zeros(len(motion)) if motion.t is None else motion.t
+        length, pull = self._lengths(motion.q, motion.v, self.p, np.reshape(t, (-1, 1)))
+        lost = (length <= POINT * self.length) & (pull > 0)
+        names = [direction.load.name for direction in self.loads.directions]
+        return {name: lost[:, k] for k, name in enumerate(names) if lost[:, k].any()}
+
     def signs(self, motion: Motion) -> Any:
         """Return the sign of each sliding speed, (n, slips).
 
@@ -265,18 +288,21 @@ class Statics:
         spins, lengths = self._speeds(motion)
         turns = np.array([slip.unit == "rad" for slip in slips])
         size = np.where(turns, spins[:, None], lengths[:, None])
-        doubtful = np.abs(speeds) <= DOUBTFUL * size
+        digits = np.fmax(motion.condition, 1.0)[:, None]
+        doubtful = np.abs(speeds) <= DOUBTFUL * digits * size
         rows = np.flatnonzero(doubtful.any(axis=1))
         if rows.size:
-            exact, rough = self._settled(motion.rows(rows))
-            chosen = np.where(np.abs(exact) > rough * size[rows], np.sign(exact), 0.0)
-            spin, length = self._speeds(motion.rows(rows), 2)
+            some = motion.rows(rows)
+            exact, rough = self._settled(some)
+            least = (digits * size)[rows]
+            chosen = np.where(np.abs(exact) > rough * least, np.sign(exact), 0.0)
+            spin, length = self._speeds(some, 2)
             change = np.where(turns, spin[:, None], length[:, None])
             with np.errstate(invalid="ignore"):
-                coming = np.where(
-                    np.abs(rates[rows]) > STANDING * change, np.sign(rates[rows]), 0.0
-                )
+                moves = np.abs(rates[rows]) > STANDING * change
+                coming = np.where(moves, np.sign(rates[rows]), 0.0)
             chosen = np.where(chosen == 0, coming, chosen)
+            chosen[~moves & (np.abs(exact) <= STILL * least)] = 0.0  # the rounding of the data
             part = signs[rows]
             part[doubtful[rows]] = chosen[doubtful[rows]]
             signs[rows] = part

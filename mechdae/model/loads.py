@@ -33,6 +33,15 @@ class Signal:
     piece: Any
 
 
+@dataclass(frozen=True)
+class Direction:
+    """A spring between points needs a direction where ``pull`` does not vanish at ``length`` 0."""
+
+    load: Spring
+    length: Any
+    pull: Any
+
+
 class Loads:
     """The loads of a model in symbols.
 
@@ -50,6 +59,7 @@ class Loads:
     slips : list of Slip
         Speeds whose signs are inputs.
     signals : list of Signal
+    directions : list of Direction
     uses_time
         Loads that depend on the time t.
     """
@@ -58,6 +68,7 @@ class Loads:
         self.model, self.turned = model, turned
         self.slips: list[Slip] = []
         self.signals: list[Signal] = []
+        self.directions: list[Direction] = []
         self.time = SX.sym(TIME)
         self.uses_time: list[str] = []
         self.wrenches: dict[str, Wrench] = {}
@@ -160,8 +171,11 @@ class Loads:
         first, second = load.between
         gap = self.model.point(second) - self.model.point(first)
         length = ca.sqrt(ca.sumsqr(gap))
-        speed = ca.jtimes(length, self.model.q, self.model.velocity)
-        along = gap / length * (preload + k * (length - free) + damping * speed)
+        unit = ca.if_else(length > 0, gap / length, 0)
+        speed = ca.dot(unit, ca.jtimes(gap, self.model.q, self.model.velocity))
+        rest = preload - k * free
+        along = k * gap + (rest + damping * speed) * unit
+        self.directions.append(Direction(load, length, ca.fabs(rest) + ca.fabs(damping)))
         one, other = (reference.split(".")[0] for reference in load.between)
         self.bodies |= {one, other}
         on_first = push(self.model, one, self.model.point(first), along)
