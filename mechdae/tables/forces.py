@@ -35,10 +35,10 @@ def force_columns(result: Result) -> list[Column]:
     several = len(result.efforts) > 1
     for name, effort in result.efforts.items():
         suffix = f" {name}" if several else ""
-        columns.append((f"effort{suffix} [{_effort_unit(name)}]", _numbers(effort)))
-        for word, part in result.parts.items():
-            title = f"{PARTS.get(word, word)}{suffix} [{_effort_unit(name)}]"
-            columns.append((title, _numbers(part[name])))
+        shares = {PARTS.get(word, word): own[name] for word, own in result.parts.items()}
+        most = max(_most(array) for array in (effort, *shares.values()))
+        for title, array in {"effort": effort, **shares}.items():
+            columns.append((f"{title}{suffix} [{_effort_unit(name)}]", cells(array, most)))
     losses = [series["loss"] for series in result.joints.values() if "loss" in series]
     if losses:
         columns.append(("loss [W]", _numbers(np.sum(losses, axis=0))))
@@ -58,7 +58,11 @@ def force_columns(result: Result) -> list[Column]:
 
 
 def _numbers(values: Any) -> Sequence[str]:
-    return cells(values, float(np.nanmax(np.abs(values), initial=0.0)))
+    return cells(values, _most(values))
+
+
+def _most(values: Any) -> float:
+    return float(np.nanmax(np.abs(values), initial=0.0))
 
 
 def _size(reaction: Any) -> Any:
