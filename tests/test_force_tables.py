@@ -497,3 +497,15 @@ def test_show_names_nothing_that_is_not_built(
     assert "    loads: work (resistance), gravity" in out
     assert "    masses: slider" in out
     assert "    resistances turned round, along the motion" in out
+
+
+def test_the_template_of_forces_is_computed(capsys: pytest.CaptureFixture[str], tmp_path) -> None:
+    """Over a turn useful power is the work of the resistance: both ways of the slider, 2 r each."""
+    assert main(["new", "slider-crank-forces"]) == 0
+    problem = load(capsys.readouterr().out, tmp_path)
+    results = {name: md.solve(problem, name) for name in problem.tasks}
+    assert all(result.fault is None for result in results.values())
+    p = problem.mechanism.values()
+    work = 2 * p["r"] * (p["F_work"] + p["F_back"])
+    useful = results["cycle"].summary["useful"]
+    assert useful == pytest.approx(work * p["omega"] / (2 * math.pi), rel=1e-9)
