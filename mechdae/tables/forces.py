@@ -125,12 +125,14 @@ def _vector(value: Any, name: str, least: tuple[float, float]) -> tuple[str, str
     return (text, "N") if len(units) == 2 else (f"{text} N, {rounded[2]:.9g}", "N m")
 
 
+def _along(own: dict[str, Any]) -> tuple[Any, Any]:
+    """Return the unique directions and the values along them at the first pose."""
+    return (own["directions"], own["values"][0]) if own else ((), ())
+
+
 def _unique(name: str, own: dict[str, Any]) -> Iterator[str]:
     """Yield a line for each unique direction of a reaction that is not unique as a whole."""
-    directions = own.get("directions", ())
-    each = np.ndim(directions) == 3
-    for k, value in enumerate(own["values"][0] if own else ()):
-        direction = directions[0][k] if each else directions[k]
+    for direction, value in zip(*_along(own), strict=True):
         x, y, turn = (f"{v:.6g}" for v in direction)
         along = "about it" if (direction[:2] == 0).all() else f"along ({x}, {y}, {turn})"
         unit = "N m" if along == "about it" else "N" if direction[2] == 0 else "N, N m"
