@@ -126,7 +126,7 @@ def test_every_measure_is_documented() -> None:
 
 def consoles() -> list[tuple[str, str]]:
     names = ("command-line", "problem-file", "measures", "forces", "sensitivity")
-    pages = [f"docs/{name}.md" for name in names]
+    pages = ["README.md", *(f"docs/{name}.md" for name in names)]
     return [(page, block) for page in pages for block in fences(page, "console")]
 
 

@@ -58,6 +58,15 @@ negative = "Q_work"
 positive = "Q_return"
 """
 
+CENTRED = """
+[loads.spring]
+kind = "spring"
+between = ["ground.O", "crank.B"]
+stiffness = 1e3
+preload = 0.1
+"""
+"""A spring along the crank: it presses on the pin in O, its power is rounding."""
+
 JAM = """
 schema = 1
 
@@ -175,12 +184,26 @@ def test_parts_and_named_points_have_columns(tmp_path: Path) -> None:
     assert "|O|" not in shown[1]
 
 
+def test_forces_come_before_named_outputs_that_nobody_listed(tmp_path: Path) -> None:
+    text = CRANK + '\n[outputs]\nlean = "rod.angle"\nspeed = "slide.slide.speed"\n'
+    problem = load(text, tmp_path)
+    titles = re.split(r"  +", lines(md.solve(problem, at(30, 60, friction="none")))[1].strip())
+    assert titles[2:6] == ["effort [N m]", "|O| [N]", "|B| [N]", "|C| [N]"]
+    assert titles[6:] == ["slide N [N]", "lean [deg]"]
+    listed = lines(md.solve(problem, at(30, 60, outputs=("speed", "O"))))[1]
+    assert re.split(r"  +", listed.strip())[2:4] == ["speed [m/s]", "effort [N m]"]
+
+
 def test_rounding_is_shown_as_nothing(tmp_path: Path) -> None:
     """The guide of an in-line slider carries nothing at the dead points."""
     result = md.solve(load(CRANK, tmp_path), at(0, 180, friction="none"))
     assert 0 < np.abs(result.joints["slide"].normal).max() < 1e-9
     text = lines(result)
     assert [row.split()[-1] for row in text[2:4]] == ["0", "0"]
+    idle = load(CRANK + CENTRED, tmp_path)
+    result = md.solve(idle, at(10, 50, 200), set={"Q_work": 0.0, "Q_return": 0.0})
+    assert 0 < np.abs(result.parts["uncoupled"]["crank.angle"]).max() < 1e-13
+    assert [row.split()[3] for row in lines(result)[2:5]] == ["0", "0", "0"]
 
 
 # -- a single pose ---------------------------------------------------------------------------------
@@ -369,9 +392,7 @@ def test_a_cycle_without_useful_work_has_no_formula_10(tmp_path: Path) -> None:
 
 def test_loads_that_do_no_work_do_not_lock_themselves(tmp_path: Path) -> None:
     """A spring along the crank keeps its length: the signs of its power are rounding."""
-    spring = '[loads.spring]\nkind = "spring"\nbetween = ["ground.O", "crank.B"]\n'
-    spring += "stiffness = 1e4\nfree_length = 0.05\n"
-    problem = load(CRANK.replace("[loads.work]", spring + "\n[loads.work]"), tmp_path)
+    problem = load(CRANK + CENTRED, tmp_path)
     values = {"Q_work": 0.0, "Q_return": 0.0, "crank.B.y": 0.03}
     result = md.solve(problem, turn(cycle=True, poses=13), set=values)
     assert result.summary["loss"] > 1
@@ -476,3 +497,15 @@ def test_show_names_nothing_that_is_not_built(
     assert "    loads: work (resistance), gravity" in out
     assert "    masses: slider" in out
     assert "    resistances turned round, along the motion" in out
+
+
+def test_the_template_of_forces_is_computed(capsys: pytest.CaptureFixture[str], tmp_path) -> None:
+    """Over a turn useful power is the work of the resistance: both ways of the slider, 2 r each."""
+    assert main(["new", "slider-crank-forces"]) == 0
+    problem = load(capsys.readouterr().out, tmp_path)
+    results = {name: md.solve(problem, name) for name in problem.tasks}
+    assert all(result.fault is None for result in results.values())
+    p = problem.mechanism.values()
+    work = 2 * p["r"] * (p["F_work"] + p["F_back"])
+    useful = results["cycle"].summary["useful"]
+    assert useful == pytest.approx(work * p["omega"] / (2 * math.pi), rel=1e-9)

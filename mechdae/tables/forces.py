@@ -35,10 +35,10 @@ def force_columns(result: Result) -> list[Column]:
     several = len(result.efforts) > 1
     for name, effort in result.efforts.items():
         suffix = f" {name}" if several else ""
-        columns.append((f"effort{suffix} [{_effort_unit(name)}]", _numbers(effort)))
-        for word, part in result.parts.items():
-            title = f"{PARTS.get(word, word)}{suffix} [{_effort_unit(name)}]"
-            columns.append((title, _numbers(part[name])))
+        shares = {PARTS.get(word, word): own[name] for word, own in result.parts.items()}
+        most = max(_most(array) for array in (effort, *shares.values()))
+        for title, array in {"effort": effort, **shares}.items():
+            columns.append((f"{title}{suffix} [{_effort_unit(name)}]", cells(array, most)))
     losses = [series["loss"] for series in result.joints.values() if "loss" in series]
     if losses:
         columns.append(("loss [W]", _numbers(np.sum(losses, axis=0))))
@@ -58,7 +58,11 @@ def force_columns(result: Result) -> list[Column]:
 
 
 def _numbers(values: Any) -> Sequence[str]:
-    return cells(values, float(np.nanmax(np.abs(values), initial=0.0)))
+    return cells(values, _most(values))
+
+
+def _most(values: Any) -> float:
+    return float(np.nanmax(np.abs(values), initial=0.0))
 
 
 def _size(reaction: Any) -> Any:
@@ -121,12 +125,14 @@ def _vector(value: Any, name: str, least: tuple[float, float]) -> tuple[str, str
     return (text, "N") if len(units) == 2 else (f"{text} N, {rounded[2]:.9g}", "N m")
 
 
+def _along(own: dict[str, Any]) -> tuple[Any, Any]:
+    """Return the unique directions and the values along them at the first pose."""
+    return (own["directions"], own["values"][0]) if own else ((), ())
+
+
 def _unique(name: str, own: dict[str, Any]) -> Iterator[str]:
     """Yield a line for each unique direction of a reaction that is not unique as a whole."""
-    directions = own.get("directions", ())
-    each = np.ndim(directions) == 3
-    for k, value in enumerate(own["values"][0] if own else ()):
-        direction = directions[0][k] if each else directions[k]
+    for direction, value in zip(*_along(own), strict=True):
         x, y, turn = (f"{v:.6g}" for v in direction)
         along = "about it" if (direction[:2] == 0).all() else f"along ({x}, {y}, {turn})"
         unit = "N m" if along == "about it" else "N" if direction[2] == 0 else "N, N m"

@@ -63,12 +63,8 @@ def poses_text(result: Result, width: int) -> list[str]:
         unit = "deg" if angle else result.unit("drivers", coordinate, "position")
         largest = float(np.max(np.abs(values), initial=0.0))
         columns.append((f"{coordinate} [{unit}]", cells(values, largest)))
-    for name, series in result.outputs.items():
-        unit = result.unit("outputs", name, "value")
-        values = np.degrees(series["value"]) if unit == "rad" else series["value"]
-        title = f"{name} [{'deg' if unit == 'rad' else unit}]" if unit else name
-        columns.append((title, cells(values, float(np.nanmax(np.abs(values), initial=0.0)))))
-    columns += force_columns(result)
+    named, forces = _outputs(result), force_columns(result)
+    columns += forces + named if motion_is_aside(result) else named + forces
     driven = set(result.drivers)
     points = set(_distinct_points(result))
     for kind in () if motion_is_aside(result) else ("points", "joints", "bodies"):
@@ -101,6 +97,17 @@ def poses_text(result: Result, width: int) -> list[str]:
     if notes:
         lines.append(f"  ({', '.join(notes)} shown; --out DIR writes all, --json prints all)")
     return lines
+
+
+def _outputs(result: Result) -> list[Column]:
+    """Return the named outputs."""
+    columns = []
+    for name, series in result.outputs.items():
+        unit = result.unit("outputs", name, "value")
+        values = np.degrees(series["value"]) if unit == "rad" else series["value"]
+        title = f"{name} [{'deg' if unit == 'rad' else unit}]" if unit else name
+        columns.append((title, cells(values, float(np.nanmax(np.abs(values), initial=0.0)))))
+    return columns
 
 
 def _distinct_points(result: Result) -> list[str]:
