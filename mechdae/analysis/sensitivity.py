@@ -16,10 +16,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.answer import solved
 from mechdae.analysis.composed import Composed, is_series
 from mechdae.analysis.moving import Moving, requests
 from mechdae.analysis.numbers import mechanism_scale
-from mechdae.analysis.reactions import loaded_bodies, solved
+from mechdae.analysis.reactions import loaded_bodies
 from mechdae.analysis.report import report
 from mechdae.analysis.setting import prepare
 from mechdae.analysis.statics import Statics

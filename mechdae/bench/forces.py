@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.answer import Answer, solved
 from mechdae.analysis.force_checks import checks
 from mechdae.analysis.moving import Moving, requests
-from mechdae.analysis.reactions import Answer, loaded_bodies, solved
+from mechdae.analysis.reactions import loaded_bodies
 from mechdae.analysis.setting import prepare
 from mechdae.analysis.solve import solve
 from mechdae.analysis.statics import Statics
