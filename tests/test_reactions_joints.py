@@ -533,3 +533,29 @@ def test_loss_of_a_belt(crossed: bool, torque: float, radius: float | None) -> N
     power = result.efforts["small.angle"][0] * 5
     assert power == pytest.approx(expected, rel=REL)
     assert result.joints["belt"].loss[0] == pytest.approx(power + given, rel=1e-11)
+
+
+def test_normal_force_of_a_curve() -> None:
+    """A disc cam with an eccentric pin: the roller is pressed along the line of centres."""
+    r, e, rho, load = 0.05, 0.02, 0.01, 40.0
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[md.Body("cam", {"O": (0, 0)}), md.Body("follower", {"R": (0, 0)})],
+        joints=[
+            md.Revolute("O", "ground.O", "cam.O"),
+            md.Prismatic("guide", "ground.O", "follower.R", axis=math.pi / 2),
+            md.Curve(
+                "contact", "cam.O", "follower.R", x=f"{e} + {r}*cos(s)", y=f"{r}*sin(s)",
+                closed=True, roller_radius=rho,
+            ),
+        ],
+        loads=[md.Force("down", "follower.R", (0, -load))],
+        sketch={"cam": 0.3, "guide": 0.06, "contact": 1.2},
+    )  # fmt: skip
+    turns = np.array([0.3, 1.0, 2.5])
+    result = md.solve(mechanism, md.Reactions(md.Driver("cam.angle", at=turns), friction="none"))
+    lean = np.arcsin(e * np.cos(turns) / (r + rho))  # of the line of centres from the vertical
+    # the roller is on the right of a curve that runs counter-clockwise
+    assert result.joints["contact"].normal == pytest.approx(-load / np.cos(lean), rel=1e-12)
+    size = np.hypot(*result.joints["contact"].reaction[:, :2].T)
+    assert size == pytest.approx(load / np.cos(lean), rel=1e-12)

@@ -28,21 +28,14 @@ MOST = 64
 
 @dataclass
 class Directions:
-    """Unique directions (k, 3) of a joint's reaction in the axes of `frame`.
-
-    With ``each`` (n, k, 3) they turn in every frame and belong to the poses, world axes.
-    """
+    """Unique directions (k, 3) of a joint's reaction in the axes of `frame`."""
 
     frame: str
     directions: Any
     angles: Any
-    each: Any = None
 
     def values(self, reaction: Any) -> dict[str, Any]:
         """Return directions and the reaction's values along them, for (n, 3) reactions."""
-        if self.each is not None:
-            values = np.einsum("nki,ni->nk", self.each, reaction)
-            return {"directions": self.each, "values": values, "frame": "world"}
         c, s = np.cos(self.angles), np.sin(self.angles)
         turned = np.stack(
             [

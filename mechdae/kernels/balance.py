@@ -23,7 +23,7 @@ import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.blocks import inverse, left_inverse
-from mechdae.model.friction import Feedback, Laws, Slip
+from mechdae.model.friction import Feedback, Laws, Slip, normal_form
 from mechdae.model.inertia import inertia, kinetic_energy
 from mechdae.model.loads import Loads
 from mechdae.model.meshes import Mesh
@@ -355,14 +355,17 @@ class Balance:
         return kinetic_energy(self.model)
 
     def _normals(self, lam: dict[int, Any]) -> list[Any]:
-        """Return the normal force of guides and slots, + along the left normal."""
-        rows = self.scene.rows
-        return [-lam[i] for name in self.guides for i in self.rows_of[name] if rows[i].part == "n"]
+        """Return the normal force of guides, slots and curves, + along the left normal."""
+        found = []
+        for name in self.guides:
+            own = ca.vertcat(*[lam[i] for i in self.rows_of[name]])
+            found.append(-normal_form(self.model.ends[name]) @ own)
+        return found
 
     @property
     def guides(self) -> list[str]:
         """Joints with a normal force, in the order of the reported ones."""
-        kinds = ("prismatic", "pin-in-slot")
+        kinds = ("prismatic", "pin-in-slot", "curve")
         return [n for n in self.joints if self.model.mechanism.joints[n].kind in kinds]
 
     def _imbalance(

@@ -168,14 +168,9 @@ class Laws:
         assert contact is not None
         place = ends.p2
         if contact.rolls:
-            along = ends.first.direction(contact.direction)
             place = place - ends.number("roller_radius") * ends.first.direction(contact.normal)
-        else:
-            tangent = ends.first.direction(contact.tangent)
-            along = tangent / ca.sqrt(ca.sumsqr(tangent))
-        normal = left(along)
-        forms = ca.horzcat(normal[0], normal[1], *([SX(0)] if contact.rolls else []))
-        return [self._along(ends, ca.vertcat(forms, -forms), along, place, 1)]
+        forms = normal_form(ends)
+        return [self._along(ends, ca.vertcat(forms, -forms), tangent_of(ends), place, 1)]
 
     # -- meshes ----------------------------------------------------------------------------
 
@@ -194,6 +189,27 @@ class Laws:
             forms = ca.vertcat(SX(0), side * mesh.tangential)
             found.append(Feedback(name, "largest", forms, column, arm * ca.fabs(mesh.rubbing)))
         return found
+
+
+def tangent_of(ends: Ends) -> Any:
+    """Return the unit tangent of a curve at its contact, in the fixed frame."""
+    contact = ends.contact
+    assert contact is not None
+    if contact.rolls:
+        return ends.first.direction(contact.direction)
+    tangent = ends.first.direction(contact.tangent)
+    return tangent / ca.sqrt(ca.sumsqr(tangent))
+
+
+def normal_form(ends: Ends) -> Any:
+    """Return the linear form of a joint's multipliers that is minus its normal force, (1, n).
+
+    The force acts on the second body, + along the left normal of guide, slot or curve.
+    """
+    if ends.contact is None:
+        return ca.horzcat(1, 0) if ends.joint.kind == "prismatic" else SX(1)
+    normal = left(tangent_of(ends))
+    return ca.horzcat(normal[0], normal[1], *([SX(0)] if ends.contact.rolls else []))
 
 
 LAWS: dict[str, Callable[[Laws, Ends], list[Feedback]]] = {

@@ -58,7 +58,7 @@ def _margin(summary: dict[str, Any], lead: str, width: int) -> list[str]:
     found = summary.get("critical_factor")
     if not found or found["factor"] is None:
         return []
-    text = f"with {found['factor']:.5g} times the friction given, joint {found['joint']} at "
+    text = f"with {found['factor']:.6g} times the friction given, joint {found['joint']} at "
     return fact("jams", text + together(driver_value(found["at"], lead, 6)), width)
 
 
