@@ -59,7 +59,7 @@ def _energy(statics: Statics, moving: Moving, answer: Any, coupled: bool) -> flo
     extend = bool(moving.run.path.graphs.nx)
     if not moving.speed:
         return None
-    rows = np.flatnonzero(answer.there)
+    rows = np.flatnonzero(answer.there & ~answer.jammed & ~answer.ambiguous)
     if not rows.size:
         return None
     condition = moving.run.poses.condition[rows]
@@ -105,8 +105,8 @@ def _panel(
     if len(signs[0]) and not (signs == signs[0]).all():
         return None
     if coupled:
-        forces = statics.forces(inputs)
-        if not forces.good.all():
+        forces, several = statics.settled(inputs, np.ones(len(nodes), bool), critical=False)
+        if any(len(own.sizes) != 1 for own in several.values()):
             return None
         loaded = forces.whole
     else:
