@@ -199,7 +199,14 @@ class Dense(Audit):
             G = self.column(lambda: self.pair(joint, push, place))
             self.follow(name, lambda v: _grip(v, T, None, np.inf), lambda v: G, drag=False)
         elif isinstance(joint, md.Rack):
-            raise NotImplementedError("a rack that is no real pair")
+            # virtual work: force along the teeth at the wheel's centre, couple with the carrier
+
+            def fill() -> None:
+                self.pair(joint, tangent, centre)
+                self.act(joint.first_body, 0j, 0j, -radius)
+                self.act(carrier, 0j, 0j, radius)
+
+            self.unknown(name, fill)
         else:
             self.couple(name, joint, carrier, ratio)
 
