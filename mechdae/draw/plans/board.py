@@ -52,11 +52,18 @@ def draw_plan(ax: Axes, plan: Plan, scale: float | None = None) -> Sheet:
         Unit of the plan per millimetre; by default the smallest of 1, 2, 5 times a power of ten at
         which the plan fits.
     """
-    places = np.array([[0.0, 0.0], *(p for arrow in plan.arrows for p in (arrow.start, arrow.end))])
-    low, high = places.min(axis=0), places.max(axis=0)
+    low, high = plan.corners.min(axis=0), plan.corners.max(axis=0)
     if scale is None:
         scale = round_up(smallest(ax, low, high)) if plan.size > 0 else 1.0
     sheet = Sheet(ax, low, high, scale)
+    draw_vectors(sheet, plan)
+    _frame(sheet, plan, scale)
+    write(sheet, plan.ends, plan.arrows)
+    return sheet
+
+
+def draw_vectors(sheet: Sheet, plan: Plan) -> None:
+    """Draw the images of links, the arrows and the pole of a plan."""
     for k, (start, end) in enumerate(plan.sides):
         sheet.line(
             sheet.at([start, end]),
@@ -69,12 +76,8 @@ def draw_plan(ax: Axes, plan: Plan, scale: float | None = None) -> Sheet:
         )
     for arrow in plan.arrows:
         draw_arrow(sheet, arrow)
-    for end in plan.ends:
-        if end.gid.endswith("-pole"):
-            sheet.circle(sheet.at(end.place), POLE, fill=style.PAPER, z=style.Z_PIN, gid=end.gid)
-    _frame(sheet, plan, scale)
-    write(sheet, plan.ends, plan.arrows)
-    return sheet
+    for mark in [end for end in plan.ends if end.gid.endswith("-pole")]:
+        sheet.circle(sheet.at(mark.place), POLE, fill=style.PAPER, z=style.Z_PIN, gid=mark.gid)
 
 
 def smallest(ax: Axes, low: Array, high: Array) -> float:

@@ -1,10 +1,10 @@
 """Force polygons, one for each Assur group, in the reverse of the order of kinematics.
 
-The forces on the links of a group: loads, weights, forces of inertia, reactions of the joints
-that connect it with the rest, and of a driver along a line its force. Reactions and the
-driver's force are those of the result; weights and forces of inertia are masses times gravity and times
-accelerations of the result. Loads are what the balance of a loaded link leaves, which the
-result's check of the balance has gone over; a link without loads has to close without.
+The forces on the links of a group are loads, weights, forces of inertia, reactions of the joints
+that connect it with the rest, and the force of a driver along a line. Reactions and efforts are
+those of the result; weights and forces of inertia are masses times gravity and times
+accelerations of the result. The load on a link is what its balance leaves, which the result's
+check of the balance has gone over; the forces on a link without load have to close by themselves.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad
+from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.labels import numbers_of
 from mechdae.draw.plans.motion import STILL, groups_of
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow, Plan
 from mechdae.draw.scene import Array, Scene
+from mechdae.draw.sheet import normal
 
 ZERO = np.zeros(2)
 
@@ -33,7 +34,7 @@ class Balance:
         self.result, self.scene, self.pose = result, scene, pose
         self.rates = Rates(result, scene, pose)
         self.numbers = {**numbers_of(scene.mechanism), GROUND: 0}
-        self.loaded = loaded_bodies(scene.mechanism)
+        self.loaded, self.turned = loaded_bodies(scene.mechanism)
 
     def reaction(self, joint: str, body: str) -> Array:
         """Return the force of a joint on one of its two bodies."""
@@ -58,7 +59,8 @@ class Balance:
         if self.scene.mechanism.gravity is None:
             return ZERO
         gravity = np.array([values[f"gravity.{axis}"] for axis in "xy"])
-        return values.get(f"{body}.mass", 0.0) * gravity
+        force: Array = values.get(f"{body}.mass", 0.0) * gravity
+        return force
 
     def inertia(self, body: str) -> Array:
         """Return the force of inertia: mass times the acceleration of its centre, reversed."""
@@ -66,15 +68,18 @@ class Balance:
         mass = values.get(f"{body}.mass", 0.0)
         if not mass or not self.rates.has(body, "acceleration"):
             return ZERO
-        origin = self.scene.origins[body][self.pose]
-        local = np.array([values.get(f"{body}.center.{axis}", 0.0) for axis in "xy"])
-        along = self.scene.direction(body, 0.0, self.pose)
-        centre = origin + local[0] * along + local[1] * np.array([-along[1], along[0]])
-        return -mass * self.rates.at(body, centre, "acceleration")
+        force: Array = -mass * self.rates.at(body, self.centre(body), "acceleration")
+        return force
 
-    def drive(self, body: str) -> Array:
-        """Return the force of the drivers along lines on a body."""
-        total = ZERO
+    def centre(self, body: str) -> Array:
+        """Return the place of the centre of mass."""
+        x, y = (self.scene.numbers.get(f"{body}.center.{axis}", 0.0) for axis in "xy")
+        along = self.scene.direction(body, 0.0, self.pose)
+        place: Array = self.scene.origins[body][self.pose] + x * along + y * normal(along)
+        return place
+
+    def pushes(self, body: str) -> Iterator[tuple[str, Array, Array]]:
+        """Yield driver, place and force of the drivers along lines on a body."""
         mechanism = self.scene.mechanism
         for text, effort in self.result.efforts.items():
             entry = coordinate(mechanism, text)
@@ -86,9 +91,17 @@ class Balance:
                 angle = self.scene.numbers[f"{joint.name}.axis"]
                 axis = self.scene.direction(joint.first_body, angle, self.pose)
                 sign = (joint.second_body == body) - (joint.first_body == body)
-                total = total + sign * force * axis
+                if sign:
+                    yield text, self.rates.place(joint.second), sign * force * axis
             elif entry.part == body:
-                total = total + force * np.eye(2)[entry.axis]
+                place = self.rates.place(f"{body}.{entry.point}")
+                yield text, place, force * np.eye(2)[entry.axis]
+
+    def drive(self, body: str) -> Array:
+        """Return the force of the drivers along lines on a body."""
+        total = np.zeros(2)
+        for _, _, force in self.pushes(body):
+            total = total + force
         return total
 
     def rest(self, body: str) -> Array:
@@ -96,6 +109,44 @@ class Balance:
         parts = [self.reaction(joint, body) for joint in self.joints(body)]
         parts += [self.weight(body), self.inertia(body), self.drive(body)]
         return -np.sum(parts, axis=0)
+
+    def load(self, body: str) -> tuple[Array, float]:
+        """Return force and moment about the body's origin of the loads on a body."""
+        origin = self.scene.origins[body][self.pose]
+
+        def moment(place: Array, force: Array) -> float:
+            arm = place - origin
+            return float(arm[0] * force[1] - arm[1] * force[0])
+
+        total = 0.0
+        for name in self.joints(body):
+            joint = self.scene.mechanism.joints[name]
+            own = float(self.result.joints[name].reaction[self.pose][2])
+            total += own if joint.second_body == body else -own
+            total += moment(self.rates.place(joint.second), self.reaction(name, body))
+        centre = self.centre(body)
+        total += moment(centre, self.weight(body) + self.inertia(body)) + self.couple(body)
+        total += sum(moment(place, force) for _, place, force in self.pushes(body))
+        total += sum(self.twists(body).values())
+        return self.rest(body), -total
+
+    def couple(self, body: str) -> float:
+        """Return the couple of inertia of a body."""
+        inertia = self.scene.numbers.get(f"{body}.inertia", 0.0)
+        return -inertia * self.rates.spins[body][1] if inertia else 0.0
+
+    def twists(self, body: str) -> dict[str, float]:
+        """Return the torques of the drivers on a body."""
+        mechanism, found = self.scene.mechanism, {}
+        for text, effort in self.result.efforts.items():
+            entry = coordinate(mechanism, text)
+            joint = mechanism.joints.get(entry.part)
+            sign = int(entry.part == body)
+            if joint is not None:
+                sign = (joint.second_body == body) - (joint.first_body == body)
+            if entry.is_angle and sign:
+                found[text] = sign * float(effort[self.pose])
+        return found
 
     def parts(self, body: str, inside: tuple[str, ...]) -> Iterator[tuple[str, str, Array, str]]:
         """Yield kind, name, force and mathtext of what acts on a body from outside its group."""
@@ -121,31 +172,29 @@ class Balance:
         return rf"\mathbf{{R}}_{{{first}{gap}{second}}}"
 
 
-def loaded_bodies(mechanism: Mechanism) -> set[str]:
-    """Return the bodies on which a load has a resultant force."""
-    found: set[str] = set()
+def loaded_bodies(mechanism: Mechanism) -> tuple[set[str], set[str]]:
+    """Return the bodies on which loads have a resultant force, and those with a torque."""
+    forces: set[str] = set()
+    torques: set[str] = set()
     for load in mechanism.loads.values():
-        found |= set(_bodies(mechanism, load))
-    return found - {GROUND}
-
-
-def _bodies(mechanism: Mechanism, load: Load) -> list[str]:
-    if isinstance(load, Force):
-        return [load.point.split(".")[0]]
-    if isinstance(load, Spring) and load.between is not None:
-        return [entry.split(".")[0] for entry in load.between]
-    text = load.along if isinstance(load, TableLoad) else None
-    if isinstance(load, Resistance | Spring):
-        text = load.coordinate
-    if text is None:
-        return []
-    entry = coordinate(mechanism, text)
-    if entry.is_angle:
-        return []
-    if entry.part in mechanism.joints:
-        joint = mechanism.joints[entry.part]
-        return [joint.first_body, joint.second_body]
-    return [entry.part]
+        if isinstance(load, Force):
+            forces.add(load.point.split(".")[0])
+        elif isinstance(load, Torque):
+            torques.add(load.body)
+        elif isinstance(load, Spring) and load.between is not None:
+            forces |= {entry.split(".")[0] for entry in load.between}
+        elif isinstance(load, TableLoad) and load.body is not None:
+            torques.add(load.body)
+        elif isinstance(load, TableLoad | Resistance | Spring):
+            text = load.along if isinstance(load, TableLoad) else load.coordinate
+            entry = coordinate(mechanism, str(text))
+            joint = mechanism.joints.get(entry.part)
+            bodies = {entry.part} if joint is None else {joint.first_body, joint.second_body}
+            if entry.is_angle:
+                torques |= bodies
+            else:
+                forces |= bodies
+    return forces - {GROUND}, torques - {GROUND}
 
 
 def force_plans(result: Any, scene: Scene, pose: int) -> list[Plan]:

@@ -131,9 +131,7 @@ def draw_pin(ax: Axes, pin: Pin, force_scale: float) -> Sheet:
     if pin.pin_radius < span:
         surface = pin.pin_radius * sheet.metre
         sheet.circle(middle, surface, edge=style.FAINT, gid=f"{gid}-pin", weight=style.RING)
-    sheet.circle(
-        middle, pin.radius * sheet.metre, edge=style.WHEEL, width=1.5, gid=f"{gid}-circle"
-    )
+    sheet.circle(middle, pin.radius * sheet.metre, edge=style.WHEEL, width=1.5, gid=f"{gid}-circle")
     symbols.dot(sheet, middle, f"{gid}-centre")
     along, foot = unit(pin.force), sheet.at(pin.foot)
     far = 1.2 * span * sheet.metre

@@ -13,15 +13,27 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from mechdae.describe.coordinates import coordinate
-from mechdae.describe.mechanism import GROUND
+from mechdae.draw import style
+from mechdae.draw.plans.board import (
+    caption,
+    draw_arrow,
+    draw_vectors,
+    heading,
+    scale_text,
+    smallest,
+    write,
+)
 from mechdae.draw.plans.forces import Balance
-from mechdae.draw.plans.motion import STILL, motion_plan
-from mechdae.draw.plans.vectors import Arrow, End, Plan
+from mechdae.draw.plans.motion import motion_plan
+from mechdae.draw.plans.vectors import CLOSED, Arrow, End, Plan, round_up
 from mechdae.draw.scene import Array, Scene
+from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink, normal
+from mechdae.errors import UnavailableError
 
-ZERO = np.zeros(2)
+SHARE = 0.3
+"""The longest force takes up so much of the height of the picture."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +61,11 @@ class Lever:
     lost: float
 
     @property
+    def size(self) -> float:
+        """The largest power [W]."""
+        return max((abs(entry.power) for entry in self.forces), default=0.0)
+
+    @property
     def rest(self) -> float:
         """What the moments about the pole leave, friction's power taken off [W]."""
         return sum(entry.power for entry in self.forces) - self.lost
@@ -63,54 +80,60 @@ def lever(result: Any, scene: Scene, pose: int) -> Lever:
     """Return Zhukovsky's lever of one pose."""
     plan = motion_plan(result, scene, pose, "velocity")
     arrows = tuple(
-        Arrow(entry.gid.replace("velocity", "lever"), entry.kind, turned(entry.start), turned(entry.end))
+        Arrow(
+            entry.gid.replace("velocity", "lever"),
+            entry.kind,
+            turned(entry.start),
+            turned(entry.end),
+        )
         for entry in plan.arrows
     )
-    ends = tuple(End(e.gid.replace("velocity", "lever"), e.text, turned(e.place)) for e in plan.ends)
+    ends = tuple(
+        End(e.gid.replace("velocity", "lever"), e.text, turned(e.place)) for e in plan.ends
+    )
     sides = tuple((turned(a), turned(b)) for a, b in plan.sides)
     whole = Plan("lever", "Zhukovsky's lever", "v", "m/s", arrows, ends, sides, gap=plan.gap)
     balance = Balance(result, scene, pose)
+    wheels = [j.name for j in scene.mechanism.joints.values() if j.kind in ("gear", "rack", "belt")]
+    if wheels:
+        raise UnavailableError(
+            f"Zhukovsky's lever is not drawn of mechanisms with wheels (joint {wheels[0]})"
+        )
     forces = [entry for body in scene.mechanism.bodies for entry in _on(balance, body)]
-    forces += _driving(balance)
-    names = ("loss",)
-    lost = sum(
-        float(series[name][pose])
-        for series in result.joints.values()
-        for name in names
-        if name in series and np.isfinite(series[name][pose])
-    )
-    if getattr(result.definition, "friction", "") == "article":
-        lost = 0.0
+    lost = 0.0
+    if getattr(result.definition, "friction", "") == "coupled":
+        losses = [s["loss"][pose] for s in result.joints.values() if "loss" in s]
+        lost = float(np.nansum(losses)) if losses else 0.0
     return Lever(whole, tuple(forces), lost)
 
 
 def _on(balance: Balance, body: str) -> Iterator[Applied]:
-    """Yield loads, weight and inertia of a body as forces on the lever."""
+    """Yield what acts on a body from outside the mechanism, and of inertia, on the lever."""
     if not balance.rates.has(body, "acceleration"):
         return
     mark = balance.numbers[body]
+
+    def put(kind: str, place: Array, force: Array, letter: str) -> Iterator[Applied]:
+        if np.isfinite(force).all() and force.any():
+            image = turned(balance.rates.at(body, place, "velocity"))
+            text = rf"\mathbf{{{letter}}}_{{{mark}}}"
+            yield Applied(f"lever-{kind}-{body}", kind, image, force, text)
+
     centre = balance.centre(body)
-    spin, turn = balance.rates.spins[body]
-    place = turned(balance.rates.at(body, centre, "velocity"))
-    rows = [
-        ("weight", place, balance.weight(body), rf"\mathbf{{G}}_{{{mark}}}"),
-        ("inertia", place, balance.inertia(body), rf"\mathbf{{\Phi}}_{{{mark}}}"),
-    ]
-    moment = -balance.scene.numbers.get(f"{body}.inertia", 0.0) * turn
-    if balance.scene.numbers.get(f"{body}.mass", 0.0) or moment:
-        yield from _couple(balance, body, "couple", moment, rf"\mathbf{{M}}_{{{mark}}}", "inertia")
-    force, left = balance.load(body)
-    at = _acting(balance, body, force, left)
-    if body in balance.loaded:
-        load = turned(balance.rates.at(body, at, "velocity"))
-        rows.append(("load", load, force, rf"\mathbf{{P}}_{{{mark}}}"))
-    arm = at - balance.scene.origins[body][balance.pose]
-    left -= float(arm[0] * force[1] - arm[1] * force[0])
-    if body in balance.turned:
-        yield from _couple(balance, body, "torque", left, rf"\mathbf{{T}}_{{{mark}}}", "load")
-    for kind, place, force, text in rows:
-        if float(np.hypot(*force)) > 0 and np.isfinite(force).all():
-            yield Applied(f"lever-{kind}-{body}", kind, place, force, text)
+    yield from put("weight", centre, balance.weight(body), "G")
+    yield from put("inertia", centre, balance.inertia(body), r"\Phi")
+    yield from _couple(balance, body, "inertia", "couple", balance.couple(body), "M")
+    for _, place, force in balance.pushes(body):
+        yield from put("drive", place, force, "F")
+    for text, torque in balance.twists(body).items():
+        yield from _couple(balance, body, "drive", text, torque, "F")
+    if body in balance.loaded or body in balance.turned:
+        force, moment = balance.load(body)
+        at = _acting(balance, body, force, moment)
+        if body in balance.loaded:
+            yield from put("load", at, force, "P")
+        if body in balance.turned:
+            yield from _couple(balance, body, "load", "torque", moment, "P")
 
 
 def _acting(balance: Balance, body: str, force: Array, moment: float) -> Array:
@@ -124,49 +147,79 @@ def _acting(balance: Balance, body: str, force: Array, moment: float) -> Array:
 
 
 def _couple(
-    balance: Balance, body: str, word: str, moment: float, text: str, kind: str
+    balance: Balance, body: str, kind: str, word: str, moment: float, letter: str
 ) -> Iterator[Applied]:
     """Yield two forces at the images of two points of a body that stand for a couple."""
     spin = balance.rates.spins[body][0]
     points = [f"{body}.{name}" for name in balance.scene.mechanism.bodies[body].points]
-    if not moment or not spin or not np.isfinite(moment):
+    if not spin or not moment or not np.isfinite(moment):
         return
     first = balance.rates.place(points[0])
     second = max(
         (balance.rates.place(entry) for entry in points),
         key=lambda place: round(float(np.hypot(*(place - first))), 12),
     )
+    if not (second - first).any():  # a link with one point: any other one will do
+        second = first + np.array([0.1, 0.0])
     arm = second - first
-    if not arm.any():  # any two points of the link will do
-        arm = np.array([balance.length, 0.0])
-        second = first + arm
-    force = moment * np.array([-arm[1], arm[0]]) / float(arm @ arm)
-    for number, (place, sign) in enumerate(((first, -1.0), (second, 1.0)), start=1):
+    force = moment * normal(arm) / float(arm @ arm)
+    text = rf"\mathbf{{{letter}}}_{{{balance.numbers[body]}}}"
+    for place, sign, end in ((first, -1.0, "start"), (second, 1.0, "end")):
         image = turned(balance.rates.at(body, place, "velocity"))
-        yield Applied(f"lever-{word}-{body}-{number}", kind, image, sign * force, text)
+        yield Applied(f"lever-{kind}-{body}-{word}-{end}", kind, image, sign * force, text)
 
 
-def _driving(balance: Balance) -> Iterator[Applied]:
-    """Yield the balancing forces of the drivers."""
-    mechanism = balance.scene.mechanism
-    for text, effort in balance.result.efforts.items():
-        entry = coordinate(mechanism, text)
-        size = float(effort[balance.pose])
-        if entry.is_angle:
-            joint = mechanism.joints.get(entry.part)
-            sides = [(entry.part, 1.0)]
-            if joint is not None:
-                sides = [(joint.second_body, 1.0), (joint.first_body, -1.0)]
-            for body, sign in sides:
-                if body != GROUND:
-                    name = rf"\mathbf{{F}}_{{b{balance.numbers[body]}}}"
-                    yield from _couple(balance, body, "drive", sign * size, name, "drive")
-            continue
-        for body in mechanism.bodies:
-            force = balance.drive(body)
-            if float(np.hypot(*force)) > 0:
-                joint = mechanism.joints.get(entry.part)
-                at = f"{entry.part}.{entry.point}" if joint is None else joint.second
-                place = turned(balance.rates.at(body, balance.rates.place(at), "velocity"))
-                name = rf"\mathbf{{F}}_{{b{balance.numbers[body]}}}"
-                yield Applied(f"lever-drive-{body}", "drive", place, force, name)
+def draw_lever(ax: Axes, drawn: Lever, scale: float | None = None) -> Sheet:
+    """Draw a lever: the turned plan to the scale of velocities, forces to one of their own."""
+    plan = drawn.plan
+    places = plan.corners
+    low, high = places.min(axis=0), places.max(axis=0)
+    if scale is None:
+        scale = round_up(smallest(ax, low, high) / (1 - SHARE)) if plan.size > 0 else 1.0
+    sheet = Sheet(ax, low, high, scale)
+    sizes = [float(np.hypot(*entry.force)) for entry in drawn.forces]
+    room = SHARE * float(sheet.size[1]) * sheet.k / MILLIMETRE
+    force_scale = round_up(max(sizes) / room) if sizes else 1.0
+    forces = [
+        Arrow(
+            entry.gid,
+            entry.kind,
+            entry.place,
+            entry.place + entry.force / force_scale * scale,
+            entry.text,
+        )
+        for entry in drawn.forces
+    ]
+    places = np.array([*places, *(arrow.end for arrow in forces)])
+    sheet = Sheet(ax, places.min(axis=0), places.max(axis=0), scale)
+    draw_vectors(sheet, plan)
+    for arrow in forces:
+        draw_arrow(sheet, arrow)
+    heading(sheet, plan.title, "lever-title")
+    texts = [scale_text("v", scale, "m/s"), scale_text("F", force_scale, "N")]
+    caption(sheet, ",  ".join(texts), "lever-scale")
+    _moments(sheet, drawn)
+    write(sheet, plan.ends, [*plan.arrows, *forces])
+    return sheet
+
+
+def _moments(sheet: Sheet, drawn: Lever) -> None:
+    """List the moments about the pole, which are powers, at the right."""
+    powers: dict[str, float] = {}
+    for entry in drawn.forces:
+        powers[entry.text] = powers.get(entry.text, 0.0) + entry.power
+    rows = [f"${text}$: {_watts(power)}" for text, power in powers.items() if abs(power) > 0]
+    if drawn.lost:
+        rows.append(f"friction: {_watts(-drawn.lost)}")
+    rows.append(f"sum: {_watts(drawn.rest if abs(drawn.rest) > CLOSED * drawn.size else 0.0)}")
+    chosen = font(11.0)
+    right = float(sheet.size[0]) - 4.0
+    for k, row in enumerate(rows):
+        low, high = ink(row, chosen)
+        width, spot = float((high - low)[0]), float(sheet.size[1]) - 10.0 - 15.0 * k
+        sheet.text(np.array([right - width / 2, spot]), row, chosen, style.INK, f"lever-moment-{k}")
+        sheet.box((right - width - 4.0, spot - 8.0), (sheet.size[0], spot + 8.0))
+
+
+def _watts(power: float) -> str:
+    return f"{power:.5g} W".replace("-", "\N{MINUS SIGN}")

@@ -85,9 +85,7 @@ class _Builder:
                 continue
             position = self.rates.place(joint.second)
             letter = f"{self.letters[joint.second]}_{self.numbers[body]}"
-            yield Spot(
-                body, joint.name, position, letter, self.rates.at(body, position, self.word)
-            )
+            yield Spot(body, joint.name, position, letter, self.rates.at(body, position, self.word))
 
     def _spot(self, reference: str) -> Iterator[Spot]:
         body = reference.split(".")[0]

@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from mechdae.draw import diagram, style
 from mechdae.draw.driver import drivers_of, value_text
 from mechdae.draw.figure import new_axes
-from mechdae.draw.plans.board import draw_plan, heading, scale_text, smallest
+from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
+from mechdae.draw.plans.lever import draw_lever, lever
 from mechdae.draw.plans.motion import SYMBOLS, motion_plan
 from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.scene import Scene, choose_pose, read_scene
@@ -63,8 +64,9 @@ def draw(
     group
         The group of the force polygon, as the structural formula names it: ``II.1 RRR(2,3)``.
     scale
-        Units per millimetre of paper, in m/s, m/s2 or N; for a page by name: ``{"velocity": 0.02}``.
-        By default the smallest of 1, 2, 5 times a power of ten at which the plan fits.
+        Units per millimetre of paper, in m/s, m/s2 or N; for a page by name:
+        ``{"velocity": 0.02}``. By default the smallest of 1, 2, 5 times a power of ten at
+        which the plan fits.
 
     Returns
     -------
@@ -108,6 +110,11 @@ def draw(
         return _page(result, scene, index, ax, plans, scales)
     if which == "friction":
         return _friction(result, scene, index, ax)
+    if which == "lever":
+        axes = new_axes() if ax is None else ax
+        sheet = draw_lever(axes, lever(result, scene, index), scales.get("lever"))
+        _titles(sheet, result, scene, index)
+        return axes
     plans = [motion_plan(result, scene, index, word) for word in SYMBOLS]
     if result.kind == "reactions":
         plans += force_plans(result, scene, index)
@@ -135,7 +142,7 @@ def _pose(result: Any, scene: Scene, pose: int | None, which: str | None) -> int
         what = "rates" if result.kind == "sweep" else "rates or no forces"
         raise InputError(
             f"pose {index} has no {what}: it is {scene.status[index]}",
-            hint=f"pose {rows[np.argmin(np.abs(rows - index))]} has" if rows.size else None,
+            hint=f"pose {rows[np.argmin(np.abs(rows - index))]} has" if rows.size else "",
         )
     return int(rows[np.argmin(np.abs(rows - index))])
 
@@ -238,11 +245,11 @@ def _page(
 ) -> Axes:
     """Draw plans side by side, with the diagram if the page is to be whole."""
     axes, low = _outer(result, scene, pose, ax, _relations(plans))
-    for panel, plan in zip(_grid(axes, low, len(plans) + whole, whole), [None, *plans][not whole :], strict=True):
-        if plan is None:
-            _diagram(result, scene, pose, panel)
-        else:
-            draw_plan(panel, plan, scales.get(_key(plan)))
+    panels = _grid(axes, low, len(plans) + whole, whole)
+    if whole:
+        _diagram(result, scene, pose, panels[0])
+    for panel, plan in zip(panels[whole:], plans, strict=True):
+        draw_plan(panel, plan, scales.get(_key(plan)))
     return axes
 
 

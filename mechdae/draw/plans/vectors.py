@@ -88,6 +88,13 @@ class Plan:
         return max((arrow.length for arrow in self.arrows), default=0.0)
 
     @property
+    def corners(self) -> Array:
+        """Starts and ends of all arrows, the pole before them."""
+        return np.array(
+            [np.zeros(2), *(p for arrow in self.arrows for p in (arrow.start, arrow.end))]
+        )
+
+    @property
     def closed(self) -> bool:
         return self.gap <= CLOSED * self.size
 
