@@ -109,8 +109,10 @@ def draw_arrow(sheet: Sheet, arrow: Arrow, dash: bool | None = None) -> None:
     sheet.area([end, back + side, back - side], fill=color, edge=color, width=0.2)
 
 
-def write(sheet: Sheet, ends: Sequence[End], arrows: Sequence[Arrow]) -> None:
-    """Place and write the letters at ends and the names of arrows."""
+def write(
+    sheet: Sheet, ends: Sequence[End], arrows: Sequence[Arrow], tipped: Sequence[Arrow] = ()
+) -> None:
+    """Place and write the letters at ends and the names of arrows, of some at their tips."""
     rows: list[tuple[str, str, layout.Label, float, str]] = []
     for end in ends:
         inner = end.gid.endswith(("-normal-end", "-coriolis-end"))
@@ -132,8 +134,15 @@ def write(sheet: Sheet, ends: Sequence[End], arrows: Sequence[Arrow]) -> None:
         label = layout.along([(start, tip)], float(width), float(height), 1.0)
         own = np.array([[*start, *tip, style.SOLID]])
         label = layout.Label(label.width, label.height, label.places, label.costs, own, 1)
-        size = chosen.get_size_in_points()
-        rows.append((text, f"{arrow.gid}-name", label, size, COLORS[arrow.kind]))
+        rows.append((text, f"{arrow.gid}-name", label, NAME, COLORS[arrow.kind]))
+    for arrow in [arrow for arrow in tipped if arrow.text]:
+        start, tip = sheet.at(arrow.start), sheet.at(arrow.end)
+        chosen = font(NAME)
+        low, high = ink(f"${arrow.text}$", chosen)
+        width, height = (float(side) for side in high - low + 2 * AIR)
+        label = layout.around(tip, width, height, 1.0, unit(tip - start))
+        name = f"{arrow.gid}-name"
+        rows.append((f"${arrow.text}$", name, label, NAME, COLORS[arrow.kind]))
     if not rows:
         return
     spots = layout.place([row[2] for row in rows], sheet.segments, sheet.boxes, sheet.size)

@@ -108,7 +108,8 @@ class Balance:
         """Return what the other forces on a body leave: its loads, or nothing."""
         parts = [self.reaction(joint, body) for joint in self.joints(body)]
         parts += [self.weight(body), self.inertia(body), self.drive(body)]
-        return -np.sum(parts, axis=0)
+        left: Array = -np.sum(parts, axis=0)
+        return left
 
     def load(self, body: str) -> tuple[Array, float]:
         """Return force and moment about the body's origin of the loads on a body."""

@@ -32,6 +32,8 @@ from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink, normal
 from mechdae.errors import UnavailableError
 
+LONG = 12.0
+"""Shorter forces have no name."""
 SHARE = 0.3
 """The longest force takes up so much of the height of the picture."""
 
@@ -199,7 +201,12 @@ def draw_lever(ax: Axes, drawn: Lever, scale: float | None = None) -> Sheet:
     texts = [scale_text("v", scale, "m/s"), scale_text("F", force_scale, "N")]
     caption(sheet, ",  ".join(texts), "lever-scale")
     _moments(sheet, drawn)
-    write(sheet, plan.ends, [*plan.arrows, *forces])
+    write(
+        sheet,
+        plan.ends,
+        plan.arrows,
+        [arrow for arrow in forces if sheet.metre * arrow.length > LONG],
+    )
     return sheet
 
 
@@ -208,7 +215,11 @@ def _moments(sheet: Sheet, drawn: Lever) -> None:
     powers: dict[str, float] = {}
     for entry in drawn.forces:
         powers[entry.text] = powers.get(entry.text, 0.0) + entry.power
-    rows = [f"${text}$: {_watts(power)}" for text, power in powers.items() if abs(power) > 0]
+    rows = [
+        f"${text}$: {_watts(power)}"
+        for text, power in powers.items()
+        if abs(power) > CLOSED * drawn.size
+    ]
     if drawn.lost:
         rows.append(f"friction: {_watts(-drawn.lost)}")
     rows.append(f"sum: {_watts(drawn.rest if abs(drawn.rest) > CLOSED * drawn.size else 0.0)}")
@@ -222,4 +233,4 @@ def _moments(sheet: Sheet, drawn: Lever) -> None:
 
 
 def _watts(power: float) -> str:
-    return f"{power:.5g} W".replace("-", "\N{MINUS SIGN}")
+    return f"{power:.6g} W".replace("-", "\N{MINUS SIGN}")
