@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-KINDS = {"diagram": "mechdae.draw.diagram"}
+KINDS = {"diagram": "mechdae.draw.diagram", "plans": "mechdae.draw.plans"}
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
-LATER = ("plans", "curves", "coupler", "losses", "map", "animation", "page")
+LATER = ("curves", "coupler", "losses", "map", "animation", "page")
 
 
 def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: Any) -> Axes:
@@ -26,7 +26,9 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
     result
         What `mechdae.solve` returned.
     kind
-        ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`.
+        ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`;
+        ``"plans"``: velocities, accelerations and forces of one pose as vector polygons, see
+        `mechdae.draw.plans.draw`.
     ax
         Axes to draw in; without it a new figure is made. No window is opened.
     **options

@@ -34,6 +34,7 @@ def draw(
     traces: bool = True,
     ghosts: int = 0,
     labels: bool = True,
+    scale: float | None = None,
 ) -> Axes:
     """Draw the kinematic diagram of one pose.
 
@@ -53,6 +54,8 @@ def draw(
         Number of other poses drawn faintly.
     labels
         Whether joints have letters and links numbers.
+    scale
+        Metres per millimetre of paper; by default as small as the axes allow.
 
     Returns
     -------
@@ -71,7 +74,7 @@ def draw(
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
     axes = new_axes() if ax is None else ax
     low, high, size = _extent(scene, index, traces, ghosts)
-    sheet = Sheet(axes, low, high)
+    sheet = Sheet(axes, low, high, scale)
     if traces:
         _draw_traces(sheet, scene)
     for other in _others(scene, index, ghosts):
@@ -87,7 +90,7 @@ def draw(
     _draw_frame(sheet, scene, result, index)
     if labels:
         draw_labels(sheet, scene, index, places, links)
-    _write_titles(sheet, result, [value_text(result, entry, index) for entry in drivers], index)
+    write_titles(sheet, result, [value_text(result, entry, index) for entry in drivers], index)
     return axes
 
 
@@ -384,7 +387,7 @@ def in_lines(text: str, size: float, room: float, families: list[str]) -> list[s
     return [text[:k], text[k + 1 :]]
 
 
-def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> None:
+def write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> None:
     """Write the title and, below it, the driver's value and the pose."""
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
     count = len(result.status)
