@@ -1,0 +1,1 @@
+"""Dimensions that make a mechanism do what is asked: NLPs from the same model, IPOPT."""

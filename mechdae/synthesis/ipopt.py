@@ -1,0 +1,99 @@
+"""The one place where IPOPT is called and its status is read."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+SETTINGS: dict[str, Any] = {
+    "expand": True,
+    "print_time": False,
+    "error_on_fail": False,
+    "ipopt.print_level": 0,
+    "ipopt.sb": "yes",
+    "ipopt.mu_strategy": "adaptive",
+    "ipopt.tol": 1e-9,
+    "ipopt.constr_viol_tol": 1e-10,
+    "ipopt.max_iter": 400,
+}
+POLISH: dict[str, Any] = {
+    "ipopt.tol": 1e-12,
+    "ipopt.bound_relax_factor": 0.0,
+    "ipopt.max_iter": 200,
+    "ipopt.mu_init": 1e-7,
+    "ipopt.mu_strategy": "monotone",
+    "ipopt.warm_start_init_point": "yes",
+    "ipopt.warm_start_bound_push": 1e-9,
+    "ipopt.warm_start_mult_bound_push": 1e-9,
+}
+SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+INFEASIBLE = ("Infeasible_Problem_Detected",)
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """What one call gave.
+
+    ``status`` is IPOPT's own word; ``solved`` and ``infeasible`` are read from it here and
+    nowhere else. ``violation`` is the largest violation of a constraint or bound at ``z``.
+    """
+
+    z: Any
+    objective: float
+    violation: float
+    status: str
+    iterations: int
+    seconds: float
+    bound_prices: Any
+    prices: Any
+
+    @property
+    def solved(self) -> bool:
+        """IPOPT says that it is optimal."""
+        return self.status in SOLVED
+
+    @property
+    def infeasible(self) -> bool:
+        """IPOPT says that no point near satisfies the constraints."""
+        return self.status in INFEASIBLE
+
+
+class Solver:
+    """An NLP min f(z; p) with bounds on z and g, built once.
+
+    Parameters
+    ----------
+    z, p, f, g : SX
+        Variables, parameters, objective, constraints.
+    polish
+        With the settings of a last solve from a point that is nearly optimal.
+    """
+
+    def __init__(self, z: Any, p: Any, f: Any, g: Any, polish: bool = False) -> None:
+        options = {**SETTINGS, **(POLISH if polish else {})}
+        self._solver = ca.nlpsol("nlp", "ipopt", {"x": z, "p": p, "f": f, "g": g}, options)
+        self._values = ca.Function("values", [z, p], [f, g])
+
+    def solve(self, z0: Any, p: Any, low: Any, high: Any, g_low: Any, g_high: Any) -> Optimum:
+        """Return the local optimum from a start."""
+        started = time.process_time()
+        found = self._solver(x0=z0, p=p, lbx=low, ubx=high, lbg=g_low, ubg=g_high)
+        seconds = time.process_time() - started
+        stats = self._solver.stats()
+        z = np.clip(np.array(found["x"]).ravel(), low, high)
+        f, g = (np.array(part).ravel() for part in self._values(z, p))
+        outside = np.maximum(np.maximum(g_low - g, g - g_high), 0.0)
+        return Optimum(
+            z,
+            float(f[0]),
+            float(outside.max(initial=0.0)) if np.isfinite(g).all() else np.inf,
+            str(stats["return_status"]),
+            int(stats["iter_count"]),
+            seconds,
+            np.array(found["lam_x"]).ravel(),
+            np.array(found["lam_g"]).ravel(),
+        )

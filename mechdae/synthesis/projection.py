@@ -1,0 +1,167 @@
+"""Starts for coupler curves by variable projection.
+
+For fixed ratios of the links and a programme of the crank the coupler point is linear in what
+is left: P_i = t + alpha exp(i theta2_i) + beta exp(i theta3_i) with complex t, alpha, beta.
+Ratios (and spacings of the crank, where they are free) are drawn evenly, the rest is a small
+least squares problem for all samples at once; the best and mutually distant ones are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+CLASSES = ("crank-rocker", "drag-link")
+DISTANT = 0.15
+"""Starts differ by this much in the logarithm of a ratio."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """A four-bar with its poses: lengths (4,), pivot, turn of the ground, coupler point (2,).
+
+    ``turns`` (k,) are angles of the crank from the ground line, ``sense`` the sense in which it
+    turns, ``branch`` the sign of sin(theta4 - theta3), ``residual`` the sum of squares.
+    """
+
+    lengths: Any
+    pivot: complex
+    turn: float
+    point: complex
+    turns: Any
+    couplers: Any
+    rockers: Any
+    branch: int
+    sense: int
+    residual: float
+
+
+def ratios(generator: Any, count: int, kind: str) -> Any:
+    """Return ratios (r1, r3, r4)/r2 (count, 3) of a Grashof class whose crank turns fully."""
+    found: list[Any] = []
+    total = 0
+    while total < count:
+        r = np.exp(generator.uniform(np.log(0.2), np.log(15.0), (4 * count, 3)))
+        r1, r3, r4 = r.T
+        if kind == "crank-rocker":
+            good = (1 + r1 <= r3 + r4) & (1 + r3 <= r1 + r4) & (1 + r4 <= r1 + r3)
+        else:
+            good = (r1 + 1 <= r3 + r4) & (r1 + r3 <= 1 + r4) & (r1 + r4 <= 1 + r3)
+        found.append(r[good])
+        total += int(good.sum())
+    return np.concatenate(found)[:count]
+
+
+def spacings(generator: Any, count: int, k: int, closed: bool) -> Any:
+    """Return angles (count, k) of a crank that visits k places in order within a turn."""
+    gaps = generator.dirichlet(np.ones(k), count) * 2 * np.pi
+    turned = np.cumsum(gaps, axis=1)
+    return turned - turned[:, :1] + generator.uniform(0, 2 * np.pi, (count, 1))
+
+
+def screened(
+    targets: Any,
+    generator: Any,
+    count: int,
+    keep: int,
+    kind: str,
+    programme: Any,
+    mode: str,
+    frame: tuple[complex, float] | None = None,
+    limits: Any = None,
+) -> list[Start]:
+    """Return the best mutually distant starts.
+
+    Parameters
+    ----------
+    targets : (k, 2) array
+    kind
+        Grashof class.
+    programme : (k,) array or None
+        Angles of the crank, or increments from a free start; None: free, in order.
+    mode
+        "absolute", "steps" or "free".
+    frame
+        Fixed pivot and ground direction, None where they are free.
+    limits : (4, 2) array
+        Bounds of the lengths: samples beyond are ranked lower.
+    """
+    k = len(targets)
+    P = targets[:, 0] + 1j * targets[:, 1]
+    r = ratios(generator, count, kind)
+    sense = generator.choice((-1, 1), count)
+    branch = generator.choice((-1, 1), count)
+    if mode == "absolute":
+        theta2 = np.broadcast_to(programme, (count, k)).copy()
+        sense[:] = 1 if programme[-1] >= programme[0] else -1
+    elif mode == "steps":
+        theta2 = sense[:, None] * programme + generator.uniform(0, 2 * np.pi, (count, 1))
+    else:
+        theta2 = sense[:, None] * spacings(generator, count, k, False)
+    theta3, theta4 = closed_loop(r, theta2, branch)
+    e2, e3 = np.exp(1j * theta2), np.exp(1j * theta3)
+    if frame is None:
+        A = np.stack([np.ones_like(e2), e2, e3], axis=2)
+        N = np.einsum("nki,nkj->nij", A.conj(), A)
+        N[:, range(3), range(3)] += 1e-12 * k
+        b = np.einsum("nki,k->ni", A.conj(), P)
+        solution = np.linalg.solve(N, b[:, :, None])[:, :, 0]
+        left = np.einsum("nki,ni->nk", A, solution) - P
+        pivot, alpha, beta = solution.T
+        turn = np.angle(alpha)
+        size = np.abs(alpha)
+        point = beta * np.exp(-1j * turn)
+    else:
+        origin, fixed = frame
+        Q = (P - origin) * np.exp(-1j * fixed)
+        columns = np.stack([e2, e3, 1j * e3], axis=2)
+        A = np.concatenate([columns.real, columns.imag], axis=1)
+        b = np.concatenate([Q.real, Q.imag])
+        N = np.einsum("nki,nkj->nij", A, A)
+        N[:, range(3), range(3)] += 1e-12 * k
+        solution = np.linalg.solve(N, np.einsum("nki,k->ni", A, b)[:, :, None])[:, :, 0]
+        left = np.einsum("nki,ni->nk", A, solution) - b
+        size = solution[:, 0]
+        point = solution[:, 1] + 1j * solution[:, 2]
+        pivot = np.full(count, origin)
+        turn = np.full(count, fixed)
+    f = np.sum(np.abs(left) ** 2, axis=1)
+    lengths = np.stack([r[:, 0] * size, size, r[:, 1] * size, r[:, 2] * size], axis=1)
+    rank = np.where((size > 0) & np.isfinite(f), f, np.inf)
+    if limits is not None:
+        low, high = limits.T
+        beyond = np.maximum(lengths - high, 0) + np.maximum(low - lengths, 0)
+        spread = np.sum(np.abs(P - P.mean()) ** 2)
+        rank = rank + spread * np.sum((beyond / np.maximum(high, 1e-300)) ** 2, axis=1)
+    order = np.argsort(rank, kind="stable")
+    kept: list[int] = []
+    logs = np.log(r)
+    for n in order:
+        if not np.isfinite(rank[n]) or len(kept) == keep:
+            break
+        near = [
+            m for m in kept
+            if branch[m] == branch[n] and np.abs(logs[m] - logs[n]).max() < DISTANT
+        ]  # fmt: skip
+        if not near:
+            kept.append(int(n))
+    return [
+        Start(
+            lengths[n], complex(pivot[n]), float(turn[n]), complex(point[n]), theta2[n],
+            theta3[n], theta4[n], int(branch[n]), int(sense[n]), float(f[n]),
+        )
+        for n in kept
+    ]  # fmt: skip
+
+
+def closed_loop(r: Any, theta2: Any, branch: Any) -> tuple[Any, Any]:
+    """Return angles of coupler and rocker (n, k) for ratios (n, 3), unwrapped along the poses."""
+    d = r[:, :1] - np.exp(1j * theta2)
+    size = np.abs(d)
+    cosine = (size**2 + r[:, 1:2] ** 2 - r[:, 2:] ** 2) / (2 * size * r[:, 1:2])
+    opened = np.arccos(np.clip(cosine, -1.0, 1.0))
+    theta3 = np.angle(d) + branch[:, None] * opened
+    end = np.exp(1j * theta2) + r[:, 1:2] * np.exp(1j * theta3) - r[:, :1]
+    return np.unwrap(theta3, axis=1), np.unwrap(np.angle(end), axis=1)
