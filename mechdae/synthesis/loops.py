@@ -65,7 +65,7 @@ def four_bar(scene: Scene) -> FourBar | None:
     The driven link turns about a pin on a body that does not move, and a dyad RRR closes the
     loop on such a body too.
     """
-    model, mechanism = scene.model, scene.model.mechanism
+    mechanism = scene.model.mechanism
     if len(scene.drivers) != 1 or not scene.drivers[0].is_angle:
         return None
     driven = [group for group in scene.groups if group.driven]

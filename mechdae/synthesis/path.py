@@ -17,7 +17,7 @@ import numpy as np
 
 from mechdae.synthesis.ipopt import Optimum, Solver
 from mechdae.synthesis.loops import FourBar, four_bar
-from mechdae.synthesis.poses import Poses
+from mechdae.synthesis.poses import Poses, parameters_of
 from mechdae.synthesis.projection import Start
 
 SX = ca.SX
@@ -150,8 +150,6 @@ class PathProblem:
         """Return the inequalities of Grashof's class: the crank turns fully."""
         if not self.kind or self.loop is None:
             return []
-        from mechdae.synthesis.poses import parameters_of
-
         p = parameters_of(self.poses.model, self.poses.free, d)
         lengths = ca.substitute(self.loop.lengths, self.poses.model.p, p)
         r1, r2, r3, r4 = ca.vertsplit(lengths)
@@ -211,6 +209,39 @@ class PathProblem:
         value = self.solver._values(z, self.parameters(branch, sense))[0]
         return float(value) * self.size**2
 
+    # -- what a point z means --------------------------------------------------------------
+
+    def driver_values(self, z: Any, sense: int) -> Any:
+        """Return the driver's values at the targets, (k,)."""
+        k = self.goal.count
+        if self.goal.mode == "free":
+            return np.array(z[self.n : self.n + k])
+        programme = np.asarray(self.goal.programme, float)
+        return z[self.n] + sense * programme if self.goal.mode == "steps" else programme
+
+    def first_pose(self, z: Any) -> Any:
+        """Return the unknowns of the first pose."""
+        return z[-self.goal.count * self.poses.nx :][: self.poses.nx]
+
+    def active(self, found: Optimum, share: float) -> dict[str, float]:
+        """Return the parameters and limits that hold the design back, with their prices.
+
+        A price is the change of the objective per unit by which a limit gives way.
+        """
+        prices = {}
+        size = self.size**2
+        for k, name in enumerate(self.poses.free):
+            low, high = self.bounds[k]
+            near = min(found.z[k] - low, high - found.z[k]) <= share * (high - low)
+            if near:
+                prices[name] = float(abs(found.bound_prices[k]) * size)
+        for word in ("full turn", "transmission", "branch", "order", "turn"):
+            rows = [i for i, name in enumerate(self.layout.names) if name == word]
+            most = float(np.abs(found.prices[rows]).max(initial=0.0)) * size
+            if rows and most > 1e-6 * size:
+                prices[word] = most
+        return prices
+
     # -- starts ------------------------------------------------------------------------------
 
     def point_of(self, start: Start) -> tuple[Any, Any]:
@@ -219,29 +250,52 @@ class PathProblem:
         d = self.fitted(start)
         turn, k = start.turn, self.goal.count
         angles = np.array(self._angles(d)).ravel()  # offsets of crank, coupler, rocker, ground
-        crank, coupler, rocker, ground = angles
+        crank, coupler, rocker, _ = angles
         absolute = {
             self.loop.coupler: start.couplers + turn - coupler,
             self.loop.rocker: start.rockers + turn - rocker,
         }
         x = np.stack([absolute[body] for body, _ in self.poses.x_names])
         u = np.array([self._driver(start.turns[i] + turn - crank, d) for i in range(k)])
-        if self.goal.mode == "free":
-            middle = []
-            own = u
-        elif self.goal.mode == "steps":
-            middle, own = [u[0] - start.sense * self.goal.programme[0]], []
-        else:
-            middle, own = [], []
-        z = np.concatenate([d, middle, own, x.T.ravel()])
+        own: Any = u if self.goal.mode == "free" else np.zeros(0)
+        if self.goal.mode == "steps":
+            own = np.array([u[0] - start.sense * self.goal.programme[0]])
+        z = np.concatenate([d, own, x.T.ravel()])
         inside = [np.array(self.poses.function(x[:, i], u[i], d)[1]).ravel() for i in range(k)]
         return z, np.sign(np.mean(inside, axis=0))
+
+    def relative_programme(self) -> Any:
+        """Return the crank's angles from the ground line at the targets, where they are given."""
+        if self.goal.mode != "absolute":
+            return self.goal.programme
+        middle = self._middle
+        offset = float(self._crank(0.0, middle)) + np.array(self._angles(middle)).ravel()[0]
+        return self.goal.programme + offset - np.array(self._angles(middle)).ravel()[3]
+
+    def fixed_frame(self) -> tuple[complex, float] | None:
+        """Return pivot and direction of the ground line where no free parameter moves them."""
+        value, slope = (np.array(part) for part in self._geometry(self._middle))
+        if np.abs(slope[4:8]).max(initial=0.0) > 0:
+            return None
+        x, y, c, s = value.ravel()[4:8]
+        return complex(x, y), float(np.arctan2(s, c))
+
+    def length_limits(self) -> Any:
+        """Return bounds (4, 2) of ground, crank, coupler and rocker from those of d, roughly."""
+        assert self.loop is not None
+        low, high = np.array(self.bounds).T
+        ends = np.array([np.array(self._geometry(d)[0]).ravel()[:4] for d in (low, high)])
+        return np.stack([np.minimum(*ends), np.maximum(*ends)], axis=1)
+
+    @property
+    def _middle(self) -> Any:
+        low, high = np.array(self.bounds).T
+        values = self.poses.mechanism.values()
+        return np.clip(np.array([values[name] for name in self.poses.free]), low, high)
 
     @cached_property
     def _geometry(self) -> Any:
         """Free -> lengths, pivot, cos and sin of the ground line, coupler point; its Jacobian."""
-        from mechdae.synthesis.poses import parameters_of
-
         assert self.loop is not None
         d = SX.sym("d", len(self.poses.free))
         p = parameters_of(self.poses.model, self.poses.free, d)
@@ -255,8 +309,6 @@ class PathProblem:
 
     @cached_property
     def _angles(self) -> Any:
-        from mechdae.synthesis.poses import parameters_of
-
         assert self.loop is not None
         d = SX.sym("d", len(self.poses.free))
         p = parameters_of(self.poses.model, self.poses.free, d)
@@ -269,8 +321,6 @@ class PathProblem:
     @cached_property
     def _crank(self) -> Any:
         """(u, free) -> angle of the crank."""
-        from mechdae.synthesis.poses import parameters_of
-
         assert self.loop is not None
         d, u = SX.sym("d", len(self.poses.free)), SX.sym("u")
         p = parameters_of(self.poses.model, self.poses.free, d)
@@ -293,8 +343,7 @@ class PathProblem:
             ]
         )  # fmt: skip
         low, high = np.array(self.bounds).T
-        values = self.poses.mechanism.values()
-        d = np.clip(np.array([values[name] for name in self.poses.free]), low, high)
+        d = self._middle
         best, least = d, np.inf
         for _ in range(steps):
             g, J = (np.array(part) for part in self._geometry(d))
