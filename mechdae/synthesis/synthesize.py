@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,37 +14,35 @@ from mechdae.describe.goals import Demand, demand
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Driver, Sweep, Synthesis
 from mechdae.describe.writing import dumps
-from mechdae.errors import UnavailableError
 from mechdae.results import Result
+from mechdae.synthesis.goals.path import Path
 from mechdae.synthesis.ipopt import Optimum
-from mechdae.synthesis.path import Limits, PathGoal, PathProblem
+from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.poses import Poses, parameters_of
-from mechdae.synthesis.projection import CLASSES, Start, screened
+from mechdae.synthesis.search import Goal, Limits, Seed, Space
 from mechdae.synthesis.verify import design_problem, verified
 
-SAMPLES = 20_000
-"""Ratios drawn in the screening of each class."""
 FEASIBLE = 1e-7
-"""Largest violation of a constraint at an optimum that counts."""
+"""Largest violation of a (dimensionless) constraint at an optimum that counts."""
 SAME = 1e-5
 """Share by which objectives of one optimum may differ."""
-MOST = 10
+MOST = 5
 """Designs that are reported."""
 ACTIVE = 1e-6
 """Share of its range by which a parameter at its bound may be away from it."""
 ZERO = 1e-12
-"""Share of the targets' size squared below which an objective is that of an exact design."""
+"""Objective of the NLP below which a design is exact."""
+WORDS = ("full turn", "transmission", "branch", "order", "turn")
+"""Constraints whose prices are told."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An optimum with the class, branch and sense it was found in."""
+    """An optimum with the class and the start it was found from."""
 
     found: Optimum
     kind: int
-    branch: Any
-    sense: int
-    objective: float
+    given: dict[str, Any]
 
 
 def synthesize(
@@ -63,28 +61,26 @@ def synthesize(
     """
     asked = demand(problem.mechanism, task)
     began = time.process_time()
-    poses = Poses(problem.mechanism, asked.driver, tuple(asked.free), (asked.goal.point,))
-    classes = _classes(poses, asked)
+    goal = _goal(problem, asked)
+    problems = [goal.build(kind) for kind in goal.kinds]
     seed = asked.seed if seed is None else seed
     count = asked.starts if starts is None else starts
     built = time.process_time() - began
-    jobs = list(_starts(classes, asked, count, seed))
     candidates, statuses = [], []
+    jobs = _jobs(goal, problems, count, seed)
     for kind, start in jobs:
-        own = classes[kind]
-        z0, branch = own.point_of(start)
-        found = own.solve(z0, branch, start.sense)
+        nlp = problems[kind]
+        found = nlp.solve(nlp.point(start.values), start.given)
         statuses.append(found.status)
         if found.violation <= FEASIBLE and np.isfinite(found.objective):
-            objective = found.objective * own.size**2
-            candidates.append(Candidate(found, kind, branch, start.sense, objective))
-    distinct = _distinct(candidates, classes)
-    designs, rejected = _designs(problem, name, asked, poses, classes, distinct)
+            candidates.append(Candidate(found, kind, start.given))
+    distinct = _distinct(candidates)
+    designs, rejected = _designs(problem, asked, goal, problems, distinct)
     summary = {
         "starts": len(jobs),
         "converged": len(candidates),
         "distinct": len(distinct),
-        "hits_of_best": distinct[0][1] if distinct else 0,
+        "hits_of_best": designs[0]["hits"] if designs else 0,
         "seed": seed,
         "status": "found" if designs else "none found",
         "rejected": rejected,
@@ -95,7 +91,7 @@ def synthesize(
     if not designs:
         fault = (
             f"no design found from {len(jobs)} starts: {len(candidates)} met all constraints, "
-            f"{len(rejected)} were rejected by their sweep"
+            f"{len(rejected)} of them were rejected by their sweep"
         )
     return Result(
         problem.name, name, task.kind, problem.mechanism, problem.title,
@@ -104,58 +100,31 @@ def synthesize(
     )  # fmt: skip
 
 
-def _classes(poses: Poses, asked: Demand) -> list[PathProblem]:
-    goal = PathGoal(
-        asked.goal.point,
-        np.array(asked.goal.targets),
-        asked.goal.timing,
-        np.array(asked.goal.programme) if asked.goal.programme else None,
-        np.array(asked.goal.weights),
-    )
-    limits = Limits(grashof=asked.margin, transmission=asked.transmission)
-    kinds = CLASSES if asked.full_turn else ("",)
-    made = [PathProblem(poses, goal, asked.free, kind, limits) for kind in kinds]
-    if made[0].loop is None:
-        raise UnavailableError(
-            "paths of other mechanisms than four-bars with revolutes are not computed by this "
-            "version",
-            where="goal",
-        )
-    return made
+def _goal(problem: Problem, asked: Demand) -> Goal:
+    targets = np.array(asked.goal.targets)
+    spread = np.sum((targets - targets.mean(axis=0)) ** 2, axis=1)
+    poses = Poses(problem.mechanism, asked.driver, tuple(asked.free), (asked.goal.point,))
+    limits = Limits(asked.full_turn, asked.margin, transmission=asked.transmission)
+    return Path(Space(poses, asked.free, limits, float(np.sqrt(np.mean(spread)))), asked.goal)
 
 
-def _starts(
-    classes: list[PathProblem], asked: Demand, count: int, seed: int
-) -> Iterable[tuple[int, Start]]:
-    """Yield starts of all classes, those with the smallest residual first."""
-    goal = classes[0].goal
-    found: list[tuple[int, Start]] = []
-    for k, own in enumerate(classes):
+def _jobs(goal: Goal, problems: Sequence[Nlp], count: int, seed: int) -> list[tuple[int, Seed]]:
+    """Return `count` starts of each class, the most promising first."""
+    found: list[tuple[int, Seed]] = []
+    for k, kind in enumerate(goal.kinds):
         generator = np.random.default_rng([seed, k])
-        programme = own.relative_programme()
-        found += [
-            (k, start)
-            for start in screened(
-                goal.targets, generator, SAMPLES, count, own.kind or "crank-rocker", programme,
-                goal.mode, own.fixed_frame(), own.length_limits(),
-            )
-        ]  # fmt: skip
-    found.sort(key=lambda pair: pair[1].residual)
-    return found[:count]
+        found += [(k, start) for start in goal.seeds(kind, problems[k], generator, count)]
+    return sorted(found, key=lambda pair: pair[1].residual)
 
 
-def _distinct(
-    candidates: list[Candidate], classes: list[PathProblem]
-) -> list[tuple[Candidate, int]]:
-    """Return one candidate for each objective, best first and polished, with its hits."""
-    order = sorted(candidates, key=lambda c: c.objective)
+def _distinct(candidates: list[Candidate]) -> list[tuple[Candidate, int]]:
+    """Return one candidate for each objective, best first, with its hits."""
     found: list[tuple[Candidate, int]] = []
-    for candidate in order:
-        size = classes[candidate.kind].size ** 2
+    for candidate in sorted(candidates, key=lambda c: c.found.objective):
+        value = candidate.found.objective
         if found:
-            last = found[-1][0].objective
-            exact = max(candidate.objective, last) <= ZERO * size
-            if exact or candidate.objective - last <= SAME * max(last, ZERO * size):
+            last = found[-1][0].found.objective
+            if value <= ZERO or value - last <= SAME * last:
                 found[-1] = (found[-1][0], found[-1][1] + 1)
                 continue
         if len(found) == 3 * MOST:
@@ -166,52 +135,50 @@ def _distinct(
 
 def _designs(
     problem: Problem,
-    name: str,
     asked: Demand,
-    poses: Poses,
-    classes: list[PathProblem],
+    goal: Goal,
+    problems: Sequence[Nlp],
     distinct: list[tuple[Candidate, int]],
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return the designs that hold in their sweep, and those that do not with the reasons."""
     designs: list[dict[str, Any]] = []
     rejected: list[dict[str, Any]] = []
+    space = goal.space
+    weights, targets = np.array(asked.goal.weights), np.array(asked.goal.targets)
     for candidate, hits in distinct:
         if len(designs) == MOST:
             break
-        own = classes[candidate.kind]
-        found = own.polished(candidate.found, candidate.branch, candidate.sense)
-        values = dict(zip(poses.free, found.z[: own.n].tolist(), strict=True))
-        at = own.driver_values(found.z, candidate.sense)
-        sketch = sketch_of(poses, own, found.z, at[0])
+        nlp, given = problems[candidate.kind], candidate.given
+        found = nlp.polished(candidate.found, given)
+        variables = nlp.read(found.z)
+        values = dict(zip(space.poses.free, variables["d"].tolist(), strict=True))
+        at = goal.driver_values(variables, given)
+        sketch = sketch_of(space.poses, variables["d"], variables["x"], float(at[0]))
         checked = verified(
-            problem, values, sketch, asked.driver, at, asked.goal.point,
-            np.array(asked.goal.targets), asked.full_turn, own.size,
+            problem, values, sketch, asked.driver, at, asked.goal.point, targets,
+            asked.full_turn, space.size,
         )  # fmt: skip
-        weights = np.array(asked.goal.weights)
         objective = float(np.sum(weights * checked.errors**2))
-        claimed = found.objective * own.size**2
+        claimed = goal.objective(found.objective)
         defects = list(checked.defects)
-        if not np.isfinite(objective) or abs(objective - claimed) > 1e-6 * claimed + 1e-12 * (
-            own.size**2
-        ):
+        slack = 1e-6 * claimed + 1e-12 * goal.objective(1.0)
+        if not abs(objective - claimed) <= slack:
             defects.append(f"the sweep gives {objective:.6g}, not {claimed:.6g}")
         if defects:
             rejected.append({"objective": claimed, "reasons": defects})
             continue
-        task = Sweep(
-            Driver(asked.driver, from_=float(at[0]), to=float(at[0] + 2 * np.pi * candidate.sense))
-            if asked.full_turn
-            else Driver(asked.driver, from_=float(at[0]), to=float(at[-1]))
-        )
+        last = at[0] + 2 * np.pi * given.get("sense", 1.0) if asked.full_turn else at[-1]
+        task = Sweep(Driver(asked.driver, from_=float(at[0]), to=float(last)))
         designs.append(
             {
                 "objective": objective,
                 "parameters": values,
                 "errors": checked.errors.tolist(),
-                "at": at.tolist(),
+                "at": np.asarray(at).tolist(),
                 "defects": [],
                 "transmission_angle_min": checked.transmission,
-                "active": own.active(found, ACTIVE),
-                "class": own.kind or "any",
+                "active": _active(goal, nlp, found),
+                "class": goal.kinds[candidate.kind] or "any",
                 "hits": hits,
                 "problem": dumps(design_problem(problem, values, sketch, asked.driver, task)),
             }
@@ -219,17 +186,36 @@ def _designs(
     return designs, rejected
 
 
-def sketch_of(poses: Poses, own: PathProblem, z: Any, u: float) -> dict[str, float]:
-    """Return angles of all bodies and the driver's value at the first target."""
+def _active(goal: Goal, nlp: Nlp, found: Optimum) -> dict[str, float]:
+    """Return the parameters and limits that hold the design back, with their prices.
+
+    A price is the change of the objective per unit by which a limit gives way.
+    """
+    prices = {}
+    unit = goal.objective(1.0)
+    place = nlp.place("d").start
+    for k, name in enumerate(goal.space.poses.free):
+        low, high = goal.space.bounds[name]
+        if min(found.z[place + k] - low, high - found.z[place + k]) <= ACTIVE * (high - low):
+            prices[name] = float(abs(found.bound_prices[place + k]) * unit)
+    for word in WORDS:
+        rows = [i for i, name in enumerate(nlp.words) if name == word]
+        most = float(np.abs(found.prices[rows]).max(initial=0.0))
+        if rows and most > ACTIVE:
+            prices[word] = most * unit
+    return prices
+
+
+def sketch_of(poses: Poses, d: Any, x: Any, u: float) -> dict[str, float]:
+    """Return angles of all bodies and the driver's value at the first pose."""
     scene, model = poses.scene, poses.model
-    d = z[: own.n]
     names = [name for name in scene.recover if name[1] == "angle"]
     stacked = ca.vertcat(*[scene.recover[name] for name in names])
-    values = ca.Function("angles", [scene.x, scene.u, model.p], [stacked])
     p = np.array(ca.DM(parameters_of(model, poses.free, ca.SX(ca.DM(d))))).ravel()
-    angles = np.array(values(own.first_pose(z), u, p)).ravel()
+    values = ca.Function("angles", [scene.x, scene.u, model.p], [stacked])
+    angles = np.array(values(x[: poses.nx], u, p)).ravel()
     sketch = {body: float(angle) for (body, _), angle in zip(names, angles, strict=True)}
     driver = scene.drivers[0].text
     if driver.split(".")[0] not in sketch:
-        sketch[driver.removesuffix(".angle")] = float(u)
+        sketch[driver.removesuffix(".angle")] = u
     return sketch
