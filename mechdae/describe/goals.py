@@ -18,9 +18,13 @@ from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownNa
 
 GOALS = {
     "path": ("point", "targets", "timing", "at", "steps", "closed", "measure", "weight"),
-}
+    "function": (
+        "input", "output", "function", "range", "input_range", "output_range", "input_start",
+        "output_start", "targets", "measure", "weight",
+    ),
+}  # fmt: skip
 """Kinds of goals that are computed, with their keys."""
-PLANNED = ("function", "motion", "rocker", "straight-line", "minimise", "maximise")
+PLANNED = ("motion", "rocker", "straight-line", "minimise", "maximise")
 CONSTRAINTS = {
     "full-turn": ("coordinate", "margin"),
     "transmission-angle": ("between", "min"),
@@ -47,6 +51,44 @@ class PathTargets:
 
 
 @dataclass(frozen=True)
+class FunctionTargets:
+    """An output coordinate follows a function of the input.
+
+    ``points`` are pairs (x, y) of ``function`` over its interval, or those given; ``spans`` the
+    ranges of input and output [rad, m] that the intervals of x and y are drawn on; starts are
+    numbers, names of free parameters, or None: free.
+    """
+
+    output: str
+    function: str
+    interval: tuple[float, float]
+    points: tuple[tuple[float, float], ...]
+    spans: tuple[float, float]
+    input_start: float | str | None
+    output_start: float | str | None
+    measure: str
+    nodes: int = 41
+
+    def scales(self, share: Any) -> tuple[Any, Any]:
+        """Return input and output from their starts at shares (n,) of the interval."""
+        import math
+
+        if self.points:
+            x0, y0 = self.points[0]
+            return [x - x0 for x, _ in self.points], [y - y0 for _, y in self.points]
+        low, high = self.interval
+        xs = [low + (high - low) * float(part) for part in share]
+        ends = [self._value(x) for x in self.interval]
+        assert math.isfinite(ends[0]) and math.isfinite(ends[1])
+        inputs = [self.spans[0] * (x - low) / (high - low) for x in xs]
+        outputs = [self.spans[1] * (self._value(x) - ends[0]) / (ends[1] - ends[0]) for x in xs]
+        return inputs, outputs
+
+    def _value(self, x: float) -> float:
+        return evaluate(self.function, {"x": x})
+
+
+@dataclass(frozen=True)
 class Demand:
     """Everything a task of synthesis asks for.
 
@@ -55,7 +97,7 @@ class Demand:
     """
 
     driver: str
-    goal: PathTargets
+    goal: PathTargets | FunctionTargets
     free: dict[str, tuple[float, float]]
     full_turn: bool
     margin: float
@@ -105,7 +147,7 @@ def _driver(mechanism: Mechanism, task: Synthesis) -> str:
         raise problem.inside("driver.coordinate") from None
 
 
-def _goal(mechanism: Mechanism, task: Synthesis) -> PathTargets:
+def _goal(mechanism: Mechanism, task: Synthesis) -> PathTargets | FunctionTargets:
     if (task.goal is None) == (task.goals is None):
         raise InputError("give either 'goal' or 'goals'", where="goal")
     if task.goals is not None:
@@ -114,7 +156,76 @@ def _goal(mechanism: Mechanism, task: Synthesis) -> PathTargets:
         table, place = task.goals[0], "goals[0]"
     else:
         table, place = task.goal, "goal"
-    _kind(table, place, GOALS, "goal", PLANNED)
+    if _kind(table, place, GOALS, "goal", PLANNED) == "function":
+        return _function(mechanism, task, table, place)
+    return _path(mechanism, table, place)
+
+
+def _function(
+    mechanism: Mechanism, task: Synthesis, table: Mapping[str, Any], place: str
+) -> FunctionTargets:
+    driver = _driver(mechanism, task)
+    _same(table.get("input", driver), driver, f"{place}.input")
+    try:
+        output = coordinate(mechanism, str(table.get("output", ""))).text
+    except MechdaeError as problem:
+        raise problem.inside(f"{place}.output") from None
+    if ("targets" in table) == ("function" in table):
+        raise InputError("give either 'function' or 'targets'", where=place)
+    measure = table.get("measure", "least-squares")
+    if measure not in ("least-squares", "minimax"):
+        raise UnknownName(
+            "measure", str(measure), ["least-squares", "minimax"], where=f"{place}.measure"
+        )
+    starts = [
+        _start(mechanism, task, table, place, f"{word}_start") for word in ("input", "output")
+    ]
+    if "targets" in table:
+        points = _pairs(mechanism, table["targets"], f"{place}.targets")
+        return FunctionTargets(
+            output, "", (0.0, 1.0), points, (0.0, 0.0), *starts, measure, len(points)
+        )
+    text = table["function"]
+    interval = _pair(mechanism, table.get("range"), f"{place}.range")
+    spans = []
+    for word in ("input_range", "output_range"):
+        if word not in table:
+            raise InputError(f"the key '{word}' is missing", where=place)
+        spans.append(_number(mechanism, table[word], f"{place}.{word}"))
+    for x in interval:
+        try:
+            evaluate(str(text), {"x": x})
+        except MechdaeError as problem:
+            raise problem.inside(f"{place}.function") from None
+    return FunctionTargets(output, str(text), interval, (), (spans[0], spans[1]), *starts, measure)
+
+
+def _start(
+    mechanism: Mechanism, task: Synthesis, table: Mapping[str, Any], place: str, word: str
+) -> float | str | None:
+    value = table.get(word)
+    if value is None:
+        return None
+    if isinstance(value, str) and isinstance(task.free, Mapping) and value in task.free:
+        return value
+    return _number(mechanism, value, f"{place}.{word}")
+
+
+def _pair(mechanism: Mechanism, value: Any, place: str) -> tuple[float, float]:
+    items = _list(value, place)
+    if len(items) != 2:
+        raise InputError("two numbers [a, b] are needed", where=place)
+    return _number(mechanism, items[0], place), _number(mechanism, items[1], place)
+
+
+def _pairs(mechanism: Mechanism, value: Any, place: str) -> tuple[tuple[float, float], ...]:
+    found = [_pair(mechanism, item, f"{place}[{i}]") for i, item in enumerate(_list(value, place))]
+    if len(found) < 2:
+        raise InputError("two targets at least are needed", where=place)
+    return tuple(found)
+
+
+def _path(mechanism: Mechanism, table: Mapping[str, Any], place: str) -> PathTargets:
     point = table.get("point")
     known = [f"{b}.{p}" for b, body in mechanism.bodies.items() for p in body.points]
     if point not in known:
@@ -126,15 +237,7 @@ def _goal(mechanism: Mechanism, task: Synthesis) -> PathTargets:
         )
     if measure not in MEASURES:
         raise UnknownName("measure", str(measure), MEASURES, where=f"{place}.measure")
-    targets = []
-    for i, item in enumerate(_list(table.get("targets"), f"{place}.targets")):
-        here = f"{place}.targets[{i}]"
-        pair = _list(item, here)
-        if len(pair) != 2:
-            raise InputError("a target is [x, y]", where=here)
-        targets.append((_number(mechanism, pair[0], here), _number(mechanism, pair[1], here)))
-    if len(targets) < 2:
-        raise InputError("two targets at least are needed", where=f"{place}.targets")
+    targets = list(_pairs(mechanism, table.get("targets"), f"{place}.targets"))
     closed = table.get("closed", False)
     if not isinstance(closed, bool):
         raise InputError("true or false is needed", where=f"{place}.closed")
