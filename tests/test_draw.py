@@ -14,6 +14,7 @@ from mechdae.draw import diagram, layout, save, style, wheels
 from mechdae.draw.labels import draw_labels, numbers_of
 from mechdae.draw.places import places_of, written
 from mechdae.draw.scene import choose_pose, read_scene
+from mechdae.draw.words import Words
 
 POSES = np.deg2rad(np.arange(20.0, 381.0, 15.0))
 
@@ -591,7 +592,7 @@ def test_subtitle_tells_the_driver_value():
 )
 def test_scale_bar_has_a_round_length(about, length, text):
     assert diagram.nice_length(about) == pytest.approx(length)
-    assert diagram.length_text(length) == text
+    assert diagram.length_text(length, Words()) == text
 
 
 def test_long_titles_are_fitted():

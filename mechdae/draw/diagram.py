@@ -15,11 +15,13 @@ from mechdae.draw.driver import draw_drivers, driven_bodies, drivers_of, value_t
 from mechdae.draw.figure import new_axes
 from mechdae.draw.guides import draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
+from mechdae.draw.loads import draw_loads
 from mechdae.draw.places import PINNED, Place, free_points, places_of
 from mechdae.draw.scene import SHORT, Array, Scene, choose_pose, read_scene
 from mechdae.draw.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.wheels import circles, draw_wheels, rack_span
+from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
 FAR = 1.5
@@ -34,6 +36,9 @@ def draw(
     traces: bool = True,
     ghosts: int = 0,
     labels: bool = True,
+    loads: bool = True,
+    dark: bool = False,
+    lang: str = "en",
 ) -> Axes:
     """Draw the kinematic diagram of one pose.
 
@@ -53,6 +58,12 @@ def draw(
         Number of other poses drawn faintly.
     labels
         Whether joints have letters and links numbers.
+    loads
+        Whether forces, torques, springs, dampers and gravity are drawn.
+    dark
+        Whether the colours are those for dark paper.
+    lang
+        Language of the words, "en" or "ru".
 
     Returns
     -------
@@ -63,15 +74,18 @@ def draw(
     ------
     InputError
         A pose that the result does not have.
+    UnknownName
+        Another language.
     """
+    words, theme = Words(lang), style.DARK if dark else style.LIGHT
     if getattr(result, "kind", "") == "study":
         raise InputError("a study has no pose to draw", hint="solve the sweep it repeats")
     scene = read_scene(result)
     traces = traces and getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
-    axes = new_axes() if ax is None else ax
+    axes = new_axes(theme) if ax is None else ax
     low, high, size = _extent(scene, index, traces, ghosts)
-    sheet = Sheet(axes, low, high)
+    sheet = Sheet(axes, low, high, theme)
     if traces:
         _draw_traces(sheet, scene)
     for other in _others(scene, index, ghosts):
@@ -84,10 +98,12 @@ def draw(
     links = _draw_links(sheet, scene, index, size, colors)
     _draw_places(sheet, scene, index, places, links)
     draw_drivers(sheet, scene, result, index, drivers, places)
-    _draw_frame(sheet, scene, result, index)
+    marks = draw_loads(sheet, scene, result, index, places, words) if loads else []
+    _draw_frame(sheet, scene, result, index, words)
     if labels:
-        draw_labels(sheet, scene, index, places, links)
-    _write_titles(sheet, result, [value_text(result, entry, index) for entry in drivers], index)
+        draw_labels(sheet, scene, index, places, links, marks)
+    values = [value_text(result, entry, index, words) for entry in drivers]
+    _write_titles(sheet, result, values, index, words)
     return axes
 
 
@@ -304,19 +320,19 @@ def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
     return arms
 
 
-def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int) -> None:
+def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int, words: Words) -> None:
     """Draw the scale bar and the note on what is not drawn."""
     length = nice_length(0.2 * float(sheet.size[0]) / sheet.metre)
     bar = length * sheet.metre
     start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
     chosen = font(style.NOTE, style.NOTE_FONT)
-    text = length_text(length)
+    text = length_text(length, words)
     low, high = ink(text, chosen)
     symbols.scale_bar(sheet, start, bar, "scale-bar")
     spot = start - (5.0 + (high - low)[0] / 2, 0.0)
     sheet.text(spot, text, chosen, style.FAINT, "scale-text")
     sheet.box((spot[0] - (high - low)[0] / 2 - 3.0, 2.0), (sheet.size[0], 18.0))
-    note = note_text(scene, result, pose)
+    note = note_text(scene, result, pose, words)
     if note:
         room = float(spot[0] - (high - low)[0] / 2 - 14.0)
         note, chosen = fitted(note, style.NOTE, room, style.NOTE_FONT)
@@ -325,22 +341,22 @@ def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int) -> None:
         sheet.box((0.0, 2.0), (4.0 + (high - low)[0], 18.0))
 
 
-def note_text(scene: Scene, result: Any, pose: int) -> str:
+def note_text(scene: Scene, result: Any, pose: int, words: Words) -> str:
     """Return which bodies are not drawn, and why."""
     outside = set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
     missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
     absent = [name for name in missing if name in outside]
     unasked = [name for name in missing if name not in scene.origins and name not in outside]
     unsolved = [name for name in missing if name not in {*absent, *unasked}]
-    parts = []
+    parts, status = [], words.status(scene.status[pose])
     if absent:
-        parts.append(f"not in the scene: {', '.join(absent)}")
+        parts.append(f"{words('absent')}: {', '.join(absent)}")
     if unasked:
-        parts.append(f"not in the result: {', '.join(unasked)}")
+        parts.append(f"{words('unasked')}: {', '.join(unasked)}")
     if unsolved:
-        parts.append(f"{scene.status[pose]}, not drawn: {', '.join(unsolved)}")
+        parts.append(f"{status}, {words('undrawn')}: {', '.join(unsolved)}")
     elif scene.status[pose] != "ok":
-        parts.append(f"pose: {scene.status[pose]}")
+        parts.append(f"{words('pose')}: {status}")
     return "; ".join(parts)
 
 
@@ -352,11 +368,11 @@ def nice_length(about: float) -> float:
     )
 
 
-def length_text(length: float) -> str:
+def length_text(length: float, words: Words) -> str:
     """Return a length in m or mm."""
     if 1e-4 < length < 0.5:
-        return f"{length * 1000:g} mm"
-    return f"{length:g} m"
+        return f"{words.number(length * 1000)} {words('mm')}"
+    return f"{words.number(length)} {words('m')}"
 
 
 def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[str, Any]:
@@ -384,15 +400,15 @@ def in_lines(text: str, size: float, room: float, families: list[str]) -> list[s
     return [text[:k], text[k + 1 :]]
 
 
-def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> None:
+def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int, words: Words) -> None:
     """Write the title and, below it, the driver's value and the pose."""
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
     count = len(result.status)
     parts = [*values, str(getattr(result, "task", "") or "")]
     if getattr(result, "kind", "") == "modes":
-        parts.append(f"mode {','.join(result.labels[pose])}, {pose + 1} of {count}")
+        parts.append(words("mode of", ",".join(result.labels[pose]), pose + 1, count))
     elif count > 1:
-        parts.append(f"pose {pose + 1} of {count}")
+        parts.append(words("pose of", pose + 1, count))
     room = float(sheet.size[0]) - 8.0
     lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
     subtitle = "  ·  ".join(part for part in parts if part)
@@ -411,7 +427,7 @@ def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> No
             xycoords="axes fraction",
             textcoords="offset points",
             fontproperties=font(chosen.get_size_in_points() * sheet.k, style.NOTE_FONT),
-            color=color,
+            color=sheet.theme.paint(color),
             gid=gid,
             annotation_clip=False,
         )

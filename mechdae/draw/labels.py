@@ -10,6 +10,7 @@ from matplotlib.font_manager import FontProperties
 
 from mechdae.describe.mechanism import Mechanism
 from mechdae.draw import layout, style
+from mechdae.draw.loads import Mark
 from mechdae.draw.places import Place, free_points, written
 from mechdae.draw.scene import Array, Scene
 from mechdae.draw.shapes import Piece, inside
@@ -44,6 +45,7 @@ class Writing:
     font: FontProperties
     label: layout.Label
     anchors: Sequence[Piece] = ()
+    color: str = style.INK
 
 
 def numbers_of(mechanism: Mechanism) -> dict[str, int]:
@@ -55,7 +57,12 @@ def numbers_of(mechanism: Mechanism) -> dict[str, int]:
 
 
 def draw_labels(
-    sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place], links: Links
+    sheet: Sheet,
+    scene: Scene,
+    pose: int,
+    places: Sequence[Place],
+    links: Links,
+    marks: Sequence[Mark] = (),
 ) -> list[tuple[str, Array, Array]]:
     """Place and write all labels.
 
@@ -64,7 +71,11 @@ def draw_labels(
     list
         (gid, lower corner, upper corner) of each label on the sheet.
     """
-    writings = [*_letters(sheet, scene, pose, places), *_numbers(scene, pose, links)]
+    writings = [
+        *_letters(sheet, scene, pose, places),
+        *_loads(marks),
+        *_numbers(scene, pose, links),
+    ]
     spots = layout.place(
         [entry.label for entry in writings], sheet.segments, sheet.boxes, sheet.size
     )
@@ -74,7 +85,7 @@ def draw_labels(
             within = body in links.polygons and inside(spot, links.polygons[body])
             _write_number(sheet, entry, spot, leader=not within)
         else:
-            sheet.text(spot, entry.text, entry.font, style.INK, entry.gid)
+            sheet.text(spot, entry.text, entry.font, entry.color, entry.gid)
     return [
         (entry.gid, spot - half, spot + half)
         for entry, spot in zip(writings, spots, strict=True)
@@ -103,6 +114,21 @@ def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> 
             away = np.array([-0.6, 0.8])
         label = layout.around(anchor, float(width), float(height), gap - AIR, away)
         result.append(Writing(text, "letter", f"label-{references[0]}", chosen, label))
+    return result
+
+
+def _loads(marks: Sequence[Mark]) -> list[Writing]:
+    """Return the names of the loads, beside their arrows."""
+    result = []
+    for mark in marks:
+        chosen = font(style.LOAD_TEXT, style.NOTE_FONT)
+        text = mark.text.replace("$", r"\$")
+        low, high = ink(text, chosen)
+        width, height = (float(side) for side in high - low + 2 * AIR)
+        label = layout.along(mark.lines, width, height, 2.0)
+        result.append(
+            Writing(text, "load", f"label-load-{mark.name}", chosen, label, (), mark.color)
+        )
     return result
 
 

@@ -37,6 +37,8 @@ class Sheet:
         Axes to draw in; their limits, ticks and frame are set here.
     low, high
         Corners of the box [m] that the mechanism takes up.
+    theme
+        What the colours of `mechdae.draw.style` become.
 
     Attributes
     ----------
@@ -50,8 +52,10 @@ class Sheet:
         What labels avoid: rows (x0, y0, x1, y1, weight).
     """
 
-    def __init__(self, ax: Axes, low: ArrayLike, high: ArrayLike) -> None:
-        self.ax = ax
+    def __init__(
+        self, ax: Axes, low: ArrayLike, high: ArrayLike, theme: style.Theme = style.LIGHT
+    ) -> None:
+        self.ax, self.theme = ax, theme
         figure = ax.get_figure(root=True)
         assert figure is not None
         extent = ax.get_window_extent()
@@ -99,7 +103,7 @@ class Sheet:
         artist = Line2D(
             data[:, 0],
             data[:, 1],
-            color=color,
+            color=self.theme.paint(color),
             linewidth=width * self.k,
             linestyle=dash or "-",
             zorder=z,
@@ -127,8 +131,8 @@ class Sheet:
         artist = Polygon(
             self.back(places),
             closed=True,
-            facecolor=fill,
-            edgecolor=edge,
+            facecolor=self.theme.paint(fill),
+            edgecolor=self.theme.paint(edge),
             linewidth=width * self.k,
             joinstyle="round",
             zorder=z,
@@ -155,8 +159,8 @@ class Sheet:
         artist = Circle(
             tuple(self.back(middle)),
             radius / self.metre,
-            facecolor=fill,
-            edgecolor=edge,
+            facecolor=self.theme.paint(fill),
+            edgecolor=self.theme.paint(edge),
             linewidth=width * self.k,
             linestyle=dash or "-",
             zorder=z,
@@ -181,7 +185,7 @@ class Sheet:
             start[1],
             text,
             fontproperties=scaled,
-            color=color,
+            color=self.theme.paint(color),
             ha="left",
             va="baseline",
             zorder=style.Z_LABEL,
