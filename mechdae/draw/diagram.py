@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from mechdae.draw.driver import draw_drivers, driven_bodies, drivers_of, value_t
 from mechdae.draw.figure import new_axes
 from mechdae.draw.guides import draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
-from mechdae.draw.loads import draw_loads
+from mechdae.draw.loads import Mark, draw_loads
 from mechdae.draw.places import PINNED, Place, free_points, places_of
 from mechdae.draw.scene import SHORT, Array, Scene, choose_pose, read_scene
 from mechdae.draw.shapes import Piece, draw_body, draw_ghost, shape_of
@@ -81,33 +82,76 @@ def draw(
     if getattr(result, "kind", "") == "study":
         raise InputError("a study has no pose to draw", hint="solve the sweep it repeats")
     scene = read_scene(result)
-    traces = traces and getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
     axes = new_axes(theme) if ax is None else ax
-    low, high, size = _extent(scene, index, traces, ghosts)
-    sheet = Sheet(axes, low, high, theme)
-    if traces:
-        _draw_traces(sheet, scene)
-    for other in _others(scene, index, ghosts):
-        for name in scene.mechanism.bodies:
-            if scene.shown(name, other):
-                draw_ghost(sheet, scene, name, other)
-    places = places_of(scene, index)
-    drivers = drivers_of(scene, result)
-    colors = dict.fromkeys(driven_bodies(scene, drivers), style.DRIVEN)
-    links = _draw_links(sheet, scene, index, size, colors)
-    _draw_places(sheet, scene, index, places, links)
-    draw_drivers(sheet, scene, result, index, drivers, places)
-    marks = draw_loads(sheet, scene, result, index, places, words) if loads else []
-    _draw_frame(sheet, scene, result, index, words)
-    if labels:
-        draw_labels(sheet, scene, index, places, links, marks)
-    values = [value_text(result, entry, index, words) for entry in drivers]
-    _write_titles(sheet, result, values, index, words)
+    view = View(traces and has_paths(result, scene), ghosts, labels, loads)
+    draw_pose(axes, scene, result, index, view, theme, words)
     return axes
 
 
-def _extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
+@dataclass(frozen=True)
+class View:
+    """What a diagram shows, and what the diagrams of one motion have in common.
+
+    Parameters
+    ----------
+    bounds
+        Corners [m] and size of what is in the picture; without it those of the pose.
+    peak
+        The force that has the longest arrow [N]; without it the largest of the pose.
+    memory
+        Places chosen in the pose before, see `Sheet`.
+    """
+
+    traces: bool = True
+    ghosts: int = 0
+    labels: bool = True
+    loads: bool = True
+    bounds: tuple[Array, Array, float] | None = None
+    peak: float | None = None
+    memory: dict[str, Array] | None = None
+
+
+def has_paths(result: Any, scene: Scene) -> bool:
+    """Return whether the poses of a result are a motion."""
+    return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
+
+
+def draw_pose(
+    axes: Axes,
+    scene: Scene,
+    result: Any,
+    pose: int,
+    view: View,
+    theme: style.Theme,
+    words: Words,
+) -> None:
+    """Draw one pose of a result whose placements are known, see `draw`."""
+    low, high, size = view.bounds or extent(scene, pose, view.traces, view.ghosts)
+    sheet = Sheet(axes, low, high, theme, view.memory)
+    if view.traces:
+        _draw_traces(sheet, scene)
+    for other in _others(scene, pose, view.ghosts):
+        for name in scene.mechanism.bodies:
+            if scene.shown(name, other):
+                draw_ghost(sheet, scene, name, other)
+    places = places_of(scene, pose)
+    drivers = drivers_of(scene, result)
+    colors = dict.fromkeys(driven_bodies(scene, drivers), style.DRIVEN)
+    links = _draw_links(sheet, scene, pose, size, colors)
+    _draw_places(sheet, scene, pose, places, links)
+    draw_drivers(sheet, scene, result, pose, drivers, places)
+    marks: list[Mark] = []
+    if view.loads:
+        marks = draw_loads(sheet, scene, result, pose, places, words, view.peak)
+    _draw_frame(sheet, scene, result, pose, words)
+    if view.labels:
+        draw_labels(sheet, scene, pose, places, links, marks)
+    values = [value_text(result, entry, pose, words) for entry in drivers]
+    _write_titles(sheet, result, values, pose, words)
+
+
+def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
     """Return the corners of what is to be in the picture, and the size of the mechanism."""
     points = [
         scene.place(f"{name}.{point}", pose)

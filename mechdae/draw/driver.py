@@ -129,18 +129,21 @@ def turn_arrow(sheet: Sheet, pivot: Array, arm: Array | None, sense: float, radi
 
 def blocked(sheet: Sheet, points: Array) -> float:
     """Return what a line would cover."""
-    total = 0.0
     near = 3.0
-    for x0, y0, x1, y1, weight in sheet.segments:
-        step = np.array([x1 - x0, y1 - y0])
-        length = float(step @ step)
-        share = np.clip((points - (x0, y0)) @ step / length, 0.0, 1.0) if length > 0 else 0.0
-        foot = np.array([x0, y0]) + np.multiply.outer(share, step)
-        total += weight * float((np.hypot(*(points - foot).T) < near).mean())
-    for x0, y0, x1, y1, weight in sheet.boxes:
-        inside = ((points > (x0 - near, y0 - near)) & (points < (x1 + near, y1 + near))).all(axis=1)
-        total += weight * float(inside.mean())
-    return total
+    floor, ceiling = points.min(axis=0) - near, points.max(axis=0) + near
+    lines = np.array(sheet.segments).reshape(-1, 5)
+    beside = (np.minimum(lines[:, 0:2], lines[:, 2:4]) > ceiling).any(axis=1)
+    beside |= (np.maximum(lines[:, 0:2], lines[:, 2:4]) < floor).any(axis=1)
+    start, end, weight = lines[~beside, 0:2], lines[~beside, 2:4], lines[~beside, 4]
+    step = end - start
+    length = (step**2).sum(axis=1)
+    along = ((points[:, None] - start) * step).sum(axis=-1) / np.where(length > 0, length, 1.0)
+    foot = start + np.clip(along, 0.0, 1.0)[..., None] * step
+    close = np.hypot(*np.moveaxis(points[:, None] - foot, -1, 0)) < near
+    total = float((weight * close.mean(axis=0)).sum())
+    boxes = np.array(sheet.boxes).reshape(-1, 5)
+    inside = (points[:, None] > boxes[:, 0:2] - near) & (points[:, None] < boxes[:, 2:4] + near)
+    return total + float((boxes[:, 4] * inside.all(axis=-1).mean(axis=0)).sum())
 
 
 def travel_of(scene: Scene, entry: Coordinate, pose: int) -> tuple[Array, Array]:

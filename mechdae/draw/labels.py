@@ -20,6 +20,8 @@ AIR = 2.5
 """Room kept around letters."""
 STRANGE = 15.0
 """Cost of a place inside the polygon of another link or behind its bar."""
+STEADY = 0.4
+"""Cost of each unit by which a label moves beside its link from one pose to the next."""
 LEADER = 15.0
 """A number farther than this from its link gets a thin line to it."""
 
@@ -66,6 +68,11 @@ def draw_labels(
 ) -> list[tuple[str, Array, Array]]:
     """Place and write all labels.
 
+    Parameters
+    ----------
+    marks
+        The loads drawn.
+
     Returns
     -------
     list
@@ -76,10 +83,14 @@ def draw_labels(
         *_loads(marks),
         *_numbers(scene, pose, links),
     ]
+    if sheet.memory is not None:
+        writings = [_steady(entry, sheet.memory.get(entry.gid)) for entry in writings]
     spots = layout.place(
         [entry.label for entry in writings], sheet.segments, sheet.boxes, sheet.size
     )
     for entry, spot in zip(writings, spots, strict=True):
+        if sheet.memory is not None:
+            sheet.memory[entry.gid] = spot - entry.label.places.mean(axis=0)
         if entry.kind == "number":
             body = entry.gid.removeprefix("number-")
             within = body in links.polygons and inside(spot, links.polygons[body])
@@ -91,6 +102,16 @@ def draw_labels(
         for entry, spot in zip(writings, spots, strict=True)
         for half in [np.array([entry.label.width, entry.label.height]) / 2]
     ]
+
+
+def _steady(entry: Writing, before: Array | None) -> Writing:
+    """Return a label that would rather stay where it was, beside its joint or link."""
+    if before is None:
+        return entry
+    label = entry.label
+    away = label.places - label.places.mean(axis=0) - before
+    costs = label.costs + STEADY * np.minimum(np.hypot(away[:, 0], away[:, 1]), 3 * style.DISC)
+    return replace(entry, label=replace(label, costs=costs))
 
 
 def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> list[Writing]:

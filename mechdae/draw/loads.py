@@ -7,6 +7,8 @@ relative to the largest; where it does not the direction is what is known of it.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,11 +44,18 @@ class Mark:
 
 
 def draw_loads(
-    sheet: Sheet, scene: Scene, result: Any, pose: int, places: list[Place], words: Words
+    sheet: Sheet,
+    scene: Scene,
+    result: Any,
+    pose: int,
+    places: list[Place],
+    words: Words,
+    peak: float | None = None,
 ) -> list[Mark]:
     """Draw all loads whose bodies are shown; return what letters are attached to.
 
-    A resistance whose coordinate stands still has heads at both ends.
+    A resistance whose coordinate stands still has heads at both ends. The arrow of the
+    force `peak` [N] has full length, without it that of the largest in this pose.
     """
     marks: list[Mark] = []
     straight: list[tuple[Load, Array, Array | None, float | None, float]] = []
@@ -75,11 +84,11 @@ def draw_loads(
             straight.append((load, point, direction, None if size is None else abs(size), gap))
             if way == 0.0:
                 either.add(load.name)
-    known = [row[3] for row in straight if row[3]]
+    largest = peak or max((row[3] for row in straight if row[3]), default=1.0)
     for load, point, direction, size, gap in straight:
         if size == 0.0:
             continue
-        share = 1.0 if size is None else size / max(known)
+        share = 1.0 if size is None else size / largest
         text = _text(load.name, size, "N", words)
         mark = _draw_force(sheet, load.name, text, sheet.at(point), direction, share, gap)
         if load.name in either:
@@ -88,6 +97,19 @@ def draw_loads(
     if len(marks) > MANY:
         marks = [replace(mark, text=mark.name) for mark in marks]
     return [*marks, *_draw_masses(sheet, scene, pose)]
+
+
+def peak_force(scene: Scene, result: Any, poses: Sequence[int]) -> float | None:
+    """Return the largest of the forces with a straight arrow that are known, in some poses."""
+    sizes = []
+    for load in scene.mechanism.loads.values():
+        if isinstance(load, Spring) or not (
+            isinstance(load, Force) or not _coordinate(scene, load).is_angle
+        ):
+            continue
+        rows = [load_values(scene, result, load, pose) for pose in poses]
+        sizes += [math.hypot(*row) for row in rows if row is not None]
+    return max(sizes, default=0.0) or None
 
 
 def _bodies(scene: Scene, load: Load) -> set[str]:

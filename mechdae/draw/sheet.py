@@ -39,6 +39,9 @@ class Sheet:
         Corners of the box [m] that the mechanism takes up.
     theme
         What the colours of `mechdae.draw.style` become.
+    memory
+        Of the sheets of one motion: places chosen in the pose before, by name. What is
+        drawn stays there if it can. Without it all places are free.
 
     Attributes
     ----------
@@ -53,9 +56,14 @@ class Sheet:
     """
 
     def __init__(
-        self, ax: Axes, low: ArrayLike, high: ArrayLike, theme: style.Theme = style.LIGHT
+        self,
+        ax: Axes,
+        low: ArrayLike,
+        high: ArrayLike,
+        theme: style.Theme = style.LIGHT,
+        memory: dict[str, Array] | None = None,
     ) -> None:
-        self.ax, self.theme = ax, theme
+        self.ax, self.theme, self.memory = ax, theme, memory
         figure = ax.get_figure(root=True)
         assert figure is not None
         extent = ax.get_window_extent()

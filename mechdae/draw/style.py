@@ -28,6 +28,8 @@ LOAD: Final = "#9c3a78"
 """Arrows of forces and torques, springs and dampers."""
 FAINT: Final = "#5f6b76"
 """Notes, scale bar and subtitle."""
+DRAWN: Final = (INK, DRIVEN, ARROW, WHEEL, TRACE, GHOST, GROUND, LOAD, FAINT)
+"""What lines and letters are drawn in."""
 
 FIGURE: Final = (7.0, 5.0)
 """Size of a new figure [in]."""
