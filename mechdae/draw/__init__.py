@@ -13,12 +13,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-KINDS = {"diagram": "mechdae.draw.diagram"}
+    from mechdae.draw.animation import Animation
+
+KINDS = {"diagram": "mechdae.draw.diagram", "animation": "mechdae.draw.animation"}
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
-LATER = ("plans", "curves", "coupler", "losses", "map", "animation", "page")
+LATER = ("plans", "curves", "coupler", "losses", "map", "page")
 
 
-def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: Any) -> Axes:
+def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: Any) -> Any:
     """Draw a result.
 
     Parameters
@@ -26,7 +28,8 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
     result
         What `mechdae.solve` returned.
     kind
-        ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`.
+        ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`;
+        ``"animation"``: it moves, see `mechdae.draw.animation.animate`.
     ax
         Axes to draw in; without it a new figure is made. No window is opened.
     **options
@@ -35,6 +38,7 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
     Returns
     -------
     matplotlib.axes.Axes
+        For an animation an `mechdae.draw.animation.Animation`.
 
     Raises
     ------
@@ -47,15 +51,16 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
         raise UnavailableError(f"pictures of kind '{kind}' are not drawn by this version")
     if kind not in KINDS:
         raise UnknownName("kind of picture", str(kind), [*KINDS, *LATER])
-    axes: Axes = importlib.import_module(KINDS[kind]).draw(result, ax, **options)
-    return axes
+    return importlib.import_module(KINDS[kind]).draw(result, ax, **options)
 
 
-def save(picture: Axes | Figure, path: str | Path) -> Path:
-    """Write a picture to a file, see `mechdae.draw.figure.save`."""
+def save(picture: Axes | Figure | Animation, path: str | Path) -> Path:
+    """Write a picture to a file, see `mechdae.draw.figure.save`; an animation as a GIF."""
     from mechdae.draw import figure
 
-    return figure.save(picture, path)
+    moving: Any = picture
+    written: Path = moving.save(path) if hasattr(picture, "gif") else figure.save(moving, path)
+    return written
 
 
 __all__ = ["KINDS", "LATER", "plot", "save"]

@@ -8,27 +8,36 @@ from typing import Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.progress import progress
 from mechdae.errors import InputError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
+STYLED = ("diagram", "animation")
+"""Kinds with dark paper and words in other languages."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     problem_arguments(parser)
     parser.add_argument("--task", metavar="T", help="the task to draw (default: the first sweep)")
-    parser.add_argument("--kind", default="diagram", metavar="K", help="diagram")
+    parser.add_argument("--kind", default="diagram", metavar="K", help="diagram, animation")
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     parser.add_argument("--pose", type=int, metavar="K", help="number of the pose drawn, from 0")
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
-    parser.add_argument("--format", default="svg", metavar="F", help=", ".join(FORMATS))
+    parser.add_argument("--format", metavar="F", help=f"{', '.join(FORMATS)}; animations gif")
+    parser.add_argument("--dark", action="store_true", help="colours for dark paper")
+    parser.add_argument("--lang", default="en", metavar="L", help="language of the words: en, ru")
 
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.analysis.solve import solve
     from mechdae.draw import plot, save
 
-    if options.format not in FORMATS:
-        raise UnknownName("format", options.format, FORMATS)
+    moving = options.kind == "animation"
+    form, formats = options.format or ("gif" if moving else "svg"), ("gif",) if moving else FORMATS
+    if form not in formats:
+        raise UnknownName("format", form, formats)
+    if moving and options.pose is not None:
+        raise InputError("an animation shows all poses", where="--pose")
     problem = problem_of(options)
     name = options.task
     if name is None:
@@ -46,17 +55,33 @@ def run(options: argparse.Namespace) -> int:
         )
     result = _with_all_bodies(problem, solve(problem, name, mode=options.mode), options.mode)
     extra = {} if options.pose is None else {"pose": options.pose}
-    axes = plot(result, options.kind, **extra)
+    picture = plot(result, options.kind, **extra, **_style(options))
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
     pose = "" if options.pose is None else f"-{options.pose}"
-    path = folder / f"{problem.name}-{name}-{options.kind}{pose}.{options.format}"
-    save(axes, path)
+    path = folder / f"{problem.name}-{name}-{options.kind}{pose}.{form}"
+    if moving:
+        picture.save(path, progress("frame", options.quiet))
+    else:
+        save(picture, path)
     print(path)
     if result.fault:
         message(f"mechdae: task {name}: {result.fault}", False)
         return 1
     return 0
+
+
+def _style(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the options of colours and words that were asked for."""
+    asked = {"dark": options.dark} if options.dark else {}
+    asked |= {"lang": options.lang} if options.lang != "en" else {}
+    if asked and options.kind not in STYLED:
+        raise InputError(
+            f"pictures of kind '{options.kind}' have no such option",
+            where=f"--{' --'.join(asked)}",
+            hint=f"kinds that have: {', '.join(STYLED)}",
+        )
+    return asked
 
 
 def _with_all_bodies(problem: Any, result: Any, mode: str | None) -> Any:
