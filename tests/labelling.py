@@ -21,11 +21,14 @@ import numpy as np
 POSES = 25
 HALF = 1.2
 """Half the width of a link's line, in units of the sheet; other lines are thinner."""
-COUNTS = ("labels", "labels_on_labels", "labels_on_lines", "labels_on_symbols", "labels_outside")
+COUNTS = (
+    "labels", "labels_on_labels", "labels_on_lines", "labels_on_symbols", "labels_outside",
+    "leaders", "leaders_on_labels",
+)  # fmt: skip
 
 
 def drawn(result, **options):
-    """Draw a diagram; return the lines, boxes, labels and size of its sheet, and the axes."""
+    """Draw a diagram; return the lines, boxes and labels of its sheet, and the sheet."""
     import mechdae as md
     from mechdae.draw import diagram
     from mechdae.draw.labels import draw_labels
@@ -34,12 +37,12 @@ def drawn(result, **options):
 
     def spy(sheet, *rest):
         before = (list(sheet.segments), list(sheet.boxes))
-        seen.append((*before, draw_labels(sheet, *rest), sheet.size))
+        seen.append((*before, draw_labels(sheet, *rest), sheet))
         return seen[0][2]
 
     with mock.patch.object(diagram, "draw_labels", spy):
-        axes = md.plot(result, "diagram", **options)
-    return (*seen[0], axes)
+        md.plot(result, "diagram", **options)
+    return seen[0]
 
 
 def count(result, **options):
@@ -47,7 +50,7 @@ def count(result, **options):
     from mechdae.draw import style
     from mechdae.draw.labels import AIR
 
-    segments, boxes, labels, size, _ = drawn(result, **options)
+    segments, boxes, labels, sheet = drawn(result, **options)
     row = {**dict.fromkeys(COUNTS, 0), "names": []}
     if not labels:
         return row
@@ -68,12 +71,22 @@ def count(result, **options):
     inside = (
         (np.minimum(high[:, None], areas[:, 2:4]) - np.maximum(low[:, None], areas[:, :2])) > 1e-9
     ).all(axis=-1)
-    outside = (low < 0).any(axis=1) | (high > size).any(axis=1)
+    outside = (low < 0).any(axis=1) | (high > sheet.size).any(axis=1)
     row["labels"] = len(labels)
     row["labels_on_labels"] = int(each.sum()) // 2
     row["labels_on_lines"] = int(near.sum())
     row["labels_on_symbols"] = int(inside.any(axis=1).sum())
     row["labels_outside"] = int(outside.sum())
+    leaders = {
+        line.get_gid().removeprefix("leader-"): sheet.at(line.get_xydata())
+        for line in sheet.ax.lines
+        if str(line.get_gid()).startswith("leader-")
+    }
+    row["leaders"] = len(leaders)
+    for k, (gid, _, _) in enumerate(labels):
+        others = [(*a, *b, 0.0) for name, (a, b) in leaders.items() if name != gid]
+        through = _distance(np.array(others).reshape(-1, 5), low[k], high[k], "number-" in gid)
+        row["leaders_on_labels"] += int((through <= 0.0).sum())
     bad = each.any(axis=1) | near | inside.any(axis=1) | outside
     row["names"] = [gid for (gid, _, _), wrong in zip(labels, bad, strict=True) if wrong]
     return row

@@ -29,6 +29,10 @@ FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
 
 
+LENGTHS = ((1e3, 1e3, "km"), (0.5, 1.0, "m"), (5e-4, 1e-3, "mm"), (0.0, 1e-6, "µm"))
+"""Least length, unit, name."""
+
+
 def draw(
     result: Any,
     ax: Axes | None = None,
@@ -413,10 +417,9 @@ def nice_length(about: float) -> float:
 
 
 def length_text(length: float, words: Words) -> str:
-    """Return a length in m or mm."""
-    if 1e-4 < length < 0.5:
-        return f"{words.number(length * 1000)} {words('mm')}"
-    return f"{words.number(length)} {words('m')}"
+    """Return a length with its unit, from µm to km."""
+    _, unit, name = next(row for row in LENGTHS if length >= row[0])
+    return f"{words.number(length / unit)} {words(name)}"
 
 
 def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[str, Any]:

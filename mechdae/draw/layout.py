@@ -9,7 +9,7 @@ units of the sheet.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,8 @@ STRANGER = 0.12
 """at this share of their weight."""
 OVERLAP = 400.0
 """Cost of covering another label."""
+BETWEEN = 20.0
+"""Cost of lying between another label and what that belongs to."""
 OUTSIDE = 1000.0
 """Cost of leaving the sheet."""
 WORTH = 3.0
@@ -29,6 +31,10 @@ WORTH = 3.0
 MANY = 60
 """With more labels that is left out, for its cost."""
 ROUNDS = 4
+POOR = 12.0
+"""A label that covers so much gets places farther off, if there are better ones."""
+RINGS = (0.0, 12.0, 26.0, 42.0, 60.0, 80.0, 105.0, 135.0)
+"""How much farther than the farthest place of its own."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +59,15 @@ class Label:
     """Rows of the segments the label belongs to; it keeps more room to all others."""
     rank: int = 0
     """Labels of lower rank choose first."""
+    anchors: Array | None = None
+    """Rows (x0, y0, x1, y1) of what the label belongs to: no other label is to lie between."""
 
 
 def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: ArrayLike) -> Array:
     """Return the chosen middle of each label, (number of labels, 2).
+
+    Labels that would cover something all the same get places farther off, and all are
+    placed once more.
 
     Parameters
     ----------
@@ -67,6 +78,37 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     size
         Width and height of the sheet.
     """
+    spots, burden = _place(labels, segments, boxes, size)
+    poor = burden > POOR
+    if poor.any():
+        more = [_wider(entry) if far else entry for entry, far in zip(labels, poor, strict=True)]
+        others, lighter = _place(more, segments, boxes, size)
+        if lighter.sum() < burden.sum():
+            return others
+    return spots
+
+
+def _wider(label: Label) -> Label:
+    """Return a label with more places, on rings around those it has."""
+    middle = label.places.mean(axis=0)
+    reach = float(np.hypot(*(label.places - middle).T).max())
+    angles = np.arange(36) * np.pi / 18
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    rings = [middle + (reach + step) * circle for step in RINGS]
+    rings += [middle + share * reach * circle for share in (0.4, 0.6, 0.8)]
+    price = min(float(label.costs.max()), POOR)
+    costs = [price + 0.12 * step for step in (*RINGS, 0.0, 0.0, 0.0) for _ in angles]
+    return replace(
+        label,
+        places=np.vstack([label.places, *rings]),
+        costs=np.concatenate([label.costs, costs]),
+    )
+
+
+def _place(
+    labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: ArrayLike
+) -> tuple[Array, Array]:
+    """Return the middle of each label and how much it covers there."""
     lines = np.asarray(segments, dtype=float).reshape(-1, 5)
     blocks = np.asarray(boxes, dtype=float).reshape(-1, 5)
     fixed = [
@@ -74,22 +116,25 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
         for label in labels
     ]
     rivals = _rivals(labels)
+    feet = [_feet(label) for label in labels]
     chosen: list[int | None] = [None] * len(labels)
     order = sorted(
         range(len(labels)), key=lambda i: (labels[i].rank, -round(float(fixed[i].min()), 6))
     )
 
+    def covering(i: int) -> Array:
+        """Return what each place of a label covers of the labels placed so far."""
+        taken = [(labels[j], pick, feet[j]) for j in rivals[i] if (pick := chosen[j]) is not None]
+        return _covering(labels[i], feet[i], taken)
+
     def settle(members: Sequence[int]) -> None:
         for i in members:
-            taken = [(labels[j], pick) for j in rivals[i] if (pick := chosen[j]) is not None]
-            chosen[i] = int(np.argmin(np.round(fixed[i] + _covering(labels[i], taken), 9)))
+            chosen[i] = int(np.argmin(np.round(fixed[i] + covering(i), 9)))
 
     def total(members: Iterable[int]) -> float:
         cost = 0.0
         for i in members:
-            taken = [(labels[j], pick) for j in rivals[i] if (pick := chosen[j]) is not None]
-            pick = chosen[i] or 0
-            cost += float((fixed[i] + _covering(labels[i], taken))[pick])
+            cost += float((fixed[i] + covering(i))[chosen[i] or 0])
         return cost
 
     for _ in range(ROUNDS):
@@ -108,7 +153,11 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
         if total(sorted(affected)) > cost - 1e-6:
             chosen[:] = before
     spots = [label.places[pick or 0] for label, pick in zip(labels, chosen, strict=True)]
-    return np.array(spots).reshape(-1, 2)
+    burden = []
+    for i, label in enumerate(labels):
+        pick = chosen[i] or 0
+        burden.append(float(fixed[i][pick] - label.costs[pick] + covering(i)[pick]))
+    return np.array(spots).reshape(-1, 2), np.array(burden)
 
 
 def around(
@@ -173,6 +222,7 @@ def merge(first: Label, second: Label, surcharge: float) -> Label:
         np.vstack([first.places, second.places]),
         np.concatenate([first.costs, second.costs + surcharge]),
         first.own,
+        anchors=first.anchors,
     )
 
 
@@ -248,11 +298,28 @@ def _static(label: Label, segments: Array, boxes: Array, size: Array) -> Array:
     return cost
 
 
+def _feet(label: Label) -> Array | None:
+    """Return for each place the nearest point of what the label belongs to."""
+    if label.anchors is None or not len(label.anchors):
+        return None
+    start, step = label.anchors[:, 0:2], label.anchors[:, 2:4] - label.anchors[:, 0:2]
+    length = (step**2).sum(axis=1)
+    along = ((label.places[:, None] - start) * step).sum(axis=-1) / np.where(length > 0, length, 1)
+    spots = start + np.clip(along, 0.0, 1.0)[..., None] * step
+    away = np.hypot(*np.moveaxis(spots - label.places[:, None], -1, 0))
+    feet: Array = spots[np.arange(len(spots)), np.argmin(np.round(away, 6), axis=1)]
+    return feet
+
+
 def _rivals(labels: Sequence[Label]) -> list[list[int]]:
     """Return for each label the others that could overlap it somewhere."""
     if not labels:
         return []
     corners = [_corners(label) for label in labels]
+    for k, label in enumerate(labels):
+        if label.anchors is not None and len(label.anchors):
+            ends = label.anchors.reshape(-1, 2)
+            corners[k] = (np.vstack([corners[k][0], ends]), np.vstack([corners[k][1], ends]))
     floor = np.array([low.min(axis=0) for low, _ in corners])
     ceiling = np.array([high.max(axis=0) for _, high in corners])
     meet = np.all((floor[:, None] < ceiling) & (ceiling[:, None] > floor), axis=-1)
@@ -260,15 +327,24 @@ def _rivals(labels: Sequence[Label]) -> list[list[int]]:
     return [np.flatnonzero(row).tolist() for row in meet]
 
 
-def _covering(label: Label, taken: Sequence[tuple[Label, int]]) -> Array:
+def _covering(
+    label: Label, feet: Array | None, taken: Sequence[tuple[Label, int, Array | None]]
+) -> Array:
     """Return what each place of a label covers of labels placed so far."""
     if not taken:
         return np.zeros(len(label.places))
-    middles = np.array([other.places[pick] for other, pick in taken])
-    halves = np.array([(other.width, other.height) for other, _ in taken]) / 2
-    covered = overlap(*_corners(label), middles - halves, middles + halves)
+    middles = np.array([other.places[pick] for other, pick, _ in taken])
+    halves = np.array([(other.width, other.height) for other, _, _ in taken]) / 2
+    low, high = _corners(label)
+    covered = overlap(low, high, middles - halves, middles + halves)
     share = covered / (label.width * label.height)
     cost: Array = ((share > 0) * OVERLAP * (0.2 + share)).sum(axis=1)
+    if feet is not None:
+        own = np.hstack([label.places, feet])
+        cost += BETWEEN * (crossing(own, middles - halves, middles + halves) > 0).sum(axis=0)
+    others = [[*other.places[pick], *foot[pick]] for other, pick, foot in taken if foot is not None]
+    if others:
+        cost += BETWEEN * (crossing(np.array(others), low, high) > 0).sum(axis=1)
     return cost
 
 

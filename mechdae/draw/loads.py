@@ -255,7 +255,11 @@ def _ends(sheet: Sheet, scene: Scene, entry: Coordinate, pose: int) -> tuple[Arr
     far = [center - way * (gap + SHORTEST) * axis for way in (1.0, -1.0)]
     if abs(value) > gap + SHORTEST and abs(value) < 200.0:
         way = float(np.sign(value))
-        return center - value * axis, center - way * gap * axis
+        ends = np.array([center - value * axis, center - way * gap * axis])
+        rows = [ends + lift * normal(axis) for lift in (0.0, style.COIL + 1.0, -style.COIL - 1.0)]
+        rest = [round(blocked(sheet, np.linspace(a, b, 17)[3:-3]), 6) for a, b in rows]
+        chosen = rows[int(np.argmin(rest))]
+        return chosen[0], chosen[1]
     cost = [blocked(sheet, np.linspace(a, b, 9)) for a, b in zip(far, options, strict=True)]
     k = int(np.argmin(np.round(cost, 6)))
     return far[k], options[k]
