@@ -16,7 +16,7 @@ from mechdae.draw.driver import draw_drivers, driven_bodies, drivers_of, value_t
 from mechdae.draw.figure import new_axes
 from mechdae.draw.guides import draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
-from mechdae.draw.loads import Mark, draw_loads
+from mechdae.draw.loads import Mark, draw_loads, load_points
 from mechdae.draw.places import PINNED, Place, free_points, places_of
 from mechdae.draw.scene import SHORT, Array, Scene, choose_pose, read_scene
 from mechdae.draw.shapes import Piece, draw_body, draw_ghost, shape_of
@@ -175,6 +175,7 @@ def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, A
     }
     # the fixed pivots belong to the picture, also where their links have no pose
     points += [scene.place(reference, pose) for reference in sorted(pivots)]
+    points += load_points(scene, pose)
     near = np.array(points or [np.zeros(2)])
     size = float(np.ptp(near, axis=0).max())
     more = [near]

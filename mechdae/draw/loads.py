@@ -22,7 +22,7 @@ from mechdae.draw.amounts import acts, load_values, sense
 from mechdae.draw.driver import blocked, pivot_of, travel_of, turn_arrow
 from mechdae.draw.places import Place
 from mechdae.draw.scene import Array, Scene, turned
-from mechdae.draw.sheet import Sheet, normal, unit
+from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
 
 RADII = (style.ARC + 8.0, style.ARC + 15.0)
@@ -97,6 +97,18 @@ def draw_loads(
     if len(marks) > MANY:
         marks = [replace(mark, text=mark.name) for mark in marks]
     return [*marks, *_draw_masses(sheet, scene, pose)]
+
+
+def load_points(scene: Scene, pose: int) -> list[Array]:
+    """Return the points [m] at which forces and springs take hold."""
+    references: list[str] = []
+    for load in scene.mechanism.loads.values():
+        if isinstance(load, Force):
+            references.append(load.point)
+        elif isinstance(load, Spring):
+            references += load.between or ()
+    shown = [entry for entry in references if scene.shown(entry.split(".")[0], pose)]
+    return [scene.place(entry, pose) for entry in shown]
 
 
 def peak_force(scene: Scene, result: Any, poses: Sequence[int]) -> float | None:
@@ -274,7 +286,11 @@ def _draw_torsion(
     if elastic:
         symbols.spiral(sheet, center, f"load-{load.name}")
     if damped:
-        symbols.brake(sheet, center, np.deg2rad(135.0), f"load-{load.name}")
+        radius = 4.3 * style.PIN
+        angles = np.deg2rad(135.0) + np.arange(24) * np.pi / 12
+        cost = [blocked(sheet, arc(center, radius, a - 1.1, a + 0.6, 10)) for a in angles]
+        angle = float(angles[int(np.argmin(np.round(cost, 6)))])
+        symbols.brake(sheet, center, angle, f"load-{load.name}")
     reach = 4.2 * style.PIN
     box = ((-1, -1), (1, -1)), ((1, -1), (1, 1)), ((1, 1), (-1, 1)), ((-1, 1), (-1, -1))
     sides = tuple((center + reach * np.array(a), center + reach * np.array(b)) for a, b in box)
