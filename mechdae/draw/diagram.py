@@ -29,6 +29,8 @@ FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
 
 
+STRIDE = 8.0
+"""Length of the pieces of a path that labels keep off."""
 LENGTHS = ((1e3, 1e3, "km"), (0.5, 1.0, "m"), (5e-4, 1e-3, "mm"), (0.0, 1e-6, "µm"))
 """Least length, unit, name."""
 
@@ -234,14 +236,31 @@ def _tracks(scene: Scene) -> list[tuple[str, Array]]:
 
 def _draw_traces(sheet: Sheet, scene: Scene) -> None:
     for reference, track in _tracks(scene):
+        points = sheet.at(track)
         sheet.line(
-            sheet.at(track),
+            points,
             color=style.TRACE,
             width=style.THIN,
             z=style.Z_TRACE,
             gid=f"trace-{reference}",
-            weight=style.PATH,
+            weight=0.0,
         )
+        sheet.keep(_thinned(points), style.PATH)
+
+
+def _thinned(points: Array) -> Array:
+    """Return a path with fewer points, which labels avoid just as well."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    gap = np.isnan(points[:, 0])
+    pieces = np.cumsum(np.nan_to_num(steps)) // STRIDE
+    kept = np.array(gap)
+    kept[0] = True
+    kept[1:] |= np.diff(pieces, prepend=0.0) > 0
+    kept[:-1] |= gap[1:]
+    kept[1:] |= gap[:-1]
+    kept[-1] = True
+    thinned: Array = points[kept]
+    return thinned
 
 
 def _others(scene: Scene, pose: int, ghosts: int) -> list[int]:

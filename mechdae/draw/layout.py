@@ -78,14 +78,20 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     size
         Width and height of the sheet.
     """
-    spots, burden = _place(labels, segments, boxes, size)
-    poor = burden > POOR
-    if poor.any():
-        more = [_wider(entry) if far else entry for entry, far in zip(labels, poor, strict=True)]
-        others, lighter = _place(more, segments, boxes, size)
-        if lighter.sum() < burden.sum():
-            return others
-    return spots
+    lines = np.asarray(segments, dtype=float).reshape(-1, 5)
+    blocks = np.asarray(boxes, dtype=float).reshape(-1, 5)
+    area = np.asarray(size, dtype=float)
+    near = list(labels)
+    fixed = [label.costs + _static(label, lines, blocks, area) for label in near]
+    spots, burden = _place(near, fixed)
+    poor = np.flatnonzero(burden > POOR).tolist()
+    if not poor:
+        return spots
+    for k in poor:
+        near[k] = _wider(labels[k])
+        fixed[k] = near[k].costs + _static(near[k], lines, blocks, area)
+    others, lighter = _place(near, fixed)
+    return others if lighter.sum() < burden.sum() else spots
 
 
 def _wider(label: Label) -> Label:
@@ -105,16 +111,11 @@ def _wider(label: Label) -> Label:
     )
 
 
-def _place(
-    labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: ArrayLike
-) -> tuple[Array, Array]:
-    """Return the middle of each label and how much it covers there."""
-    lines = np.asarray(segments, dtype=float).reshape(-1, 5)
-    blocks = np.asarray(boxes, dtype=float).reshape(-1, 5)
-    fixed = [
-        label.costs + _static(label, lines, blocks, np.asarray(size, dtype=float))
-        for label in labels
-    ]
+def _place(labels: Sequence[Label], fixed: Sequence[Array]) -> tuple[Array, Array]:
+    """Return the middle of each label and how much it covers there.
+
+    ``fixed`` is what each place of a label costs without the other labels.
+    """
     rivals = _rivals(labels)
     feet = [_feet(label) for label in labels]
     chosen: list[int | None] = [None] * len(labels)
