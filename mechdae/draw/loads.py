@@ -29,6 +29,8 @@ RADII = (style.ARC + 8.0, style.ARC + 15.0)
 """Radii of the curved arrows of torques, outside the driver's."""
 MANY = 4
 """With more loads their sizes are not written."""
+ASIDE = style.BLOCK[1] + 5.0
+"""Forces on a coordinate may be drawn so far beside it."""
 SHORTEST = 34.0
 """A spring on a coordinate is drawn at least so long."""
 
@@ -175,7 +177,7 @@ def _draw_force(
     lines = [
         np.array([point + start * direction + lift * across] * 2)
         + np.outer([0.0, length], direction)
-        for lift in (0.0, style.BLOCK[1] + 5.0, -style.BLOCK[1] - 5.0)
+        for lift in ((0.0, ASIDE, -ASIDE) if gap > style.BLOCK[0] else (0.0,))
         for start in (gap, -gap - length)
     ]
     cost = [
