@@ -182,24 +182,31 @@ class Dense(Audit):
                 z1, z2 = (self.number(z) for z in joint.teeth)
                 ratio = (1 if joint.mesh == "internal" else -1) * z2 / z1
             gap = other - centre
-            arm = gap / (1 - ratio)
             with np.errstate(invalid="ignore", divide="ignore"):
-                line = gap / np.abs(gap)
+                arm, line = gap / np.float64(1 - ratio), gap / np.abs(gap)
             place, tangent, away = centre + arm, 1j * line, -np.sign(ratio) * line
         else:
             ratio = self.values[f"{name}.ratio"] * (-1 if joint.crossed else 1)
             self.couple(name, joint, carrier, ratio)
             return
-        slip = v2 + 1j * w2 * (place - other) - v1 - 1j * w1 * arm
-        size = np.abs((w1 - wc) * arm) + np.abs(v2 + 1j * w2 * (place - other))
-        if np.all(np.abs(np.real(slip * np.conj(tangent))) <= REAL * size):
+        with np.errstate(invalid="ignore"):
+            moved = v2 + 1j * w2 * (place - other)
+            slip = moved - v1 - 1j * w1 * arm
+            size = np.abs((w1 - wc) * arm) + np.abs(moved)
+        if np.all(np.abs(slip) <= REAL * size):
             T = self.unknown(name, lambda: self.pair(joint, tangent, place))
             push = np.tan(self.values[f"{name}.pressure_angle"]) * away
             G = self.column(lambda: self.pair(joint, push, place))
             self.follow(name, lambda v: _grip(v, T, None, np.inf), lambda v: G, drag=False)
         elif isinstance(joint, md.Rack):
-            # the torque of the wheel pushes the rack along its teeth: no real wheel, no arm
-            raise NotImplementedError("a rack that is no real pair")
+            # virtual work: force along the teeth at the wheel's centre, couple with the carrier
+
+            def fill() -> None:
+                self.pair(joint, tangent, centre)
+                self.act(joint.first_body, 0j, 0j, -radius)
+                self.act(carrier, 0j, 0j, radius)
+
+            self.unknown(name, fill)
         else:
             self.couple(name, joint, carrier, ratio)
 

@@ -59,7 +59,7 @@ def _energy(statics: Statics, moving: Moving, answer: Any, coupled: bool) -> flo
     extend = bool(moving.run.path.graphs.nx)
     if not moving.speed:
         return None
-    rows = np.flatnonzero(answer.there)
+    rows = np.flatnonzero(answer.there & ~answer.jammed & ~answer.ambiguous)
     if not rows.size:
         return None
     condition = moving.run.poses.condition[rows]
@@ -69,9 +69,14 @@ def _energy(statics: Statics, moving: Moving, answer: Any, coupled: bool) -> flo
     angular = moving.by_value and plan.coordinates[plan.lead].is_angle
     unit = 1.0 if angular else moving.run.path.largest * 20
     worst = None
-    for centre in moving.run.places[chosen]:
+    panels = itertools.product(moving.run.places[chosen], (False,))
+    last = itertools.product(moving.run.places[chosen][:1], (True,)) if coupled else ()
+    for centre, several in itertools.chain(panels, last):
+        if several and worst is not None:
+            break
         for half, side in itertools.product(WIDTHS, (0.0, 1.0, -1.0)):
-            found = _panel(statics, moving, float(centre), half * unit, side, coupled, extend)
+            middle = float(centre) + 1.01 * side * half * unit
+            found = _panel(statics, moving, middle, half * unit, coupled, several, extend)
             if found is not None:
                 worst = max(found, worst or 0.0)
                 break
@@ -81,17 +86,17 @@ def _energy(statics: Statics, moving: Moving, answer: Any, coupled: bool) -> flo
 def _panel(
     statics: Statics,
     moving: Moving,
-    centre: float,
+    middle: float,
     half: float,
-    side: float,
     coupled: bool,
+    several: bool,
     extend: bool,
 ) -> float | None:
     """Return the relative error of the energy over one panel.
 
-    None where it holds a kink or an end of the motion, or is too wide.
+    None where it holds a kink or an end of the motion, or is too wide. Places that may have
+    `several` solutions are looked at only if asked, one by one they take long.
     """
-    middle = centre + 1.01 * side * half
     path = moving.run.path
     if extend and not isinstance(path, Legs):
         path.extend(middle + half)
@@ -105,8 +110,10 @@ def _panel(
     if len(signs[0]) and not (signs == signs[0]).all():
         return None
     if coupled:
-        forces = statics.forces(inputs)
-        if not forces.good.all():
+        doubtful = np.full(len(nodes), several)
+        forces, found = statics.settled(inputs, doubtful, critical=False)
+        settled = forces.good | [k in found and len(found[k].sizes) == 1 for k in range(len(nodes))]
+        if not settled.all():
             return None
         loaded = forces.whole
     else:

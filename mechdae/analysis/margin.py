@@ -15,12 +15,14 @@ MOST = 1000.0
 
 
 def critical_factor(
-    statics: Statics, motion: Motion, inputs: list[Any], rows: Any, lead: int
+    statics: Statics, motion: Motion, inputs: list[Any], sizes: Any, rows: Any, lead: int
 ) -> dict[str, Any]:
     """Return the least factor on all coefficients of friction at which a pose jams.
 
     Parameters
     ----------
+    sizes
+        Those of friction at all poses.
     rows
         Poses that have one solution.
     lead
@@ -30,14 +32,15 @@ def critical_factor(
     -------
     dict
         ``factor``, ``at`` and ``joint``, at the poses of the task; ``factor`` None where none is
-        found below `MOST`.
+        found below `MOST`, nor while meshes lose less than all power.
     """
     worst: dict[str, Any] = {"factor": None, "at": None, "joint": None}
     if not len(rows):
         return worst
-    feeds = statics.contraction(some(inputs, rows))
+    feeds = statics.feeding(some(inputs, rows), sizes[rows])
+    most = min(MOST, statics.most)
     for k in np.asarray(rows)[np.argsort(-feeds, kind="stable")[:POSES]]:
-        factor, joint = statics.branches.limit(some(inputs, slice(k, k + 1)), MOST)
+        factor, joint = statics.branches.limit(some(inputs, slice(k, k + 1)), most)
         if factor is not None and (worst["factor"] is None or factor < worst["factor"]):
             worst = {"factor": factor, "at": float(motion.u[k, lead]), "joint": joint}
     return worst

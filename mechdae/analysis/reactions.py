@@ -117,7 +117,9 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     if answer.whole is not answer.free:
         rows = np.flatnonzero(answer.there & ~answer.jammed)
         lead = setting.plan.lead
-        summary["critical_factor"] = critical_factor(statics, motion, answer.inputs, rows, lead)
+        summary["critical_factor"] = critical_factor(
+            statics, motion, answer.inputs, answer.sizes, rows, lead
+        )
     unproven = [k for k, own in answer.found.items() if not own.proven]
     if unproven:
         summary["not_proven"] = unproven

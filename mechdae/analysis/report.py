@@ -143,6 +143,9 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         word: count for word in WORDS if (count := int(np.count_nonzero(status == word)))
     }
     summary["formula"] = formula(setting.scene.groups)
+    summary["groups"] = [
+        {"name": group.name, "bodies": list(group.bodies)} for group in setting.scene.groups
+    ]
     summary["mode"] = _mode(setting, run)
     summary["not_in_scene"] = setting.scene.not_in_scene
     near = (zone_of(run.path.zones, poses.s) >= 0).any()

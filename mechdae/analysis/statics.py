@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
@@ -381,10 +381,32 @@ class Statics:
             good = np.all(miss <= SOLVED, axis=1) & np.all(contraction <= UNIQUE, axis=1)
         return free, whole, good
 
-    def contraction(self, inputs: Sequence[Any]) -> Any:
-        """Return how much friction feeds itself at poses, (n,): above 1 it may jam."""
-        found = self._solve(*inputs)[3].max(axis=1, initial=0.0)
-        return np.where(np.isfinite(found), found, np.inf)
+    def feeding(self, inputs: Sequence[Any], sizes: Any) -> Any:
+        """Return how much friction feeds itself at poses, (n,): at 1 it jams.
+
+        It is the largest real eigenvalue of d size / d m; a feedback that reduces itself is
+        negative, however strong.
+        """
+        found = np.full(len(sizes), -np.inf)
+        for slopes in self._gradients(inputs, sizes):
+            slopes[~np.isfinite(slopes).all(axis=(1, 2))] = 0.0
+            values = np.linalg.eigvals(slopes)
+            real = np.abs(values.imag) <= 1e-9 * np.abs(values)
+            found = np.fmax(found, np.where(real, values.real, -np.inf).max(axis=1))
+        return found
+
+    def _gradients(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Any]:
+        """Yield d size / d m of each group, (n, k, k)."""
+        for (places, _, laws), values, slope in self._staged(inputs, sizes):
+            rows = []
+            for own, law, value in zip(slope, laws, values, strict=True):
+                if law == "length":
+                    size = np.fmax(np.linalg.norm(value, axis=1), 1e-300)
+                    rows.append(np.einsum("nr,nkr->nk", value, own) / size[:, None])
+                else:
+                    most = np.argmax(value, axis=1)[:, None, None]
+                    rows.append(np.take_along_axis(own, most, axis=2)[:, :, 0])
+            yield np.stack(rows, axis=1).reshape(-1, len(places), len(places))
 
     def forces(self, inputs: Sequence[Any]) -> Forces:
         """Return sizes and what acts at once: friction with the reactions it feeds."""
@@ -419,19 +441,37 @@ class Statics:
 
     def pieces(self, inputs: Sequence[Any], sizes: Any, jammed: Any) -> Any:
         """Return which piece of each guide, slot and mesh is active, (n, k) whole numbers."""
-        starts, slopes = self._stages(*inputs, np.nan_to_num(sizes))
-        columns, first, second = [], 0, 0
-        for places, forms, laws in self.branches.groups:
+        columns = []
+        for (_, _, laws), values, _ in self._staged(inputs, sizes):
+            for value, law in zip(values, laws, strict=True):
+                if law == "largest":
+                    columns.append(np.where(jammed, 0, np.argmax(value, axis=1)))
+        return np.stack(columns, axis=1) if columns else np.zeros((len(sizes), 0), int)
+
+    def _staged(self, inputs: Sequence[Any], sizes: Any) -> Iterator[tuple[Any, Any, Any]]:
+        """Yield each group with the forms of its feedbacks (n, rows) and slopes (n, k, rows)."""
+        sizes = np.nan_to_num(sizes)
+        starts, slopes = self._stages(*inputs, sizes)
+        first, second = 0, 0
+        for group in self.branches.groups:
+            places, forms, _ = group
             rows = sum(s.stop - s.start for s in forms)
             start = starts[:, first : first + rows]
             slope = slopes[:, second : second + rows * len(places)]
             slope = slope.reshape(len(start), len(places), rows)
-            value = start + np.einsum("nkr,nk->nr", slope, np.nan_to_num(sizes[:, places]))
-            for own, law in zip(forms, laws, strict=True):
-                if law == "largest":
-                    columns.append(np.where(jammed, 0, np.argmax(value[:, own], axis=1)))
+            value = start + np.einsum("nkr,nk->nr", slope, sizes[:, places])
+            yield group, [value[:, own] for own in forms], [slope[:, :, own] for own in forms]
             first, second = first + rows, second + rows * len(places)
-        return np.stack(columns, axis=1) if columns else np.zeros((len(starts), 0), int)
+
+    @cached_property
+    def most(self) -> float:
+        """Factor on friction at which a mesh would lose all of its power, infinite without one."""
+        model = self.scene.model
+        names = [f"{name}.mesh_loss" for name in self.balance.joints]
+        losses = [model.numbers[name] for name in names if name in model.numbers]
+        values = ca.Function("losses", [model.p], [ca.vertcat(0, *losses)])(self.p)
+        largest = float(ca.mmax(values))
+        return (1 + 1e-9) / largest if largest > 0 else np.inf
 
     @cached_property
     def _stages(self) -> Batch:

@@ -15,9 +15,13 @@ if TYPE_CHECKING:
 
     from mechdae.draw.animation import Animation
 
-KINDS = {"diagram": "mechdae.draw.diagram", "animation": "mechdae.draw.animation"}
+KINDS = {
+    "diagram": "mechdae.draw.diagram",
+    "plans": "mechdae.draw.plans",
+    "animation": "mechdae.draw.animation",
+}
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
-LATER = ("plans", "curves", "coupler", "losses", "map", "page")
+LATER = ("curves", "coupler", "losses", "map", "page")
 
 
 def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: Any) -> Any:
@@ -30,6 +34,8 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
     kind
         ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`;
         ``"animation"``: it moves, see `mechdae.draw.animation.animate`.
+        ``"plans"``: velocities, accelerations and forces of one pose as vector polygons, see
+        `mechdae.draw.plans.draw`.
     ax
         Axes to draw in; without it a new figure is made. No window is opened.
     **options

@@ -22,7 +22,7 @@ from mechdae.draw.scene import SHORT, Array, Scene, choose_pose, read_scene
 from mechdae.draw.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.wheels import circles, draw_wheels, rack_span
-from mechdae.draw.words import Words
+from mechdae.draw.words import ENGLISH, Words
 from mechdae.errors import InputError
 
 FAR = 1.5
@@ -46,6 +46,7 @@ def draw(
     loads: bool = True,
     dark: bool = False,
     lang: str = "en",
+    scale: float | None = None,
 ) -> Axes:
     """Draw the kinematic diagram of one pose.
 
@@ -71,6 +72,8 @@ def draw(
         Whether the colours are those for dark paper.
     lang
         Language of the words, "en" or "ru".
+    scale
+        Metres per millimetre of paper; by default as small as the axes allow.
 
     Returns
     -------
@@ -90,7 +93,7 @@ def draw(
     scene = read_scene(result)
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
     axes = new_axes(theme) if ax is None else ax
-    view = View(traces and has_paths(result, scene), ghosts, labels, loads)
+    view = View(traces and has_paths(result, scene), ghosts, labels, loads, scale=scale)
     draw_pose(axes, scene, result, index, view, theme, words)
     return axes
 
@@ -105,8 +108,8 @@ class View:
         Corners [m] and size of what is in the picture; without it those of the pose.
     peak
         The force that has the longest arrow [N]; without it the largest of the pose.
-    memory
-        Places chosen in the pose before, see `Sheet`.
+    memory, scale
+        See `Sheet`.
     """
 
     traces: bool = True
@@ -116,6 +119,7 @@ class View:
     bounds: tuple[Array, Array, float] | None = None
     peak: float | None = None
     memory: dict[str, Array] | None = None
+    scale: float | None = None
 
 
 def has_paths(result: Any, scene: Scene) -> bool:
@@ -134,7 +138,7 @@ def draw_pose(
 ) -> None:
     """Draw one pose of a result whose placements are known, see `draw`."""
     low, high, size = view.bounds or extent(scene, pose, view.traces, view.ghosts)
-    sheet = Sheet(axes, low, high, theme, view.memory)
+    sheet = Sheet(axes, low, high, view.scale, theme, view.memory)
     if view.traces:
         _draw_traces(sheet, scene)
     for other in _others(scene, pose, view.ghosts):
@@ -154,7 +158,7 @@ def draw_pose(
     if view.labels:
         draw_labels(sheet, scene, pose, places, links, marks)
     values = [value_text(result, entry, pose, words) for entry in drivers]
-    _write_titles(sheet, result, values, pose, words)
+    write_titles(sheet, result, values, pose, words)
 
 
 def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
@@ -467,7 +471,9 @@ def in_lines(text: str, size: float, room: float, families: list[str]) -> list[s
     return [text[:k], text[k + 1 :]]
 
 
-def _write_titles(sheet: Sheet, result: Any, values: list[str], pose: int, words: Words) -> None:
+def write_titles(
+    sheet: Sheet, result: Any, values: list[str], pose: int, words: Words = ENGLISH
+) -> None:
     """Write the title and, below it, the driver's value and the pose."""
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
     count = len(result.status)

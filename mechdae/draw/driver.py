@@ -14,7 +14,7 @@ from mechdae.draw.curves import tangent
 from mechdae.draw.places import Place
 from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import Sheet, arc, normal
-from mechdae.draw.words import Words
+from mechdae.draw.words import ENGLISH, Words
 
 SPAN = np.deg2rad(80.0)
 
@@ -34,7 +34,7 @@ def driven_bodies(scene: Scene, drivers: list[Coordinate]) -> set[str]:
     }
 
 
-def value_text(result: Any, entry: Coordinate, pose: int, words: Words) -> str:
+def value_text(result: Any, entry: Coordinate, pose: int, words: Words = ENGLISH) -> str:
     """Return the driver's value in one pose, in degrees or metres."""
     value = float(np.atleast_1d(result.drivers[entry.text].position)[pose])
     if entry.is_angle:

@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 SMALLEST, LARGEST = 0.6, 6.0
 """Bounds of the scale of symbols and letters: in small axes they shrink no further."""
 
+MILLIMETRE = 72 / 25.4
+"""Points (1/72 in) per millimetre."""
+
 Dash = tuple[float, tuple[float, ...]]
 
 
@@ -37,6 +40,8 @@ class Sheet:
         Axes to draw in; their limits, ticks and frame are set here.
     low, high
         Corners of the box [m] that the mechanism takes up.
+    scale
+        Metres per millimetre of paper; by default as small as the box allows.
     theme
         What the colours of `mechdae.draw.style` become.
     memory
@@ -60,6 +65,7 @@ class Sheet:
         ax: Axes,
         low: ArrayLike,
         high: ArrayLike,
+        scale: float | None = None,
         theme: style.Theme = style.LIGHT,
         memory: dict[str, Array] | None = None,
     ) -> None:
@@ -76,6 +82,8 @@ class Sheet:
         room = np.maximum(self.size - 2 * style.MARGIN - (0.0, style.STRIP), 40.0)
         spans = (high - low) / room
         self.metre = 1.0 / float(spans.max()) if spans.max() > 0 else 1.0
+        if scale is not None:
+            self.metre = MILLIMETRE / (scale * self.k)
         center = self.size / 2 + (0.0, style.STRIP / 2)
         self.corner: Array = (low + high) / 2 - center / self.metre
         far = self.corner + self.size / self.metre
@@ -83,6 +91,11 @@ class Sheet:
         ax.set_ylim(self.corner[1], far[1])
         ax.set_aspect("equal", adjustable="datalim")
         ax.set_axis_off()
+
+    @property
+    def scale(self) -> float:
+        """Metres per millimetre of paper."""
+        return MILLIMETRE / (self.metre * self.k)
 
     def at(self, position: ArrayLike) -> Array:
         """Return positions on the sheet of positions [m]."""

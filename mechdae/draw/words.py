@@ -103,3 +103,6 @@ class Words:
             step -= 1
         prefix = PREFIXES[self.lang][step + 3]
         return f"{self.number(value / 1000.0**step, 3)} {prefix}{TABLE[self.lang][unit]}"
+
+
+ENGLISH = Words()

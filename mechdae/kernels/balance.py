@@ -373,9 +373,11 @@ class Balance:
     ) -> Any:
         """Return what is left of the balance of the bodies, from the reported reactions.
 
-        It is relative to the largest force and the largest moment in it.
+        It is relative to the largest force and the largest moment in it; a force counts with its
+        arm, whatever the angle between them, so that poses where moments vanish (dead centres)
+        are not measured by their rounding.
         """
-        model = self.model
+        model, moments = self.model, []
         parts = [times(-1, self.inertia), self.loads.total]
         for c in self.scene.drivers:
             gradient = ca.jacobian(model.coordinate(c), model.q)
@@ -393,12 +395,14 @@ class Balance:
                     arm = place - model.frame(body).r
                     x, y, turn = (model.places[body, n] for n in ("x", "y", "angle"))
                     turned = moment + arm[0] * fy - arm[1] * fx
+                    moments.append(ca.norm_1(arm) * (ca.fabs(fx) + ca.fabs(fy)))
                     parts.append({x: sign * fx, y: sign * fy, turn: sign * turned})
         left, worst = add(*parts), []
         for names in (("x", "y"), ("angle",)):
             places = [model.places[body, name] for body in self.bodies for name in names]
             gap = _most(_column([left.get(j, SX(0)) for j in places]))
-            size = _most(_column([part[j] for part in parts for j in places if j in part]))
+            sizes = [part[j] for part in parts for j in places if j in part]
+            size = _most(_column([*sizes, *(moments if names == ("angle",) else [])]))
             worst.append(ca.if_else(size > 0, gap / size, 0))
         return ca.fmax(*worst)
 

@@ -142,6 +142,7 @@ class Loads:
         self.bodies.add(body)
         value = ca.vertcat(self._number(load, "value.x"), self._number(load, "value.y"))
         if load.frame != "world":
+            self.bodies.add(load.frame)
             value = self.model.frame(load.frame).direction(value)
         return push(self.model, body, self.model.point(load.point), value)
 

@@ -51,8 +51,9 @@ class Mesh:
     turning, rubbing : SX
         Speed of the first wheel relative to the carrier, and the one that losses go with.
     closing, size : SX
-        The speed at which the teeth would leave each other, zero in a real pair, and the size
-        of speeds it is compared with.
+        The speed of the wheels against each other at the pitch point, zero in a real pair, and
+        the size of speeds it is compared with. Wheels that keep rolling while they come nearer
+        are no pair: what pushes their teeth apart would do work.
     """
 
     def __init__(self, model: Model, ends: Ends, real: bool) -> None:
@@ -81,7 +82,7 @@ class Mesh:
         """
         tangent = ca.tan(self.number("pressure_angle"))
         gap = velocity(self.model, self.second, place) - velocity(self.model, self.first, place)
-        self.closing = ca.dot(along, gap)
+        self.closing = ca.sqrt(ca.sumsqr(gap))
         arm = ca.sqrt(ca.sumsqr(place - self.ends.p1))
         self.size = ca.fabs(self.turning) * arm + ca.sqrt(
             ca.sumsqr(velocity(self.model, self.second, place))

@@ -1,0 +1,203 @@
+"""Drawing a plan: arrows to a round scale, letters at their ends, the scale below."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mechdae.draw import layout, style
+from mechdae.draw.plans.vectors import Arrow, End, Plan, round_up
+from mechdae.draw.sheet import MILLIMETRE, Array, Sheet, font, ink, normal, unit
+
+COLORS = {
+    "total": style.INK,
+    "relative": style.DRIVEN,
+    "normal": style.WHEEL,
+    "tangential": style.DRIVEN,
+    "coriolis": style.ARROW,
+    "sliding": "#aa4499",
+    "reaction": style.INK,
+    "load": style.ARROW,
+    "drive": style.ARROW,
+    "weight": style.WHEEL,
+    "inertia": style.DRIVEN,
+    "inner": style.FAINT,
+}
+"""Colour of each kind of vector; names say the same."""
+WIDTH = 1.5
+HEAD = (8.5, 2.7)
+"""Length and half width of an arrow head."""
+LETTER, NAME = 14.0, 12.0
+SCALE = 11.0
+NAMED = 30.0
+"""Shorter arrows have no name of their own; the letters at their ends remain."""
+POLE = 2.6
+ROOM = 24.0
+"""Room around a plan for its letters."""
+AIR = 2.0
+
+
+def draw_plan(ax: Axes, plan: Plan, scale: float | None = None) -> Sheet:
+    """Draw a plan and return the sheet it is on.
+
+    Parameters
+    ----------
+    ax
+        Axes in their final size.
+    plan
+        What is drawn.
+    scale
+        Unit of the plan per millimetre; by default the smallest of 1, 2, 5 times a power of ten at
+        which the plan fits.
+    """
+    low, high = plan.corners.min(axis=0), plan.corners.max(axis=0)
+    if scale is None:
+        scale = round_up(smallest(ax, low, high)) if plan.size > 0 else 1.0
+    sheet = Sheet(ax, low, high, scale)
+    draw_vectors(sheet, plan)
+    _frame(sheet, plan, scale)
+    write(sheet, plan.ends, plan.arrows)
+    return sheet
+
+
+def draw_vectors(sheet: Sheet, plan: Plan) -> None:
+    """Draw the images of links, the arrows and the pole of a plan."""
+    for k, (start, end) in enumerate(plan.sides):
+        sheet.line(
+            sheet.at([start, end]),
+            color=style.FAINT,
+            width=style.THIN,
+            z=style.Z_TRACE,
+            dash=style.DASHED,
+            gid=f"{plan.word}-image-{k}",
+            weight=style.RING,
+        )
+    for arrow in plan.arrows:
+        draw_arrow(sheet, arrow)
+    for mark in [end for end in plan.ends if end.gid.endswith("-pole")]:
+        sheet.circle(sheet.at(mark.place), POLE, fill=style.PAPER, z=style.Z_PIN, gid=mark.gid)
+
+
+def smallest(ax: Axes, low: Array, high: Array) -> float:
+    """Return the least scale, per millimetre of paper, at which a box fits the axes."""
+    sheet = Sheet(ax, low, high)
+    room = sheet.size - 2 * ROOM - (0.0, style.STRIP)
+    spans = (high - low) / np.maximum(room, 40.0)
+    return float(spans.max()) * MILLIMETRE / sheet.k
+
+
+def draw_arrow(sheet: Sheet, arrow: Arrow, dash: bool | None = None) -> None:
+    """Draw an arrow from place to place; its line ends at the tip of the head."""
+    start, end = sheet.at(arrow.start), sheet.at(arrow.end)
+    length = float(np.hypot(*(end - start)))
+    color = COLORS[arrow.kind]
+    thin = arrow.kind not in ("total", "reaction", "load", "drive")
+    dashed = arrow.kind == "inner" if dash is None else dash
+    sheet.line(
+        [start, end],
+        color=color,
+        width=style.LINE if thin else WIDTH,
+        dash=style.DASHED if dashed else None,
+        gid=arrow.gid,
+    )
+    along = unit(end - start)
+    size = min(1.0, length / (1.6 * HEAD[0]))
+    back = end - HEAD[0] * size * along
+    side = HEAD[1] * size * normal(along)
+    sheet.area([end, back + side, back - side], fill=color, edge=color, width=0.2)
+
+
+def write(
+    sheet: Sheet, ends: Sequence[End], arrows: Sequence[Arrow], tipped: Sequence[Arrow] = ()
+) -> None:
+    """Place and write the letters at ends and the names of arrows, of some at their tips."""
+    rows: list[tuple[str, str, layout.Label, float, str]] = []
+    for end in ends:
+        inner = end.gid.endswith(("-normal-end", "-coriolis-end"))
+        chosen = font(NAME if inner else LETTER)
+        text = f"${end.text}$"
+        low, high = ink(text, chosen)
+        width, height = high - low + 2 * AIR
+        at = sheet.at(end.place)
+        label = layout.around(at, float(width), float(height), 2.5, _away(end, arrows, sheet))
+        rows.append((text, f"{end.gid}-letter", label, chosen.get_size_in_points(), style.INK))
+    for arrow in [arrow for arrow in arrows if arrow.text]:
+        start, tip = sheet.at(arrow.start), sheet.at(arrow.end)
+        if float(np.hypot(*(tip - start))) < NAMED:
+            continue
+        chosen = font(NAME)
+        text = f"${arrow.text}$"
+        low, high = ink(text, chosen)
+        width, height = high - low + 2 * AIR
+        label = layout.along([(start, tip)], float(width), float(height), 1.0)
+        own = np.array([[*start, *tip, style.SOLID]])
+        label = layout.Label(label.width, label.height, label.places, label.costs, own, 1)
+        rows.append((text, f"{arrow.gid}-name", label, NAME, COLORS[arrow.kind]))
+    for arrow in [arrow for arrow in tipped if arrow.text]:
+        start, tip = sheet.at(arrow.start), sheet.at(arrow.end)
+        chosen = font(NAME)
+        low, high = ink(f"${arrow.text}$", chosen)
+        width, height = (float(side) for side in high - low + 2 * AIR)
+        label = layout.around(tip, width, height, 1.0, unit(tip - start))
+        name = f"{arrow.gid}-name"
+        rows.append((f"${arrow.text}$", name, label, NAME, COLORS[arrow.kind]))
+    if not rows:
+        return
+    spots = layout.place([row[2] for row in rows], sheet.segments, sheet.boxes, sheet.size)
+    for (text, gid, _, size, color), spot in zip(rows, spots, strict=True):
+        sheet.text(spot, text, font(size), color, gid)
+
+
+def _away(end: End, arrows: Sequence[Arrow], sheet: Sheet) -> Array:
+    """Return the direction away from the arrows at an end."""
+    arms = np.zeros(2)
+    for arrow in arrows:
+        for here, there in ((arrow.start, arrow.end), (arrow.end, arrow.start)):
+            if np.array_equal(here, end.place):
+                arms = arms + unit(there - here)
+    if np.any(end.place):
+        arms = arms - unit(end.place)
+    away = -unit(arms)
+    return away if np.any(away) else np.array([-0.7, -0.7])
+
+
+def scale_text(symbol: str, scale: float, unit_text: str) -> str:
+    """Return the statement of a scale: ``mu_v = 0.02 (m/s)/mm``."""
+    wrapped = f"({unit_text})" if "/" in unit_text else unit_text
+    return rf"$\mu_{symbol}$ = {scale:g} {wrapped}/mm"
+
+
+def _frame(sheet: Sheet, plan: Plan, scale: float) -> None:
+    """Write the title above, the scale and a note on what is wrong below."""
+    text = scale_text(plan.symbol, scale, plan.unit)
+    if plan.size == 0:
+        text = plan.note or "all vectors are zero"
+    caption(sheet, text, f"{plan.word}-scale")
+    heading(sheet, plan.title, f"{plan.word}-title")
+    if not plan.closed:
+        chosen = font(SCALE, style.NOTE_FONT)
+        note = f"open by {plan.gap:.1e} {plan.unit}"
+        low, high = ink(note, chosen)
+        spot = np.array([sheet.size[0] - 4.0 - (high - low)[0] / 2, 10.0])
+        sheet.text(spot, note, chosen, style.ARROW, f"{plan.word}-gap")
+
+
+def caption(sheet: Sheet, text: str, gid: str) -> None:
+    """Write a line at the lower left."""
+    chosen = font(SCALE, style.NOTE_FONT)
+    low, high = ink(text, chosen)
+    width = float((high - low)[0])
+    sheet.text(np.array([4.0 + width / 2, 10.0]), text, chosen, style.INK, gid)
+    sheet.box((0.0, 0.0), (width + 8.0, 18.0))
+
+
+def heading(sheet: Sheet, text: str, gid: str) -> None:
+    """Write a line at the upper left, inside the axes."""
+    chosen = font(SCALE, style.NOTE_FONT)
+    low, high = ink(text, chosen)
+    width = float((high - low)[0])
+    spot = np.array([4.0 + width / 2, float(sheet.size[1]) - 10.0])
+    sheet.text(spot, text, chosen, style.FAINT, gid)
+    sheet.box((0.0, spot[1] - 8.0), (width + 8.0, sheet.size[1]))

@@ -1,0 +1,339 @@
+"""Pictures of plans: one of them, or all of a pose on one page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from mechdae.draw import diagram, style
+from mechdae.draw.driver import drivers_of, value_text
+from mechdae.draw.figure import new_axes
+from mechdae.draw.plans.board import draw_plan, heading, scale_text
+from mechdae.draw.plans.forces import force_plans
+from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
+from mechdae.draw.plans.lever import draw_lever, lever
+from mechdae.draw.plans.motion import SYMBOLS, motion_plan
+from mechdae.draw.plans.vectors import Plan, round_up
+from mechdae.draw.scene import Scene, choose_pose, read_scene
+from mechdae.draw.sheet import MILLIMETRE, Sheet, font
+from mechdae.errors import InputError, UnknownName
+
+KINDS = ("velocity", "acceleration", "force", "friction", "lever")
+PAPER = (297.0, 210.0)
+"""Page of several plans [mm]: A4, on its side."""
+SIZE, LINE = 9.5, 13.5
+"""Size of the letters of relations and distance of their lines [pt]."""
+MOST = 8
+"""More relations than so many lines are left out."""
+CLOSE = 0.9
+"""A diagram may reach into its margin by so much for a larger scale."""
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    pose: int | None = None,
+    which: str | None = None,
+    group: str | None = None,
+    scale: float | Mapping[str, float] | None = None,
+) -> Axes:
+    """Draw plans of one pose, to scale.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned for a sweep, with velocities and accelerations, or a
+        task of kind reactions.
+    ax
+        Axes to draw in, in their final size, which the scale refers to; without it those of
+        a new figure, of A4 for several plans.
+    pose
+        Index of the pose, negative from the end; by default one from the middle in which the
+        rates are known.
+    which
+        ``"velocity"``, ``"acceleration"``, ``"force"`` (the polygons of all groups, or of one),
+        ``"friction"`` (friction circles and the reactions that touch them) or ``"lever"``
+        (Zhukovsky's lever). Without it one page: the diagram, the plans and, of a task of
+        kind reactions, the force polygons.
+    group
+        The group of the force polygon, as the structural formula names it: ``II.1 RRR(2,3)``.
+    scale
+        Units per millimetre of paper, in m/s, m/s2 or N; for a page by name:
+        ``{"velocity": 0.02}``. By default the smallest of 1, 2, 5 times a power of ten at
+        which the plan fits.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes of the plan, or those that hold the axes of the page.
+
+    Raises
+    ------
+    InputError
+        A pose without rates or forces, or a result that has none.
+    UnknownName
+        Not a kind of plan, or not a group.
+    """
+    if getattr(result, "kind", "") not in ("sweep", "reactions"):
+        raise InputError(
+            f"a result of kind {getattr(result, 'kind', '?')} has no plans",
+            hint="solve a sweep, or a task of kind reactions",
+        )
+    if which is not None and which not in KINDS:
+        raise UnknownName("kind of plan", str(which), KINDS)
+    if which in ("force", "friction", "lever") and result.kind != "reactions":
+        raise InputError(
+            f"a result of kind {result.kind} has no forces to draw",
+            hint="solve a task of kind reactions",
+        )
+    scene = read_scene(result)
+    index = _pose(result, scene, pose, which)
+    scales: Mapping[str, float]
+    if isinstance(scale, Mapping):
+        scales = scale
+    else:
+        if scale is not None and (which is None or which == "friction"):
+            raise InputError("several plans have several scales", hint='scale={"velocity": 0.02}')
+        scales = {} if scale is None else {str(which): float(scale)}
+    if which in SYMBOLS:
+        return _single(result, scene, index, ax, motion_plan(result, scene, index, which), scales)
+    if which == "force":
+        plans = _of_group(force_plans(result, scene, index), group)
+        if len(plans) == 1:
+            return _single(result, scene, index, ax, plans[0], scales)
+        return _page(result, scene, index, ax, plans, scales)
+    if which == "friction":
+        return _friction(result, scene, index, ax)
+    if which == "lever":
+        axes = new_axes() if ax is None else ax
+        sheet = draw_lever(axes, lever(result, scene, index), scales.get("lever"))
+        _titles(sheet, result, scene, index)
+        return axes
+    plans = [motion_plan(result, scene, index, word) for word in SYMBOLS]
+    if result.kind == "reactions":
+        plans += force_plans(result, scene, index)
+    return _page(result, scene, index, ax, plans, scales, whole=True)
+
+
+def _pose(result: Any, scene: Scene, pose: int | None, which: str | None) -> int:
+    """Return the pose to draw: it has the rates, and for forces the efforts."""
+    order = 1 if which == "velocity" else 2
+    names = ("velocity", "acceleration")[:order]
+    tables = [series[name] for series in result.points.values() for name in names if name in series]
+    if not tables or any(name not in series for series in result.points.values() for name in names):
+        raise InputError(
+            f"the result has no {names[-1]} of points",
+            hint=f"derivatives = {order} in the task, and bodies among its outputs",
+        )
+    known = np.all([np.isfinite(table).all(axis=1) for table in tables], axis=0)
+    if result.kind == "reactions" and which not in ("velocity", "acceleration"):
+        known &= np.all([np.isfinite(effort) for effort in result.efforts.values()], axis=0)
+    index = choose_pose(scene, result.kind, pose)
+    if known[index]:
+        return index
+    rows = np.flatnonzero(known)
+    if pose is not None or not rows.size:
+        what = "rates" if result.kind == "sweep" else "rates or no forces"
+        raise InputError(
+            f"pose {index} has no {what}: it is {scene.status[index]}",
+            hint=f"pose {rows[np.argmin(np.abs(rows - index))]} has" if rows.size else "",
+        )
+    return int(rows[np.argmin(np.abs(rows - index))])
+
+
+def _of_group(plans: list[Plan], group: str | None) -> list[Plan]:
+    if group is None:
+        return plans
+    found = [plan for plan in plans if any(name == group for name, _ in plan.relations)]
+    if not found:
+        names = [name for plan in plans for name, _ in plan.relations]
+        raise UnknownName("group", group, names)
+    return found
+
+
+def _key(plan: Plan) -> str:
+    """Return the name under which a plan's scale is given."""
+    return "force" if plan.word.startswith("force-") else plan.word
+
+
+def _single(
+    result: Any, scene: Scene, pose: int, ax: Axes | None, plan: Plan, scales: Mapping[str, float]
+) -> Axes:
+    axes = new_axes() if ax is None else ax
+    sheet = draw_plan(axes, plan, scales.get(_key(plan)))
+    _titles(sheet, result, scene, pose)
+    return axes
+
+
+def _titles(sheet: Sheet, result: Any, scene: Scene, pose: int) -> None:
+    values = [value_text(result, entry, pose) for entry in drivers_of(scene, result)]
+    diagram.write_titles(sheet, result, values, pose)
+
+
+# -- pages -------------------------------------------------------------------------------------
+
+
+def _paper() -> Axes:
+    """Return empty axes below the title strip of a page."""
+    width, height = (side * MILLIMETRE for side in PAPER)
+    figure = Figure(figsize=(width / 72, height / 72), dpi=style.DPI, facecolor=style.PAPER)
+    FigureCanvasAgg(figure)
+    edge, top = 2 * style.EDGE, style.TOP + style.EDGE
+    return figure.add_axes(
+        (edge / width, edge / height, 1 - 2 * edge / width, 1 - (edge + top) / height)
+    )
+
+
+def _outer(
+    result: Any, scene: Scene, pose: int, ax: Axes | None, columns: Sequence[Sequence[str]] = ()
+) -> tuple[Axes, float]:
+    """Return the axes that hold a page, titles and relations written, and what those take up."""
+    axes = _paper() if ax is None else ax
+    sheet = Sheet(axes, (0.0, 0.0), (1.0, 1.0))
+    sheet.k = min(sheet.k, 1.0)
+    _titles(sheet, result, scene, pose)
+    deepest = max(map(len, columns), default=0)
+    for j, lines in enumerate(columns):
+        for k, line in enumerate(lines):
+            axes.annotate(
+                line,
+                (j / len(columns), 0.0),
+                xytext=(4.0, 2.0 + LINE * (deepest - 1 - k)),
+                xycoords="axes fraction",
+                textcoords="offset points",
+                fontproperties=font(SIZE),
+                color=style.INK,
+                gid=f"relation-{j}-{k}",
+            )
+    height = axes.get_window_extent().height * 72 / _figure(axes).dpi
+    return axes, (LINE * deepest + 8.0) / height if deepest else 0.0
+
+
+def _figure(axes: Axes) -> Figure:
+    figure = axes.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return figure
+
+
+def _panel(axes: Axes, left: float, low: float, right: float, high: float) -> Axes:
+    """Return axes in a part of others, in shares of their width and height."""
+    box = axes.get_position()
+    return _figure(axes).add_axes(
+        (
+            box.x0 + left * box.width,
+            box.y0 + low * box.height,
+            (right - left) * box.width,
+            (high - low) * box.height,
+        )
+    )
+
+
+def _page(
+    result: Any,
+    scene: Scene,
+    pose: int,
+    ax: Axes | None,
+    plans: Sequence[Plan],
+    scales: Mapping[str, float],
+    whole: bool = False,
+) -> Axes:
+    """Draw plans side by side, with the diagram if the page is to be whole."""
+    axes, low = _outer(result, scene, pose, ax, _relations(plans))
+    panels = _grid(axes, low, len(plans) + whole, whole)
+    if whole:
+        _diagram(result, scene, pose, panels[0])
+    for panel, plan in zip(panels[whole:], plans, strict=True):
+        draw_plan(panel, plan, scales.get(_key(plan)))
+    return axes
+
+
+def _grid(axes: Axes, low: float, count: int, whole: bool) -> list[Axes]:
+    """Return panels: a large one and two beside it, or rows of equal ones."""
+    if whole and count == 3:
+        middle = (1 + low) / 2
+        return [
+            _panel(axes, 0.0, low, 0.49, 1.0),
+            _panel(axes, 0.51, middle, 1.0, 1.0),
+            _panel(axes, 0.51, low, 1.0, middle - 0.01),
+        ]
+    columns = int(np.ceil(np.sqrt(count))) if count > 1 else 1
+    rows = -(-count // columns)
+    height = (1 - low) / rows
+    return [
+        _panel(
+            axes,
+            (k % columns) / columns,
+            1 - (k // columns + 1) * height,
+            (k % columns + 1) / columns - 0.01,
+            1 - (k // columns) * height - 0.01,
+        )
+        for k in range(count)
+    ]
+
+
+def _diagram(result: Any, scene: Scene, pose: int, panel: Axes) -> Sheet:
+    """Draw the diagram to a round scale and state it."""
+    diagram.draw(result, panel, pose=pose, traces=False)
+    box = panel.get_window_extent().width * 72 / _figure(panel).dpi
+    natural = float(np.ptp(panel.get_xlim())) * MILLIMETRE / box
+    scale = round_up(CLOSE * natural)
+    panel.clear()
+    diagram.draw(result, panel, pose=pose, traces=False, scale=scale)
+    for artist in list(panel.texts):
+        if str(artist.get_gid()).startswith(("title", "subtitle")):
+            artist.remove()
+    limits = panel.get_xlim(), panel.get_ylim()
+    sheet = Sheet(panel, (0.0, 0.0), (1.0, 1.0), scale)
+    panel.set_xlim(limits[0])
+    panel.set_ylim(limits[1])
+    sheet.corner = np.array([limits[0][0], limits[1][0]])
+    heading(sheet, f"Diagram,  {scale_text('l', scale, 'm')}", "diagram-scale")
+    return sheet
+
+
+def _relations(plans: Sequence[Plan]) -> list[list[str]]:
+    """Return the vector equations as columns of mathtext, none where there are too many."""
+    columns: dict[str, list[str]] = {}
+    for plan in plans:
+        for group, texts in plan.relations:
+            equations = r"$,   $".join(texts)
+            line = f"{group}:   ${equations}$" if group else f"${equations}$"
+            columns.setdefault(_key(plan), []).append(line)
+    return [lines for lines in columns.values() if len(lines) <= MOST]
+
+
+def _friction(result: Any, scene: Scene, pose: int, ax: Axes | None) -> Axes:
+    pins = pins_of(result, scene, pose)
+    if getattr(result.definition, "friction", "coupled") != "coupled" or not pins:
+        raise InputError(
+            "no reaction of a pin with friction to draw",
+            hint='friction = "coupled" in the task, friction and pin_radius in a revolute joint',
+        )
+    axes, _ = _outer(result, scene, pose, ax)
+    columns = 1 if len(pins) < 3 else 2
+    rows = -(-len(pins) // columns)
+    share = 0.62 if columns == 1 else 0.5
+    draw_lines_in = _panel(axes, 0.0, 0.0, share, 1.0)
+    _diagram(result, scene, pose, draw_lines_in)
+    draw_lines(draw_lines_in, pins)
+    width = (1 - share) / columns
+    panels = [
+        _panel(
+            axes,
+            share + (k % columns) * width + 0.01,
+            1 - (k // columns + 1) / rows,
+            share + (k % columns + 1) * width,
+            1 - (k // columns) / rows - 0.01,
+        )
+        for k in range(len(pins))
+    ]
+    forces = force_scale_of(panels, pins)
+    for panel, pin in zip(panels, pins, strict=True):
+        draw_pin(panel, pin, forces)
+    return axes
