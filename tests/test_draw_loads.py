@@ -107,6 +107,16 @@ def test_values_of_loads(result):
     assert peak_force(scene, result, range(len(ANGLES))) == 500.0
 
 
+def test_a_driver_that_runs_backwards_turns_resistances(result):
+    driver = md.Driver("crank.angle", at=[float(a) for a in ANGLES[:6]], speed=-1.0)
+    back = md.solve(result.mechanism, md.Sweep(driver, poses=None))
+    scene = read_scene(back)
+    load = scene.mechanism.loads["R"]
+    assert amounts.load_values(scene, back, load, 2) == (250.0,)  # the slider runs to the right
+    _, direction = shaft(md.plot(back, pose=2), "R")
+    assert direction == pytest.approx([-1, 0])
+
+
 def test_springs_dampers_masses(result):
     ax = md.plot(result, pose=1)
     assert len(with_gid(ax, "load-k1")) == 2  # spring and damper between the same points
