@@ -1,6 +1,7 @@
 """Counts what the labels of diagrams cover: predefined problems and random mechanisms.
 
     python tests/labelling.py --count 500 --seed 0 --out docs/data/labels.json
+    python tests/labelling.py --out docs/data/labels.json --page docs/symbols.md
 
 A label is the ink of a letter, or the disc of a number. It covers another label where the two
 have a common area; a link or a symbol where a line of it, with its width, or its area comes
@@ -152,6 +153,30 @@ def total(rows):
     }
 
 
+MARK = "<!-- labels -->"
+
+
+def table(figures):
+    """Return the figures as the table of the documentation."""
+    words = {
+        "diagrams": "diagrams",
+        "labels": "labels",
+        "labels_on_labels": "pairs of labels that overlap",
+        "labels_on_lines": "labels on a line of a link or symbol",
+        "labels_on_symbols": "labels on the area of a symbol",
+        "labels_outside": "labels that leave the sheet",
+        "diagrams_clean": "diagrams without any of these",
+        "leaders": "thin lines to labels farther off",
+        "leaders_on_labels": "of these through another label",
+    }
+    rows = ["| | predefined problems | random mechanisms |", "|---|---|---|"]
+    rows += [
+        f"| {text} | {figures['problems'][name]} | {figures['random'][name]} |"
+        for name, text in words.items()
+    ]
+    return "\n".join(rows) + "\n"
+
+
 def main(argv=None):
     """Run the command line and return its exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -159,7 +184,15 @@ def main(argv=None):
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--no-problems", action="store_true")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--page", type=Path, help="write the table of OUT into it, draw nothing")
     options = parser.parse_args(argv)
+    if options.page:
+        text = options.page.read_text(encoding="utf-8")
+        figures = json.loads(options.out.read_text(encoding="utf-8"))
+        options.page.write_text(
+            f"{text.split(MARK)[0]}{MARK}\n\n{table(figures)}", encoding="utf-8"
+        )
+        return 0
     started = time.perf_counter()
     known = [] if options.no_problems else list(problems())
     rows, seed = [], options.seed

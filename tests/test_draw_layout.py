@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from labelling import COUNTS, _distance, count, random_one
+from labelling import COUNTS, _distance, count, random_one, table
 
 import mechdae as md
 from mechdae.draw import layout
@@ -39,6 +39,7 @@ def test_random_mechanisms(first):
 def test_figures_on_record():
     figures = json.loads(FIGURES.read_text(encoding="utf-8"))
     assert figures["random"]["diagrams"] == 500
+    assert table(figures) in (FIGURES.parent.parent / "symbols.md").read_text(encoding="utf-8")
     assert set(COUNTS) <= set(figures["problems"])
     assert figures["problems"]["diagrams_clean"] == figures["problems"]["diagrams"]
     for entry in (figures["problems"], figures["random"]):
