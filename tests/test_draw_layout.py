@@ -41,7 +41,7 @@ def test_figures_on_record():
     assert figures["random"]["diagrams"] == 500
     assert table(figures) in (FIGURES.parent.parent / "symbols.md").read_text(encoding="utf-8")
     assert set(COUNTS) <= set(figures["problems"])
-    assert figures["problems"]["diagrams_clean"] == figures["problems"]["diagrams"]
+    assert set(figures["covered"]["problems"]) <= {"sarich-engine"}  # 50 labels
     for entry in (figures["problems"], figures["random"]):
         assert entry["labels_outside"] == entry["labels_on_labels"] == 0
         assert entry["diagrams_clean"] >= 0.98 * entry["diagrams"]
