@@ -44,7 +44,7 @@ def test_figures_on_record():
     assert set(figures["covered"]["problems"]) <= {"sarich-engine"}  # 50 labels
     for entry in (figures["problems"], figures["random"]):
         assert entry["labels_outside"] == entry["labels_on_labels"] == 0
-        assert entry["diagrams_clean"] >= 0.98 * entry["diagrams"]
+        assert entry["diagrams_clean"] >= entry["diagrams"] - max(1, entry["diagrams"] // 100)
 
 
 def test_distance_of_a_line_from_a_box_and_from_a_disc():
