@@ -20,7 +20,7 @@ from mechdae.draw.plans.lever import draw_lever, lever
 from mechdae.draw.plans.motion import SYMBOLS, motion_plan
 from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.scene import Scene, choose_pose, read_scene
-from mechdae.draw.sheet import MILLIMETRE, Sheet, font
+from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink
 from mechdae.errors import InputError, UnknownName
 
 KINDS = ("velocity", "acceleration", "force", "friction", "lever")
@@ -30,6 +30,10 @@ SIZE, LINE = 9.5, 13.5
 """Size of the letters of relations and distance of their lines [pt]."""
 MOST = 8
 """More relations than so many lines are left out."""
+EQUATIONS = 20
+"""And more of them than so many."""
+FORCES = 6
+"""Force polygons on a page with the other plans, those of the last groups."""
 CLOSE = 0.9
 """A diagram may reach into its margin by so much for a larger scale."""
 
@@ -60,7 +64,7 @@ def draw(
         ``"velocity"``, ``"acceleration"``, ``"force"`` (the polygons of all groups, or of one),
         ``"friction"`` (friction circles and the reactions that touch them) or ``"lever"``
         (Zhukovsky's lever). Without it one page: the diagram, the plans and, of a task of
-        kind reactions, the force polygons.
+        kind reactions, the force polygons of the last six groups.
     group
         The group of the force polygon, as the structural formula names it: ``II.1 RRR(2,3)``.
     scale
@@ -117,7 +121,7 @@ def draw(
         return axes
     plans = [motion_plan(result, scene, index, word) for word in SYMBOLS]
     if result.kind == "reactions":
-        plans += force_plans(result, scene, index)
+        plans += force_plans(result, scene, index)[:FORCES]
     return _page(result, scene, index, ax, plans, scales, whole=True)
 
 
@@ -191,13 +195,21 @@ def _paper() -> Axes:
 
 
 def _outer(
-    result: Any, scene: Scene, pose: int, ax: Axes | None, columns: Sequence[Sequence[str]] = ()
+    result: Any,
+    scene: Scene,
+    pose: int,
+    ax: Axes | None,
+    relations: Sequence[Sequence[tuple[str, tuple[str, ...]]]] = (),
 ) -> tuple[Axes, float]:
     """Return the axes that hold a page, titles and relations written, and what those take up."""
     axes = _paper() if ax is None else ax
     sheet = Sheet(axes, (0.0, 0.0), (1.0, 1.0))
     sheet.k = min(sheet.k, 1.0)
     _titles(sheet, result, scene, pose)
+    box = axes.get_window_extent()
+    width, height = box.width * 72 / _figure(axes).dpi, box.height * 72 / _figure(axes).dpi
+    columns = [_lines(rows, 0.96 * width / len(relations)) for rows in relations]
+    columns = [lines if len(lines) <= MOST else [] for lines in columns]
     deepest = max(map(len, columns), default=0)
     for j, lines in enumerate(columns):
         for k, line in enumerate(lines):
@@ -211,7 +223,6 @@ def _outer(
                 color=style.INK,
                 gid=f"relation-{j}-{k}",
             )
-    height = axes.get_window_extent().height * 72 / _figure(axes).dpi
     return axes, (LINE * deepest + 8.0) / height if deepest else 0.0
 
 
@@ -297,15 +308,31 @@ def _diagram(result: Any, scene: Scene, pose: int, panel: Axes) -> Sheet:
     return sheet
 
 
-def _relations(plans: Sequence[Plan]) -> list[list[str]]:
-    """Return the vector equations as columns of mathtext, none where there are too many."""
-    columns: dict[str, list[str]] = {}
+def _relations(plans: Sequence[Plan]) -> list[list[tuple[str, tuple[str, ...]]]]:
+    """Return the vector equations by kind of plan: groups with their equations."""
+    columns: dict[str, list[tuple[str, tuple[str, ...]]]] = {}
     for plan in plans:
-        for group, texts in plan.relations:
-            equations = r"$,   $".join(texts)
-            line = f"{group}:   ${equations}$" if group else f"${equations}$"
-            columns.setdefault(_key(plan), []).append(line)
-    return [lines for lines in columns.values() if len(lines) <= MOST]
+        columns.setdefault(_key(plan), []).extend(plan.relations)
+    return [rows for rows in columns.values() if rows]
+
+
+def _lines(rows: Sequence[tuple[str, tuple[str, ...]]], room: float) -> list[str]:
+    """Return equations as lines of mathtext no wider than the room [pt], as far as possible."""
+    if sum(len(texts) for _, texts in rows) > EQUATIONS:
+        return []
+    lines: list[str] = []
+    chosen = font(SIZE)
+    for group, texts in rows:
+        line, width = (f"{group}:   ", 6.0 * len(group)) if group else ("", 0.0)
+        for k, text in enumerate(texts):
+            own = float(ink(f"${text}$", chosen)[1][0]) + 12.0
+            if k and width + own > room:
+                lines.append(f"{line},")
+                line, width = f"        ${text}$", 20.0 + own
+            else:
+                line, width = f"{line},   ${text}$" if k else f"{line}${text}$", width + own
+        lines.append(line)
+    return lines
 
 
 def _friction(result: Any, scene: Scene, pose: int, ax: Axes | None) -> Axes:
