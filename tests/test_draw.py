@@ -624,7 +624,7 @@ def test_a_study_has_no_pose_to_draw():
 
 
 def test_unknown_kinds():
-    for kind in ["plans", "curves", "coupler", "losses", "map", "animation", "page"]:
+    for kind in ["curves", "coupler", "losses", "map", "animation", "page"]:
         with pytest.raises(md.UnavailableError, match=kind):
             md.plot(None, kind)
     with pytest.raises(md.UnknownName, match="diagram"):

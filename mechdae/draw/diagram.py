@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ def draw(
     traces: bool = True,
     ghosts: int = 0,
     labels: bool = True,
-    scale: float | None = None,
+    scale: float | Callable[[float], float] | None = None,
 ) -> Axes:
     """Draw the kinematic diagram of one pose.
 
@@ -55,7 +56,8 @@ def draw(
     labels
         Whether joints have letters and links numbers.
     scale
-        Metres per millimetre of paper; by default as small as the axes allow.
+        Metres per millimetre of paper, or a function of the smallest that the axes allow,
+        which is the default.
 
     Returns
     -------

@@ -290,16 +290,18 @@ def _grid(axes: Axes, low: float, count: int, whole: bool) -> list[Axes]:
 
 def _diagram(result: Any, scene: Scene, pose: int, panel: Axes) -> Sheet:
     """Draw the diagram to a round scale and state it."""
-    diagram.draw(result, panel, pose=pose, traces=False)
-    box = panel.get_window_extent().width * 72 / _figure(panel).dpi
-    natural = float(np.ptp(panel.get_xlim())) * MILLIMETRE / box
-    scale = round_up(CLOSE * natural)
-    panel.clear()
-    diagram.draw(result, panel, pose=pose, traces=False, scale=scale)
+    found: list[float] = []
+
+    def rounded(natural: float) -> float:
+        found.append(round_up(CLOSE * natural))
+        return found[-1]
+
+    diagram.draw(result, panel, pose=pose, traces=False, scale=rounded)
     for artist in list(panel.texts):
         if str(artist.get_gid()).startswith(("title", "subtitle")):
             artist.remove()
     limits = panel.get_xlim(), panel.get_ylim()
+    scale = found[-1]
     sheet = Sheet(panel, (0.0, 0.0), (1.0, 1.0), scale)
     panel.set_xlim(limits[0])
     panel.set_ylim(limits[1])
