@@ -16,7 +16,12 @@ FORMATS = ("svg", "png", "pdf")
 def arguments(parser: argparse.ArgumentParser) -> None:
     problem_arguments(parser)
     parser.add_argument("--task", metavar="T", help="the task to draw (default: the first sweep)")
-    parser.add_argument("--kind", default="diagram", metavar="K", help="diagram")
+    parser.add_argument("--kind", default="diagram", metavar="K", help="diagram or plans")
+    parser.add_argument(
+        "--which",
+        metavar="W",
+        help="of the plans: velocity, acceleration, force, friction, lever (default: one page)",
+    )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     parser.add_argument("--pose", type=int, metavar="K", help="number of the pose drawn, from 0")
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
@@ -46,11 +51,17 @@ def run(options: argparse.Namespace) -> int:
         )
     result = _with_all_bodies(problem, solve(problem, name, mode=options.mode), options.mode)
     extra = {} if options.pose is None else {"pose": options.pose}
+    word = options.kind
+    if options.which is not None:
+        if options.kind != "plans":
+            raise InputError("only plans have --which", hint="--kind plans")
+        extra["which"] = options.which
+        word = options.which
     axes = plot(result, options.kind, **extra)
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
     pose = "" if options.pose is None else f"-{options.pose}"
-    path = folder / f"{problem.name}-{name}-{options.kind}{pose}.{options.format}"
+    path = folder / f"{problem.name}-{name}-{word}{pose}.{options.format}"
     save(axes, path)
     print(path)
     if result.fault:
