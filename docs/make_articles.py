@@ -473,9 +473,8 @@ def plans() -> list[str]:
     return [
         "![Plans of velocities and accelerations](../plots/seven_link_plans.svg)",
         "",
-        '`md.plot(result, "plans")`: '
-        f"every vector from the result, open by {closed} of their "
-        "size. The lengths that Fig. 7 of the article gives beside those that the same vectors have on "
+        f'`md.plot(result, "plans")`: vectors from the result, open by {closed} of their size. '
+        "The lengths that Fig. 7 of the article gives beside those that the same vectors have on "
         "our plans at its scales, 0.01 (m/s)/mm and 0.0604 (m/s²)/mm:",
         "",
         *table("vector | drawn, mm | ours, mm | drawn | mechdae | drawn, %", body),
