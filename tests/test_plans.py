@@ -299,6 +299,22 @@ def test_a_scale_can_be_given(tmp_path):
     )
     with pytest.raises(md.InputError, match="several scales"):
         md.plot(result, "plans", scale=0.02)
+    with pytest.raises(md.InputError, match="velocity plan is 0"):
+        md.plot(result, "plans", which="velocity", scale=0)
+    with pytest.raises(md.UnknownName, match="velocity"):
+        md.plot(result, "plans", scale={"velocities": 0.02})
+
+
+def test_a_page_has_its_scales(tmp_path):
+    result = solved("gorshkov-seven-link", "pose")
+    ruler = Ruler(md.plot(result, "plans", scale={"velocity": 0.05, "acceleration": 0.2}), tmp_path)
+    assert ruler.scales == {"l": 0.01, "v": 0.05, "a": 0.2}
+    # the crank is 0.1716 m long, its pin 0.6864 m/s fast: on the diagram and on the plan
+    assert ruler.scales["v"] * np.hypot(*np.diff(ruler.line("velocity-crank.A"), axis=0)[0]) == (
+        pytest.approx(0.6864, abs=ruler.error("v"))
+    )
+    pins = [ruler.circle(gid)[0] for gid in ("joint-O-pin", "joint-A-pin")]
+    assert np.hypot(*(pins[1] - pins[0])) * 0.01 == pytest.approx(0.1716, abs=ruler.error("l"))
 
 
 def test_a_plan_that_does_not_close_says_so():

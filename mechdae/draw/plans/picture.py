@@ -98,13 +98,9 @@ def draw(
         )
     scene = read_scene(result)
     index = _pose(result, scene, pose, which)
-    scales: Mapping[str, float]
-    if isinstance(scale, Mapping):
-        scales = scale
-    else:
-        if scale is not None and (which is None or which == "friction"):
-            raise InputError("several plans have several scales", hint='scale={"velocity": 0.02}')
-        scales = {} if scale is None else {str(which): float(scale)}
+    scales = _scales(scale, which)
+    if group is not None and which != "force":
+        raise InputError("a group is drawn of the force polygons only", hint='which="force"')
     if which in SYMBOLS:
         return _single(result, scene, index, ax, motion_plan(result, scene, index, which), scales)
     if which == "force":
@@ -123,6 +119,26 @@ def draw(
     if result.kind == "reactions":
         plans += force_plans(result, scene, index)[:FORCES]
     return _page(result, scene, index, ax, plans, scales, whole=True)
+
+
+def _scales(scale: float | Mapping[str, float] | None, which: str | None) -> Mapping[str, float]:
+    """Return the wished scales by the word of their plan."""
+    if scale is None:
+        return {}
+    if isinstance(scale, Mapping):
+        words = ("velocity", "acceleration", "force", "lever")
+        for word in scale:
+            if word not in words:
+                raise UnknownName("plan", str(word), words)
+        scales = dict(scale)
+    elif which is None or which == "friction":
+        raise InputError("several plans have several scales", hint='scale={"velocity": 0.02}')
+    else:
+        scales = {which: float(scale)}
+    for word, number in scales.items():
+        if not 0 < number < float("inf"):
+            raise InputError(f"the scale of the {word} plan is {number}", hint="a number above 0")
+    return scales
 
 
 def _pose(result: Any, scene: Scene, pose: int | None, which: str | None) -> int:
