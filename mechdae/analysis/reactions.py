@@ -142,7 +142,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         efforts=efforts,
         parts=parts,
         unique=unique_of(statics, answer, unique, summary),
-        solutions=tuple(solutions_of(setting, statics, answer)),
+        solutions=tuple(solutions_of(setting, statics, answer, unique)),
         checks=found,
         summary=summary,
         fault="; ".join(faults) or None,
