@@ -89,10 +89,10 @@ def cycle(
     if arcs["jammed"]:
         faults.append(f"the cycle has no mean powers: jammed for {word} from {spans('jammed')}")
     if arcs["ambiguous"]:
-        faults.append(
-            f"several solutions for {word} from {spans('ambiguous')}: mean powers are those of the "
-            f"one that continues the motion without friction"
-        )
+        text = f"several solutions for {word} from {spans('ambiguous')}"
+        if not arcs["jammed"]:
+            text += ": mean powers are those of the one that continues the motion without friction"
+        faults.append(text)
     panels = [low, *[k for k in kinks if low < k < high], high]
     charts = [Chart(a, b) for a, b in itertools.pairwise(panels) if b > a]
     count = len(statics.balance.joints)
