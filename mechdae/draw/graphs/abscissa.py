@@ -58,10 +58,10 @@ class Abscissa:
         steps = np.diff(self.values)
         return bool((steps > 0).all() or (steps < 0).all())
 
-    def text(self, value: float) -> str:
+    def text(self, value: float, digits: int = 5) -> str:
         """Return a value with its unit, as it is shown."""
         unit = "°" if self.is_angle else f" {self.scale.unit}" if self.scale.unit else ""
-        return f"{number(float(self.scale(value)), 5)}{unit}"
+        return f"{number(float(self.scale(value)), digits)}{unit}"
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def draw(
     word = "" if places else next(iter(quantities)) + " "
     shown = pivots_of(result, extent) if places and pivots else []
     what = "paths of points" if places else f"hodograph of the {'and '.join(sorted(quantities))}"
-    frame, _ = draw_loci(
+    frame = draw_loci(
         result,
         ax,
         loci,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, MultipleLocator, NullLocator
 
 from mechdae.draw import style
 from mechdae.draw.graphs import polar as polar_diagram
@@ -27,7 +28,7 @@ from mechdae.errors import InputError
 FEW = 25
 """Up to so many poses are marked by dots."""
 LOGARITHMIC = ("condition", "bound")
-MARGIN = 0.14
+MARGIN = 0.2
 """Room above and below the curves, as a share of the panel."""
 
 
@@ -93,9 +94,9 @@ def draw(
         key_of(axis, arcs, events),
         names,
     )
+    draw_axis(frame.panels, axis, arcs, events, frame.k)
     for panel, group in zip(frame.panels, groups, strict=True):
         _draw_panel(frame, panel, group, axis, result, extremes)
-    draw_axis(frame.panels, axis, arcs, events, frame.k)
     frame.label(frame.panels[-1], x=axis_label(axis))
     return frame.panels[0]
 
@@ -132,7 +133,7 @@ def _panels(lines: Sequence[Line]) -> Iterator[list[Line]]:
     groups: dict[tuple[str, str], list[Line]] = {}
     for line in lines:
         own = line.quantity if line.unit in ("1", "") else ""
-        own = "bound" if line.name == "bound" else own
+        own = line.quantity if line.quantity in LOGARITHMIC else own
         groups.setdefault((line.unit, own), []).append(line)
     yield from groups.values()
 
@@ -162,7 +163,9 @@ def _draw_panel(
 ) -> None:
     scale = scale_of(group[0].unit, [line.values for line in group])
     looks = _looks(group)
-    logarithmic = all(line.quantity == "condition" or line.name == "bound" for line in group)
+    logarithmic = all(line.quantity in LOGARITHMIC for line in group)
+    if logarithmic:
+        scale = Scale("" if group[0].unit == "1" else group[0].unit)
     few = len(axis.values) <= FEW
     style_of = "-" if axis.rises or axis.kind == "path" else ""
     for line, (color, dash) in zip(group, looks, strict=True):
@@ -180,7 +183,7 @@ def _draw_panel(
     finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
     everything = np.concatenate([*finite, np.zeros(0)])
     if logarithmic and (everything > 0).any():
-        panel.set_yscale("log")
+        _decades(panel, everything[everything > 0])
     elif everything.size:
         _limits(panel, everything, scale)
     frame.label(panel, y=_quantity(group, scale))
@@ -229,9 +232,17 @@ def _limits(panel: Axes, values: Array, scale: Scale) -> None:
     room = MARGIN * (high - low)
     panel.set_ylim(low - room, high + room)
     if scale.unit == "deg":
-        from matplotlib.ticker import MultipleLocator
-
         panel.yaxis.set_major_locator(MultipleLocator(step_of(high - low, 6)))
+
+
+def _decades(panel: Axes, values: Array) -> None:
+    """Set a logarithmic scale from one power of ten to another."""
+    low, high = np.floor(np.log10(values.min())), np.ceil(np.log10(values.max()))
+    high = max(high, low + 1)
+    panel.set_yscale("log")
+    panel.set_ylim(10.0**low, 10.0**high)
+    panel.yaxis.set_major_locator(LogLocator(10.0, numticks=6))
+    panel.yaxis.set_minor_locator(NullLocator())
 
 
 def _last(values: Array, panel: Axes) -> float:
@@ -259,7 +270,7 @@ def _mark(
             [place],
             [height],
             marker="v" if word == "max" else "^",
-            markersize=5.0 * frame.k,
+            markersize=6.5 * frame.k,
             color=color,
             markeredgecolor=style.PAPER,
             markeredgewidth=0.6 * frame.k,
@@ -268,7 +279,7 @@ def _mark(
             clip_on=False,
             gid=f"extreme-{word}-{line.path}",
         )
-        text = f"{number(height, 4)} at {axis.text(at)}"
+        text = f"{number(height, 4)} at {axis.text(at, 4)}"
         places.write(place, height, text, color, above=word == "max")
 
 

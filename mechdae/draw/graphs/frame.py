@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,7 +19,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import fitted, in_lines
 from mechdae.draw.sheet import font, ink
 
-LEFT, BOTTOM, GAP = 58.0, 40.0, 12.0
+LEFT, BOTTOM, GAP = 62.0, 40.0, 12.0
 HEIGHTS = {1: 262.0, 2: 158.0}
 """Height of each panel by their number [pt]; of more panels `LOW`."""
 LOW = 122.0
@@ -54,8 +55,6 @@ class Frame:
         Labels of curves that need room to the right of the panels.
     height
         Height of all panels in a new figure [pt].
-    equal
-        Whether the panel may be as wide as high, of paths in the plane.
 
     Attributes
     ----------
@@ -77,13 +76,15 @@ class Frame:
     ) -> None:
         width = style.GRAPH
         if ax is not None:
-            figure = ax.get_figure(root=True)
-            assert isinstance(figure, Figure)
+            given = ax.get_figure(root=True)
+            assert isinstance(given, Figure)
+            figure = given
             box = ax.get_window_extent()
             x0, y0, width, own = np.array(box.bounds) * 72.0 / figure.dpi
             self.k = float(np.clip(width / (style.GRAPH - LEFT), SMALLEST, LARGEST))
         else:
-            self.k = 1.0
+            self.k, figure = 1.0, Figure(dpi=style.DPI, facecolor=style.PAPER)
+            FigureCanvasAgg(figure)
         k = self.k
         small = font(style.TICK * k, style.NOTE_FONT)
         right = max((float(ink(name, small)[1][0]) for name in names), default=0.0)
@@ -96,9 +97,7 @@ class Frame:
             each = HEIGHTS.get(count, LOW)
             tall = height if height is not None else count * each + (count - 1) * GAP
             x0, y0, own = LEFT, BOTTOM, tall
-            size = (width / 72, (tall + BOTTOM + above) / 72)
-            figure = Figure(figsize=size, dpi=style.DPI, facecolor=style.PAPER)
-            FigureCanvasAgg(figure)
+            figure.set_size_inches(width / 72, (tall + BOTTOM + above) / 72)
             width -= LEFT + right + 14.0
             start = 12.0
         else:
@@ -106,7 +105,7 @@ class Frame:
             rows = _rows(key, room, k)
             lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
             width -= right
-        self.figure = figure
+        self.figure: Figure = figure
         self.box = (x0, y0, width, own)
         self.points = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
         self.panels = self._panels(ax, count)
@@ -158,7 +157,7 @@ class Frame:
             panel.set_ylabel(_plain(y), fontproperties=small, color=style.INK)
             corner = panel.get_window_extent().x0 * 72 / self.figure.dpi
             if self.box[0] == LEFT and corner == LEFT:
-                panel.yaxis.set_label_coords(-46.0 / self.box[2], 0.5)
+                panel.yaxis.set_label_coords(-44.0 / self.box[2], 0.5)
 
     def _write(
         self,
@@ -270,8 +269,8 @@ def spread(wanted: Sequence[float], apart: float, low: float, high: float) -> li
     for i in reversed(order):
         places[i] = most = min(places[i], most)
         most -= apart
-    # a second pass: what was pushed up needlessly comes down half way
-    for left, right in zip(order, order[1:], strict=False):
+    # more than fit keep their distance and run over
+    for left, right in itertools.pairwise(order):
         if places[right] - places[left] < apart - 1e-9:
             places[right] = places[left] + apart
     return places

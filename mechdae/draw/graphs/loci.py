@@ -60,8 +60,8 @@ def draw_loci(
     ticks: bool,
     pivots: Sequence[tuple[str, Any]] = (),
     origin: bool = False,
-) -> tuple[Frame, float]:
-    """Draw curves with equal axes; return the frame and the size of a point in the unit shown."""
+) -> Frame:
+    """Draw curves with equal axes, ticks, arrows and fixed pivots."""
     chosen = ticks_of(result, axis) if ticks else None
     key = [
         Entry(
@@ -89,7 +89,7 @@ def draw_loci(
     if chosen is not None:
         for k, locus in enumerate(loci):
             _ticks(frame, panel, places, locus, scale, k, point, chosen, axis)
-    return frame, point
+    return frame
 
 
 def ticks_of(result: Any, axis: Abscissa) -> Ticks | None:
@@ -277,9 +277,7 @@ def _across(values: Array, pose: int) -> Array | None:
     return np.array([-step[1], step[0]]) / size
 
 
-def _pivot(
-    frame: Frame, panel: Axes, places: Places, name: str, place: Any, point: float
-) -> None:
+def _pivot(frame: Frame, panel: Axes, places: Places, name: str, place: Any, point: float) -> None:
     """Draw a fixed pivot as a small triangle with its letter."""
     width, height = 4.5 * frame.k * point, 7.5 * frame.k * point
     corners = np.asarray(place) + np.array([[0.0, 0.0], [width, -height], [-width, -height]])

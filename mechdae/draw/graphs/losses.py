@@ -84,23 +84,20 @@ def draw(
         line = {"color": style.INK, "linewidth": 1.3, "linestyle": style.DASHED}
         key = [Entry("all, without feedback of friction on reactions", line=line), *key]
     labels = [_label(result, name) for name, _ in layers]
-    frame = Frame(
-        ax, 1, str(result.title or result.problem), subtitle_of(result), key, labels
-    )
+    frame = Frame(ax, 1, str(result.title or result.problem), subtitle_of(result), key, labels)
     panel, x = frame.panels[0], axis.shown
     order = np.argsort(x, kind="stable")
     base = np.zeros(len(x))
     ends = []
-    rows = list(enumerate(zip(layers, labels, strict=True)))
-    for k, ((name, own), label) in rows:
+    for k, ((name, own), label) in enumerate(zip(layers, labels, strict=True)):
         top = base + own
         color = style.SERIES[k % len(style.SERIES)]
         panel.fill_between(
             x[order],
             scale(base)[order],
             scale(top)[order],
-            facecolor=_faded(color),
-            edgecolor=color,
+            facecolor=_faded(color, FADE),
+            edgecolor=_faded(color, FADE / 2),
             hatch=HATCHES[k % len(HATCHES)],
             linewidth=0.0,
             zorder=2,
@@ -154,6 +151,6 @@ def _label(result: Any, name: str) -> str:
     return f"{name}, mean {number(float(scale(mean)), 3)} {scale.unit}"
 
 
-def _faded(color: str) -> str:
+def _faded(color: str, share: float) -> str:
     parts = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
-    return "#" + "".join(f"{round(255 * FADE + own * (1 - FADE)):02x}" for own in parts)
+    return "#" + "".join(f"{round(255 * share + own * (1 - share)):02x}" for own in parts)

@@ -65,7 +65,7 @@ def draw(result: Any, ax: Axes | None = None, *, paths: Sequence[str] | None = N
     radial = quantities == ["reaction radial"]
     names = ("Fr", "Ft") if radial else ("Fx", "Fy") if unit == "N" else ("x", "y")
     poses = len(result.status)
-    frame, point = draw_loci(
+    frame = draw_loci(
         result,
         ax,
         loci,

@@ -38,8 +38,9 @@ def scale_of(unit: str, values: Iterable[Any] = ()) -> Scale:
         largest = max(largest, float(found[np.isfinite(found)].max(initial=0.0)))
     if largest <= 0:
         return Scale(unit)
-    least = 1.0 if unit == "m" else 0.1
-    power = int(np.floor(np.log10(largest / least * (1 + 1e-9)) / 3)) * 3
+    power = int(np.floor(np.log10(largest * (1 + 1e-9)) / 3)) * 3
+    if unit != "m" and largest >= 0.1:
+        power = max(power, 0)
     power = min(max(power, min(PREFIXES)), max(PREFIXES))
     return Scale(PREFIXES[power] + unit, 10.0**-power)
 

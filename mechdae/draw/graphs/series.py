@@ -64,7 +64,7 @@ def lines_of(result: Any, path: str) -> list[Line]:
         names = rest[:1] or list(result.bound)
         units = {"length": "m", "angle": "rad"}
         return [
-            _line(path, "bound", name, _known("bound", name, result.bound), units[name])
+            _line(path, name, "bound", _known("bound", name, result.bound), units[name])
             for name in names
         ]
     if head == "condition" and result.condition is not None:
@@ -106,7 +106,11 @@ def default_lines(result: Any) -> list[Line]:
     outputs the problem names, else angles and slides of what is moved last.
     """
     lines = [line for path in _default_paths(result) for line in lines_of(result, path)]
-    return [line for line in lines if np.isfinite(line.values).any()]
+    lines = [line for line in lines if np.isfinite(line.values).any()]
+    if result.kind == "reactions":
+        return lines
+    moving = [line for line in lines if _moves(line.values)] or lines
+    return [line for k, line in enumerate(moving) if not _known_already(line, moving[:k])]
 
 
 def _default_paths(result: Any) -> list[str]:
@@ -128,9 +132,7 @@ def _default_paths(result: Any) -> list[str]:
     ]
     paths += guided[-MOST:]
     if not paths:
-        moving = [
-            name for name, series in result.points.items() if _moves(series.get("position"))
-        ]
+        moving = [name for name, series in result.points.items() if _moves(series.get("position"))]
         paths = [f"points/{name}/position" for name in moving[-2:]]
     return paths or [f"drivers/{name}/position" for name in result.drivers]
 
@@ -177,7 +179,8 @@ def _of_part(result: Any, path: str, kind: str, rest: Sequence[str]) -> list[Lin
     if array.ndim == 1:
         extreme = f"{part}.{word}" if kind in ("bodies", "joints") else ""
         return [_line(path, part, quantity, array, unit, extreme, partner)]
-    axes, units = ("x", "y", "z"), (unit,) * 3
+    axes: tuple[str, ...] = ("x", "y", "z")
+    units: tuple[str, ...] = (unit,) * 3
     if word.startswith("reaction"):
         axes, units = REACTION[word[9:]]
     if rest[-1] == SIZE:
@@ -234,6 +237,15 @@ def _known(kind: str, name: str, table: Any) -> Any:
     if name not in table:
         raise UnknownName(kind, name, list(table))
     return table[name]
+
+
+def _known_already(line: Line, others: Sequence[Line]) -> bool:
+    """Return whether a curve would lie on another one, such as that of a block on its rod."""
+    return any(
+        other.unit == line.unit
+        and np.allclose(other.values, line.values, rtol=1e-9, atol=0.0, equal_nan=True)
+        for other in others
+    )
 
 
 def _moves(values: Any) -> bool:
