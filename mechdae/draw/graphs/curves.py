@@ -197,12 +197,7 @@ def _draw_panel(
         (_last(scale(line.values), panel), _label(line, group), color)
         for line, (color, _) in zip(group, looks, strict=True)
     ]
-    if not logarithmic:
-        frame.ends(panel, ends)
-    else:
-        low, high = panel.get_ylim()
-        share = [(np.log(v / low) / np.log(high / low), name, color) for v, name, color in ends]
-        frame.ends(panel, [(low + s * (high - low), name, color) for s, name, color in share])
+    frame.ends(panel, ends)
 
 
 def _looks(group: Sequence[Line]) -> list[tuple[str, Any]]:

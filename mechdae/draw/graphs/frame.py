@@ -156,7 +156,7 @@ class Frame:
         if y is not None:
             panel.set_ylabel(_plain(y), fontproperties=small, color=style.INK)
             corner = panel.get_window_extent().x0 * 72 / self.figure.dpi
-            if self.box[0] == LEFT and corner == LEFT:
+            if abs(self.box[0] - LEFT) + abs(corner - LEFT) < 1e-6:
                 panel.yaxis.set_label_coords(-44.0 / self.box[2], 0.5)
 
     def _write(
@@ -233,10 +233,14 @@ class Frame:
         if not entries:
             return
         k = self.k
-        low, high = panel.get_ylim()
         box = panel.get_window_extent()
-        height = box.height * 72.0 / self.figure.dpi
-        wanted = [(value - low) / (high - low) * height for value, _, _ in entries]
+        inch = 72.0 / self.figure.dpi
+        height = box.height * inch
+        at_end = panel.get_xlim()[1]
+        wanted = [
+            float(panel.transData.transform((at_end, value))[1] - box.y0) * inch
+            for value, _, _ in entries
+        ]
         small = font(style.TICK * k, style.NOTE_FONT)
         room = max(24.0, 0.35 * (self.box[2] + 100.0))
         for y, at, (value, name, color) in zip(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ LEVELS = 9
 FINE = ("ok", "limit")
 LOCKED = "self-locking"
 LOCK_TEXT = "self-locking: efficiency below 0"
+NOT_REACHED = "not reached on the way from pose to pose"
 SAME = 1e-9
 """Share by which values of a parameter may differ and still be one row of the grid."""
 
@@ -51,6 +52,7 @@ def draw(
     *,
     paths: Sequence[str] | None = None,
     along: Sequence[str] | None = None,
+    equal: bool = False,
 ) -> Axes:
     """Draw values over the parameters of a study, or over two drivers.
 
@@ -70,6 +72,8 @@ def draw(
     along
         One or two parameters that are the axes, of more that vary; the others stay at their first
         value.
+    equal
+        Whether both axes have one scale, of parameters that are the coordinates of a place.
 
     Returns
     -------
@@ -95,7 +99,7 @@ def draw(
         return _draw_lines(result, ax, planes)
     if len(planes) > 1:
         raise InputError("a map over two parameters shows one path", where="paths")
-    return _draw_map(result, ax, planes[0])
+    return _draw_map(result, ax, replace(planes[0], plane=planes[0].plane or equal))
 
 
 def _of_study(result: Any, paths: Sequence[str] | None, along: Sequence[str] | None) -> list[Plane]:
@@ -212,7 +216,8 @@ def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
     values = np.where(good, scale(plane.values), np.nan)
     locked = "efficiency" in plane.label and bool((values[np.isfinite(values)] < 0).any())
     bad = _bad(plane.status)
-    key = [Entry(word, area=style.ARCS[word]) for word in bad]
+    lost = {} if result.kind == "study" else {"unassembled": NOT_REACHED}
+    key = [Entry(lost.get(word, word), area=style.ARCS[word]) for word in bad]
     if locked:
         key.append(Entry(LOCK_TEXT, area=style.ARCS[LOCKED]))
     frame = Frame(
@@ -362,6 +367,9 @@ def _contours(
     masked = np.ma.masked_invalid(table)
     if masked.count() < 3:
         return
+    # the half cells at the border of what has values, then lines between the values
+    cells = (_edges(xs), _edges(ys))
+    panel.pcolormesh(*cells, masked, cmap=colors, norm=norm, zorder=0.8, linewidth=0.0)
     panel.contourf(xs, ys, masked, levels=levels, cmap=colors, norm=norm, zorder=1)
     inner = [level for level in levels if np.nanmin(table) < level < np.nanmax(table)]
     if not inner:
