@@ -43,6 +43,7 @@ ARCS: Final = {
     "jammed": ("#f9dccb", "#e08a55", "\\\\\\\\"),
     "ambiguous": ("#fbf0c9", "#c9a534", "...."),
     "self-locking": ("#d6ebf8", "#6fb2da", "----"),
+    "no value": ("#f1f1f1", "#b9b9b9", "\\\\//"),
     "roller undercuts": ("#d4ebe3", "#5fae95", "||||"),
 }
 """Shades of arcs: area, hatching, pattern."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
@@ -26,6 +27,7 @@ LEVELS = 9
 FINE = ("ok", "limit")
 LOCKED = "self-locking"
 LOCK_TEXT = "self-locking: efficiency below 0"
+NO_VALUE = "no value"
 NOT_REACHED = "not reached on the way from pose to pose"
 SAME = 1e-9
 """Share by which values of a parameter may differ and still be one row of the grid."""
@@ -215,6 +217,7 @@ def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
     good = np.isin(plane.status, FINE) | (plane.status == "ambiguous")
     values = np.where(good, scale(plane.values), np.nan)
     locked = "efficiency" in plane.label and bool((values[np.isfinite(values)] < 0).any())
+    plane = replace(plane, status=np.where(good & np.isnan(values), NO_VALUE, plane.status))
     bad = _bad(plane.status)
     lost = {} if result.kind == "study" else {"unassembled": NOT_REACHED}
     key = [Entry(lost.get(word, word), area=style.ARCS[word]) for word in bad]
@@ -240,9 +243,11 @@ def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
     else:
         panel.set_xlim(*_widened(x))
         panel.set_ylim(*_widened(y))
-    levels = _levels(values)
-    colors = LinearSegmentedColormap.from_list("levels", list(style.LEVELS), N=256)
-    norm = Normalize(float(levels[0]), float(levels[-1]))
+    levels = _levels(values, locked)
+    shades = LinearSegmentedColormap.from_list("levels", list(style.LEVELS))
+    count = len(levels) - 1
+    colors = ListedColormap([shades((k + 0.5) / count) for k in range(count)])
+    norm = BoundaryNorm(levels, count)
     for word in bad:
         _hatch(panel, x, y, plane.status == word, grid, word)
     if grid is None:
@@ -257,7 +262,7 @@ def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
         _contours(frame, panel, xs, ys, table, levels, colors, norm)
         if locked:
             _lock(frame, panel, xs, ys, table)
-    _bar(frame, levels, colors, norm)
+    _bar(frame, levels, colors)
     labels = [
         f"{name} [{own.unit}]" if own.unit else name
         for name, own in zip(plane.names, scales, strict=True)
@@ -314,8 +319,12 @@ def _edges(values: Array) -> Array:
     return np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
 
 
-def _levels(values: Array) -> Array:
+def _levels(values: Array, locked: bool) -> Array:
+    """Return round levels; of an efficiency all that is below zero is one step."""
     finite = values[np.isfinite(values)]
+    if locked:
+        lowest, highest = float(finite.min()), max(float(finite.max()), 0.05)
+        return np.concatenate([[lowest], _levels(np.array([0.0, highest]), False)])
     if not finite.size:
         return np.array([0.0, 1.0])
     low, high = float(finite.min()), float(finite.max())
@@ -403,21 +412,21 @@ def _lock(frame: Frame, panel: Axes, xs: Array, ys: Array, table: Array) -> None
     )
 
 
-def _bar(frame: Frame, levels: Array, colors: Any, norm: Any) -> None:
+def _bar(frame: Frame, levels: Array, colors: Any) -> None:
     """Draw the scale of values to the right of the panel."""
     k = frame.k
     x0, y0, width, height = frame.box
     left, wide = x0 + width + 10.0 * k, 9.0 * k
     small = font(style.TICK * k, style.NOTE_FONT)
-    share = (levels - levels[0]) / (levels[-1] - levels[0])
-    for a, b, s, t in zip(levels[:-1], levels[1:], share[:-1], share[1:], strict=True):
+    share = np.linspace(0.0, 1.0, len(levels))
+    for number_of, (s, t) in enumerate(itertools.pairwise(share)):
         frame.panels[0].add_artist(
             Rectangle(
                 (left, y0 + s * height),
                 wide,
                 (t - s) * height,
                 transform=frame.points,
-                facecolor=colors(norm((a + b) / 2)),
+                facecolor=colors(number_of),
                 edgecolor=style.INK,
                 linewidth=0.4 * k,
                 clip_on=False,
