@@ -35,7 +35,7 @@ def draw(result: Any, ax: Axes | None = None, *, paths: Sequence[str] | None = N
         Axes to draw in; without it a new figure is made.
     paths
         Paths of vectors: ``"joints/B/reaction"``, ``"joints/B/reaction_body"``; without it the
-        reaction of the pin that has to bear most.
+        reaction of the pin that has to bear most, of a guide where there is no pin.
 
     Returns
     -------
@@ -98,10 +98,12 @@ def draw(result: Any, ax: Axes | None = None, *, paths: Sequence[str] | None = N
 
 
 def _largest(result: Any) -> list[str]:
-    """Return the reaction of the pin with the largest force."""
+    """Return the reaction of the pin with the largest force, else of the guide."""
     sizes = {
         name: float(np.nanmax(np.hypot(series.reaction[:, 0], series.reaction[:, 1]), initial=0.0))
         for name, series in result.joints.items()
-        if "reaction" in series and "normal" not in series
+        if "reaction" in series
     }
+    guides = {name for name in sizes if "normal" in result.joints[name]}
+    sizes = {name: own for name, own in sizes.items() if name not in guides} or sizes
     return [f"joints/{max(sizes, key=lambda name: sizes[name])}/reaction"] if sizes else []

@@ -74,7 +74,7 @@ def lines_of(result: Any, path: str) -> list[Line]:
         axes = zip("xy", array.T, strict=False)
         return [_line(path, f"{rest[0]} {axis}", "centre", own, "m") for axis, own in axes]
     known = [*KINDS, "efforts", "bound", "condition", "centres"]
-    raise UnknownName("path", path, [word for word in known if getattr(result, word, None)])
+    raise UnknownName("path", path, known)
 
 
 def vector_of(result: Any, path: str) -> tuple[str, str, str, Array]:
