@@ -82,6 +82,9 @@ def draw_loci(
     places = Places(frame, panel)
     for locus in loci:
         places.keep(*scale(locus.values).T)
+    if origin:
+        places.keep(np.array(panel.get_xlim()), np.zeros(2))
+        places.keep(np.zeros(2), np.array(panel.get_ylim()))
     for k, locus in enumerate(loci):
         _draw(frame, panel, locus, scale, k, point, few=len(axis.values) <= FEWEST)
     for name, place in pivots:
