@@ -203,7 +203,7 @@ def draw_axis(
     margin = 0.0 if span > 0 and axis.kind in ("driver", "time") else 0.03 * (high - low)
     for panel in panels:
         panel.set_xlim(low - margin, high + margin)
-        if axis.is_angle and span > 0:
+        if axis.is_angle and span > 1:
             panel.xaxis.set_major_locator(MultipleLocator(step_of(span, 9)))
         for arc in arcs:
             start, end = sorted(float(axis.scale(value)) for value in (arc.start, arc.end))

@@ -65,14 +65,14 @@ def draw(
         raise InputError("no point of this result moves", hint="name points: paths=['body.P']")
     if len(units) > 1:
         raise InputError(f"vectors in {' and in '.join(units)} in one plane", where="paths")
-    quantities = {quantity for _, quantity, _, _ in vectors}
-    places = quantities <= {"position"}
+    quantities = list(dict.fromkeys(quantity for _, quantity, _, _ in vectors))
+    places = quantities == ["position"]
     loci = [Locus(part, values) for part, _, _, values in vectors]
     extent = np.vstack([locus.values for locus in loci])
     scale = scale_of(units[0], [extent])
-    word = "" if places else next(iter(quantities)) + " "
+    word = "" if places else f"{quantities[0]} "
     shown = pivots_of(result, extent) if places and pivots else []
-    what = "paths of points" if places else f"hodograph of the {'and '.join(sorted(quantities))}"
+    what = "paths of points" if places else f"hodograph of the {' and '.join(quantities)}"
     frame = draw_loci(
         result,
         ax,

@@ -93,6 +93,7 @@ def draw(
         subtitle_of(result),
         key_of(axis, arcs, events),
         names,
+        rows=max(len(group) for group in groups),
     )
     draw_axis(frame.panels, axis, arcs, events, frame.k)
     for panel, group in zip(frame.panels, groups, strict=True):
@@ -226,7 +227,7 @@ def _limits(panel: Axes, values: Array, scale: Scale) -> None:
         low, high = low - room, high + room
     room = MARGIN * (high - low)
     panel.set_ylim(low - room, high + room)
-    if scale.unit == "deg":
+    if scale.unit == "deg" and high - low > 1:
         panel.yaxis.set_major_locator(MultipleLocator(step_of(high - low, 6)))
 
 

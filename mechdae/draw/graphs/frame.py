@@ -55,6 +55,8 @@ class Frame:
         Labels of curves that need room to the right of the panels.
     height
         Height of all panels in a new figure [pt].
+    rows
+        Names that have to stand beside one panel, which is high enough for them.
 
     Attributes
     ----------
@@ -73,6 +75,7 @@ class Frame:
         key: Sequence[Entry] = (),
         names: Sequence[str] = (),
         height: float | None = None,
+        rows: int = 1,
     ) -> None:
         width = style.GRAPH
         if ax is not None:
@@ -91,10 +94,10 @@ class Frame:
         right = min(right, 0.35 * width) + (10.0 * k if names else 0.0)
         if ax is None:
             room = width - 24.0
-            rows = _rows(key, room, k)
+            entries = _rows(key, room, k)
             lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
-            above = LIFT + ROW * len(rows) + ROW + 20.0 * len(lines)
-            each = HEIGHTS.get(count, LOW)
+            above = LIFT + ROW * len(entries) + ROW + 20.0 * len(lines)
+            each = max(HEIGHTS.get(count, LOW), 10.0 * rows + 8.0)
             tall = height if height is not None else count * each + (count - 1) * GAP
             x0, y0, own = LEFT, BOTTOM, tall
             figure.set_size_inches(width / 72, (tall + BOTTOM + above) / 72)
@@ -102,14 +105,14 @@ class Frame:
             start = 12.0
         else:
             room, start = width, x0
-            rows = _rows(key, room, k)
+            entries = _rows(key, room, k)
             lines = in_lines(title, 0.75 * style.TITLE * k, room, style.NOTE_FONT)
             width -= right
         self.figure: Figure = figure
         self.box = (x0, y0, width, own)
         self.points = Affine2D().scale(1 / 72) + figure.dpi_scale_trans
         self.panels = self._panels(ax, count)
-        self._write(rows, lines, subtitle, start, room)
+        self._write(entries, lines, subtitle, start, room)
 
     def _panels(self, ax: Axes | None, count: int) -> list[Axes]:
         x0, y0, width, height = self.box
