@@ -427,6 +427,8 @@ def test_kind_by_task(capsys, tmp_path: Path) -> None:
     out = ["--out", str(tmp_path)]
     code, said, _ = run(capsys, "plot", "spur-gears-idler", "--task", "bearings", *out)
     assert (code, Path(said.strip()).name) == (0, "spur-gears-idler-bearings-curves.svg")
+    code, said, _ = run(capsys, "plot", "jamming-drawer", "--task", "side", "--pose", "2", *out)
+    assert (code, Path(said.strip()).name) == (0, "jamming-drawer-side-diagram-2.svg")
     code, said, _ = run(capsys, "plot", "slider-crank", *out)
     assert (code, Path(said.strip()).name) == (0, "slider-crank-turn-diagram.svg")
     text = library.find("slider-crank").read_text()
@@ -444,7 +446,10 @@ def test_paths_of_the_command(capsys, tmp_path: Path) -> None:
     assert (code, err) == (0, "")
     svg = Path(said.strip()).read_text()
     assert 'id="extreme-min-joints/C/transmission_angle"' in svg
-    words = ["plot", "gorshkov-seven-link", "--task", "turn", "--out", str(tmp_path)]
+    words = ["plot", "gorshkov-seven-link", "--out", str(tmp_path)]
+    code, said, err = run(capsys, *words, "--kind", "coupler")  # the first sweep is a single pose
+    assert (code, Path(said.strip()).stem) == (0, "gorshkov-seven-link-window-coupler")
+    words += ["--task", "turn"]
     code, said, err = run(capsys, *words, "--kind", "curves", "--of", "bodies/rod/angle")
     assert (code, err) == (0, "")
     assert 'id="curve-bodies/rod/angle-rod"' in Path(said.strip()).read_text()

@@ -45,10 +45,17 @@ def task_for(problem: Problem, name: str | None, kind: str | None) -> str:
     if not drawn:
         raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
     for wanted in FIRST.get(kind or "", ("sweep",)):
-        for own in drawn:
-            if problem.tasks[own].kind == wanted:
-                return own
+        found = [own for own in drawn if problem.tasks[own].kind == wanted]
+        lines = [own for own in found if kind in GRAPHS and _moves(problem.tasks[own])]
+        if found:
+            return (lines or found)[0]
     return drawn[0]
+
+
+def _moves(task: Any) -> bool:
+    """Return whether a driver of the task takes several values."""
+    drivers = task.all_drivers if isinstance(task, Driven) else ()
+    return any(own.at is None or len(own.at) > 1 for own in drivers)
 
 
 def options_for(kind: str, paths: Sequence[str], polar: bool) -> dict[str, Any]:

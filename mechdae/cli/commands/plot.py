@@ -49,7 +49,8 @@ def run(options: argparse.Namespace) -> int:
     problem = problem_of(options)
     name = task_for(problem, options.task, options.kind)
     study = problem.task(name).kind == "study"
-    kind = options.kind or DEFAULT.get(problem.task(name).kind, "diagram")
+    usual = DEFAULT.get(problem.task(name).kind, "diagram")
+    kind = options.kind or ("diagram" if options.pose is not None else usual)
     if kind not in KINDS:
         plot(None, kind)  # says which kinds there are
     if study and kind != "map":

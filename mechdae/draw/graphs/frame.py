@@ -19,7 +19,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import fitted, in_lines
 from mechdae.draw.sheet import font, ink
 
-LEFT, BOTTOM, GAP = 62.0, 40.0, 12.0
+LEFT, BOTTOM, GAP = 62.0, 40.0, 16.0
 HEIGHTS = {1: 262.0, 2: 158.0}
 """Height of each panel by their number [pt]; of more panels `LOW`."""
 LOW = 122.0
