@@ -13,9 +13,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-KINDS = {"diagram": "mechdae.draw.diagram", "plans": "mechdae.draw.plans"}
+KINDS = {
+    "diagram": "mechdae.draw.diagram",
+    "plans": "mechdae.draw.plans",
+    "curves": "mechdae.draw.graphs.curves",
+    "coupler": "mechdae.draw.graphs.coupler",
+    "losses": "mechdae.draw.graphs.losses",
+    "map": "mechdae.draw.graphs.map",
+}
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
-LATER = ("curves", "coupler", "losses", "map", "animation", "page")
+LATER = ("animation", "page")
 
 
 def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: Any) -> Axes:
@@ -28,7 +35,9 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
     kind
         ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`;
         ``"plans"``: velocities, accelerations and forces of one pose as vector polygons, see
-        `mechdae.draw.plans.draw`.
+        `mechdae.draw.plans.draw`; ``"curves"``: series against the driver or time, see
+        `mechdae.draw.graphs.curves.draw`; ``"coupler"``: paths of points and hodographs;
+        ``"losses"``: losses by joint; ``"map"``: a study over its parameters.
     ax
         Axes to draw in; without it a new figure is made. No window is opened.
     **options

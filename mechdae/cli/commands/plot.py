@@ -8,6 +8,7 @@ from typing import Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.pictures import DEFAULT, GRAPHS, options_for, prepared, task_for
 from mechdae.errors import InputError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
@@ -15,8 +16,19 @@ FORMATS = ("svg", "png", "pdf")
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     problem_arguments(parser)
-    parser.add_argument("--task", metavar="T", help="the task to draw (default: the first sweep)")
-    parser.add_argument("--kind", default="diagram", metavar="K", help="diagram or plans")
+    parser.add_argument(
+        "--task", metavar="T", help="the task to draw (default: the first that suits)"
+    )
+    parser.add_argument(
+        "--kind",
+        metavar="K",
+        help="diagram, plans, curves, coupler, losses, map (default: diagram of a sweep or of "
+        "modes, curves of reactions, map of a study)",
+    )
+    parser.add_argument(
+        "--of", action="append", default=[], metavar="PATH", help="what graphs show; repeatable"
+    )
+    parser.add_argument("--polar", action="store_true", help="reactions in the plane")
     parser.add_argument(
         "--which",
         metavar="W",
@@ -30,34 +42,38 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.analysis.solve import solve
-    from mechdae.draw import plot, save
+    from mechdae.draw import KINDS, plot, save
 
     if options.format not in FORMATS:
         raise UnknownName("format", options.format, FORMATS)
     problem = problem_of(options)
-    name = options.task
-    if name is None:
-        drawn = [n for n, task in problem.tasks.items() if task.available]
-        sweeps = [n for n in drawn if problem.tasks[n].kind == "sweep"]
-        if not drawn:
-            raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
-        name = (sweeps or drawn)[0]
-    kind = problem.task(name).kind
-    if kind == "study":
+    name = task_for(problem, options.task, options.kind)
+    study = problem.task(name).kind == "study"
+    usual = DEFAULT.get(problem.task(name).kind, "diagram")
+    kind = options.kind or ("diagram" if options.pose is not None else usual)
+    if kind not in KINDS:
+        plot(None, kind)  # says which kinds there are
+    if study and kind != "map":
         raise InputError(
             "a study has no pose to draw",
             where=f"tasks.{name}",
             hint=f"--task {problem.tasks[name].of} with --set",  # type: ignore[attr-defined]
         )
-    result = _with_all_bodies(problem, solve(problem, name, mode=options.mode), options.mode)
-    extra = {} if options.pose is None else {"pose": options.pose}
-    word = options.kind
+    extra = options_for(kind, options.of, options.polar)
+    word = f"{kind}-polar" if options.polar else kind
     if options.which is not None:
-        if options.kind != "plans":
+        if kind != "plans":
             raise InputError("only plans have --which", hint="--kind plans")
-        extra["which"] = options.which
-        word = options.which
-    axes = plot(result, options.kind, **extra)
+        extra["which"] = word = options.which
+    if options.pose is not None:
+        if kind in GRAPHS:
+            raise InputError(f"{kind} shows all poses", where="--pose")
+        extra["pose"] = options.pose
+    problem = prepared(problem, name, kind, options.of)
+    result = solve(problem, name, mode=None if study else options.mode)
+    if kind not in GRAPHS:
+        result = _with_all_bodies(problem, result, options.mode)
+    axes = plot(result, kind, **extra)
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
     pose = "" if options.pose is None else f"-{options.pose}"
