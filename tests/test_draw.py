@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw import diagram, layout, save, style, wheels
+from mechdae.draw import LATER, diagram, layout, save, style, wheels
 from mechdae.draw.labels import draw_labels, numbers_of
 from mechdae.draw.places import places_of, written
 from mechdae.draw.scene import choose_pose, read_scene
@@ -625,7 +625,7 @@ def test_a_study_has_no_pose_to_draw():
 
 
 def test_unknown_kinds():
-    for kind in ["curves", "coupler", "losses", "map", "page"]:
+    for kind in LATER:
         with pytest.raises(md.UnavailableError, match=kind):
             md.plot(None, kind)
     with pytest.raises(md.UnknownName, match="diagram"):

@@ -17,11 +17,15 @@ if TYPE_CHECKING:
 
 KINDS = {
     "diagram": "mechdae.draw.diagram",
-    "plans": "mechdae.draw.plans",
     "animation": "mechdae.draw.animation",
+    "plans": "mechdae.draw.plans",
+    "curves": "mechdae.draw.graphs.curves",
+    "coupler": "mechdae.draw.graphs.coupler",
+    "losses": "mechdae.draw.graphs.losses",
+    "map": "mechdae.draw.graphs.map",
 }
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
-LATER = ("curves", "coupler", "losses", "map", "page")
+LATER = ("page",)
 
 
 def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: Any) -> Any:
@@ -33,9 +37,11 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
         What `mechdae.solve` returned.
     kind
         ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`;
-        ``"animation"``: it moves, see `mechdae.draw.animation.animate`.
+        ``"animation"``: it moves, see `mechdae.draw.animation.animate`;
         ``"plans"``: velocities, accelerations and forces of one pose as vector polygons, see
-        `mechdae.draw.plans.draw`.
+        `mechdae.draw.plans.draw`; ``"curves"``: series against the driver or time, see
+        `mechdae.draw.graphs.curves.draw`; ``"coupler"``: paths of points and hodographs;
+        ``"losses"``: losses by joint; ``"map"``: a study over its parameters.
     ax
         Axes to draw in; without it a new figure is made. No window is opened.
     **options

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,7 +47,7 @@ def draw(
     loads: bool = True,
     dark: bool = False,
     lang: str = "en",
-    scale: float | None = None,
+    scale: float | Callable[[float], float] | None = None,
 ) -> Axes:
     """Draw the kinematic diagram of one pose.
 
@@ -73,7 +74,8 @@ def draw(
     lang
         Language of the words, "en" or "ru".
     scale
-        Metres per millimetre of paper; by default as small as the axes allow.
+        Metres per millimetre of paper, or a function of the smallest that the axes allow,
+        which is the default.
 
     Returns
     -------
@@ -119,7 +121,7 @@ class View:
     bounds: tuple[Array, Array, float] | None = None
     peak: float | None = None
     memory: dict[str, Array] | None = None
-    scale: float | None = None
+    scale: float | Callable[[float], float] | None = None
 
 
 def has_paths(result: Any, scene: Scene) -> bool:

@@ -7,7 +7,7 @@ by labels is kept as segments and boxes for `mechdae.draw.layout`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -41,7 +41,8 @@ class Sheet:
     low, high
         Corners of the box [m] that the mechanism takes up.
     scale
-        Metres per millimetre of paper; by default as small as the box allows.
+        Metres per millimetre of paper, or a function of the smallest that the box allows,
+        which is the default.
     theme
         What the colours of `mechdae.draw.style` become.
     memory
@@ -65,7 +66,7 @@ class Sheet:
         ax: Axes,
         low: ArrayLike,
         high: ArrayLike,
-        scale: float | None = None,
+        scale: float | Callable[[float], float] | None = None,
         theme: style.Theme = style.LIGHT,
         memory: dict[str, Array] | None = None,
     ) -> None:
@@ -83,7 +84,8 @@ class Sheet:
         spans = (high - low) / room
         self.metre = 1.0 / float(spans.max()) if spans.max() > 0 else 1.0
         if scale is not None:
-            self.metre = MILLIMETRE / (scale * self.k)
+            wanted = scale(self.scale) if callable(scale) else scale
+            self.metre = MILLIMETRE / (wanted * self.k)
         center = self.size / 2 + (0.0, style.STRIP / 2)
         self.corner: Array = (low + high) / 2 - center / self.metre
         far = self.corner + self.size / self.metre

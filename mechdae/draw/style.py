@@ -31,6 +31,36 @@ FAINT: Final = "#5f6b76"
 DRAWN: Final = (INK, DRIVEN, ARROW, WHEEL, TRACE, GHOST, GROUND, LOAD, FAINT)
 """What lines and letters are drawn in."""
 
+SERIES: Final = ("#0072b2", "#d55e00", "#007a5a", "#8a4f7d", "#b07700", "#2b8cbe", "#5f6b76")
+"""Curves of one panel, in this order; the dashes tell them apart without colour."""
+DASHES: Final = (
+    None,
+    (0.0, (7.0, 2.0)),
+    (0.0, (7.0, 2.0, 1.5, 2.0)),
+    (0.0, (3.0, 1.5)),
+    (0.0, (7.0, 2.0, 1.5, 2.0, 1.5, 2.0)),
+    (0.0, (12.0, 3.0)),
+    (0.0, (1.5, 1.5)),
+)
+DOTTED: Final = (0.0, (1.2, 1.6))
+"""Curves without friction, beside the one with it."""
+ARCS: Final = {
+    "unassembled": ("#e4e7ea", "#a9b1b8", "////"),
+    "singular": ("#dcd6e2", "#9a86ab", "xxxx"),
+    "jammed": ("#f9dccb", "#e08a55", "\\\\\\\\"),
+    "ambiguous": ("#fbf0c9", "#c9a534", "...."),
+    "self-locking": ("#d6ebf8", "#6fb2da", "----"),
+    "no value": ("#f1f1f1", "#b9b9b9", "\\\\//"),
+    "roller undercuts": ("#d4ebe3", "#5fae95", "||||"),
+}
+"""Shades of arcs: area, hatching, pattern."""
+LEVELS: Final = ("#f3f7fb", "#c3dcef", "#7fb8dd", "#3a86bd", "#12537f")
+"""Values of a map from low to high: darker with each step, so they read without colour."""
+GRAPH: Final = 504.0
+"""Width of a new graph [pt]."""
+TICK: Final = 8.0
+"""Size of numbers on axes and of labels of curves."""
+
 FIGURE: Final = (7.0, 5.0)
 """Size of a new figure [in]."""
 DPI: Final = 100
