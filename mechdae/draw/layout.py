@@ -123,10 +123,17 @@ def _place(labels: Sequence[Label], fixed: Sequence[Array]) -> tuple[Array, Arra
         range(len(labels)), key=lambda i: (labels[i].rank, -round(float(fixed[i].min()), 6))
     )
 
+    known: dict[tuple[int, ...], Array] = {}
+
     def covering(i: int) -> Array:
         """Return what each place of a label covers of the labels placed so far."""
-        taken = [(labels[j], pick, feet[j]) for j in rivals[i] if (pick := chosen[j]) is not None]
-        return _covering(labels[i], feet[i], taken)
+        picks = [-1 if (pick := chosen[j]) is None else pick for j in rivals[i]]
+        key = (i, *picks)
+        if key not in known:
+            placed = [(j, k) for j, k in zip(rivals[i], picks, strict=True) if k >= 0]
+            taken = [(labels[j], k, feet[j]) for j, k in placed]
+            known[key] = _covering(labels[i], feet[i], taken)
+        return known[key]
 
     def settle(members: Sequence[int]) -> None:
         for i in members:

@@ -135,7 +135,7 @@ class Sheet:
             dash_capstyle="butt",
             gid=gid,
         )
-        self.ax.add_line(artist)
+        self.ax.add_artist(artist)
         self.keep(places, weight)
 
     def area(
@@ -161,7 +161,7 @@ class Sheet:
             zorder=z,
             gid=gid,
         )
-        self.ax.add_patch(artist)
+        self.ax.add_artist(artist)
         self.keep(np.vstack([places, places[:1]]), weight)
 
     def circle(
@@ -189,7 +189,7 @@ class Sheet:
             zorder=z,
             gid=gid,
         )
-        self.ax.add_patch(artist)
+        self.ax.add_artist(artist)
         if fill == "none":
             self.keep(arc(middle, radius, 0.0, 2 * np.pi, 48), weight)
         else:
