@@ -150,7 +150,7 @@ def draw_pose(
     places = places_of(scene, pose)
     drivers = drivers_of(scene, result)
     colors = dict.fromkeys(driven_bodies(scene, drivers), style.DRIVEN)
-    links = _draw_links(sheet, scene, pose, size, colors)
+    links = _draw_links(sheet, scene, pose, size, colors, outside_of(result))
     _draw_places(sheet, scene, pose, places, links)
     draw_drivers(sheet, scene, result, pose, drivers, places)
     marks: list[Mark] = []
@@ -279,7 +279,12 @@ def _others(scene: Scene, pose: int, ghosts: int) -> list[int]:
 
 
 def _draw_links(
-    sheet: Sheet, scene: Scene, pose: int, size: float, colors: dict[str, str]
+    sheet: Sheet,
+    scene: Scene,
+    pose: int,
+    size: float,
+    colors: dict[str, str],
+    outside: set[str],
 ) -> Links:
     links = Links()
     gaps = gaps_of(sheet, scene, pose, size)
@@ -291,7 +296,9 @@ def _draw_links(
             continue
         color = colors.get(name, style.INK)
         z = style.Z_BLOCK - 0.5 if name in sliding else style.Z_BAR
-        links.bars[name] = draw_body(sheet, scene, name, pose, gaps.get(name, []), color, z)
+        links.bars[name] = draw_body(
+            sheet, scene, name, pose, gaps.get(name, []), color, z, dashed=name in outside
+        )
         links.bars[name] += guides.get(name, [])
         shape = shape_of(scene, name)
         spots = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in shape.points]
@@ -415,14 +422,22 @@ def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int, words: Words
         sheet.box((0.0, 2.0), (4.0 + (high - low)[0], 18.0))
 
 
+def outside_of(result: Any) -> set[str]:
+    """Return the bodies that no output of the task depends on."""
+    return set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
+
+
 def note_text(scene: Scene, result: Any, pose: int, words: Words) -> str:
     """Return which bodies are not drawn, and why."""
-    outside = set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
+    outside = outside_of(result)
     missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
     absent = [name for name in missing if name in outside]
     unasked = [name for name in missing if name not in scene.origins and name not in outside]
     unsolved = [name for name in missing if name not in {*absent, *unasked}]
+    dashed = [name for name in scene.mechanism.bodies if name in outside - set(missing)]
     parts, status = [], words.status(scene.status[pose])
+    if dashed:
+        parts.append(f"{words('dashed')}: {', '.join(dashed)}")
     if absent:
         parts.append(f"{words('absent')}: {', '.join(absent)}")
     if unasked:

@@ -12,6 +12,7 @@ TABLE: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "en": MappingProxyType(
             {
                 "absent": "not in the scene",
+                "dashed": "dashed, not in the scene",
                 "unasked": "not in the result",
                 "undrawn": "not drawn",
                 "pose": "pose",
@@ -34,6 +35,7 @@ TABLE: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "ru": MappingProxyType(
             {
                 "absent": "вне сцены",
+                "dashed": "штрихами, вне сцены",
                 "unasked": "нет в результате",
                 "undrawn": "не показаны",
                 "pose": "положение",

@@ -10,7 +10,7 @@ from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
 from mechdae.cli.pictures import DEFAULT, GRAPHS, options_for, prepared, task_for
 from mechdae.cli.progress import progress
-from mechdae.errors import InputError, UnknownName
+from mechdae.errors import InputError, MechdaeError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
 STYLED = ("diagram", "animation")
@@ -112,7 +112,11 @@ def _style(options: argparse.Namespace, kind: str) -> dict[str, Any]:
 
 
 def _with_all_bodies(problem: Any, result: Any, mode: str | None) -> Any:
-    """Return a result that holds every body of its scene, for a task that names outputs."""
+    """Return a result that holds every body, for a task that names outputs.
+
+    Bodies that no output depends on are still named as not in the scene; where they spoil
+    the task they are left out.
+    """
     from dataclasses import replace
 
     from mechdae.analysis.solve import solve
@@ -121,6 +125,17 @@ def _with_all_bodies(problem: Any, result: Any, mode: str | None) -> Any:
         return result
     left_out = result.summary["not_in_scene"]
     bodies = tuple(body for body in problem.mechanism.bodies if body not in left_out)
-    task = replace(result.definition, outputs=bodies)
-    whole = problem.with_task(result.task, task)
-    return solve(whole, result.task, mode=mode)
+
+    def with_outputs(outputs: tuple[str, ...] | None) -> Any:
+        task = replace(result.definition, outputs=outputs)
+        return solve(problem.with_task(result.task, task), result.task, mode=mode)
+
+    if left_out:
+        try:
+            whole = with_outputs(None)
+        except MechdaeError:
+            whole = None
+        if whole is not None and whole.fault == result.fault:
+            whole.summary["not_in_scene"] = left_out
+            return whole
+    return with_outputs(bodies)
