@@ -34,6 +34,8 @@ from article_text import (
 )
 
 import mechdae as md
+from mechdae.draw.plans.motion import motion_plan
+from mechdae.draw.scene import read_scene
 
 PAGE = Path(__file__).with_name("articles.md")
 SEVEN, FIVE = "gorshkov-seven-link", "geared-five-bar"
@@ -439,6 +441,44 @@ def reasons() -> list[str]:
         "",
     ]
     return lines
+
+
+DRAWN_V, DRAWN_A = 0.01, 0.0604
+"""Scales of Fig. 7, per millimetre: that of velocities follows from 95 mm for 0.95 m/s."""
+DRAWN = [
+    ("v_E", "velocity-rocker.E", "95", DRAWN_V),
+    ("v_EB", "velocity-coupler.E-coupler.B-relative", "63", DRAWN_V),
+    ("a_B", "acceleration-rod.B", "26", DRAWN_A),
+    ("a_EBn", "acceleration-coupler.E-coupler.B-normal", "12", DRAWN_A),
+    ("a_EBt", "acceleration-coupler.E-coupler.B-tangential", "77", DRAWN_A),
+    ("a_EFn", "acceleration-rocker.E-rocker.F-normal", "50", DRAWN_A),
+    ("a_EFt", "acceleration-rocker.E-rocker.F-tangential", "82", DRAWN_A),
+    ("a_E", "acceleration-rocker.E", "96", DRAWN_A),
+]
+"""Lengths in Fig. 7 [mm] with the arrows of our plans."""
+
+
+def plans() -> list[str]:
+    """Return our plans beside the lengths measured on those of the article."""
+    scene = read_scene(pose())
+    ours = [motion_plan(pose(), scene, 0, word) for word in ("velocity", "acceleration")]
+    closed = below(max(plan.gap / plan.size for plan in ours), 1e-14)
+    lengths = {arrow.gid: arrow.length for plan in ours for arrow in plan.arrows}
+    body = []
+    for name, gid, drawn, scale in DRAWN:
+        true = lengths[gid] / scale
+        value = float(drawn) * scale
+        row = [name, drawn, fixed(true, 2), text(value, 4), text(lengths[gid], 6)]
+        body.append([*row, percent(float(drawn), true)])
+    return [
+        "![Plans of velocities and accelerations](../plots/seven_link_plans.svg)",
+        "",
+        f'`md.plot(result, "plans")`: vectors from the result, open by {closed} of their size. '
+        "The lengths that Fig. 7 of the article gives beside those that the same vectors have on "
+        "our plans at its scales, 0.01 (m/s)/mm and 0.0604 (m/s²)/mm:",
+        "",
+        *table("vector | drawn, mm | ours, mm | drawn | mechdae | drawn, %", body),
+    ]
 
 
 def errata() -> list[str]:
@@ -1128,6 +1168,9 @@ def page() -> str:
         "is not, the slip was made there.",
         "",
         *reasons(),
+        "### The plans, drawn and computed",
+        "",
+        *plans(),
         "### Errata",
         "",
         *errata(),

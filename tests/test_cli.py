@@ -232,7 +232,9 @@ def test_plot_of_a_study_is_refused(capsys, tmp_path) -> None:
     text += '\n[tasks.map]\nkind = "study"\nof = "turn"\nvary = { r = [0.1, 0.2, 3] }\n'
     path = tmp_path / "map.toml"
     path.write_text(text + 'outputs = ["summary/stroke/guide"]\n')
-    code, out, err = run(capsys, "plot", str(path), "--task", "map", "--out", str(tmp_path))
+    code, out, err = run(
+        capsys, "plot", str(path), "--task", "map", "--kind", "diagram", "--out", str(tmp_path)
+    )
     assert (code, out) == (2, "")
     assert "a study has no pose to draw" in err
     assert "--task turn" in err

@@ -1,7 +1,9 @@
 """Kinematic diagrams: symbols, radii of wheels, labels, files."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,12 +11,15 @@ import pytest
 from matplotlib.figure import Figure
 
 import mechdae as md
+from mechdae.cli import main
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw import diagram, layout, save, style, wheels
+from mechdae.draw import LATER, diagram, layout, save, style, wheels
 from mechdae.draw.labels import draw_labels, numbers_of
 from mechdae.draw.places import places_of, written
 from mechdae.draw.scene import choose_pose, read_scene
+from mechdae.draw.words import Words
 
+ROOT = Path(__file__).parents[1]
 POSES = np.deg2rad(np.arange(20.0, 381.0, 15.0))
 
 
@@ -591,7 +596,7 @@ def test_subtitle_tells_the_driver_value():
 )
 def test_scale_bar_has_a_round_length(about, length, text):
     assert diagram.nice_length(about) == pytest.approx(length)
-    assert diagram.length_text(length) == text
+    assert diagram.length_text(length, Words()) == text
 
 
 def test_long_titles_are_fitted():
@@ -623,8 +628,30 @@ def test_a_study_has_no_pose_to_draw():
         md.plot(md.solve(problem, study, poses=None))
 
 
+def test_the_command_dashes_bodies_that_no_output_depends_on(tmp_path, capsys):
+    text = (ROOT / "problems" / "gorshkov-seven-link.toml").read_text()
+    path = tmp_path / "press.toml"
+    path.write_text(text.replace("[tasks.pose]\n", '[tasks.pose]\noutputs = ["slider.C"]\n'))
+
+    def bars(source, task):
+        command = ["plot", str(source), "--task", task, "--out", str(tmp_path)]
+        assert main(command) == 0
+        drawn = Path(capsys.readouterr().out.strip()).read_text()
+        every = set(re.findall(r'<g id="body-(\w+)-bar">', drawn))
+        dashed = re.findall(r'<g id="body-(\w+)-bar">\s*<path [^>]*stroke-dasharray', drawn)
+        return every, set(dashed)
+
+    every, dashed = bars(path, "pose")
+    assert dashed == {"coupler", "rocker"}
+    assert {"crank", "rod", "connecting_rod"} <= every
+    # over the whole turn they do not assemble: they are left out
+    every, dashed = bars("gorshkov-seven-link", "turn")
+    assert not {"coupler", "rocker"} & every
+    assert not dashed
+
+
 def test_unknown_kinds():
-    for kind in ["plans", "curves", "coupler", "losses", "map", "animation", "page"]:
+    for kind in LATER:
         with pytest.raises(md.UnavailableError, match=kind):
             md.plot(None, kind)
     with pytest.raises(md.UnknownName, match="diagram"):

@@ -29,6 +29,8 @@ NO_POWER = 1e-9
 """Share of the losses below which the power without friction is none: idling, all is lost."""
 ROUNDING = 1e-12
 """Share of the losses, or of what goes in and out, that a power has to reach to have a sign."""
+KNOWN = 1e-6
+"""Error of the integrals, relative, above which the result says so."""
 STEPS = (1e-5, 1e-7)
 """Shares of the way at which losses beside a change point are compared."""
 GROWS = 30.0
@@ -51,6 +53,12 @@ def cycle(
     setting = moving.setting
     if isinstance(moving.run.path, Legs) or low == high:
         raise InputError("a cycle needs one driver that moves over an interval", where="cycle")
+    steps = np.sign(np.diff(places))
+    if steps.min() < 0 < steps.max():
+        word = "driver.at" if moving.by_value else "driver.times"
+        raise InputError("the poses of a cycle go one way", where=word)
+    if moving.by_value and not moving.speed:
+        raise InputError("a cycle needs a driver that moves, its speed is 0", where="driver.speed")
     if moving.by_value and setting.plan.acceleration.any():
         raise InputError("a cycle needs a driver of constant speed", where="driver.acceleration")
     if not answer.there[[0, -1]].all():
@@ -81,10 +89,10 @@ def cycle(
     if arcs["jammed"]:
         faults.append(f"the cycle has no mean powers: jammed for {word} from {spans('jammed')}")
     if arcs["ambiguous"]:
-        faults.append(
-            f"several solutions for {word} from {spans('ambiguous')}: mean powers are those of the "
-            f"one that continues the motion without friction"
-        )
+        text = f"several solutions for {word} from {spans('ambiguous')}"
+        if not arcs["jammed"]:
+            text += ": mean powers are those of the one that continues the motion without friction"
+        faults.append(text)
     panels = [low, *[k for k in kinks if low < k < high], high]
     charts = [Chart(a, b) for a, b in itertools.pairwise(panels) if b > a]
     count = len(statics.balance.joints)
@@ -103,6 +111,16 @@ def cycle(
     figures |= _figures(statics, mean, count, task, coupled, bool(arcs["jammed"]))
     largest = float(size(total).max(initial=0.0))
     figures["quadrature_error"] = float(error.max(initial=0.0) / largest) if largest else 0.0
+    if not np.isfinite(total).all():
+        faults.append(
+            "the mean powers of the cycle have no value: a force is not finite between the poses"
+        )
+    elif figures["quadrature_error"] > KNOWN:
+        share = figures["quadrature_error"]
+        faults.append(
+            f"the mean powers of the cycle are known to {share:.1g} of them only: forces grow too "
+            f"steeply between the poses"
+        )
     return figures, faults
 
 

@@ -29,8 +29,6 @@ def series_of(
     found: dict[str, dict[str, Any]] = {}
     for k, name in enumerate(balance.joints):
         own: dict[str, Any] = {"reaction": answer.whole.reactions[:, k]}
-        if unique is not None:
-            own["reaction"] = np.where(unique.whole[k], own["reaction"], np.nan)
         if name in balance.guides:
             own["normal"] = answer.whole.normals[:, balance.guides.index(name)]
         if name in lossy and friction:
@@ -42,6 +40,10 @@ def series_of(
             parts = {"static": static.reactions[:, k]}
             parts["inertial"] = answer.free.reactions[:, k] - static.reactions[:, k]
             own |= {f"reaction_{part}": parts[part] for part in task.parts or ()}
+        if unique is not None:
+            for word in own:
+                if not unique.given(balance, name, word):
+                    own[word] = np.full_like(own[word], np.nan)
         own |= _turned(statics, answer, name, own["reaction"], task.axes or ())
         found[name] = own
     return found
@@ -139,7 +141,9 @@ def efforts_of(
     return listed(answer.whole.efforts), parts
 
 
-def solutions_of(setting: Setting, statics: Statics, answer: Answer) -> Iterable[dict[str, Any]]:
+def solutions_of(
+    setting: Setting, statics: Statics, answer: Answer, unique: Uniqueness | None
+) -> Iterable[dict[str, Any]]:
     """Yield all solutions of the poses that have several."""
     lead = setting.plan.lead
     names = [row.owner for row in setting.scene.rows if row.driver]
@@ -150,6 +154,8 @@ def solutions_of(setting: Setting, statics: Statics, answer: Answer) -> Iterable
         listed = []
         for i, sizes in enumerate(own.sizes):
             loaded = statics.loaded(one, sizes[None, :])
+            if unique is not None:
+                loaded.reactions[:, ~unique.whole] = np.nan
             listed.append(
                 {
                     "efforts": dict(zip(names, loaded.efforts[0].tolist(), strict=True)),

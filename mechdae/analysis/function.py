@@ -24,6 +24,7 @@ from mechdae.analysis.reactions import loaded_bodies
 from mechdae.analysis.setting import first_pose, prepare
 from mechdae.analysis.statics import Statics
 from mechdae.analysis.sweep import run
+from mechdae.analysis.uniqueness import require_unique
 from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import Problem, load
@@ -175,6 +176,7 @@ class _Built:
                 self.setting.scene, followed.evaluator, base, motion,
                 turned=base.direction == "load",
             )  # fmt: skip
+            require_unique(self.statics, motion, paths)
         self.composed = Composed(self.setting, paths, names, self.statics)
         model = self.setting.scene.model
         self.p0 = np.array(

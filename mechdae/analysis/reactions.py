@@ -92,8 +92,8 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     _check_time(statics, motion)
     unique = uniqueness(statics, motion)
     status = _with_rank(result)
-    answer = solved(statics, motion, status)
     _check_loads(setting, statics, motion)
+    answer = solved(statics, motion, status)
     summary = dict(result.summary)
     found = checks(statics, moving, answer)
     status[answer.jammed] = "jammed"
@@ -142,7 +142,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         efforts=efforts,
         parts=parts,
         unique=unique_of(statics, answer, unique, summary),
-        solutions=tuple(solutions_of(setting, statics, answer)),
+        solutions=tuple(solutions_of(setting, statics, answer, unique)),
         checks=found,
         summary=summary,
         fault="; ".join(faults) or None,
@@ -186,6 +186,9 @@ def _check_loads(setting: Setting, statics: Statics, motion: Motion) -> None:
             hint="other points; a spring may only vanish with free_length = 0, preload = 0 and "
             "damping = 0",
         )
+    for load, lost in statics.unvalued(motion).items():
+        at = float(motion.u[np.flatnonzero(lost)[0], lead])
+        raise InputError(f"it has no finite value at {c.text} = {at:.6g}", where=f"loads.{load}")
 
 
 def _counts(status: Any) -> dict[str, int]:

@@ -25,11 +25,12 @@ from mechdae.analysis.report import report
 from mechdae.analysis.setting import prepare
 from mechdae.analysis.statics import Statics
 from mechdae.analysis.sweep import run
+from mechdae.analysis.uniqueness import require_unique
 from mechdae.describe.expression import build, evaluate, names_in
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Driver, Reactions, Sensitivity, Sweep
-from mechdae.errors import InputError, SolveError, UnknownName
+from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
 from mechdae.kernels.batch import Batch
 from mechdae.model.model import FUNCTIONS
 from mechdae.results import Result
@@ -141,10 +142,16 @@ def _tolerances(problem: Problem, task: Sensitivity) -> dict[str, float]:
     if not isinstance(task.tolerances, Mapping):
         raise InputError("a table name = half width is needed", where="tolerances")
     known = evaluate_all(problem.mechanism.parameters)
-    found = {key: evaluate(number, known) for key, number in task.tolerances.items()}
-    for key, width in found.items():
-        if width < 0:
-            raise InputError("a half width is not negative", where=f"tolerances.{key}")
+    values, found = problem.mechanism.values(), {}
+    for key, number in task.tolerances.items():
+        try:
+            if key not in values:
+                raise UnknownName("parameter", key, values)
+            found[key] = evaluate(number, known)
+            if found[key] < 0:
+                raise InputError("a half width is not negative")
+        except MechdaeError as error:
+            raise error.inside(f"tolerances.{key}") from None
     return found
 
 
@@ -187,6 +194,7 @@ class _Poses:
             self.statics = Statics(
                 setting.scene, followed.evaluator, base, motion, turned=base.direction == "load"
             )
+            require_unique(self.statics, motion, paths)
             status = report(problem, "", base, setting, followed).status
             answer = solved(self.statics, motion, status)
             extra = [*answer.inputs[3:6], answer.sizes]
@@ -370,7 +378,13 @@ def _number(result: Result, path: str) -> Any:
     value = result.value(path)
     if value is None:
         raise SolveError(f"{path} has no value here", hint="ask for a path that has one")
-    return np.array(value, float)
+    try:
+        found = np.array(value, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{path} is not a number", where="outputs") from None
+    if not found.size:
+        raise SolveError(f"{path} has no value here", hint="ask for a path that has one")
+    return found
 
 
 # -- tolerances ----------------------------------------------------------------------------------

@@ -274,6 +274,20 @@ class Statics:
         names = [direction.load.name for direction in self.loads.directions]
         return {name: lost[:, k] for k, name in enumerate(names) if lost[:, k].any()}
 
+    def unvalued(self, motion: Motion) -> dict[str, Any]:
+        """Return the poses at which a load is not a finite number, by load."""
+        loads = self.loads.model.mechanism.loads
+        names = [name for name, load in loads.items() if load.expressions]
+        if not names:
+            return {}
+        wrenches = [self.loads.wrenches[name] for name in names]
+        sums = [ca.densify(ca.sum1(ca.fabs(ca.vertcat(0, *w.values())))) for w in wrenches]
+        inputs = self.balance.inputs
+        function = Batch(ca.Function("loads", inputs, [ca.vertcat(*sums)]), self.balance.shared)
+        there = np.isfinite(motion.v).all(axis=1)
+        lost = ~np.isfinite(function(*self.inputs(motion))[0]) & there[:, None]
+        return {name: lost[:, k] for k, name in enumerate(names) if lost[:, k].any()}
+
     def signs(self, motion: Motion) -> Any:
         """Return the sign of each sliding speed, (n, slips).
 

@@ -8,6 +8,7 @@ may all be non-unique while a direction between them is.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,8 @@ import numpy as np
 
 from mechdae.analysis.statics import Motion, Statics
 from mechdae.describe.mechanism import GROUND
-from mechdae.errors import IndeterminateFrictionError
+from mechdae.errors import IndeterminateFrictionError, SolveError
+from mechdae.kernels.balance import Balance
 from mechdae.kernels.batch import Batch
 from mechdae.model.wrenches import Wrench, on_body
 
@@ -55,12 +57,34 @@ class Uniqueness:
 
     ``whole`` (joints,) tells which reactions are unique altogether, ``joints`` has the
     directions of those in redundant groups and of those that pass their forces on, ``sums``
-    bodies and joints whose resultant is unique although the single reactions are not.
+    bodies and joints whose resultant is unique although the single reactions are not, ``normals``
+    the guides and slots whose normal force is unique.
     """
 
     whole: Any
     joints: dict[str, Directions]
     sums: dict[str, list[str]]
+    normals: set[str]
+
+    def given(self, balance: Balance, name: str, quantity: str) -> bool:
+        """Return whether a quantity of a joint is unique altogether."""
+        if quantity == "normal":
+            return name in self.normals
+        reaction = quantity.startswith("reaction") and name in balance.joints
+        return not reaction or bool(self.whole[balance.joints.index(name)])
+
+
+def require_unique(statics: Statics, motion: Motion, paths: Iterable[str]) -> None:
+    """Raise `SolveError` for paths of reactions that are not unique."""
+    unique = uniqueness(statics, motion)
+    for path in paths if unique is not None else ():
+        head, _, rest = path.partition("/")
+        name, _, quantity = rest.partition("/")
+        if head == "joints" and unique and not unique.given(statics.balance, name, quantity):
+            raise SolveError(
+                f"{path} has no value: constraints are superfluous, it is not unique",
+                hint="efforts, and reactions whose joints show does not name as superfluous",
+            )
 
 
 def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
@@ -106,7 +130,12 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
         ]
         if len(own) > 1:
             sums[body] = own
-    return Uniqueness(whole, joints, sums)
+    normals = set()
+    for name in balance.guides:
+        row = next(i for i in balance.rows_of[name] if statics.scene.rows[i].part == "n")
+        if all(np.abs(N[row]).max(initial=0.0) <= ZERO for N in null):
+            normals.add(name)
+    return Uniqueness(whole, joints, sums, normals)
 
 
 @dataclass

@@ -30,13 +30,13 @@ def problem_of(options: argparse.Namespace) -> Problem:
     return load(options.problem).with_values(settings(options.set))
 
 
-def settings(pairs: list[str]) -> dict[str, float | str]:
+def settings(pairs: list[str], option: str = "--set") -> dict[str, float | str]:
     """Return the values of ``--set NAME=VALUE``; a value may be an expression."""
     values: dict[str, float | str] = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not equals or not name.strip() or not text.strip():
-            raise InputError(f"'{pair}' is not NAME=VALUE", where="--set")
+            raise InputError(f"'{pair}' is not NAME=VALUE", where=option)
         try:
             values[name.strip()] = float(text)
         except ValueError:

@@ -33,13 +33,16 @@ def check_loads(mechanism: Mechanism) -> None:
 def _check_load(mechanism: Mechanism, load: Load) -> None:
     if isinstance(load, Force):
         _point(mechanism, load.point, "point")
+        if load.point.split(".")[0] == GROUND:
+            raise InputError("a force on the ground does nothing", where="point")
         if load.frame != "world":
             _body(mechanism, load.frame, "frame")
     elif isinstance(load, Torque):
         _body(mechanism, load.body, "body")
     elif isinstance(load, Spring):
         if (load.between is None) == (load.coordinate is None):
-            raise InputError("a spring needs 'between' or 'coordinate'")
+            word = ", not both" if load.between else ""
+            raise InputError(f"a spring needs 'between' or 'coordinate'{word}")
         for reference in load.between or ():
             _point(mechanism, reference, "between")
         if load.between is not None and len(load.between) != 2:

@@ -29,6 +29,15 @@ class Load(Value):
                     if isinstance(number, float):
                         yield f"{entry.name}.{axis}", number
 
+    @property
+    def expressions(self) -> bool:
+        """Whether one of the load's numbers is an expression."""
+        numbers = [
+            getattr(self, e.name) for e in fields(self) if e.metadata.get("kind") == "number"
+        ]
+        pairs = [getattr(self, e.name) for e in fields(self) if e.metadata.get("kind") == "pair"]
+        return any(isinstance(number, str) for number in itertools.chain(numbers, *pairs))
+
     def with_number(self, entry: str, number: Number) -> Load:
         """Return the load with one of its numbers replaced."""
         name, _, axis = entry.partition(".")
@@ -45,7 +54,7 @@ class Force(Load):
     """Force [N] at a point; ``frame`` is "world" or a body."""
 
     point: str = key("reference")
-    value: tuple[Number, ...] = key("pair")
+    value: tuple[Number, ...] = key("pair", unit="N")
     frame: str = key("text", "world")
     kind: ClassVar[str] = "force"
 
@@ -55,7 +64,7 @@ class Torque(Load):
     """Torque [N m] on a body."""
 
     body: str = key("name")
-    value: Number = key("number")
+    value: Number = key("number", unit="N m")
     kind: ClassVar[str] = "torque"
 
 
@@ -64,8 +73,8 @@ class Resistance(Load):
     """Magnitudes against the motion while the coordinate falls / grows [N or N m]."""
 
     coordinate: str = key("text")
-    negative: Number = key("number", 0.0)
-    positive: Number = key("number", 0.0)
+    negative: Number = key("number", 0.0, unit="N or N m")
+    positive: Number = key("number", 0.0, unit="N or N m")
     kind: ClassVar[str] = "resistance"
 
 
@@ -75,10 +84,10 @@ class Spring(Load):
 
     between: tuple[str, ...] | None = key("names", None)
     coordinate: str | None = key("text", None)
-    stiffness: Number = key("number", 0.0)
+    stiffness: Number = key("number", 0.0, unit="N/m or N m/rad")
     free_length: Number = key("number", 0.0)
-    preload: Number = key("number", 0.0)
-    damping: Number = key("number", 0.0)
+    preload: Number = key("number", 0.0, unit="N or N m")
+    damping: Number = key("number", 0.0, unit="N s/m or N m s/rad")
     kind: ClassVar[str] = "spring"
 
 
@@ -92,9 +101,11 @@ class TableLoad(Load):
 
     coordinate: str = key("text")
     file: str | None = key("text", None, doc="CSV in the folder of the problem file")
-    rows: tuple[tuple[float, float], ...] | None = key("rows", None, doc="[[abscissa, value], ...]")
+    rows: tuple[tuple[float, float], ...] | None = key(
+        "rows", None, doc="[[abscissa, value], ...]", unit="m or rad, and N or N m"
+    )
     columns: tuple[str, ...] | None = key("names", None)
-    factor: Number = key("number", 1.0)
+    factor: Number = key("number", 1.0, unit="N or N m over the unit of the table")
     along: str | None = key("text", None)
     body: str | None = key("name", None)
     periodic: bool = key("flag", False)
@@ -107,10 +118,15 @@ class TableLoad(Load):
         super().__post_init__()
         if self.file is None and self.rows is None:
             raise InputError("a table needs 'file' or 'rows'")
+        if self.file is not None and self.rows is not None:
+            raise InputError("a table needs 'file' or 'rows', not both")
         if (self.along is None) == (self.body is None):
-            raise InputError("a table needs 'along' (a coordinate) or 'body'")
+            both = ", not both" if self.body else ""
+            raise InputError(f"a table needs 'along' (a coordinate) or 'body'{both}")
         if len(self.points) == 1:
-            raise InputError("two rows at least are needed", where="file")
+            raise InputError(
+                "two rows at least are needed", where="rows" if self.file is None else "file"
+            )
         for k, (before, after) in enumerate(itertools.pairwise(self.points), start=2):
             if after[0] <= before[0]:
                 raise InputError(

@@ -403,6 +403,9 @@ def _check_set(mechanism: Mechanism, name: str, suffix: str) -> None:
     if part in mechanism.joints:
         entry = next((f for f in fields(mechanism.joints[part]) if f.name == rest[0]), None)
         unit = entry.metadata.get("unit") if entry else None
+    elif part == "loads":
+        entry = next((f for f in fields(mechanism.loads[rest[0]]) if f.name == rest[1]), None)
+        unit = entry.metadata.get("unit") if entry else None
     else:
         unit = {"mass": "kg", "inertia": "kg m2"}.get(rest[0], "m")
     check_suffix(f"{rest[-1]}{suffix}", unit)

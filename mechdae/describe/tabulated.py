@@ -117,7 +117,8 @@ def _read(path: Path, columns: tuple[str, ...] | None) -> Rows:
     if not lines:
         raise InputError("holds no rows", where="file")
     header = [cell.strip() for cell in lines[0][1]]
-    titled = not all(_number(cell) is not None for cell in header[:2])
+    known = [_number(cell) is not None for cell in header[:2]]
+    titled = not any(known) if columns is None else not all(known)
     if columns is not None and not titled:
         raise InputError("the file has no header with names of columns", where="columns")
     chosen = [0, 1]
@@ -138,6 +139,8 @@ def _read(path: Path, columns: tuple[str, ...] | None) -> Rows:
                 hint="fill it or delete the row",
             )
         rows.append((numbers[0], numbers[1]))
+    if len(rows) < 2:
+        raise InputError("two rows at least are needed", where="file")
     return tuple(rows)  # type: ignore[arg-type]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,15 +17,23 @@ from mechdae.draw.driver import draw_drivers, driven_bodies, drivers_of, value_t
 from mechdae.draw.figure import new_axes
 from mechdae.draw.guides import draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
+from mechdae.draw.loads import Mark, draw_loads, load_points
 from mechdae.draw.places import PINNED, Place, free_points, places_of
 from mechdae.draw.scene import SHORT, Array, Scene, choose_pose, read_scene
 from mechdae.draw.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.wheels import circles, draw_wheels, rack_span
+from mechdae.draw.words import ENGLISH, Words
 from mechdae.errors import InputError
 
 FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
+
+
+STRIDE = 8.0
+"""Length of the pieces of a path that labels keep off."""
+LENGTHS = ((1e3, 1e3, "km"), (0.5, 1.0, "m"), (5e-4, 1e-3, "mm"), (0.0, 1e-6, "µm"))
+"""Least length, unit, name."""
 
 
 def draw(
@@ -34,7 +44,10 @@ def draw(
     traces: bool = True,
     ghosts: int = 0,
     labels: bool = True,
-    scale: float | None = None,
+    loads: bool = True,
+    dark: bool = False,
+    lang: str = "en",
+    scale: float | Callable[[float], float] | None = None,
 ) -> Axes:
     """Draw the kinematic diagram of one pose.
 
@@ -54,8 +67,15 @@ def draw(
         Number of other poses drawn faintly.
     labels
         Whether joints have letters and links numbers.
+    loads
+        Whether forces, torques, springs, dampers and gravity are drawn.
+    dark
+        Whether the colours are those for dark paper.
+    lang
+        Language of the words, "en" or "ru".
     scale
-        Metres per millimetre of paper; by default as small as the axes allow.
+        Metres per millimetre of paper, or a function of the smallest that the axes allow,
+        which is the default.
 
     Returns
     -------
@@ -66,35 +86,84 @@ def draw(
     ------
     InputError
         A pose that the result does not have.
+    UnknownName
+        Another language.
     """
+    words, theme = Words(lang), style.DARK if dark else style.LIGHT
     if getattr(result, "kind", "") == "study":
         raise InputError("a study has no pose to draw", hint="solve the sweep it repeats")
     scene = read_scene(result)
-    traces = traces and getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
-    axes = new_axes() if ax is None else ax
-    low, high, size = _extent(scene, index, traces, ghosts)
-    sheet = Sheet(axes, low, high, scale)
-    if traces:
-        _draw_traces(sheet, scene)
-    for other in _others(scene, index, ghosts):
-        for name in scene.mechanism.bodies:
-            if scene.shown(name, other):
-                draw_ghost(sheet, scene, name, other)
-    places = places_of(scene, index)
-    drivers = drivers_of(scene, result)
-    colors = dict.fromkeys(driven_bodies(scene, drivers), style.DRIVEN)
-    links = _draw_links(sheet, scene, index, size, colors)
-    _draw_places(sheet, scene, index, places, links)
-    draw_drivers(sheet, scene, result, index, drivers, places)
-    _draw_frame(sheet, scene, result, index)
-    if labels:
-        draw_labels(sheet, scene, index, places, links)
-    write_titles(sheet, result, [value_text(result, entry, index) for entry in drivers], index)
+    axes = new_axes(theme) if ax is None else ax
+    view = View(traces and has_paths(result, scene), ghosts, labels, loads, scale=scale)
+    draw_pose(axes, scene, result, index, view, theme, words)
     return axes
 
 
-def _extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
+@dataclass(frozen=True)
+class View:
+    """What a diagram shows, and what the diagrams of one motion have in common.
+
+    Parameters
+    ----------
+    bounds
+        Corners [m] and size of what is in the picture; without it those of the pose.
+    peak
+        The force that has the longest arrow [N]; without it the largest of the pose.
+    memory, scale
+        See `Sheet`.
+    """
+
+    traces: bool = True
+    ghosts: int = 0
+    labels: bool = True
+    loads: bool = True
+    bounds: tuple[Array, Array, float] | None = None
+    peak: float | None = None
+    memory: dict[str, Array] | None = None
+    scale: float | Callable[[float], float] | None = None
+
+
+def has_paths(result: Any, scene: Scene) -> bool:
+    """Return whether the poses of a result are a motion."""
+    return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
+
+
+def draw_pose(
+    axes: Axes,
+    scene: Scene,
+    result: Any,
+    pose: int,
+    view: View,
+    theme: style.Theme,
+    words: Words,
+) -> None:
+    """Draw one pose of a result whose placements are known, see `draw`."""
+    low, high, size = view.bounds or extent(scene, pose, view.traces, view.ghosts)
+    sheet = Sheet(axes, low, high, view.scale, theme, view.memory)
+    if view.traces:
+        _draw_traces(sheet, scene)
+    for other in _others(scene, pose, view.ghosts):
+        for name in scene.mechanism.bodies:
+            if scene.shown(name, other):
+                draw_ghost(sheet, scene, name, other)
+    places = places_of(scene, pose)
+    drivers = drivers_of(scene, result)
+    colors = dict.fromkeys(driven_bodies(scene, drivers), style.DRIVEN)
+    links = _draw_links(sheet, scene, pose, size, colors, outside_of(result))
+    _draw_places(sheet, scene, pose, places, links)
+    draw_drivers(sheet, scene, result, pose, drivers, places)
+    marks: list[Mark] = []
+    if view.loads:
+        marks = draw_loads(sheet, scene, result, pose, places, words, view.peak)
+    _draw_frame(sheet, scene, result, pose, words)
+    if view.labels:
+        draw_labels(sheet, scene, pose, places, links, marks)
+    values = [value_text(result, entry, pose, words) for entry in drivers]
+    write_titles(sheet, result, values, pose, words)
+
+
+def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
     """Return the corners of what is to be in the picture, and the size of the mechanism."""
     points = [
         scene.place(f"{name}.{point}", pose)
@@ -114,6 +183,7 @@ def _extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, 
     }
     # the fixed pivots belong to the picture, also where their links have no pose
     points += [scene.place(reference, pose) for reference in sorted(pivots)]
+    points += load_points(scene, pose)
     near = np.array(points or [np.zeros(2)])
     size = float(np.ptp(near, axis=0).max())
     more = [near]
@@ -172,14 +242,31 @@ def _tracks(scene: Scene) -> list[tuple[str, Array]]:
 
 def _draw_traces(sheet: Sheet, scene: Scene) -> None:
     for reference, track in _tracks(scene):
+        points = sheet.at(track)
         sheet.line(
-            sheet.at(track),
+            points,
             color=style.TRACE,
             width=style.THIN,
             z=style.Z_TRACE,
             gid=f"trace-{reference}",
-            weight=style.PATH,
+            weight=0.0,
         )
+        sheet.keep(_thinned(points), style.PATH)
+
+
+def _thinned(points: Array) -> Array:
+    """Return a path with fewer points, which labels avoid just as well."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    gap = np.isnan(points[:, 0])
+    pieces = np.cumsum(np.nan_to_num(steps)) // STRIDE
+    kept = np.array(gap)
+    kept[0] = True
+    kept[1:] |= np.diff(pieces, prepend=0.0) > 0
+    kept[:-1] |= gap[1:]
+    kept[1:] |= gap[:-1]
+    kept[-1] = True
+    thinned: Array = points[kept]
+    return thinned
 
 
 def _others(scene: Scene, pose: int, ghosts: int) -> list[int]:
@@ -192,7 +279,12 @@ def _others(scene: Scene, pose: int, ghosts: int) -> list[int]:
 
 
 def _draw_links(
-    sheet: Sheet, scene: Scene, pose: int, size: float, colors: dict[str, str]
+    sheet: Sheet,
+    scene: Scene,
+    pose: int,
+    size: float,
+    colors: dict[str, str],
+    outside: set[str],
 ) -> Links:
     links = Links()
     gaps = gaps_of(sheet, scene, pose, size)
@@ -204,7 +296,9 @@ def _draw_links(
             continue
         color = colors.get(name, style.INK)
         z = style.Z_BLOCK - 0.5 if name in sliding else style.Z_BAR
-        links.bars[name] = draw_body(sheet, scene, name, pose, gaps.get(name, []), color, z)
+        links.bars[name] = draw_body(
+            sheet, scene, name, pose, gaps.get(name, []), color, z, dashed=name in outside
+        )
         links.bars[name] += guides.get(name, [])
         shape = shape_of(scene, name)
         spots = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in shape.points]
@@ -307,19 +401,19 @@ def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
     return arms
 
 
-def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int) -> None:
+def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int, words: Words) -> None:
     """Draw the scale bar and the note on what is not drawn."""
     length = nice_length(0.2 * float(sheet.size[0]) / sheet.metre)
     bar = length * sheet.metre
     start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
     chosen = font(style.NOTE, style.NOTE_FONT)
-    text = length_text(length)
+    text = length_text(length, words)
     low, high = ink(text, chosen)
     symbols.scale_bar(sheet, start, bar, "scale-bar")
     spot = start - (5.0 + (high - low)[0] / 2, 0.0)
     sheet.text(spot, text, chosen, style.FAINT, "scale-text")
     sheet.box((spot[0] - (high - low)[0] / 2 - 3.0, 2.0), (sheet.size[0], 18.0))
-    note = note_text(scene, result, pose)
+    note = note_text(scene, result, pose, words)
     if note:
         room = float(spot[0] - (high - low)[0] / 2 - 14.0)
         note, chosen = fitted(note, style.NOTE, room, style.NOTE_FONT)
@@ -328,22 +422,30 @@ def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int) -> None:
         sheet.box((0.0, 2.0), (4.0 + (high - low)[0], 18.0))
 
 
-def note_text(scene: Scene, result: Any, pose: int) -> str:
+def outside_of(result: Any) -> set[str]:
+    """Return the bodies that no output of the task depends on."""
+    return set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
+
+
+def note_text(scene: Scene, result: Any, pose: int, words: Words) -> str:
     """Return which bodies are not drawn, and why."""
-    outside = set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
+    outside = outside_of(result)
     missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
     absent = [name for name in missing if name in outside]
     unasked = [name for name in missing if name not in scene.origins and name not in outside]
     unsolved = [name for name in missing if name not in {*absent, *unasked}]
-    parts = []
+    dashed = [name for name in scene.mechanism.bodies if name in outside - set(missing)]
+    parts, status = [], words.status(scene.status[pose])
+    if dashed:
+        parts.append(f"{words('dashed')}: {', '.join(dashed)}")
     if absent:
-        parts.append(f"not in the scene: {', '.join(absent)}")
+        parts.append(f"{words('absent')}: {', '.join(absent)}")
     if unasked:
-        parts.append(f"not in the result: {', '.join(unasked)}")
+        parts.append(f"{words('unasked')}: {', '.join(unasked)}")
     if unsolved:
-        parts.append(f"{scene.status[pose]}, not drawn: {', '.join(unsolved)}")
+        parts.append(f"{status}, {words('undrawn')}: {', '.join(unsolved)}")
     elif scene.status[pose] != "ok":
-        parts.append(f"pose: {scene.status[pose]}")
+        parts.append(f"{words('pose')}: {status}")
     return "; ".join(parts)
 
 
@@ -355,11 +457,10 @@ def nice_length(about: float) -> float:
     )
 
 
-def length_text(length: float) -> str:
-    """Return a length in m or mm."""
-    if 1e-4 < length < 0.5:
-        return f"{length * 1000:g} mm"
-    return f"{length:g} m"
+def length_text(length: float, words: Words) -> str:
+    """Return a length with its unit, from µm to km."""
+    _, unit, name = next(row for row in LENGTHS if length >= row[0])
+    return f"{words.number(length / unit)} {words(name)}"
 
 
 def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[str, Any]:
@@ -387,15 +488,17 @@ def in_lines(text: str, size: float, room: float, families: list[str]) -> list[s
     return [text[:k], text[k + 1 :]]
 
 
-def write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> None:
+def write_titles(
+    sheet: Sheet, result: Any, values: list[str], pose: int, words: Words = ENGLISH
+) -> None:
     """Write the title and, below it, the driver's value and the pose."""
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
     count = len(result.status)
     parts = [*values, str(getattr(result, "task", "") or "")]
     if getattr(result, "kind", "") == "modes":
-        parts.append(f"mode {','.join(result.labels[pose])}, {pose + 1} of {count}")
+        parts.append(words("mode of", ",".join(result.labels[pose]), pose + 1, count))
     elif count > 1:
-        parts.append(f"pose {pose + 1} of {count}")
+        parts.append(words("pose of", pose + 1, count))
     room = float(sheet.size[0]) - 8.0
     lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
     subtitle = "  ·  ".join(part for part in parts if part)
@@ -414,7 +517,7 @@ def write_titles(sheet: Sheet, result: Any, values: list[str], pose: int) -> Non
             xycoords="axes fraction",
             textcoords="offset points",
             fontproperties=font(chosen.get_size_in_points() * sheet.k, style.NOTE_FONT),
-            color=color,
+            color=sheet.theme.paint(color),
             gid=gid,
             annotation_clip=False,
         )

@@ -14,6 +14,7 @@ from mechdae.draw.curves import tangent
 from mechdae.draw.places import Place
 from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import Sheet, arc, normal
+from mechdae.draw.words import ENGLISH, Words
 
 SPAN = np.deg2rad(80.0)
 
@@ -33,18 +34,20 @@ def driven_bodies(scene: Scene, drivers: list[Coordinate]) -> set[str]:
     }
 
 
-def value_text(result: Any, entry: Coordinate, pose: int) -> str:
+def value_text(result: Any, entry: Coordinate, pose: int, words: Words = ENGLISH) -> str:
     """Return the driver's value in one pose, in degrees or metres."""
     value = float(np.atleast_1d(result.drivers[entry.text].position)[pose])
     if entry.is_angle:
-        return f"{entry.text} = {_plain(np.rad2deg(value), 3)}°"
-    return f"{entry.text} = {_plain(value, 5)}" + (" m" if entry.unit == "m" else "")
+        return f"{entry.text} = {_plain(np.rad2deg(value), 3, words)}°"
+    unit = f" {words('m')}" if entry.unit == "m" else ""
+    return f"{entry.text} = {_plain(value, 5, words)}{unit}"
 
 
-def _plain(value: float, digits: int) -> str:
+def _plain(value: float, digits: int, words: Words) -> str:
     """Return a number rounded to `digits` decimals, without trailing zeros or minus zero."""
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-    return ("0" if text == "-0" else text).replace("-", "\N{MINUS SIGN}")
+    text = ("0" if text == "-0" else text).replace("-", "\N{MINUS SIGN}")
+    return text.replace(".", words("point"))
 
 
 def draw_drivers(
@@ -61,10 +64,12 @@ def draw_drivers(
             continue
         sense = _sense(result, entry)
         if entry.is_angle:
-            pivot, arm = _pivot(scene, entry, places, pose)
-            _draw_turn(sheet, sheet.at(pivot), arm, sense, f"driver-{entry.text}")
+            pivot, arm = pivot_of(scene, entry, places, pose)
+            points = turn_arrow(sheet, sheet.at(pivot), arm, sense, style.ARC)
         else:
-            _draw_travel(sheet, scene, entry, pose, sense)
+            point, axis = travel_of(scene, entry, pose)
+            points = travel_arrow(sheet, sheet.at(point), axis, sense)
+        symbols.arrow(sheet, points, f"driver-{entry.text}")
 
 
 def _sense(result: Any, entry: Coordinate) -> float:
@@ -80,10 +85,10 @@ def _sense(result: Any, entry: Coordinate) -> float:
     return -1.0 if total < 0 else 1.0
 
 
-def _pivot(
+def pivot_of(
     scene: Scene, entry: Coordinate, places: list[Place], pose: int
 ) -> tuple[Array, Array | None]:
-    """Return where a driven link turns [m] and the direction of its bar from there."""
+    """Return where a link turns [m] and the direction of its bar from there."""
     if entry.part in scene.mechanism.joints:
         body, point = scene.mechanism.joints[entry.part].second.split(".")
     else:
@@ -108,57 +113,57 @@ def _pivot(
     return pivot, longest if np.hypot(*longest) > 0 else None
 
 
-def _draw_turn(sheet: Sheet, pivot: Array, arm: Array | None, sense: float, gid: str) -> None:
-    """Draw a curved arrow in the widest free sector around the pivot, near its bar."""
+def turn_arrow(sheet: Sheet, pivot: Array, arm: Array | None, sense: float, radius: float) -> Array:
+    """Return a curved arrow in the widest free sector around the pivot, near its bar."""
     bar = 0.0 if arm is None else float(np.arctan2(arm[1], arm[0]))
     best = bar + sense * (SPAN / 2 + 0.35)
     middles = best + np.arange(24) * np.pi / 12
     cost = [
-        _blocked(sheet, arc(pivot, style.ARC, middle - SPAN / 2 - 0.1, middle + SPAN / 2 + 0.1, 12))
+        blocked(sheet, arc(pivot, radius, middle - SPAN / 2 - 0.1, middle + SPAN / 2 + 0.1, 12))
         + 2.0 * (1.0 - np.cos(middle - best))
         for middle in middles
     ]
     middle = float(middles[int(np.argmin(np.round(cost, 6)))])
-    symbols.arrow(
-        sheet,
-        arc(pivot, style.ARC, middle - sense * SPAN / 2, middle + sense * SPAN / 2),
-        gid,
-    )
+    return arc(pivot, radius, middle - sense * SPAN / 2, middle + sense * SPAN / 2)
 
 
-def _blocked(sheet: Sheet, points: Array) -> float:
+def blocked(sheet: Sheet, points: Array) -> float:
     """Return what a line would cover."""
-    total = 0.0
     near = 3.0
-    for x0, y0, x1, y1, weight in sheet.segments:
-        step = np.array([x1 - x0, y1 - y0])
-        length = float(step @ step)
-        share = np.clip((points - (x0, y0)) @ step / length, 0.0, 1.0) if length > 0 else 0.0
-        foot = np.array([x0, y0]) + np.multiply.outer(share, step)
-        total += weight * float((np.hypot(*(points - foot).T) < near).mean())
-    for x0, y0, x1, y1, weight in sheet.boxes:
-        inside = ((points > (x0 - near, y0 - near)) & (points < (x1 + near, y1 + near))).all(axis=1)
-        total += weight * float(inside.mean())
-    return total
+    floor, ceiling = points.min(axis=0) - near, points.max(axis=0) + near
+    lines = np.array(sheet.segments).reshape(-1, 5)
+    beside = (np.minimum(lines[:, 0:2], lines[:, 2:4]) > ceiling).any(axis=1)
+    beside |= (np.maximum(lines[:, 0:2], lines[:, 2:4]) < floor).any(axis=1)
+    start, end, weight = lines[~beside, 0:2], lines[~beside, 2:4], lines[~beside, 4]
+    step = end - start
+    length = (step**2).sum(axis=1)
+    along = ((points[:, None] - start) * step).sum(axis=-1) / np.where(length > 0, length, 1.0)
+    foot = start + np.clip(along, 0.0, 1.0)[..., None] * step
+    close = np.hypot(*np.moveaxis(points[:, None] - foot, -1, 0)) < near
+    total = float((weight * close.mean(axis=0)).sum())
+    boxes = np.array(sheet.boxes).reshape(-1, 5)
+    inside = (points[:, None] > boxes[:, 0:2] - near) & (points[:, None] < boxes[:, 2:4] + near)
+    return total + float((boxes[:, 4] * inside.all(axis=-1).mean(axis=0)).sum())
 
 
-def _draw_travel(sheet: Sheet, scene: Scene, entry: Coordinate, pose: int, sense: float) -> None:
-    """Draw a straight arrow beside the point that travels."""
+def travel_of(scene: Scene, entry: Coordinate, pose: int) -> tuple[Array, Array]:
+    """Return the point [m] that travels along a coordinate, and the direction of its growth."""
     if entry.part in scene.mechanism.joints:
         joint = scene.mechanism.joints[entry.part]
         if isinstance(joint, Curve):
             axis = tangent(scene, joint, pose)
         else:
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
-        point = joint.second
-    else:
-        axis = np.eye(2)[entry.axis]
-        point = f"{entry.part}.{entry.point}"
-    center = sheet.at(scene.place(point, pose))
+        return scene.place(joint.second, pose), axis
+    return scene.place(f"{entry.part}.{entry.point}", pose), np.eye(2)[entry.axis]
+
+
+def travel_arrow(sheet: Sheet, center: Array, axis: Array, sense: float) -> Array:
+    """Return a straight arrow beside the point that travels."""
     lines = []
     for sign in (1.0, -1.0):
         for lift in (16.0, 22.0, 30.0):
             middle = center + sign * lift * normal(axis)
             lines.append(np.array([middle - 16 * sense * axis, middle + 16 * sense * axis]))
-    cost = [_blocked(sheet, np.linspace(line[0], line[1], 9)) for line in lines]
-    symbols.arrow(sheet, lines[int(np.argmin(np.round(cost, 6)))], f"driver-{entry.text}")
+    cost = [blocked(sheet, np.linspace(line[0], line[1], 9)) for line in lines]
+    return lines[int(np.argmin(np.round(cost, 6)))]

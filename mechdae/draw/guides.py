@@ -81,14 +81,7 @@ def _draw_prismatic(
     symbols.block(sheet, center, axis, f"joint-{joint.name}-prismatic")
     margin = (style.BLOCK[0] + 7.0) * axis
     if joint.first_body == GROUND:
-        side = guide_side(axis, center, sheet.at(_middle(scene, pose)))
-        others = _other_bars(sheet, scene, joint.second_body, pose)
-        side = min(
-            (side, -side),
-            key=lambda way: _crossings(
-                start - margin + style.BLOCK[1] * way, end + margin + style.BLOCK[1] * way, others
-            ),
-        )
+        side = _clear_side(sheet, scene, joint, pose, (start - margin, end + margin))
         shift = style.BLOCK[1] * side
         symbols.hatch(
             sheet, start - margin + shift, end + margin + shift, side, f"joint-{joint.name}-guide"
@@ -118,6 +111,30 @@ def _draw_prismatic(
     if drawn:
         _draw_corner(sheet, scene, joint, pose, center)
     return drawn
+
+
+def _clear_side(
+    sheet: Sheet, scene: Scene, joint: Joint, pose: int, ends: tuple[Array, Array]
+) -> Array:
+    """Return the side of a fixed guide that fewer bars cross, in a motion in all its poses."""
+    key, poses = f"guide-{joint.name}", [pose]
+    if sheet.memory is not None:
+        if key in sheet.memory:
+            return sheet.memory[key]
+        known = scene.assembled()
+        poses = known[:: max(len(known) // 12, 1)]
+    axis = axis_of(scene, joint, pose)
+    side = guide_side(axis, (ends[0] + ends[1]) / 2, sheet.at(_middle(scene, pose)))
+    bars = [bar for k in poses for bar in _other_bars(sheet, scene, joint.second_body, k)]
+
+    def crossed(way: Array) -> int:
+        shift = style.BLOCK[1] * way
+        return _crossings(ends[0] + shift, ends[1] + shift, bars)
+
+    side = min((side, -side), key=crossed)
+    if sheet.memory is not None:
+        sheet.memory[key] = side
+    return side
 
 
 def _draw_corner(sheet: Sheet, scene: Scene, joint: Joint, pose: int, center: Array) -> None:

@@ -10,6 +10,7 @@ from matplotlib.font_manager import FontProperties
 
 from mechdae.describe.mechanism import Mechanism
 from mechdae.draw import layout, style
+from mechdae.draw.loads import Mark
 from mechdae.draw.places import Place, free_points, written
 from mechdae.draw.scene import Array, Scene
 from mechdae.draw.shapes import Piece, inside
@@ -19,6 +20,10 @@ AIR = 2.5
 """Room kept around letters."""
 STRANGE = 15.0
 """Cost of a place inside the polygon of another link or behind its bar."""
+STEADY = 0.4
+"""Cost of each unit by which a label moves beside its link from one pose to the next."""
+FAR = 20.0
+"""A letter farther than this from its joint gets one, too."""
 LEADER = 15.0
 """A number farther than this from its link gets a thin line to it."""
 
@@ -44,6 +49,7 @@ class Writing:
     font: FontProperties
     label: layout.Label
     anchors: Sequence[Piece] = ()
+    color: str = style.INK
 
 
 def numbers_of(mechanism: Mechanism) -> dict[str, int]:
@@ -55,31 +61,67 @@ def numbers_of(mechanism: Mechanism) -> dict[str, int]:
 
 
 def draw_labels(
-    sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place], links: Links
+    sheet: Sheet,
+    scene: Scene,
+    pose: int,
+    places: Sequence[Place],
+    links: Links,
+    marks: Sequence[Mark] = (),
 ) -> list[tuple[str, Array, Array]]:
     """Place and write all labels.
+
+    Parameters
+    ----------
+    marks
+        The loads drawn.
 
     Returns
     -------
     list
         (gid, lower corner, upper corner) of each label on the sheet.
     """
-    writings = [*_letters(sheet, scene, pose, places), *_numbers(scene, pose, links)]
+    writings = [
+        *_letters(sheet, scene, pose, places),
+        *_loads(marks),
+        *_numbers(scene, pose, links),
+    ]
+    if sheet.memory is not None:
+        writings = [_steady(entry, sheet.memory.get(entry.gid)) for entry in writings]
+    writings = [_anchored(entry) for entry in writings]
     spots = layout.place(
         [entry.label for entry in writings], sheet.segments, sheet.boxes, sheet.size
     )
     for entry, spot in zip(writings, spots, strict=True):
+        if sheet.memory is not None:
+            sheet.memory[entry.gid] = spot - entry.label.places.mean(axis=0)
         if entry.kind == "number":
             body = entry.gid.removeprefix("number-")
             within = body in links.polygons and inside(spot, links.polygons[body])
             _write_number(sheet, entry, spot, leader=not within)
         else:
-            sheet.text(spot, entry.text, entry.font, style.INK, entry.gid)
+            _write_leader(sheet, entry, spot)
+            sheet.text(spot, entry.text, entry.font, entry.color, entry.gid)
     return [
         (entry.gid, spot - half, spot + half)
         for entry, spot in zip(writings, spots, strict=True)
         for half in [np.array([entry.label.width, entry.label.height]) / 2]
     ]
+
+
+def _anchored(entry: Writing) -> Writing:
+    """Return a label that no other one comes between and its joint or link."""
+    rows = np.array([(*a, *b) for a, b in entry.anchors], dtype=float).reshape(-1, 4)
+    return replace(entry, label=replace(entry.label, anchors=rows))
+
+
+def _steady(entry: Writing, before: Array | None) -> Writing:
+    """Return a label that would rather stay where it was, beside its joint or link."""
+    if before is None:
+        return entry
+    label = entry.label
+    away = label.places - label.places.mean(axis=0) - before
+    costs = label.costs + STEADY * np.minimum(np.hypot(away[:, 0], away[:, 1]), 3 * style.DISC)
+    return replace(entry, label=replace(label, costs=costs))
 
 
 def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> list[Writing]:
@@ -102,7 +144,24 @@ def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> 
         if not away.any():
             away = np.array([-0.6, 0.8])
         label = layout.around(anchor, float(width), float(height), gap - AIR, away)
-        result.append(Writing(text, "letter", f"label-{references[0]}", chosen, label))
+        result.append(
+            Writing(text, "letter", f"label-{references[0]}", chosen, label, [(anchor, anchor)])
+        )
+    return result
+
+
+def _loads(marks: Sequence[Mark]) -> list[Writing]:
+    """Return the names of the loads, beside their arrows."""
+    result = []
+    for mark in marks:
+        chosen = font(style.LOAD_TEXT, style.NOTE_FONT)
+        text = mark.text.replace("$", r"\$")
+        low, high = ink(text, chosen)
+        width, height = (float(side) for side in high - low + 2 * AIR)
+        label = layout.along(mark.lines, width, height, 2.0)
+        result.append(
+            Writing(text, "load", f"label-load-{mark.name}", chosen, label, (), mark.color)
+        )
     return result
 
 
@@ -157,7 +216,7 @@ def _strange(label: layout.Label, name: str, links: Links, anchors: Sequence[Pie
 
 def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, list[Piece]]:
     """Return the places for the number of a link: in a polygon, at bars, block or wheel."""
-    wide = size + 2.0
+    wide = size + 2.8
     bars = links.bars.get(name, [])
     if name in links.polygons:
         corners = links.polygons[name]
@@ -185,13 +244,34 @@ def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, l
     return layout.around(spot, wide, wide, style.PIN + 2.0), [(spot, spot)]
 
 
+def _write_leader(sheet: Sheet, entry: Writing, spot: Array) -> None:
+    """Draw a thin line from a letter to its joint, where another could be meant."""
+    if not entry.anchors:
+        return
+    foot = _nearest(spot, entry.anchors)
+    half = np.array([entry.label.width, entry.label.height]) / 2 - AIR + 1.5
+    away = foot - spot
+    share = float((half / np.maximum(np.abs(away), 1e-9)).min())
+    edge = spot + share * away
+    if share < 1.0 and np.hypot(*(foot - edge)) > FAR:
+        sheet.line(
+            [edge, foot], color=style.FAINT, width=style.THIN, gid=f"leader-{entry.gid}", weight=0
+        )
+
+
 def _write_number(sheet: Sheet, entry: Writing, spot: Array, leader: bool) -> None:
     if entry.anchors and leader:
         foot = _nearest(spot, entry.anchors)
         distance = float(np.hypot(*(foot - spot)))
         if distance > style.DISC + LEADER:
             edge = spot + style.DISC * unit(foot - spot)
-            sheet.line([edge, foot], color=style.FAINT, width=style.THIN, weight=0)
+            sheet.line(
+                [edge, foot],
+                color=style.FAINT,
+                width=style.THIN,
+                gid=f"leader-{entry.gid}",
+                weight=0,
+            )
     sheet.circle(
         spot,
         style.DISC,

@@ -9,7 +9,7 @@ units of the sheet.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,8 @@ STRANGER = 0.12
 """at this share of their weight."""
 OVERLAP = 400.0
 """Cost of covering another label."""
+BETWEEN = 20.0
+"""Cost of lying between another label and what that belongs to."""
 OUTSIDE = 1000.0
 """Cost of leaving the sheet."""
 WORTH = 3.0
@@ -29,6 +31,10 @@ WORTH = 3.0
 MANY = 60
 """With more labels that is left out, for its cost."""
 ROUNDS = 4
+POOR = 12.0
+"""A label that covers so much gets places farther off, if there are better ones."""
+RINGS = (0.0, 12.0, 26.0, 42.0, 60.0, 80.0, 105.0, 135.0)
+"""How much farther than the farthest place of its own."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +59,15 @@ class Label:
     """Rows of the segments the label belongs to; it keeps more room to all others."""
     rank: int = 0
     """Labels of lower rank choose first."""
+    anchors: Array | None = None
+    """Rows (x0, y0, x1, y1) of what the label belongs to: no other label is to lie between."""
 
 
 def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: ArrayLike) -> Array:
     """Return the chosen middle of each label, (number of labels, 2).
+
+    Labels that would cover something all the same get places farther off, and all are
+    placed once more.
 
     Parameters
     ----------
@@ -69,27 +80,69 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     """
     lines = np.asarray(segments, dtype=float).reshape(-1, 5)
     blocks = np.asarray(boxes, dtype=float).reshape(-1, 5)
-    fixed = [
-        label.costs + _static(label, lines, blocks, np.asarray(size, dtype=float))
-        for label in labels
-    ]
+    area = np.asarray(size, dtype=float)
+    near = list(labels)
+    fixed = [label.costs + _static(label, lines, blocks, area) for label in near]
+    spots, burden = _place(near, fixed)
+    poor = np.flatnonzero(burden > POOR).tolist()
+    if not poor:
+        return spots
+    for k in poor:
+        near[k] = _wider(labels[k])
+        fixed[k] = near[k].costs + _static(near[k], lines, blocks, area)
+    others, lighter = _place(near, fixed)
+    return others if lighter.sum() < burden.sum() else spots
+
+
+def _wider(label: Label) -> Label:
+    """Return a label with more places, on rings around those it has."""
+    middle = label.places.mean(axis=0)
+    reach = float(np.hypot(*(label.places - middle).T).max())
+    angles = np.arange(36) * np.pi / 18
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    rings = [middle + (reach + step) * circle for step in RINGS]
+    rings += [middle + share * reach * circle for share in (0.4, 0.6, 0.8)]
+    price = min(float(label.costs.max()), POOR)
+    costs = [price + 0.12 * step for step in (*RINGS, 0.0, 0.0, 0.0) for _ in angles]
+    return replace(
+        label,
+        places=np.vstack([label.places, *rings]),
+        costs=np.concatenate([label.costs, costs]),
+    )
+
+
+def _place(labels: Sequence[Label], fixed: Sequence[Array]) -> tuple[Array, Array]:
+    """Return the middle of each label and how much it covers there.
+
+    ``fixed`` is what each place of a label costs without the other labels.
+    """
     rivals = _rivals(labels)
+    feet = [_feet(label) for label in labels]
     chosen: list[int | None] = [None] * len(labels)
     order = sorted(
         range(len(labels)), key=lambda i: (labels[i].rank, -round(float(fixed[i].min()), 6))
     )
 
+    known: dict[tuple[int, ...], Array] = {}
+
+    def covering(i: int) -> Array:
+        """Return what each place of a label covers of the labels placed so far."""
+        picks = [-1 if (pick := chosen[j]) is None else pick for j in rivals[i]]
+        key = (i, *picks)
+        if key not in known:
+            placed = [(j, k) for j, k in zip(rivals[i], picks, strict=True) if k >= 0]
+            taken = [(labels[j], k, feet[j]) for j, k in placed]
+            known[key] = _covering(labels[i], feet[i], taken)
+        return known[key]
+
     def settle(members: Sequence[int]) -> None:
         for i in members:
-            taken = [(labels[j], pick) for j in rivals[i] if (pick := chosen[j]) is not None]
-            chosen[i] = int(np.argmin(np.round(fixed[i] + _covering(labels[i], taken), 9)))
+            chosen[i] = int(np.argmin(np.round(fixed[i] + covering(i), 9)))
 
     def total(members: Iterable[int]) -> float:
         cost = 0.0
         for i in members:
-            taken = [(labels[j], pick) for j in rivals[i] if (pick := chosen[j]) is not None]
-            pick = chosen[i] or 0
-            cost += float((fixed[i] + _covering(labels[i], taken))[pick])
+            cost += float((fixed[i] + covering(i))[chosen[i] or 0])
         return cost
 
     for _ in range(ROUNDS):
@@ -108,7 +161,11 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
         if total(sorted(affected)) > cost - 1e-6:
             chosen[:] = before
     spots = [label.places[pick or 0] for label, pick in zip(labels, chosen, strict=True)]
-    return np.array(spots).reshape(-1, 2)
+    burden = []
+    for i, label in enumerate(labels):
+        pick = chosen[i] or 0
+        burden.append(float(fixed[i][pick] - label.costs[pick] + covering(i)[pick]))
+    return np.array(spots).reshape(-1, 2), np.array(burden)
 
 
 def around(
@@ -173,6 +230,7 @@ def merge(first: Label, second: Label, surcharge: float) -> Label:
         np.vstack([first.places, second.places]),
         np.concatenate([first.costs, second.costs + surcharge]),
         first.own,
+        anchors=first.anchors,
     )
 
 
@@ -248,11 +306,28 @@ def _static(label: Label, segments: Array, boxes: Array, size: Array) -> Array:
     return cost
 
 
+def _feet(label: Label) -> Array | None:
+    """Return for each place the nearest point of what the label belongs to."""
+    if label.anchors is None or not len(label.anchors):
+        return None
+    start, step = label.anchors[:, 0:2], label.anchors[:, 2:4] - label.anchors[:, 0:2]
+    length = (step**2).sum(axis=1)
+    along = ((label.places[:, None] - start) * step).sum(axis=-1) / np.where(length > 0, length, 1)
+    spots = start + np.clip(along, 0.0, 1.0)[..., None] * step
+    away = np.hypot(*np.moveaxis(spots - label.places[:, None], -1, 0))
+    feet: Array = spots[np.arange(len(spots)), np.argmin(np.round(away, 6), axis=1)]
+    return feet
+
+
 def _rivals(labels: Sequence[Label]) -> list[list[int]]:
     """Return for each label the others that could overlap it somewhere."""
     if not labels:
         return []
     corners = [_corners(label) for label in labels]
+    for k, label in enumerate(labels):
+        if label.anchors is not None and len(label.anchors):
+            ends = label.anchors.reshape(-1, 2)
+            corners[k] = (np.vstack([corners[k][0], ends]), np.vstack([corners[k][1], ends]))
     floor = np.array([low.min(axis=0) for low, _ in corners])
     ceiling = np.array([high.max(axis=0) for _, high in corners])
     meet = np.all((floor[:, None] < ceiling) & (ceiling[:, None] > floor), axis=-1)
@@ -260,15 +335,24 @@ def _rivals(labels: Sequence[Label]) -> list[list[int]]:
     return [np.flatnonzero(row).tolist() for row in meet]
 
 
-def _covering(label: Label, taken: Sequence[tuple[Label, int]]) -> Array:
+def _covering(
+    label: Label, feet: Array | None, taken: Sequence[tuple[Label, int, Array | None]]
+) -> Array:
     """Return what each place of a label covers of labels placed so far."""
     if not taken:
         return np.zeros(len(label.places))
-    middles = np.array([other.places[pick] for other, pick in taken])
-    halves = np.array([(other.width, other.height) for other, _ in taken]) / 2
-    covered = overlap(*_corners(label), middles - halves, middles + halves)
+    middles = np.array([other.places[pick] for other, pick, _ in taken])
+    halves = np.array([(other.width, other.height) for other, _, _ in taken]) / 2
+    low, high = _corners(label)
+    covered = overlap(low, high, middles - halves, middles + halves)
     share = covered / (label.width * label.height)
     cost: Array = ((share > 0) * OVERLAP * (0.2 + share)).sum(axis=1)
+    if feet is not None:
+        own = np.hstack([label.places, feet])
+        cost += BETWEEN * (crossing(own, middles - halves, middles + halves) > 0).sum(axis=0)
+    others = [[*other.places[pick], *foot[pick]] for other, pick, foot in taken if foot is not None]
+    if others:
+        cost += BETWEEN * (crossing(np.array(others), low, high) > 0).sum(axis=1)
     return cost
 
 

@@ -93,11 +93,10 @@ class Scene:
 
     def assembled(self) -> list[int]:
         """Return the poses that are assembled."""
-        return [
-            pose
-            for pose, status in enumerate(self.status)
-            if status != "unassembled" and all(self.shown(body, pose) for body in self.origins)
-        ]
+        there = np.array([status != "unassembled" for status in self.status], dtype=bool)
+        for body, origins in self.origins.items():
+            there &= np.isfinite(self.angles[body]) & np.isfinite(origins).all(axis=-1)
+        return np.flatnonzero(there).tolist()
 
     def slide(self, joint: Joint) -> Array:
         """Return how far the second point is along the joint's axis in each pose, (n,)."""

@@ -126,11 +126,14 @@ def draw_body(
     gaps: Iterable[Gap],
     color: str,
     z: float = style.Z_BAR,
+    dashed: bool = False,
 ) -> list[Piece]:
     """Draw bars and polygon of a body; return the lines drawn.
 
     The bars of a body that has a block end at it: their ``z`` is below that of blocks.
+    ``dashed`` are bodies outside the scene.
     """
+    width, dash = (style.LINE, style.DASHED) if dashed else (style.BAR, None)
     shape = shape_of(scene, name)
     spots = {
         point: sheet.at(scene.place(f"{name}.{point}", pose))
@@ -161,7 +164,7 @@ def draw_body(
         if name != GROUND and not inside(spots[point], corners):
             drawn += pieces(spots[point], spots[nearest], gaps)
     for start, end in drawn:
-        sheet.line([start, end], color=color, width=style.BAR, z=z, gid=f"body-{name}-bar")
+        sheet.line([start, end], color=color, width=width, z=z, dash=dash, gid=f"body-{name}-bar")
     return drawn
 
 

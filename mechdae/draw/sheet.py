@@ -7,7 +7,7 @@ by labels is kept as segments and boxes for `mechdae.draw.layout`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -41,7 +41,13 @@ class Sheet:
     low, high
         Corners of the box [m] that the mechanism takes up.
     scale
-        Metres per millimetre of paper; by default as small as the box allows.
+        Metres per millimetre of paper, or a function of the smallest that the box allows,
+        which is the default.
+    theme
+        What the colours of `mechdae.draw.style` become.
+    memory
+        Of the sheets of one motion: places chosen in the pose before, by name. What is
+        drawn stays there if it can. Without it all places are free.
 
     Attributes
     ----------
@@ -56,9 +62,15 @@ class Sheet:
     """
 
     def __init__(
-        self, ax: Axes, low: ArrayLike, high: ArrayLike, scale: float | None = None
+        self,
+        ax: Axes,
+        low: ArrayLike,
+        high: ArrayLike,
+        scale: float | Callable[[float], float] | None = None,
+        theme: style.Theme = style.LIGHT,
+        memory: dict[str, Array] | None = None,
     ) -> None:
-        self.ax = ax
+        self.ax, self.theme, self.memory = ax, theme, memory
         figure = ax.get_figure(root=True)
         assert figure is not None
         extent = ax.get_window_extent()
@@ -72,7 +84,8 @@ class Sheet:
         spans = (high - low) / room
         self.metre = 1.0 / float(spans.max()) if spans.max() > 0 else 1.0
         if scale is not None:
-            self.metre = MILLIMETRE / (scale * self.k)
+            wanted = scale(self.scale) if callable(scale) else scale
+            self.metre = MILLIMETRE / (wanted * self.k)
         center = self.size / 2 + (0.0, style.STRIP / 2)
         self.corner: Array = (low + high) / 2 - center / self.metre
         far = self.corner + self.size / self.metre
@@ -113,7 +126,7 @@ class Sheet:
         artist = Line2D(
             data[:, 0],
             data[:, 1],
-            color=color,
+            color=self.theme.paint(color),
             linewidth=width * self.k,
             linestyle=dash or "-",
             zorder=z,
@@ -122,7 +135,7 @@ class Sheet:
             dash_capstyle="butt",
             gid=gid,
         )
-        self.ax.add_line(artist)
+        self.ax.add_artist(artist)
         self.keep(places, weight)
 
     def area(
@@ -141,14 +154,14 @@ class Sheet:
         artist = Polygon(
             self.back(places),
             closed=True,
-            facecolor=fill,
-            edgecolor=edge,
+            facecolor=self.theme.paint(fill),
+            edgecolor=self.theme.paint(edge),
             linewidth=width * self.k,
             joinstyle="round",
             zorder=z,
             gid=gid,
         )
-        self.ax.add_patch(artist)
+        self.ax.add_artist(artist)
         self.keep(np.vstack([places, places[:1]]), weight)
 
     def circle(
@@ -169,14 +182,14 @@ class Sheet:
         artist = Circle(
             tuple(self.back(middle)),
             radius / self.metre,
-            facecolor=fill,
-            edgecolor=edge,
+            facecolor=self.theme.paint(fill),
+            edgecolor=self.theme.paint(edge),
             linewidth=width * self.k,
             linestyle=dash or "-",
             zorder=z,
             gid=gid,
         )
-        self.ax.add_patch(artist)
+        self.ax.add_artist(artist)
         if fill == "none":
             self.keep(arc(middle, radius, 0.0, 2 * np.pi, 48), weight)
         else:
@@ -195,7 +208,7 @@ class Sheet:
             start[1],
             text,
             fontproperties=scaled,
-            color=color,
+            color=self.theme.paint(color),
             ha="left",
             va="baseline",
             zorder=style.Z_LABEL,

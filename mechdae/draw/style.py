@@ -7,6 +7,9 @@ one unit is a point (1/72 in) on a picture of 7 x 5 in and grows with the pictur
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Final
 
 INK: Final = "#1c2733"
@@ -21,8 +24,42 @@ WHEEL: Final = "#007a5a"
 TRACE: Final = "#56b4e9"
 GHOST: Final = "#d3d7db"
 GROUND: Final = "#4b5661"
+LOAD: Final = "#9c3a78"
+"""Arrows of forces and torques, springs and dampers."""
 FAINT: Final = "#5f6b76"
 """Notes, scale bar and subtitle."""
+DRAWN: Final = (INK, DRIVEN, ARROW, WHEEL, TRACE, GHOST, GROUND, LOAD, FAINT)
+"""What lines and letters are drawn in."""
+
+SERIES: Final = ("#0072b2", "#d55e00", "#007a5a", "#8a4f7d", "#b07700", "#2b8cbe", "#5f6b76")
+"""Curves of one panel, in this order; the dashes tell them apart without colour."""
+DASHES: Final = (
+    None,
+    (0.0, (7.0, 2.0)),
+    (0.0, (7.0, 2.0, 1.5, 2.0)),
+    (0.0, (3.0, 1.5)),
+    (0.0, (7.0, 2.0, 1.5, 2.0, 1.5, 2.0)),
+    (0.0, (12.0, 3.0)),
+    (0.0, (1.5, 1.5)),
+)
+DOTTED: Final = (0.0, (1.2, 1.6))
+"""Curves without friction, beside the one with it."""
+ARCS: Final = {
+    "unassembled": ("#e4e7ea", "#a9b1b8", "////"),
+    "singular": ("#dcd6e2", "#9a86ab", "xxxx"),
+    "jammed": ("#f9dccb", "#e08a55", "\\\\\\\\"),
+    "ambiguous": ("#fbf0c9", "#c9a534", "...."),
+    "self-locking": ("#d6ebf8", "#6fb2da", "----"),
+    "no value": ("#f1f1f1", "#b9b9b9", "\\\\//"),
+    "roller undercuts": ("#d4ebe3", "#5fae95", "||||"),
+}
+"""Shades of arcs: area, hatching, pattern."""
+LEVELS: Final = ("#f3f7fb", "#c3dcef", "#7fb8dd", "#3a86bd", "#12537f")
+"""Values of a map from low to high: darker with each step, so they read without colour."""
+GRAPH: Final = 504.0
+"""Width of a new graph [pt]."""
+TICK: Final = 8.0
+"""Size of numbers on axes and of labels of curves."""
 
 FIGURE: Final = (7.0, 5.0)
 """Size of a new figure [in]."""
@@ -60,11 +97,20 @@ HATCH: Final = 5.0
 """Spacing of hatching lines."""
 ARC: Final = 19.0
 """Radius of the driver's curved arrow."""
+PULL: Final = (16.0, 40.0)
+"""Least and greatest length of the arrow of a force."""
+COIL: Final = 5.0
+"""Half width of a spring."""
+POT: Final = (9.0, 4.5)
+"""Half length and half width of a damper's cylinder."""
+SPREAD: Final = 5.5
+"""A spring and a damper in parallel are so far from the line between their points."""
 
 FONT: Final = ["STIXGeneral", "DejaVu Serif"]
 NOTE_FONT: Final = ["DejaVu Sans"]
 LETTER: Final = 14.0
 NUMBER: Final = 9.0
+LOAD_TEXT: Final = 9.0
 DISC: Final = 7.2
 """Radius of the circle around a link's number."""
 TITLE: Final = 12.0
@@ -76,3 +122,41 @@ SOLID, RING, PATH, SHADE = 24.0, 12.0, 1.5, 0.5
 
 Z_TRACE, Z_GHOST, Z_FILL, Z_GROUND, Z_BLOCK, Z_BAR, Z_MARK, Z_PIN, Z_LABEL = range(1, 10)
 """Order of drawing, later above earlier."""
+
+
+@dataclass(frozen=True)
+class Theme:
+    """What the colours above become on a background.
+
+    Parameters
+    ----------
+    colours
+        Colour of this module -> colour drawn; others are drawn as they are.
+    """
+
+    colours: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    def paint(self, color: str) -> str:
+        """Return the colour that is drawn for one of this module."""
+        return self.colours.get(color, color)
+
+
+LIGHT: Final = Theme()
+DARK: Final = Theme(
+    MappingProxyType(
+        {
+            INK: "#e8edf2",
+            PAPER: "#12181e",
+            DRIVEN: "#56b4e9",
+            ARROW: "#ff9a4d",
+            FILL: "#26323d",
+            WHEEL: "#2fd0a0",
+            TRACE: "#3b8fc4",
+            GHOST: "#3a444e",
+            GROUND: "#aab4be",
+            LOAD: "#e79bcb",
+            FAINT: "#98a4b0",
+        }
+    )
+)
+"""Bright colours of the same hues on dark paper, lighter than it by much the same contrast."""

@@ -185,6 +185,68 @@ def arrow(sheet: Sheet, points: Array, gid: str, color: str = style.ARROW) -> No
     sheet.area(head, fill=color, edge=color, width=0.3, z=style.Z_MARK)
 
 
+def spring(sheet: Sheet, start: Array, end: Array, gid: str) -> None:
+    """Draw a compression or tension spring: a zigzag between two straight ends."""
+    along, length = unit(end - start), float(np.hypot(*(end - start)))
+    straight = min(9.0, 0.2 * length)
+    count = int(np.clip((length - 2 * straight) / 7.0, 3, 14))
+    steps = np.linspace(straight, length - straight, 2 * count + 1)
+    sides = np.zeros(2 * count + 1)
+    sides[1::2] = style.COIL * np.where(np.arange(count) % 2, -1.0, 1.0)
+    coil = start + np.outer(steps, along) + np.outer(sides, normal(along))
+    sheet.line([start, *coil, end], color=style.LOAD, z=style.Z_MARK, gid=gid)
+
+
+def damper(sheet: Sheet, start: Array, end: Array, gid: str) -> None:
+    """Draw a damper: a cylinder open at one end, with its piston."""
+    along = unit(end - start)
+    side = normal(along)
+    reach, half = style.POT
+    reach = min(reach, 0.35 * float(np.hypot(*(end - start))))
+    middle = (start + end) / 2
+    back, front = middle - reach * along, middle + reach * along
+    cup = [front + half * side, back + half * side, back - half * side, front - half * side]
+    sheet.line([start, back], gid=gid, color=style.LOAD)
+    sheet.line(cup, color=style.LOAD)
+    piston = middle + 0.25 * reach * along
+    sheet.line([piston, end], color=style.LOAD)
+    inner = 0.7 * half * side
+    sheet.line([piston - inner, piston + inner], width=1.5 * style.LINE, color=style.LOAD)
+
+
+def spiral(sheet: Sheet, center: Array, gid: str) -> None:
+    """Draw a torsion spring around a pin."""
+    angles = np.linspace(0.0, 5 * np.pi, 90)
+    radii = np.linspace(1.6 * style.PIN, 3.6 * style.PIN, 90)
+    points = center + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], -1)
+    sheet.line(points, color=style.LOAD, width=style.THIN, z=style.Z_MARK, gid=gid)
+
+
+def brake(sheet: Sheet, center: Array, angle: float, gid: str) -> None:
+    """Draw a damper of a turning pair: an open ring with a vane in it."""
+    radius = 4.3 * style.PIN
+    out = np.array([np.cos(angle), np.sin(angle)])
+    for shift in (-0.5, 0.5):
+        r = radius + shift * style.POT[1] * 1.6
+        sheet.line(arc(center, r, angle - 0.75, angle + 0.55, 12), gid=gid, color=style.LOAD)
+    low, high = radius - 0.8 * style.POT[1], radius + 0.8 * style.POT[1]
+    shut = np.array([np.cos(angle + 0.55), np.sin(angle + 0.55)])
+    sheet.line([center + low * shut, center + high * shut], color=style.LOAD)
+    vane = [center + (low + 1.2) * out, center + (high - 1.2) * out]
+    sheet.line(vane, width=1.5 * style.LINE, color=style.LOAD)
+    sheet.line(arc(center, radius, angle - 1.1, angle, 8), color=style.LOAD)
+
+
+def mass_center(sheet: Sheet, center: Array, gid: str) -> None:
+    """Draw a centre of mass: a circle with two quarters filled."""
+    radius = 1.3 * style.DOT
+    sheet.circle(center, radius, fill=style.PAPER, width=style.THIN, z=style.Z_MARK, gid=gid)
+    for start in (0.0, np.pi):
+        rim_points = arc(center, radius, start, start + np.pi / 2, 6)
+        quarter = [center, *rim_points]
+        sheet.area(quarter, fill=style.INK, edge="none", width=0.0, z=style.Z_MARK, weight=0)
+
+
 def scale_bar(sheet: Sheet, start: Array, length: float, gid: str) -> None:
     """Draw a measured length with end ticks."""
     end, tick = start + np.array([length, 0.0]), np.array([0.0, 3.0])

@@ -8,50 +8,89 @@ from typing import Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
-from mechdae.errors import InputError, UnknownName
+from mechdae.cli.pictures import DEFAULT, GRAPHS, options_for, prepared, task_for
+from mechdae.cli.progress import progress
+from mechdae.errors import InputError, MechdaeError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
+STYLED = ("diagram", "animation")
+"""Kinds with dark paper and words in other languages."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     problem_arguments(parser)
-    parser.add_argument("--task", metavar="T", help="the task to draw (default: the first sweep)")
-    parser.add_argument("--kind", default="diagram", metavar="K", help="diagram")
+    parser.add_argument(
+        "--task", metavar="T", help="the task to draw (default: the first that suits)"
+    )
+    parser.add_argument(
+        "--kind",
+        metavar="K",
+        help="diagram, animation, plans, curves, coupler, losses, map (default: diagram of a sweep "
+        "or of modes, curves of reactions, map of a study)",
+    )
+    parser.add_argument(
+        "--of", action="append", default=[], metavar="PATH", help="what graphs show; repeatable"
+    )
+    parser.add_argument("--polar", action="store_true", help="reactions in the plane")
+    parser.add_argument(
+        "--which",
+        metavar="W",
+        help="of the plans: velocity, acceleration, force, friction, lever (default: one page)",
+    )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     parser.add_argument("--pose", type=int, metavar="K", help="number of the pose drawn, from 0")
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
-    parser.add_argument("--format", default="svg", metavar="F", help=", ".join(FORMATS))
+    parser.add_argument("--format", metavar="F", help=f"{', '.join(FORMATS)}; animations gif")
+    parser.add_argument("--dark", action="store_true", help="colours for dark paper")
+    parser.add_argument("--lang", default="en", metavar="L", help="language of the words: en, ru")
 
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.analysis.solve import solve
-    from mechdae.draw import plot, save
+    from mechdae.draw import KINDS, plot, save
 
-    if options.format not in FORMATS:
-        raise UnknownName("format", options.format, FORMATS)
+    moving = options.kind == "animation"
+    form, formats = options.format or ("gif" if moving else "svg"), ("gif",) if moving else FORMATS
+    if form not in formats:
+        raise UnknownName("format", form, formats)
+    if moving and options.pose is not None:
+        raise InputError("an animation shows all poses", where="--pose")
     problem = problem_of(options)
-    name = options.task
-    if name is None:
-        drawn = [n for n, task in problem.tasks.items() if task.available]
-        sweeps = [n for n in drawn if problem.tasks[n].kind == "sweep"]
-        if not drawn:
-            raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
-        name = (sweeps or drawn)[0]
-    kind = problem.task(name).kind
-    if kind == "study":
+    name = task_for(problem, options.task, options.kind)
+    study = problem.task(name).kind == "study"
+    usual = DEFAULT.get(problem.task(name).kind, "diagram")
+    kind = options.kind or ("diagram" if options.pose is not None else usual)
+    if kind not in KINDS:
+        plot(None, kind)  # says which kinds there are
+    if study and kind != "map":
         raise InputError(
             "a study has no pose to draw",
             where=f"tasks.{name}",
             hint=f"--task {problem.tasks[name].of} with --set",  # type: ignore[attr-defined]
         )
-    result = _with_all_bodies(problem, solve(problem, name, mode=options.mode), options.mode)
-    extra = {} if options.pose is None else {"pose": options.pose}
-    axes = plot(result, options.kind, **extra)
+    extra = options_for(kind, options.of, options.polar)
+    word = f"{kind}-polar" if options.polar else kind
+    if options.which is not None:
+        if kind != "plans":
+            raise InputError("only plans have --which", hint="--kind plans")
+        extra["which"] = word = options.which
+    if options.pose is not None:
+        if kind in GRAPHS:
+            raise InputError(f"{kind} shows all poses", where="--pose")
+        extra["pose"] = options.pose
+    problem = prepared(problem, name, kind, options.of)
+    result = solve(problem, name, mode=None if study else options.mode)
+    if kind not in GRAPHS:
+        result = _with_all_bodies(problem, result, options.mode)
+    picture = plot(result, kind, **extra, **_style(options, kind))
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
     pose = "" if options.pose is None else f"-{options.pose}"
-    path = folder / f"{problem.name}-{name}-{options.kind}{pose}.{options.format}"
-    save(axes, path)
+    path = folder / f"{problem.name}-{name}-{word}{pose}.{form}"
+    if moving:
+        picture.save(path, progress("frame", options.quiet))
+    else:
+        save(picture, path)
     print(path)
     if result.fault:
         message(f"mechdae: task {name}: {result.fault}", False)
@@ -59,8 +98,25 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _style(options: argparse.Namespace, kind: str) -> dict[str, Any]:
+    """Return the options of colours and words that were asked for."""
+    asked = {"dark": options.dark} if options.dark else {}
+    asked |= {"lang": options.lang} if options.lang != "en" else {}
+    if asked and kind not in STYLED:
+        raise InputError(
+            f"pictures of kind '{kind}' have no such option",
+            where=f"--{' --'.join(asked)}",
+            hint=f"kinds that have: {', '.join(STYLED)}",
+        )
+    return asked
+
+
 def _with_all_bodies(problem: Any, result: Any, mode: str | None) -> Any:
-    """Return a result that holds every body of its scene, for a task that names outputs."""
+    """Return a result that holds every body, for a task that names outputs.
+
+    Bodies that no output depends on are still named as not in the scene; where they spoil
+    the task they are left out.
+    """
     from dataclasses import replace
 
     from mechdae.analysis.solve import solve
@@ -69,6 +125,17 @@ def _with_all_bodies(problem: Any, result: Any, mode: str | None) -> Any:
         return result
     left_out = result.summary["not_in_scene"]
     bodies = tuple(body for body in problem.mechanism.bodies if body not in left_out)
-    task = replace(result.definition, outputs=bodies)
-    whole = problem.with_task(result.task, task)
-    return solve(whole, result.task, mode=mode)
+
+    def with_outputs(outputs: tuple[str, ...] | None) -> Any:
+        task = replace(result.definition, outputs=outputs)
+        return solve(problem.with_task(result.task, task), result.task, mode=mode)
+
+    if left_out:
+        try:
+            whole = with_outputs(None)
+        except MechdaeError:
+            whole = None
+        if whole is not None and whole.fault == result.fault:
+            whole.summary["not_in_scene"] = left_out
+            return whole
+    return with_outputs(bodies)

@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
             outputs=tuple(options.of),
             wrt=tuple(options.wrt or ()),
             order=options.order or 1,
-            tolerances=settings(options.tolerance) or None,
+            tolerances=settings(options.tolerance, "--tolerance") or None,
         )
     result = solve(problem, task)
     print(json_text([result]) if options.json else table(result), end="\n" if options.json else "")

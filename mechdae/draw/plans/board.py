@@ -37,6 +37,8 @@ POLE = 2.6
 ROOM = 24.0
 """Room around a plan for its letters."""
 AIR = 2.0
+FAR = 10.0
+"""A letter farther than this from its end gets a thin line to it."""
 
 
 def draw_plan(ax: Axes, plan: Plan, scale: float | None = None) -> Sheet:
@@ -148,6 +150,17 @@ def write(
     spots = layout.place([row[2] for row in rows], sheet.segments, sheet.boxes, sheet.size)
     for (text, gid, _, size, color), spot in zip(rows, spots, strict=True):
         sheet.text(spot, text, font(size), color, gid)
+    for end, (_, _, label, _, _), spot in zip(ends, rows, spots, strict=False):
+        _lead(sheet, sheet.at(end.place), spot, np.array([label.width, label.height]) / 2 - AIR)
+
+
+def _lead(sheet: Sheet, end: Array, spot: Array, half: Array) -> None:
+    """Draw a thin line from an end to its letter if that is not beside it."""
+    edge = np.clip(end, spot - half, spot + half)
+    gap = end - edge
+    if float(np.hypot(*gap)) > FAR:
+        ends = [edge + 0.15 * gap, end - 0.1 * gap]
+        sheet.line(ends, color=style.FAINT, width=0.6 * style.THIN, weight=0)
 
 
 def _away(end: End, arrows: Sequence[Arrow], sheet: Sheet) -> Array:

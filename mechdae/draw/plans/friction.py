@@ -22,7 +22,7 @@ from mechdae.draw.plans.vectors import Arrow, round_up
 from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 
-NEAR = 4.0
+NEAR = 3.0
 """A pin is drawn so far around its friction circle, in radii of that."""
 
 
@@ -165,10 +165,10 @@ def draw_pin(ax: Axes, pin: Pin, force_scale: float) -> Sheet:
 
 
 def force_scale_of(axes: list[Axes], pins: list[Pin]) -> float:
-    """Return a round scale at which every reaction is shorter than a third of its panel."""
+    """Return a round scale at which every reaction is shorter than two fifths of its panel."""
     found = []
     for ax, pin in zip(axes, pins, strict=True):
         sheet = Sheet(ax, (0.0, 0.0), (1.0, 1.0))
-        room = float(sheet.size.min()) * sheet.k / 72 * 25.4 / 3
+        room = float(sheet.size.min()) * sheet.k / 72 * 25.4 / 2.5
         found.append(float(np.hypot(*pin.force)) / room)
     return round_up(max(found))

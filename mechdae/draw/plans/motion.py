@@ -26,6 +26,8 @@ from mechdae.draw.scene import Array, Scene
 
 SLIDING = ("prismatic", "pin-in-slot", "curve")
 SYMBOLS = {"velocity": ("v", "m/s", "p"), "acceleration": ("a", r"m/s$^2$", r"\pi")}
+MANY = 6
+"""Of more letters at one end the rest is left out."""
 STILL = 1e-9
 """Vectors shorter than this share of the longest are points."""
 
@@ -156,6 +158,10 @@ class _Builder:
                 found.append((spot.value, [spot.letter], f"{self.word}-end-{spot.reference}"))
         for place, letters, gid in found:
             small = [small_letter(letter) for letter in dict.fromkeys(letters)]
+            if self.size == 0:
+                small = []
+            elif len(small) > MANY:
+                small = [*small[: MANY - 1], r"\ldots"]
             if gid.endswith("-pole"):
                 taken = {small_letter(spot.letter) for spot in self.spots}
                 small.insert(0, rf"{self.pole}_{self.symbol}" if self.pole in taken else self.pole)
@@ -182,7 +188,8 @@ class _Builder:
         ends += [spot for spot in own if spot not in under and self._meets(spot, group)]
         far = [spot for spot in own if spot is not base and self._apart(spot, base)]
         done: list[Spot] = []
-        for spot in [spot for spot in ends if spot in far] or far[:1]:
+        turns = self.rates.turns(body)
+        for spot in ([spot for spot in ends if spot in far] or far[:1]) if turns else ():
             if all(self._apart(spot, other) for other in done):
                 yield self._turned(base, spot)
                 done.append(spot)

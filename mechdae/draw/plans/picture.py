@@ -20,7 +20,7 @@ from mechdae.draw.plans.lever import draw_lever, lever
 from mechdae.draw.plans.motion import SYMBOLS, motion_plan
 from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.scene import Scene, choose_pose, read_scene
-from mechdae.draw.sheet import MILLIMETRE, Sheet, font
+from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink
 from mechdae.errors import InputError, UnknownName
 
 KINDS = ("velocity", "acceleration", "force", "friction", "lever")
@@ -30,6 +30,10 @@ SIZE, LINE = 9.5, 13.5
 """Size of the letters of relations and distance of their lines [pt]."""
 MOST = 8
 """More relations than so many lines are left out."""
+EQUATIONS = 20
+"""And more of them than so many."""
+FORCES = 6
+"""Force polygons on a page with the other plans, those of the last groups."""
 CLOSE = 0.9
 """A diagram may reach into its margin by so much for a larger scale."""
 
@@ -60,7 +64,7 @@ def draw(
         ``"velocity"``, ``"acceleration"``, ``"force"`` (the polygons of all groups, or of one),
         ``"friction"`` (friction circles and the reactions that touch them) or ``"lever"``
         (Zhukovsky's lever). Without it one page: the diagram, the plans and, of a task of
-        kind reactions, the force polygons.
+        kind reactions, the force polygons of the last six groups.
     group
         The group of the force polygon, as the structural formula names it: ``II.1 RRR(2,3)``.
     scale
@@ -94,13 +98,9 @@ def draw(
         )
     scene = read_scene(result)
     index = _pose(result, scene, pose, which)
-    scales: Mapping[str, float]
-    if isinstance(scale, Mapping):
-        scales = scale
-    else:
-        if scale is not None and (which is None or which == "friction"):
-            raise InputError("several plans have several scales", hint='scale={"velocity": 0.02}')
-        scales = {} if scale is None else {str(which): float(scale)}
+    scales = _scales(scale, which)
+    if group is not None and which != "force":
+        raise InputError("a group is drawn of the force polygons only", hint='which="force"')
     if which in SYMBOLS:
         return _single(result, scene, index, ax, motion_plan(result, scene, index, which), scales)
     if which == "force":
@@ -117,8 +117,28 @@ def draw(
         return axes
     plans = [motion_plan(result, scene, index, word) for word in SYMBOLS]
     if result.kind == "reactions":
-        plans += force_plans(result, scene, index)
+        plans += force_plans(result, scene, index)[:FORCES]
     return _page(result, scene, index, ax, plans, scales, whole=True)
+
+
+def _scales(scale: float | Mapping[str, float] | None, which: str | None) -> Mapping[str, float]:
+    """Return the wished scales by the word of their plan."""
+    if scale is None:
+        return {}
+    if isinstance(scale, Mapping):
+        words = ("velocity", "acceleration", "force", "lever")
+        for word in scale:
+            if word not in words:
+                raise UnknownName("plan", str(word), words)
+        scales = dict(scale)
+    elif which is None or which == "friction":
+        raise InputError("several plans have several scales", hint='scale={"velocity": 0.02}')
+    else:
+        scales = {which: float(scale)}
+    for word, number in scales.items():
+        if not 0 < number < float("inf"):
+            raise InputError(f"the scale of the {word} plan is {number}", hint="a number above 0")
+    return scales
 
 
 def _pose(result: Any, scene: Scene, pose: int | None, which: str | None) -> int:
@@ -191,13 +211,21 @@ def _paper() -> Axes:
 
 
 def _outer(
-    result: Any, scene: Scene, pose: int, ax: Axes | None, columns: Sequence[Sequence[str]] = ()
+    result: Any,
+    scene: Scene,
+    pose: int,
+    ax: Axes | None,
+    relations: Sequence[Sequence[tuple[str, tuple[str, ...]]]] = (),
 ) -> tuple[Axes, float]:
     """Return the axes that hold a page, titles and relations written, and what those take up."""
     axes = _paper() if ax is None else ax
     sheet = Sheet(axes, (0.0, 0.0), (1.0, 1.0))
     sheet.k = min(sheet.k, 1.0)
     _titles(sheet, result, scene, pose)
+    box = axes.get_window_extent()
+    width, height = box.width * 72 / _figure(axes).dpi, box.height * 72 / _figure(axes).dpi
+    columns = [_lines(rows, 0.96 * width / len(relations)) for rows in relations]
+    columns = [lines if len(lines) <= MOST else [] for lines in columns]
     deepest = max(map(len, columns), default=0)
     for j, lines in enumerate(columns):
         for k, line in enumerate(lines):
@@ -211,7 +239,6 @@ def _outer(
                 color=style.INK,
                 gid=f"relation-{j}-{k}",
             )
-    height = axes.get_window_extent().height * 72 / _figure(axes).dpi
     return axes, (LINE * deepest + 8.0) / height if deepest else 0.0
 
 
@@ -279,16 +306,18 @@ def _grid(axes: Axes, low: float, count: int, whole: bool) -> list[Axes]:
 
 def _diagram(result: Any, scene: Scene, pose: int, panel: Axes) -> Sheet:
     """Draw the diagram to a round scale and state it."""
-    diagram.draw(result, panel, pose=pose, traces=False)
-    box = panel.get_window_extent().width * 72 / _figure(panel).dpi
-    natural = float(np.ptp(panel.get_xlim())) * MILLIMETRE / box
-    scale = round_up(CLOSE * natural)
-    panel.clear()
-    diagram.draw(result, panel, pose=pose, traces=False, scale=scale)
+    found: list[float] = []
+
+    def rounded(natural: float) -> float:
+        found.append(round_up(CLOSE * natural))
+        return found[-1]
+
+    diagram.draw(result, panel, pose=pose, traces=False, scale=rounded)
     for artist in list(panel.texts):
         if str(artist.get_gid()).startswith(("title", "subtitle")):
             artist.remove()
     limits = panel.get_xlim(), panel.get_ylim()
+    scale = found[-1]
     sheet = Sheet(panel, (0.0, 0.0), (1.0, 1.0), scale)
     panel.set_xlim(limits[0])
     panel.set_ylim(limits[1])
@@ -297,15 +326,31 @@ def _diagram(result: Any, scene: Scene, pose: int, panel: Axes) -> Sheet:
     return sheet
 
 
-def _relations(plans: Sequence[Plan]) -> list[list[str]]:
-    """Return the vector equations as columns of mathtext, none where there are too many."""
-    columns: dict[str, list[str]] = {}
+def _relations(plans: Sequence[Plan]) -> list[list[tuple[str, tuple[str, ...]]]]:
+    """Return the vector equations by kind of plan: groups with their equations."""
+    columns: dict[str, list[tuple[str, tuple[str, ...]]]] = {}
     for plan in plans:
-        for group, texts in plan.relations:
-            equations = r"$,   $".join(texts)
-            line = f"{group}:   ${equations}$" if group else f"${equations}$"
-            columns.setdefault(_key(plan), []).append(line)
-    return [lines for lines in columns.values() if len(lines) <= MOST]
+        columns.setdefault(_key(plan), []).extend(plan.relations)
+    return [rows for rows in columns.values() if rows]
+
+
+def _lines(rows: Sequence[tuple[str, tuple[str, ...]]], room: float) -> list[str]:
+    """Return equations as lines of mathtext no wider than the room [pt], as far as possible."""
+    if sum(len(texts) for _, texts in rows) > EQUATIONS:
+        return []
+    lines: list[str] = []
+    chosen = font(SIZE)
+    for group, texts in rows:
+        line, width = (f"{group}:   ", 6.0 * len(group)) if group else ("", 0.0)
+        for k, text in enumerate(texts):
+            own = float(ink(f"${text}$", chosen)[1][0]) + 12.0
+            if k and width + own > room:
+                lines.append(f"{line},")
+                line, width = f"        ${text}$", 20.0 + own
+            else:
+                line, width = f"{line},   ${text}$" if k else f"{line}${text}$", width + own
+        lines.append(line)
+    return lines
 
 
 def _friction(result: Any, scene: Scene, pose: int, ax: Axes | None) -> Axes:

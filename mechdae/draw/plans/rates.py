@@ -52,6 +52,12 @@ class Rates:
             and bool(np.isfinite(self.spins.get(body, (np.nan, np.nan))[: order + 1]).all())
         )
 
+    def turns(self, body: str) -> bool:
+        """Whether a body turns in any pose."""
+        series = self.result.bodies.get(body) or {}
+        rates = np.asarray(series.get("angular_velocity", 0.0), dtype=float)
+        return bool(np.any(np.abs(rates) > 0)) or self.spins[body][1] != 0
+
     def place(self, reference: str) -> Array:
         """Return the position of ``body.point``."""
         return self.scene.place(reference, self.pose)

@@ -1,0 +1,105 @@
+"""Which kind of picture a task has, and what its task has to compute for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Driven, Sweep
+from mechdae.errors import InputError
+
+DEFAULT = {"reactions": "curves", "study": "map"}
+"""Kind of picture by kind of task; of all others the diagram."""
+FIRST = {
+    "losses": ("reactions",),
+    "map": ("study", "sweep"),
+    "curves": ("sweep", "reactions"),
+    "coupler": ("sweep", "reactions"),
+}
+"""Kinds of tasks that a kind of picture is drawn of, the first that the problem has."""
+GRAPHS = tuple(FIRST)
+MEASURED = {
+    "transmission_angle": "transmission",
+    "tangent": "curve",
+    "curvature": "curve",
+    "centrode_fixed": "centrodes",
+    "centrode_moving": "centrodes",
+}
+"""Series that are there if a measure asks for them."""
+PARTS = ("bodies", "points", "joints")
+
+
+def task_for(problem: Problem, name: str | None, kind: str | None) -> str:
+    """Return the name of the task to draw: the one asked for, or the first that suits the kind.
+
+    Raises
+    ------
+    InputError
+        The problem has no task that is computed.
+    """
+    if name is not None:
+        return name
+    drawn = [n for n, task in problem.tasks.items() if task.available]
+    if not drawn:
+        raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
+    for wanted in FIRST.get(kind or "", ("sweep",)):
+        found = [own for own in drawn if problem.tasks[own].kind == wanted]
+        lines = [own for own in found if kind in GRAPHS and _moves(problem.tasks[own])]
+        if found:
+            return (lines or found)[0]
+    return drawn[0]
+
+
+def _moves(task: Any) -> bool:
+    """Return whether a driver of the task takes several values."""
+    drivers = task.all_drivers if isinstance(task, Driven) else ()
+    return any(own.at is None or len(own.at) > 1 for own in drivers)
+
+
+def options_for(kind: str, paths: Sequence[str], polar: bool) -> dict[str, Any]:
+    """Return the options of the drawing function.
+
+    Raises
+    ------
+    InputError
+        Options that the kind of picture does not have.
+    """
+    if kind not in GRAPHS and (paths or polar):
+        word = "--of" if paths else "--polar"
+        raise InputError(f"{word} is for {', '.join(GRAPHS)}, not for {kind}", where=word)
+    if polar and kind not in ("curves", "losses"):
+        raise InputError("--polar is for curves and losses", where="--polar")
+    found: dict[str, Any] = {"polar": True} if polar else {}
+    if paths:
+        found["joints" if kind == "losses" else "paths"] = list(paths)
+    return found
+
+
+def prepared(problem: Problem, name: str, kind: str, paths: Sequence[str]) -> Problem:
+    """Return the problem with a task that computes what the picture shows.
+
+    Series that a measure gives are asked for, extremes are located where the driver allows
+    it, and outputs that the task leaves out are added. Nothing else is changed.
+    """
+    task = problem.task(name)
+    if kind not in GRAPHS or not isinstance(task, Sweep):
+        return problem
+    words = [path.split("/")[-1] for path in paths]
+    measures = [MEASURED[word] for word in words if word in MEASURED]
+    if kind == "curves" and task.kind == "sweep" and _goes_along(task):
+        measures.append("extremes")
+    task = replace(task, measures=tuple(dict.fromkeys((*(task.measures or ()), *measures))) or None)
+    if task.outputs is not None:
+        parts = [
+            path.split("/")[1] for path in paths if path.split("/")[0] in PARTS and "/" in path
+        ]
+        task = replace(task, outputs=tuple(dict.fromkeys((*task.outputs, *parts))))
+    return problem.with_task(name, task)
+
+
+def _goes_along(task: Driven) -> bool:
+    """Return whether extremes between the poses are defined: one driver over an interval."""
+    moving = [own for own in task.all_drivers if own.at is None or len(own.at) > 1]
+    return len(moving) == 1 and moving[0].law is None and moving[0].at is None

@@ -1,0 +1,264 @@
+"""The kinematic diagram in motion: frames, GIF, and the picture in a notebook."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from PIL import Image
+
+from mechdae.draw import diagram, style
+from mechdae.draw.figure import new_axes
+from mechdae.draw.loads import peak_force
+from mechdae.draw.scene import Scene, longest_run, read_scene
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+
+FRAMES = 60
+"""Most frames without a wish; a sweep of more poses is thinned evenly."""
+MOST = 600
+SECONDS = 4.0
+"""Length of one round without a wish."""
+CLOSED = 1e-9
+"""First and last pose are the same if no point is farther off than this share of its path."""
+SHADES = 6
+"""Steps of each colour towards the paper, for the edges of lines."""
+FASTEST = 20
+"""Shortest time of a frame [ms] that viewers keep to."""
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Animation:
+    """Frames of a motion, drawn one at a time when they are asked for.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned.
+    poses
+        Indices of the poses, in order.
+    closed
+        Whether the motion closes: the pose after the last is the first. Others run to and fro.
+    duration
+        Time of a frame [ms].
+    dpi
+        Pixels to the inch, the picture has 7 x 5 in.
+    traces, labels, loads, dark, lang
+        As in `mechdae.draw.diagram.draw`.
+    """
+
+    result: Any
+    poses: tuple[int, ...]
+    closed: bool
+    duration: int
+    dpi: int = style.DPI
+    traces: bool = True
+    labels: bool = True
+    loads: bool = True
+    dark: bool = False
+    lang: str = "en"
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    def frames(self, progress: Progress | None = None) -> list[Image.Image]:
+        """Return all frames as pictures with one palette.
+
+        ``progress`` is called with the number of frames done and that of all.
+        """
+        scene = read_scene(self.result)
+        distinct = list(dict.fromkeys(self.poses))
+        view = self._view(scene, distinct)
+        drawn: dict[int, Image.Image] = {}
+        for k, pose in enumerate(distinct):
+            drawn[pose] = self._picture(scene, pose, view)
+            if progress is not None:
+                progress(k + 1, len(distinct))
+        palette = _palette(style.DARK if self.dark else style.LIGHT)
+        ready = {
+            pose: picture.quantize(palette=palette, dither=Image.Dither.NONE)
+            for pose, picture in drawn.items()
+        }
+        return [ready[pose] for pose in self.poses]
+
+    def _view(self, scene: Scene, poses: Sequence[int]) -> diagram.View:
+        """Return what all frames have in common: the scale above all."""
+        traces = self.traces and diagram.has_paths(self.result, scene)
+        every = [diagram.extent(scene, pose, traces, 0) for pose in poses]
+        low = np.min([entry[0] for entry in every], axis=0)
+        high = np.max([entry[1] for entry in every], axis=0)
+        size = max(entry[2] for entry in every)
+        peak = peak_force(scene, self.result, poses) if self.loads else None
+        return diagram.View(traces, 0, self.labels, self.loads, (low, high, size), peak, {})
+
+    def _picture(self, scene: Scene, pose: int, view: diagram.View) -> Image.Image:
+        theme = style.DARK if self.dark else style.LIGHT
+        axes = new_axes(theme)
+        figure = axes.get_figure(root=True)
+        assert isinstance(figure, Figure)
+        figure.set_dpi(self.dpi)
+        diagram.draw_pose(axes, scene, self.result, pose, view, theme, Words(self.lang))
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()  # type: ignore[no-untyped-call]
+        pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        return Image.fromarray(pixels[..., :3].copy())
+
+    def gif(self, progress: Progress | None = None) -> bytes:
+        """Return the animation as a GIF that repeats for ever."""
+        frames = self.frames(progress)
+        stream = io.BytesIO()
+        frames[0].save(
+            stream,
+            format="GIF",
+            save_all=True,
+            append_images=frames[1:],
+            duration=self.duration,
+            loop=0,
+            optimize=False,
+            disposal=1,
+        )
+        return stream.getvalue()
+
+    def save(self, path: str | Path, progress: Progress | None = None) -> Path:
+        """Write the GIF; nothing half-written is left behind."""
+        target = Path(path)
+        if target.suffix.lower() != ".gif":
+            raise InputError(
+                f"animations are not written as '{target.suffix}'", where=str(path), hint=".gif"
+            )
+        partial = target.with_name(f".{target.name}.part")
+        try:
+            partial.write_bytes(self.gif(progress))
+            partial.replace(target)
+        finally:
+            partial.unlink(missing_ok=True)
+        return target
+
+    def _repr_html_(self) -> str:
+        """Return the picture for a notebook."""
+        data = base64.b64encode(self.gif()).decode("ascii")
+        return f'<img src="data:image/gif;base64,{data}" alt="{self.result.problem}">'
+
+
+def _palette(theme: style.Theme) -> Image.Image:
+    """Return a palette of the colours of a diagram and what lies between them and the paper."""
+    paper = _channels(theme.paint(style.PAPER))
+    rows = [paper, _channels(theme.paint(style.FILL))]
+    for color in style.DRAWN:
+        full = _channels(theme.paint(color))
+        rows += [paper + (full - paper) * k / SHADES for k in range(1, SHADES + 1)]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(np.round(rows).astype(int).ravel().tolist())
+    return palette
+
+
+def _channels(color: str) -> NDArray[np.float64]:
+    return np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)], dtype=float)
+
+
+def animate(
+    result: Any,
+    *,
+    frames: int | None = None,
+    seconds: float = SECONDS,
+    dpi: int = style.DPI,
+    traces: bool = True,
+    labels: bool = True,
+    loads: bool = True,
+    dark: bool = False,
+    lang: str = "en",
+) -> Animation:
+    """Return the motion of a result as an animation.
+
+    A closed motion is shown once around, its last pose left out because it is the first
+    one; any other runs to and fro. Poses that do not assemble are left out: of several
+    arcs the longest is shown.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned for a sweep or a task of reactions.
+    frames
+        Most frames of one way; without it at most 60.
+    seconds
+        Time of one round.
+    dpi
+        Pixels to the inch, 7 x 5 in.
+    traces, labels, loads, dark, lang
+        As in a diagram, see `mechdae.draw.diagram.draw`.
+
+    Raises
+    ------
+    InputError
+        Fewer than two poses, or numbers out of range.
+    """
+    if getattr(result, "kind", "") in ("modes", "study", "sensitivity"):
+        raise InputError(
+            f"a task of kind {result.kind} is no motion", hint="draw a sweep or reactions"
+        )
+    Words(lang)
+    most = FRAMES if frames is None else frames
+    if isinstance(most, bool) or not isinstance(most, int) or not 2 <= most <= MOST:
+        raise InputError(f"frames are a whole number from 2 to {MOST}", where="frames")
+    if not 0.1 <= seconds <= 600.0:
+        raise InputError("a round takes 0.1 to 600 seconds", where="seconds")
+    if isinstance(dpi, bool) or not isinstance(dpi, int) or not 20 <= dpi <= 300:
+        raise InputError("dpi is a whole number from 20 to 300", where="dpi")
+    scene = read_scene(result)
+    known = scene.assembled()
+    if len(known) < 2:
+        raise InputError("fewer than two poses assemble, there is no motion to show")
+    run = longest_run(known)
+    whole = closes(scene, run)
+    poses = run[:-1] if whole else run
+    picks = np.arange(min(most, len(poses)))
+    if len(poses) > most:
+        share = len(poses) / most if whole else (len(poses) - 1) / (most - 1)
+        picks = np.floor(picks * share + 0.5).astype(int)
+    chosen = [poses[k] for k in picks.tolist()]
+    if not whole:
+        chosen += chosen[-2:0:-1]
+    duration = max(FASTEST, round(1000.0 * seconds / len(chosen) / 10.0) * 10)
+    shown = (traces, labels, loads, dark, lang)
+    return Animation(result, tuple(chosen), whole, duration, dpi, *shown)
+
+
+def closes(scene: Scene, run: Sequence[int]) -> bool:
+    """Return whether a run of poses ends where it begins.
+
+    Gears may return to another tooth: what counts is where points and directions are.
+    """
+    if len(run) < 3:
+        return False
+    for body in scene.mechanism.bodies:
+        if body not in scene.origins:
+            continue
+        turn = float(scene.angles[body][run[-1]] - scene.angles[body][run[0]])
+        if abs(np.sin(turn / 2)) > CLOSED:
+            return False
+        track = scene.origins[body][list(run)]
+        spread = float(np.ptp(track, axis=0).max())
+        size = max(spread, *(float(np.abs(scene.local(f"{body}.{point}")).max())
+                             for point in scene.mechanism.body(body).points), 0.0)  # fmt: skip
+        if float(np.hypot(*(track[-1] - track[0]))) > CLOSED * size:
+            return False
+    return True
+
+
+def draw(result: Any, ax: Any = None, **options: Any) -> Animation:
+    """Return the animation; ``ax`` is not possible, each frame has its own axes."""
+    if ax is not None:
+        raise InputError("an animation has a figure of its own", where="ax")
+    return animate(result, **options)
+
+
+__all__ = ["Animation", "animate", "closes", "draw"]

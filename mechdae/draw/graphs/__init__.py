@@ -1,0 +1,1 @@
+"""Graphs of results: curves, paths of points, losses, polar diagrams, maps."""

@@ -1,0 +1,233 @@
+"""What runs along the horizontal axis, and what is known on it: arcs, limits, change points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MultipleLocator
+
+from mechdae.draw import style
+from mechdae.draw.graphs.frame import Entry
+from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
+from mechdae.draw.graphs.series import Array, lines_of
+from mechdae.errors import InputError
+
+REFINED = {"jammed": "jammed_arcs", "ambiguous": "ambiguous_arcs"}
+"""Statuses whose arcs a cycle locates between the poses."""
+LOST = ("unassembled", "singular")
+MARKS = {
+    "limit": ("limit", style.DASH_DOT),
+    "end_of_curve": ("end of the curve", style.DASH_DOT),
+    "change_point": ("change point", (0.0, (1.5, 2.0))),
+}
+"""Events drawn as upright lines: word and dashes."""
+SHOWN = 4
+"""Places of events that are written in the key."""
+THIN = 0.004
+"""Least width of an arc, as a share of the picture."""
+
+
+@dataclass(frozen=True)
+class Abscissa:
+    """Values of the horizontal axis; ``kind`` is driver, time, pose, or path."""
+
+    kind: str
+    label: str
+    scale: Scale
+    values: Array
+    lead: int = 0
+
+    @property
+    def shown(self) -> Array:
+        """The values in the unit shown."""
+        result: Array = self.scale(self.values)
+        return result
+
+    @property
+    def is_angle(self) -> bool:
+        """Whether it is in degrees."""
+        return self.scale.unit == "deg"
+
+    @property
+    def rises(self) -> bool:
+        """Whether the poses follow each other along the axis, one way or the other."""
+        steps = np.diff(self.values)
+        return bool((steps > 0).all() or (steps < 0).all())
+
+    def text(self, value: float, digits: int = 5) -> str:
+        """Return a value with its unit, as it is shown."""
+        unit = "°" if self.is_angle else f" {self.scale.unit}" if self.scale.unit else ""
+        return f"{number(float(self.scale(value)), digits)}{unit}"
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An interval of the abscissa [its own unit] and what holds there."""
+
+    word: str
+    start: float
+    end: float
+
+
+def abscissa_of(result: Any, against: str | None = None) -> Abscissa:
+    """Return time where there is one, else the driver that moves, else the poses' numbers."""
+    if against is not None:
+        lines = lines_of(result, against)
+        if len(lines) != 1:
+            raise InputError(f"'{against}' has several components", hint=f"{against}/x")
+        line = lines[0]
+        scale = scale_of(line.unit, [line.values])
+        return Abscissa("path", f"{line.name} {line.quantity}".strip(), scale, line.values)
+    if result.time is not None:
+        return Abscissa("time", "time", Scale("s"), np.asarray(result.time, float))
+    moving = [name for name, own in result.drivers.items() if np.ptp(own.position) > 0]
+    if len(moving) > 1 or not result.drivers:
+        count = len(result.status)
+        return Abscissa("pose", "pose", Scale(""), np.arange(count, dtype=float))
+    names = list(result.drivers)
+    name = moving[0] if moving else names[0]
+    values = np.asarray(result.drivers[name].position, float)
+    scale = scale_of(result.unit("drivers", name, "position"), [values])
+    return Abscissa("driver", name, scale, values, names.index(name))
+
+
+def arcs_of(result: Any, axis: Abscissa) -> list[Arc]:
+    """Return the arcs without a plain answer, from their refined ends where the result has them.
+
+    Elsewhere an arc reaches half way to the neighbouring poses.
+    """
+    if axis.kind == "path":
+        return []
+    summary = result.summary
+    arcs: list[Arc] = []
+    known = set()
+    if axis.kind != "pose":
+        for word, name in (*REFINED.items(), ("self-locking", "self_locking_arcs")):
+            if summary.get(name):
+                known.add(word)
+                arcs += [Arc(word, *ends) for ends in summary[name]]
+        for entry in summary.get("undercut", ()):
+            arcs.append(Arc("roller undercuts", *_ends(entry, axis)))
+        if axis.rises:
+            arcs += _failed(result, axis)
+            known.update(LOST)
+    for word in ("unassembled", "singular", "jammed", "ambiguous"):
+        if word not in known:
+            arcs += _runs(result.status, axis.values, word)
+    return arcs
+
+
+def _failed(result: Any, axis: Abscissa) -> Iterator[Arc]:
+    status, x = np.asarray(result.status), axis.values
+    for entry in result.summary.get("failed", ()):
+        low, high = sorted(_ends(entry, axis))
+        inside = status[(x >= low) & (x <= high)]
+        words = [word for word in LOST if (inside == word).any()]
+        yield Arc(words[0] if words else "unassembled", low, high)
+
+
+def _ends(entry: dict[str, Any], axis: Abscissa) -> tuple[float, float]:
+    if axis.kind == "time":
+        first, last = entry["time"]
+    else:
+        first, last = (np.ravel(entry[end])[0 if np.ndim(entry[end]) == 0 else axis.lead]
+                       for end in ("from", "to"))  # fmt: skip
+    return float(first), float(last)
+
+
+def _runs(status: Any, values: Array, word: str) -> Iterator[Arc]:
+    order = np.argsort(values, kind="stable")
+    x, there = values[order], np.asarray(status)[order] == word
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
+    for first, after in zip(edges[::2], edges[1::2], strict=True):
+        low = (x[first - 1] + x[first]) / 2 if first else x[first]
+        high = (x[after - 1] + x[after]) / 2 if after < len(x) else x[after - 1]
+        yield Arc(word, float(low), float(high))
+
+
+def events_of(result: Any, axis: Abscissa) -> list[tuple[str, float]]:
+    """Return (kind, place) of the events that are drawn as lines, within the poses."""
+    if axis.kind in ("pose", "path") or not len(axis.values):
+        return []
+    found = []
+    low, high = float(np.min(axis.values)), float(np.max(axis.values))
+    slack = 1e-9 * (high - low)
+    for event in result.events:
+        if event["kind"] not in MARKS:
+            continue
+        if axis.kind == "time":
+            place = event.get("time")
+        else:
+            at = np.ravel(event["at"])
+            place = at[axis.lead] if len(at) > 1 else at[0]
+        if place is not None and low - slack <= place <= high + slack:
+            found.append((event["kind"], float(place)))
+    return found
+
+
+def key_of(axis: Abscissa, arcs: Sequence[Arc], events: Sequence[tuple[str, float]]) -> list[Entry]:
+    """Return entries that name arcs and events once, with their places."""
+    entries = []
+    for word in dict.fromkeys(arc.word for arc in arcs):
+        spans = [(axis.text(arc.start), axis.text(arc.end)) for arc in arcs if arc.word == word]
+        shown = [a if a == b else f"{a} … {b}" for a, b in spans]
+        where = ", ".join(shown) if len(shown) <= SHOWN else f"{len(shown)} arcs"
+        entries.append(Entry(f"{word} {where}", area=style.ARCS[word]))
+    for kind in dict.fromkeys(kind for kind, _ in events):
+        word, dash = MARKS[kind]
+        places = list(dict.fromkeys(axis.text(x) for own, x in events if own == kind))
+        where = ", ".join(places) if len(places) <= SHOWN else f"{len(places)} times"
+        entries.append(
+            Entry(
+                f"{word} {where}",
+                line={"upright": True, "color": style.INK, "linewidth": style.LINE,
+                      "linestyle": dash},
+            )
+        )  # fmt: skip
+    return entries
+
+
+def draw_axis(
+    panels: Sequence[Axes], axis: Abscissa, arcs: Sequence[Arc], events: Any, k: float
+) -> None:
+    """Set limits and ticks, shade the arcs and draw the events in all panels."""
+    x = axis.shown[np.isfinite(axis.shown)]
+    low, high = (float(x.min()), float(x.max())) if x.size else (0.0, 1.0)
+    span = high - low
+    if span <= 0:
+        low, high = low - 0.5, high + 0.5
+    margin = 0.0 if span > 0 and axis.kind in ("driver", "time") else 0.03 * (high - low)
+    for panel in panels:
+        panel.set_xlim(low - margin, high + margin)
+        if axis.is_angle and span > 1:
+            panel.xaxis.set_major_locator(MultipleLocator(step_of(span, 9)))
+        for arc in arcs:
+            start, end = sorted(float(axis.scale(value)) for value in (arc.start, arc.end))
+            lack = THIN * (high - low) - (end - start)
+            if lack > 0:
+                start, end = start - lack / 2, end + lack / 2
+            face, edge, hatch = style.ARCS[arc.word]
+            panel.axvspan(
+                start,
+                end,
+                facecolor=face,
+                edgecolor=edge,
+                hatch=hatch,
+                linewidth=0.0,
+                zorder=0.4,
+                gid=f"arc-{arc.word}",
+            )
+        for kind, place in events:
+            panel.axvline(
+                float(axis.scale(place)),
+                color=style.INK,
+                linewidth=style.LINE * k,
+                linestyle=MARKS[kind][1],
+                zorder=1.6,
+                clip_on=False,
+                gid=f"event-{kind}",
+            )

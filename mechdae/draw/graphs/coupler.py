@@ -1,0 +1,148 @@
+"""Paths of points with ticks of equal time, and hodographs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw.graphs.abscissa import abscissa_of
+from mechdae.draw.graphs.curves import check_poses, subtitle_of
+from mechdae.draw.graphs.loci import Locus, draw_loci
+from mechdae.draw.graphs.scale import scale_of
+from mechdae.draw.graphs.series import SMALL, Array, vector_of
+from mechdae.errors import InputError
+
+MOST = 6
+"""Points that are drawn if none are named."""
+NEAR = 1.5
+"""Fixed pivots are shown up to so many sizes of the curves beside them."""
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    paths: Sequence[str] | None = None,
+    ticks: bool = True,
+    pivots: bool = True,
+) -> Axes:
+    """Draw the paths of points in the plane; of velocities or accelerations, hodographs.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned for a sweep.
+    ax
+        Axes to draw in; without it a new figure is made.
+    paths
+        Names of points, or paths of vectors that have one unit: ``"points/P/velocity"`` draws
+        its hodograph. Without it the points of links that are on no joint, such as coupler
+        points, else of all links that are neither driven nor on a fixed pivot.
+    ticks
+        Whether equal steps of time are marked, where the poses are even.
+    pivots
+        Whether fixed pivots near the paths are shown.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Axes with equal scales.
+
+    Raises
+    ------
+    InputError
+        No point moves, or the vectors have different units.
+    """
+    check_poses(result, "paths of points")
+    names = list(paths) if paths else default_points(result)
+    vectors = [vector_of(result, name) for name in names]
+    units = list(dict.fromkeys(unit for _, _, unit, _ in vectors))
+    if not vectors:
+        raise InputError("no point of this result moves", hint="name points: paths=['body.P']")
+    if len(units) > 1:
+        raise InputError(f"vectors in {' and in '.join(units)} in one plane", where="paths")
+    quantities = list(dict.fromkeys(quantity for _, quantity, _, _ in vectors))
+    places = quantities == ["position"]
+    loci = [Locus(part, values) for part, _, _, values in vectors]
+    extent = np.vstack([locus.values for locus in loci])
+    scale = scale_of(units[0], [extent])
+    word = "" if places else f"{quantities[0]} "
+    shown = pivots_of(result, extent) if places and pivots else []
+    what = "paths of points" if places else f"hodograph of the {' and '.join(quantities)}"
+    frame = draw_loci(
+        result,
+        ax,
+        loci,
+        abscissa_of(result),
+        scale,
+        (f"{word}x [{scale.unit}]", f"{word}y [{scale.unit}]"),
+        title=str(result.title or result.problem),
+        subtitle=subtitle_of(result, what),
+        ticks=ticks,
+        pivots=shown,
+        origin=not places,
+    )
+    return frame.panels[0]
+
+
+def default_points(result: Any) -> list[str]:
+    """Return the points whose paths say most: coupler points, else those of floating links."""
+    mechanism = result.mechanism
+    joined: dict[str, str] = {}
+    fixed = {name.rpartition(".")[0] for name in result.drivers}
+    for joint in mechanism.joints.values():
+        for side, other in ((joint.first, joint.second), (joint.second, joint.first)):
+            joined[side] = joint.name
+            if other.split(".")[0] == GROUND:
+                fixed.add(side.split(".")[0])
+    moving = [
+        name
+        for name, series in result.points.items()
+        if "position" in series and _spread(series["position"]) > 0
+    ]
+    free = [name for name in moving if name not in joined]
+    floating = [name for name in moving if name.split(".")[0] not in fixed]
+    kept: list[str] = []
+    for name in free or floating or moving:
+        own = result.points[name].position
+        near = SMALL * 1e6 * _spread(own)
+        if not any(_same(own, result.points[other].position, near) for other in kept):
+            kept.append(name)
+    return kept[:MOST]
+
+
+def _spread(values: Array) -> float:
+    finite = values[np.isfinite(values).all(axis=1)]
+    if len(finite) < 2:
+        return 0.0
+    size = float(np.abs(finite).max())
+    spread = float(np.ptp(finite, axis=0).max())
+    return spread if spread > SMALL * size else 0.0
+
+
+def _same(first: Array, second: Array, near: float) -> bool:
+    return bool(np.allclose(first, second, rtol=0.0, atol=near, equal_nan=True))
+
+
+def pivots_of(result: Any, points: Array) -> list[tuple[str, Any]]:
+    """Return name and place of the ground's points on joints, near the curves."""
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        return []
+    low, high = points.min(axis=0), points.max(axis=0)
+    reach = NEAR * float((high - low).max())
+    numbers = result.mechanism.values()
+    found: dict[tuple[float, float], str] = {}
+    for joint in result.mechanism.joints.values():
+        for side in (joint.first, joint.second):
+            body, _, name = side.partition(".")
+            if body != GROUND or joint.kind not in ("revolute", "pin-in-slot"):
+                continue
+            place = (float(numbers[f"{side}.x"]), float(numbers[f"{side}.y"]))
+            if (np.array(place) >= low - reach).all() and (np.array(place) <= high + reach).all():
+                found.setdefault(place, name)
+    return [(name, np.array(place)) for place, name in found.items()]

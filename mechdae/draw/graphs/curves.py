@@ -1,0 +1,291 @@
+"""Series against the driver or time: a panel for each unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, MultipleLocator, NullLocator
+
+from mechdae.draw import style
+from mechdae.draw.graphs import polar as polar_diagram
+from mechdae.draw.graphs.abscissa import (
+    Abscissa,
+    abscissa_of,
+    arcs_of,
+    draw_axis,
+    events_of,
+    key_of,
+)
+from mechdae.draw.graphs.frame import Frame
+from mechdae.draw.graphs.places import Places
+from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
+from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of
+from mechdae.errors import InputError
+
+FEW = 25
+"""Up to so many poses are marked by dots."""
+LOGARITHMIC = ("condition", "bound")
+MARGIN = 0.2
+"""Room above and below the curves, as a share of the panel."""
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    paths: Sequence[str] | None = None,
+    against: str | None = None,
+    extremes: bool = True,
+    polar: bool = False,
+) -> Axes:
+    """Draw series of a sweep or of reactions, one panel for each unit.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned.
+    ax
+        Axes whose place the panels divide; without it a new figure is made.
+    paths
+        Paths below the task, such as ``"bodies/rocker/angle"`` or ``"joints/O/reaction"``,
+        whose components are drawn one by one; ``"joints/O/reaction/size"`` is the length of the
+        vector, ``"points/P/velocity/x"`` a component. Without it what says most of that
+        kind of task.
+    against
+        Path of the abscissa; without it the time, or the driver that moves.
+    extremes
+        Whether least and greatest values are marked, where the result has them.
+    polar
+        Draw the tip of vectors in the plane instead, see `mechdae.draw.graphs.polar`.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The upper panel; ``ax.figure.axes`` has all. Angles are in degrees, units as labelled.
+
+    Raises
+    ------
+    InputError
+        A result without a row of poses.
+    UnknownName
+        A path that is not in the result.
+    """
+    check_poses(result, "curves")
+    if polar:
+        return polar_diagram.draw(result, ax, paths=paths)
+    axis = abscissa_of(result, against)
+    if paths is None:
+        lines = default_lines(result)
+    else:
+        lines = [line for path in paths for line in lines_of(result, path)]
+    if not lines:
+        raise InputError("there is no series to draw", hint="name some: paths=[...]")
+    groups = list(_panels(lines))
+    arcs, events = arcs_of(result, axis), events_of(result, axis)
+    names = [_label(line, group) for group in groups for line in group]
+    frame = Frame(
+        ax,
+        len(groups),
+        str(result.title or result.problem),
+        subtitle_of(result),
+        key_of(axis, arcs, events),
+        names,
+        rows=max(len(group) for group in groups),
+    )
+    draw_axis(frame.panels, axis, arcs, events, frame.k)
+    for panel, group in zip(frame.panels, groups, strict=True):
+        _draw_panel(frame, panel, group, axis, result, extremes)
+    frame.label(frame.panels[-1], x=axis_label(axis))
+    return frame.panels[0]
+
+
+def check_poses(result: Any, kind: str) -> None:
+    """Refuse results that are no row of poses.
+
+    Raises
+    ------
+    InputError
+        Modes, a study, a sensitivity.
+    """
+    if result.kind not in ("sweep", "reactions", "motion"):
+        raise InputError(
+            f"a task of kind {result.kind} has no {kind}",
+            hint="kind 'map'" if result.kind == "study" else "a sweep or a task of reactions",
+        )
+
+
+def subtitle_of(result: Any, *more: str) -> str:
+    """Return problem, task and number of poses in one line."""
+    count = len(result.status)
+    poses = f"{count} poses" if count > 1 else "1 pose"
+    return "  ·  ".join([result.problem, result.task, poses, *more])
+
+
+def axis_label(axis: Abscissa) -> str:
+    """Return the label of the abscissa, with its unit."""
+    return f"{axis.label} [{axis.scale.unit}]" if axis.scale.unit else axis.label
+
+
+def _panels(lines: Sequence[Line]) -> Iterator[list[Line]]:
+    """Yield the lines of each unit; what grows by powers of ten has its own panel."""
+    groups: dict[tuple[str, str], list[Line]] = {}
+    for line in lines:
+        own = line.quantity if line.unit in ("1", "") else ""
+        own = line.quantity if line.quantity in LOGARITHMIC else own
+        groups.setdefault((line.unit, own), []).append(line)
+    yield from groups.values()
+
+
+def _label(line: Line, group: Sequence[Line]) -> str:
+    same = len({other.quantity for other in group}) == 1
+    if same:
+        return line.name or line.quantity
+    words = {other.quantity for other in group if other.name == line.name}
+    if len(words) > 1 or not line.quantity.startswith("reaction"):
+        return f"{line.name} {line.quantity}".strip()
+    return line.name
+
+
+def _quantity(group: Sequence[Line], scale: Scale) -> str:
+    words = list(dict.fromkeys(line.quantity.split(",")[0] for line in group if line.quantity))
+    unit = f"[{scale.unit}]" if scale.unit else ""
+    if len(words) == 1:
+        return f"{words[0]} {unit}".strip()
+    if {word.split(" ")[0] for word in words} <= {"reaction", "normal"}:
+        return f"force {unit}"
+    return unit
+
+
+def _draw_panel(
+    frame: Frame, panel: Axes, group: list[Line], axis: Abscissa, result: Any, extremes: bool
+) -> None:
+    scale = scale_of(group[0].unit, [line.values for line in group])
+    looks = _looks(group)
+    logarithmic = all(line.quantity in LOGARITHMIC for line in group)
+    if logarithmic:
+        scale = Scale("" if group[0].unit == "1" else group[0].unit)
+    few = len(axis.values) <= FEW
+    style_of = "-" if axis.rises or axis.kind == "path" else ""
+    for line, (color, dash) in zip(group, looks, strict=True):
+        panel.plot(
+            axis.shown,
+            scale(line.values),
+            color=color,
+            linestyle=(dash or style_of) if style_of else "",
+            linewidth=1.4 * frame.k,
+            marker="o" if few or not style_of else "",
+            markersize=3.2 * frame.k,
+            gid=f"curve-{line.path}-{line.name}",
+            zorder=3,
+        )
+    finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
+    everything = np.concatenate([*finite, np.zeros(0)])
+    if logarithmic and (everything > 0).any():
+        _decades(panel, everything[everything > 0])
+    elif everything.size:
+        _limits(panel, everything, scale)
+    frame.label(panel, y=_quantity(group, scale))
+    if extremes and axis.kind == "driver":
+        places = Places(frame, panel)
+        for line in group:
+            places.keep(axis.shown, scale(line.values))
+        for line, (color, _) in zip(group, looks, strict=True):
+            _mark(frame, panel, places, line, scale, axis, result, color)
+    ends = [
+        (_last(scale(line.values), panel), _label(line, group), color)
+        for line, (color, _) in zip(group, looks, strict=True)
+    ]
+    frame.ends(panel, ends)
+
+
+def _looks(group: Sequence[Line]) -> list[tuple[str, Any]]:
+    """Return colour and dashes of each line; without friction those of its partner, dotted."""
+    looks: list[tuple[str, Any]] = []
+    known: dict[tuple[str, str], str] = {}
+    count = 0
+    for line in group:
+        name = line.name.split(",")[0]
+        partner = known.get((line.partner, name))
+        if partner is not None:
+            looks.append((partner, style.DOTTED))
+            continue
+        color = style.SERIES[count % len(style.SERIES)]
+        looks.append((color, style.DASHES[count % len(style.DASHES)]))
+        known[(line.path, name)] = color
+        count += 1
+    return looks
+
+
+def _limits(panel: Axes, values: Array, scale: Scale) -> None:
+    low, high = float(values.min()), float(values.max())
+    size = max(abs(low), abs(high))
+    if high - low <= 1e-9 * size or high == low:
+        room = 0.1 * size or 1.0
+        low, high = low - room, high + room
+    room = MARGIN * (high - low)
+    panel.set_ylim(low - room, high + room)
+    if scale.unit == "deg" and high - low > 1:
+        panel.yaxis.set_major_locator(MultipleLocator(step_of(high - low, 6)))
+
+
+def _decades(panel: Axes, values: Array) -> None:
+    """Set a logarithmic scale from one power of ten to another."""
+    low, high = np.floor(np.log10(values.min())), np.ceil(np.log10(values.max()))
+    high = max(high, low + 1)
+    panel.set_yscale("log")
+    panel.set_ylim(10.0**low, 10.0**high)
+    panel.yaxis.set_major_locator(LogLocator(10.0, numticks=6))
+    panel.yaxis.set_minor_locator(NullLocator())
+
+
+def _last(values: Array, panel: Axes) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite[-1]) if finite.size else float(np.mean(panel.get_ylim()))
+
+
+def _mark(
+    frame: Frame,
+    panel: Axes,
+    places: Places,
+    line: Line,
+    scale: Scale,
+    axis: Abscissa,
+    result: Any,
+    color: str,
+) -> None:
+    """Mark least and greatest values where the result has them, refined between the poses."""
+    x = axis.shown[np.isfinite(axis.shown)]
+    for word, at, value in _extremes(result, line):
+        place, height = float(axis.scale(at)), float(scale(value))
+        if not x.min() <= place <= x.max():
+            continue
+        panel.plot(
+            [place],
+            [height],
+            marker="v" if word == "max" else "^",
+            markersize=6.5 * frame.k,
+            color=color,
+            markeredgecolor=style.PAPER,
+            markeredgewidth=0.6 * frame.k,
+            linestyle="",
+            zorder=4,
+            clip_on=False,
+            gid=f"extreme-{word}-{line.path}",
+        )
+        text = f"{number(height, 4)} at {axis.text(at, 4)}"
+        places.write(place, height, text, color, above=word == "max")
+
+
+def _extremes(result: Any, line: Line) -> Iterator[tuple[str, float, float]]:
+    found = result.summary.get("extremes", {}).get(line.extreme)
+    if found:
+        for word in ("min", "max"):
+            yield word, found[word]["at"], found[word]["value"]
+    elif line.quantity == "transmission angle":
+        own = result.summary.get("transmission", {}).get(line.name)
+        if own:
+            yield "min", own["at"], own["min"]
+            yield "max", own["max_at"], own["max"]

@@ -1,0 +1,311 @@
+"""Curves in the plane with ticks of equal time: paths of points, hodographs, bearing loads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Polygon
+
+from mechdae.draw import style
+from mechdae.draw.graphs.abscissa import Abscissa
+from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.places import Places
+from mechdae.draw.graphs.scale import Scale
+from mechdae.draw.graphs.series import Array
+
+HEIGHT = 330.0
+ROOM = 26.0
+"""Free border around the curves [pt]."""
+STEPS = (1, 2, 5, 10, 15, 20, 30, 45, 60, 90)
+"""Steps of ticks [deg]."""
+FEWEST, BEST = 8, 24
+"""Ticks on a curve: at least, and as near to as can be."""
+TICK = 3.4
+"""Half length of a tick [pt]."""
+ARROW = (7.5, 3.0)
+EVEN = 1e-9
+
+
+@dataclass(frozen=True)
+class Locus:
+    """A curve in the plane, (n, 2), with its name; in the units of the result."""
+
+    name: str
+    values: Array
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """Poses that have a tick, those that are named, and what lies between two of them."""
+
+    poses: Any
+    named: Any
+    step: str
+
+
+def draw_loci(
+    result: Any,
+    ax: Axes | None,
+    loci: Sequence[Locus],
+    axis: Abscissa,
+    scale: Scale,
+    words: tuple[str, str],
+    *,
+    title: str,
+    subtitle: str,
+    ticks: bool,
+    pivots: Sequence[tuple[str, Any]] = (),
+    origin: bool = False,
+) -> Frame:
+    """Draw curves with equal axes, ticks, arrows and fixed pivots."""
+    chosen = ticks_of(result, axis) if ticks else None
+    key = [
+        Entry(
+            locus.name,
+            line={"color": _color(k), "linewidth": 1.5, "linestyle": _dash(k) or "-"},
+        )
+        for k, locus in enumerate(loci)
+    ]
+    if chosen is not None:
+        key.append(Entry(chosen.step, line={"upright": True, "color": style.INK, "linewidth": 1.0}))
+    frame = Frame(ax, 1, title, subtitle, key, height=HEIGHT)
+    panel = frame.panels[0]
+    point = _limits(frame, panel, loci, scale, pivots, origin)
+    frame.label(panel, *words)
+    if origin:
+        panel.axhline(0.0, color=style.FAINT, linewidth=0.6 * frame.k, zorder=1)
+        panel.axvline(0.0, color=style.FAINT, linewidth=0.6 * frame.k, zorder=1)
+    places = Places(frame, panel)
+    for locus in loci:
+        places.keep(*scale(locus.values).T)
+    if origin:
+        places.keep(np.array(panel.get_xlim()), np.zeros(2))
+        places.keep(np.zeros(2), np.array(panel.get_ylim()))
+    for k, locus in enumerate(loci):
+        _draw(frame, panel, locus, scale, k, point, few=len(axis.values) <= FEWEST)
+    for name, place in pivots:
+        _pivot(frame, panel, places, name, scale(place), point)
+    if chosen is not None:
+        for k, locus in enumerate(loci):
+            _ticks(frame, panel, places, locus, scale, k, point, chosen, axis)
+    return frame
+
+
+def ticks_of(result: Any, axis: Abscissa) -> Ticks | None:
+    """Return poses at equal steps of time, None where the poses are not even.
+
+    A driver of constant speed goes through equal angles in equal times; the steps divide a
+    turn well where the poses allow it.
+    """
+    values = axis.shown
+    if len(values) < 3 or axis.kind not in ("driver", "time"):
+        return None
+    steps = np.diff(values)
+    h = float(values[-1] - values[0]) / (len(values) - 1)
+    if h == 0 or np.abs(steps - h).max() > EVEN * max(abs(values[-1]), abs(values[0]), abs(h)):
+        return None
+    count = len(values) - 1
+    best = max(round(count / BEST), 1)
+    if axis.is_angle:
+        fits = [round(step / abs(h)) for step in STEPS]
+        even = [
+            k
+            for k, step in zip(fits, STEPS, strict=True)
+            if k >= 1 and abs(k * abs(h) - step) < 1e-6 and count / k >= FEWEST
+        ]
+        best = min(even, key=lambda k: abs(np.log(count / k / BEST)), default=best)
+    poses = np.arange(0, len(values), best)
+    whole = count % best == 0
+    closed = axis.is_angle and abs(abs(values[-1] - values[0]) % 360.0) < 1e-6
+    if whole and closed:
+        poses = poses[:-1]
+    every = max(round(len(poses) / 8), 1)
+    if axis.is_angle:
+        wide = [k for k in (1, 2, 3, 4, 6, 12) if len(poses) / k <= 12.5]
+        every = wide[0] if wide else every
+    return Ticks(poses, poses[::every], _step_text(result, axis, best * h))
+
+
+def _step_text(result: Any, axis: Abscissa, step: float) -> str:
+    size = float(f"{abs(step):.6g}")
+    if axis.kind == "time":
+        return f"every {size:g} s"
+    unit = "°" if axis.is_angle else f" {axis.scale.unit}" if axis.scale.unit else ""
+    text = f"every {size:g}{unit} of {axis.label}"
+    driver = result.drivers[axis.label]
+    velocity = driver.get("velocity")
+    if velocity is None or not len(velocity) or np.ptp(velocity) != 0 or velocity[0] == 0:
+        return text
+    acceleration = driver.get("acceleration")
+    if acceleration is not None and np.any(acceleration):
+        return text
+    seconds = abs(step / axis.scale.factor / float(velocity[0]))
+    return f"{text}, {seconds:.4g} s"
+
+
+def _limits(
+    frame: Frame,
+    panel: Axes,
+    loci: Sequence[Locus],
+    scale: Scale,
+    pivots: Sequence[tuple[str, Any]],
+    origin: bool,
+) -> float:
+    """Set equal scales on both axes; return the size of a point [unit shown]."""
+    rows = [scale(locus.values) for locus in loci]
+    rows += [np.atleast_2d(scale(place)) for _, place in pivots]
+    rows += [np.zeros((1, 2))] if origin else []
+    points = np.vstack(rows)
+    points = points[np.isfinite(points).all(axis=1)]
+    if not len(points):
+        points = np.zeros((1, 2))
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = np.array(frame.box[2:])
+    room = np.maximum(size - 2 * ROOM * frame.k, 20.0)
+    unit = float(((high - low) / room).max()) or 1.0 / float(room.min())
+    middle = (low + high) / 2
+    corner = middle - size / 2 * unit
+    far = middle + size / 2 * unit
+    panel.set_xlim(corner[0], far[0])
+    panel.set_ylim(corner[1], far[1])
+    panel.set_aspect("equal", adjustable="datalim")
+    return unit
+
+
+def _draw(
+    frame: Frame, panel: Axes, locus: Locus, scale: Scale, k: int, point: float, few: bool
+) -> None:
+    values = scale(locus.values)
+    panel.plot(
+        values[:, 0],
+        values[:, 1],
+        color=_color(k),
+        linestyle=_dash(k) or "-",
+        linewidth=1.5 * frame.k,
+        marker="o" if few else "",
+        markersize=3.0,
+        zorder=3,
+        gid=f"locus-{locus.name}",
+    )
+    for tip, along in _arrows(values, point):
+        length, half = ARROW[0] * frame.k * point, ARROW[1] * frame.k * point
+        across = np.array([-along[1], along[0]])
+        corners = [tip, tip - length * along + half * across, tip - length * along - half * across]
+        panel.add_patch(Polygon(np.array(corners), closed=True, color=_color(k), zorder=3.5, lw=0))
+    there = np.flatnonzero(np.isfinite(values).all(axis=1))
+    if there.size:
+        first = values[there[0]]
+        panel.plot(
+            first[:1],
+            first[1:],
+            marker="o",
+            markersize=5.5 * frame.k,
+            markerfacecolor=style.PAPER,
+            markeredgecolor=_color(k),
+            linestyle="",
+            zorder=4,
+            gid=f"start-{locus.name}",
+        )
+
+
+def _arrows(values: Array, point: float) -> list[tuple[Array, Array]]:
+    """Return places and directions of arrows, a quarter and three quarters along the curve."""
+    whole = values[np.isfinite(values).all(axis=1)]
+    if len(whole) < 3:
+        return []
+    steps = np.hypot(*np.diff(whole, axis=0).T)
+    length = np.cumsum(steps)
+    if length[-1] < 40.0 * point:
+        return []
+    found = []
+    for share in (0.22, 0.72):
+        i = min(int(np.searchsorted(length, share * length[-1])), len(steps) - 1)
+        if steps[i] > 0:
+            along = (whole[i + 1] - whole[i]) / steps[i]
+            found.append((whole[i + 1], along))
+    return found
+
+
+def _ticks(
+    frame: Frame,
+    panel: Axes,
+    places: Places,
+    locus: Locus,
+    scale: Scale,
+    k: int,
+    point: float,
+    ticks: Ticks,
+    axis: Abscissa,
+) -> None:
+    values = scale(locus.values)
+    finite = values[np.isfinite(values).all(axis=1)]
+    if not len(finite) or np.ptp(finite, axis=0).max() < 12.0 * point:
+        return
+    middle = (finite.min(axis=0) + finite.max(axis=0)) / 2
+    named = set(ticks.named.tolist())
+    xs, ys = [], []
+    for pose in ticks.poses.tolist():
+        here = values[pose]
+        across = _across(values, pose)
+        if across is None or not np.isfinite(here).all():
+            continue
+        half = TICK * frame.k * point * across * (1.5 if pose in named else 1.0)
+        xs += [here[0] - half[0], here[0] + half[0], np.nan]
+        ys += [here[1] - half[1], here[1] + half[1], np.nan]
+    panel.plot(
+        xs, ys, color=_color(k), linewidth=1.0 * frame.k, zorder=3.2, gid=f"ticks-{locus.name}"
+    )
+    for pose in ticks.named.tolist():
+        here, across = values[pose], _across(values, pose)
+        if across is None or not np.isfinite(here).all():
+            continue
+        side = 1.0 if across @ (here - middle) >= 0 else -1.0
+        text = axis.text(axis.values[pose])
+        for sign in (side, -side):
+            away = (float(sign * across[0]), float(sign * across[1]))
+            if places.write(float(here[0]), float(here[1]), text, _color(k), away=away):
+                break
+
+
+def _across(values: Array, pose: int) -> Array | None:
+    """Return the normal of the curve at a pose, None where it stands still."""
+    step = values[min(pose + 1, len(values) - 1)] - values[max(pose - 1, 0)]
+    size = float(np.hypot(*step))
+    if not np.isfinite(size) or size == 0:
+        return None
+    return np.array([-step[1], step[0]]) / size
+
+
+def _pivot(frame: Frame, panel: Axes, places: Places, name: str, place: Any, point: float) -> None:
+    """Draw a fixed pivot as a small triangle with its letter."""
+    width, height = 4.5 * frame.k * point, 7.5 * frame.k * point
+    corners = np.asarray(place) + np.array([[0.0, 0.0], [width, -height], [-width, -height]])
+    panel.add_patch(
+        Polygon(
+            corners,
+            closed=True,
+            facecolor=style.PAPER,
+            edgecolor=style.GROUND,
+            linewidth=style.LINE * frame.k,
+            zorder=2.5,
+            gid=f"pivot-{name}",
+        )
+    )
+    low = places.at(*corners.min(axis=0))
+    high = places.at(*corners.max(axis=0))
+    places.boxes.append((float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    for away in ((0.0, 1.0), (1.0, 0.0), (-1.0, 0.0)):
+        if places.write(float(place[0]), float(place[1]), name, style.GROUND, away=away):
+            return
+
+
+def _color(k: int) -> str:
+    return style.SERIES[k % len(style.SERIES)]
+
+
+def _dash(k: int) -> Any:
+    return style.DASHES[k % len(style.DASHES)]

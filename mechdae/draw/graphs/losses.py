@@ -1,0 +1,156 @@
+"""Friction losses along a sweep, stacked by joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mechdae.draw import style
+from mechdae.draw.graphs import polar as polar_diagram
+from mechdae.draw.graphs.abscissa import abscissa_of, arcs_of, draw_axis, events_of, key_of
+from mechdae.draw.graphs.curves import axis_label, check_poses, subtitle_of
+from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.scale import number, scale_of
+from mechdae.errors import InputError
+
+HATCHES = ("", "//", "..", "\\\\", "--", "xx", "||")
+REST = "others"
+MOST = 6
+"""Joints that have an area of their own; the smallest of more are added up."""
+FADE = 0.62
+"""Share of paper in the colour of an area."""
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    joints: Sequence[str] | None = None,
+    polar: bool = False,
+) -> Axes:
+    """Draw the losses of all joints above each other, and their sum without feedback dashed.
+
+    Parameters
+    ----------
+    result
+        Of a task of reactions with friction.
+    ax
+        Axes to draw in; without it a new figure is made.
+    joints
+        The joints to draw; without it all that lose power, the largest below.
+    polar
+        Draw the reactions of those joints in the plane instead.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    InputError
+        A result without losses.
+    UnknownName
+        A joint that is not in the result.
+    """
+    check_poses(result, "losses")
+    if polar:
+        paths = None if joints is None else [f"joints/{name}/reaction" for name in joints]
+        return polar_diagram.draw(result, ax, paths=paths)
+    names = [name for name in (joints or result.joints) if "loss" in result.joints[name]]
+    if not names:
+        raise InputError(
+            "there are no losses in this result",
+            hint="a task of reactions with friction in a joint",
+        )
+    losses = {name: np.asarray(result.joints[name].loss, float) for name in names}
+    if joints is None:
+        losses = {n: own for n, own in losses.items() if np.nanmax(own, initial=0.0) > 0} or losses
+    layers = _layers(losses)
+    free = [
+        np.asarray(result.joints[name].loss_uncoupled, float)
+        for name in losses
+        if "loss_uncoupled" in result.joints[name]
+    ]
+    total = np.sum([own for _, own in layers], axis=0)
+    estimate = np.sum(free, axis=0) if free else None
+    axis = abscissa_of(result)
+    arcs, events = arcs_of(result, axis), events_of(result, axis)
+    scale = scale_of("W", [total] if estimate is None else [total, estimate])
+    key = key_of(axis, arcs, events)
+    if estimate is not None:
+        line = {"color": style.INK, "linewidth": 1.3, "linestyle": style.DASHED}
+        key = [Entry("all, without feedback of friction on reactions", line=line), *key]
+    labels = [_label(result, name) for name, _ in layers]
+    frame = Frame(ax, 1, str(result.title or result.problem), subtitle_of(result), key, labels)
+    panel, x = frame.panels[0], axis.shown
+    order = np.argsort(x, kind="stable")
+    base = np.zeros(len(x))
+    ends = []
+    for k, ((name, own), label) in enumerate(zip(layers, labels, strict=True)):
+        top = base + own
+        color = style.SERIES[k % len(style.SERIES)]
+        panel.fill_between(
+            x[order],
+            scale(base)[order],
+            scale(top)[order],
+            facecolor=_faded(color, FADE),
+            edgecolor=_faded(color, FADE / 2),
+            hatch=HATCHES[k % len(HATCHES)],
+            linewidth=0.0,
+            zorder=2,
+            gid=f"loss-{name}",
+        )
+        panel.plot(
+            x[order],
+            scale(top)[order],
+            color=color,
+            linewidth=1.1 * frame.k,
+            zorder=2.5,
+            gid=f"top-{name}",
+        )
+        finite = np.flatnonzero(np.isfinite(top[order]))
+        middle = (base + own / 2)[order]
+        ends.append((float(scale(middle[finite[-1]])) if finite.size else 0.0, label, color))
+        base = top
+    if estimate is not None:
+        panel.plot(
+            x[order],
+            scale(estimate)[order],
+            color=style.INK,
+            linewidth=1.3 * frame.k,
+            linestyle=style.DASHED,
+            zorder=3,
+            gid="loss-uncoupled",
+        )
+    sums = [total] if estimate is None else [total, estimate]
+    highest = max((float(np.nanmax(own, initial=0.0)) for own in sums), default=0.0)
+    panel.set_ylim(0.0, float(scale(highest)) * 1.06 or 1.0)
+    draw_axis([panel], axis, arcs, events, frame.k)
+    frame.label(panel, x=axis_label(axis), y=f"loss [{scale.unit}]")
+    frame.ends(panel, ends)
+    return panel
+
+
+def _layers(losses: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Return losses from the largest to the smallest, the last of many added up."""
+    order = sorted(losses, key=lambda name: -float(np.nansum(losses[name])))
+    if len(order) <= MOST:
+        return [(name, losses[name]) for name in order]
+    rest = np.sum([losses[name] for name in order[MOST - 1 :]], axis=0)
+    return [*((name, losses[name]) for name in order[: MOST - 1]), (REST, rest)]
+
+
+def _label(result: Any, name: str) -> str:
+    mean = result.summary.get("loss_by_joint", {}).get(name)
+    if mean is None:
+        return name
+    scale = scale_of("W", [mean])
+    return f"{name}, mean {number(float(scale(mean)), 3)} {scale.unit}"
+
+
+def _faded(color: str, share: float) -> str:
+    parts = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
+    return "#" + "".join(f"{round(255 * share + own * (1 - share)):02x}" for own in parts)

@@ -1,0 +1,462 @@
+"""A study over one parameter or two, and the workspace of two drivers."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
+
+from mechdae.draw import style
+from mechdae.draw.graphs.curves import subtitle_of
+from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.scale import Scale, number, scale_of
+from mechdae.draw.graphs.series import Array, lines_of
+from mechdae.draw.sheet import font
+from mechdae.errors import InputError, UnknownName
+
+HEIGHT = 300.0
+LEVELS = 9
+"""Steps of the values, about."""
+FINE = ("ok", "limit")
+LOCKED = "self-locking"
+LOCK_TEXT = "self-locking: efficiency below 0"
+NO_VALUE = "no value"
+NOT_REACHED = "not reached on the way from pose to pose"
+SAME = 1e-9
+"""Share by which values of a parameter may differ and still be one row of the grid."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """What a map shows: one or two coordinates, values and statuses, each (n,)."""
+
+    names: tuple[str, ...]
+    axes: tuple[Array, ...]
+    units: tuple[str, ...]
+    values: Array
+    status: Any
+    label: str
+    unit: str
+    held: str = ""
+    plane: bool = False
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    paths: Sequence[str] | None = None,
+    along: Sequence[str] | None = None,
+    equal: bool = False,
+) -> Axes:
+    """Draw values over the parameters of a study, or over two drivers.
+
+    Sets that jam, do not assemble or have several solutions are shaded, hatched and named; an
+    efficiency below zero is: there loads would drive, and the driver has to push too.
+
+    Parameters
+    ----------
+    result
+        Of a study; or of a sweep with two drivers whose poses form their workspace.
+    ax
+        Axes to draw in; without it a new figure is made.
+    paths
+        One path of the study's table, with its indices if it has several numbers,
+        ``"points/P/position[0][1]"``; of a study over one parameter several with one unit. Of
+        a workspace a path below the task (default: ``"condition"``).
+    along
+        One or two parameters that are the axes, of more that vary; the others stay at their first
+        value.
+    equal
+        Whether both axes have one scale, of parameters that are the coordinates of a place.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    Raises
+    ------
+    InputError
+        A result of another kind, no parameter that varies.
+    UnknownName
+        A path or a parameter that is not in the result.
+    """
+    if result.kind == "study":
+        planes = _of_study(result, paths, along)
+    elif result.kind in ("sweep", "reactions") and len(result.drivers) == 2:
+        planes = [_of_drivers(result, paths)]
+    else:
+        raise InputError(
+            f"a map is drawn of a study or of a sweep of two drivers, not of kind {result.kind}",
+            hint="a task of kind study with vary = { a = [from, to, count], ... }",
+        )
+    if len(planes[0].axes) == 1:
+        return _draw_lines(result, ax, planes)
+    if len(planes) > 1:
+        raise InputError("a map over two parameters shows one path", where="paths")
+    return _draw_map(result, ax, replace(planes[0], plane=planes[0].plane or equal))
+
+
+def _of_study(result: Any, paths: Sequence[str] | None, along: Sequence[str] | None) -> list[Plane]:
+    count = len(result.status)
+    known = {
+        name: (unit, array)
+        for name, unit, array in result.columns()
+        if name not in result.parameters and np.shape(array) == (count,)
+    }
+    if not known:
+        raise InputError("the study has no numbers to draw", where="outputs")
+    for path in paths or ():
+        if path not in known:
+            raise UnknownName("path of the study", path, known)
+    chosen = list(paths) if paths else [next(iter(known))]
+    varying = [name for name, values in result.parameters.items() if np.ptp(values) > 0]
+    for name in along or ():
+        if name not in result.parameters:
+            raise UnknownName("parameter of the study", name, result.parameters)
+    names = list(along) if along else varying[:2]
+    if not 1 <= len(names) <= 2:
+        raise InputError("one parameter or two that vary are needed", where="along")
+    rows = np.ones(count, bool)
+    held = []
+    for name in varying:
+        if name not in names:
+            values = result.parameters[name]
+            rows &= values == values[0]
+            held.append(f"{name} = {number(float(values[0]))}")
+    return [
+        Plane(
+            tuple(names),
+            tuple(np.asarray(result.parameters[name], float)[rows] for name in names),
+            ("",) * len(names),
+            np.asarray(known[path][1], float)[rows],
+            np.asarray(result.status)[rows],
+            path.removeprefix("summary/"),
+            known[path][0],
+            ", ".join(held),
+        )
+        for path in chosen
+    ]
+
+
+def _of_drivers(result: Any, paths: Sequence[str] | None) -> Plane:
+    lines = [line for path in paths or ["condition"] for line in lines_of(result, path)]
+    if len(lines) != 1:
+        raise InputError(
+            "a map shows one number of each pose", where="paths", hint="points/P/position/x"
+        )
+    line = lines[0]
+    names = tuple(result.drivers)
+    units = tuple(result.unit("drivers", name, "position") for name in names)
+    axes = tuple(np.asarray(result.drivers[name].position, float) for name in names)
+    label = f"{line.name} {line.quantity}".strip()
+    places = {name.rpartition(".")[0] for name in names}
+    point = len(places) == 1 and names[0].endswith(".x") and names[1].endswith(".y")
+    return Plane(
+        names, axes, units, line.values, np.asarray(result.status), label, line.unit, plane=point
+    )
+
+
+def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
+    """Draw values over one parameter."""
+    if len({plane.unit for plane in planes}) > 1:
+        raise InputError("the paths have different units", where="paths")
+    first = planes[0]
+    scale = scale_of(first.unit, [plane.values for plane in planes])
+    x = first.axes[0]
+    order = np.argsort(x, kind="stable")
+    bad = _bad(first.status)
+    key = [Entry(word, area=style.ARCS[word]) for word in bad]
+    labels = [plane.label for plane in planes] if len(planes) > 1 else []
+    frame = Frame(ax, 1, str(result.title or result.problem), _subtitle(result, first), key, labels)
+    panel = frame.panels[0]
+    panel.set_xlim(float(x.min()), float(x.max()))
+    for word in bad:
+        for low, high in _spans(x[order], first.status[order] == word):
+            face, edge, hatch = style.ARCS[word]
+            panel.axvspan(
+                low, high, facecolor=face, edgecolor=edge, hatch=hatch, lw=0.0, zorder=0.4
+            )
+    ends = []
+    for k, plane in enumerate(planes):
+        color = style.SERIES[k % len(style.SERIES)]
+        values = scale(plane.values[order])
+        panel.plot(
+            x[order],
+            values,
+            color=color,
+            linestyle=style.DASHES[k % len(style.DASHES)] or "-",
+            linewidth=1.4 * frame.k,
+            marker="o" if len(x) <= 41 else "",
+            markersize=3.2 * frame.k,
+            zorder=3,
+            gid=f"curve-{plane.label}",
+        )
+        finite = values[np.isfinite(values)]
+        ends.append((float(finite[-1]) if finite.size else 0.0, plane.label, color))
+    panel.margins(y=0.1)
+    frame.label(panel, x=first.names[0], y=_with_unit("" if labels else first.label, scale))
+    if labels:
+        frame.ends(panel, ends)
+    return panel
+
+
+def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
+    scale = scale_of(plane.unit, [plane.values])
+    scales = [
+        scale_of(unit, [values]) for unit, values in zip(plane.units, plane.axes, strict=True)
+    ]
+    x, y = (own(values) for own, values in zip(scales, plane.axes, strict=True))
+    good = np.isin(plane.status, FINE) | (plane.status == "ambiguous")
+    values = np.where(good, scale(plane.values), np.nan)
+    locked = "efficiency" in plane.label and bool((values[np.isfinite(values)] < 0).any())
+    plane = replace(plane, status=np.where(good & np.isnan(values), NO_VALUE, plane.status))
+    bad = _bad(plane.status)
+    lost = {} if result.kind == "study" else {"unassembled": NOT_REACHED}
+    key = [Entry(lost.get(word, word), area=style.ARCS[word]) for word in bad]
+    if locked:
+        key.append(Entry(LOCK_TEXT, area=style.ARCS[LOCKED]))
+    frame = Frame(
+        ax,
+        1,
+        str(result.title or result.problem),
+        _subtitle(result, plane, _with_unit(plane.label, scale)),
+        key,
+        ["8888.88"],
+        height=HEIGHT,
+    )
+    panel = frame.panels[0]
+    panel.grid(False)
+    grid = _grid(x, y)
+    if plane.plane:
+        _equal(frame, panel, x, y, grid is not None)
+    elif grid is not None:
+        panel.set_xlim(float(x.min()), float(x.max()))
+        panel.set_ylim(float(y.min()), float(y.max()))
+    else:
+        panel.set_xlim(*_widened(x))
+        panel.set_ylim(*_widened(y))
+    levels = _levels(values, locked)
+    shades = LinearSegmentedColormap.from_list("levels", list(style.LEVELS))
+    count = len(levels) - 1
+    colors = ListedColormap([shades((k + 0.5) / count) for k in range(count)])
+    norm = BoundaryNorm(levels, count)
+    for word in bad:
+        _hatch(panel, x, y, plane.status == word, grid, word)
+    if grid is None:
+        there = np.isfinite(values)
+        panel.scatter(
+            x[there], y[there], c=values[there], cmap=colors, norm=norm, s=16.0, lw=0.3,
+            edgecolors=style.INK, zorder=3, gid="values",
+        )  # fmt: skip
+    else:
+        xs, ys, index = grid
+        table = values[index]
+        _contours(frame, panel, xs, ys, table, levels, colors, norm)
+        if locked:
+            _lock(frame, panel, xs, ys, table)
+    _bar(frame, levels, colors)
+    labels = [
+        f"{name} [{own.unit}]" if own.unit else name
+        for name, own in zip(plane.names, scales, strict=True)
+    ]
+    frame.label(panel, *labels)
+    return panel
+
+
+def _bad(status: Any) -> list[str]:
+    return [word for word in style.ARCS if (status == word).any()]
+
+
+def _subtitle(result: Any, plane: Plane, *more: str) -> str:
+    if result.kind != "study":
+        return subtitle_of(result, *more)
+    of = result.summary.get("of", "")
+    parts = [f"{result.problem} / {of}" if of else result.problem, f"{len(plane.status)} sets"]
+    return "  ·  ".join([*parts, *more, *([plane.held] if plane.held else [])])
+
+
+def _with_unit(label: str, scale: Scale) -> str:
+    return f"{label} [{scale.unit}]".strip() if scale.unit else label
+
+
+def _spans(x: Array, there: Any) -> list[tuple[float, float]]:
+    """Return the intervals of places where something holds, half way to their neighbours."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
+    middles = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
+    return [
+        (float(middles[a]), float(middles[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)
+    ]
+
+
+def _grid(x: Array, y: Array) -> tuple[Array, Array, Any] | None:
+    """Return the rows and columns of a full grid and the (rows, columns) index of its places."""
+    xs, ys = _distinct(x), _distinct(y)
+    if len(xs) * len(ys) != len(x) or len(xs) < 2 or len(ys) < 2:
+        return None
+    columns = np.abs(x[:, None] - xs).argmin(axis=1)
+    rows = np.abs(y[:, None] - ys).argmin(axis=1)
+    index = np.full((len(ys), len(xs)), -1)
+    index[rows, columns] = np.arange(len(x))
+    return None if (index < 0).any() else (xs, ys, index)
+
+
+def _distinct(values: Array) -> Array:
+    ordered = np.sort(values)
+    apart = SAME * max(float(np.ptp(ordered)), 1e-300)
+    kept: Array = ordered[np.concatenate([[True], np.diff(ordered) > apart])]
+    return kept
+
+
+def _edges(values: Array) -> Array:
+    return np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
+
+
+def _levels(values: Array, locked: bool) -> Array:
+    """Return round levels; of an efficiency all that is below zero is one step."""
+    finite = values[np.isfinite(values)]
+    if locked:
+        lowest, highest = float(finite.min()), max(float(finite.max()), 0.05)
+        return np.concatenate([[lowest], _levels(np.array([0.0, highest]), False)])
+    if not finite.size:
+        return np.array([0.0, 1.0])
+    low, high = float(finite.min()), float(finite.max())
+    if high - low <= 1e-12 * max(abs(low), abs(high)):
+        return np.array([low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)])
+    return np.asarray(MaxNLocator(LEVELS, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+
+
+def _hatch(panel: Axes, x: Array, y: Array, there: Any, grid: Any, word: str) -> None:
+    """Hatch the cells of the sets for which a word holds; off a grid mark them by crosses."""
+    face, edge, hatch = style.ARCS[word]
+    if grid is None:
+        panel.plot(
+            x[there], y[there], linestyle="", marker="x", color=edge, markersize=4.5, zorder=2
+        )
+        return
+    xs, ys, index = grid
+    cells = there[index]
+    across, up = _edges(xs), _edges(ys)
+    for row in range(len(ys)):
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], cells[row].astype(int), [0]])))
+        for a, b in zip(edges[::2], edges[1::2], strict=True):
+            panel.add_patch(
+                Rectangle(
+                    (float(across[a]), float(up[row])),
+                    float(across[b] - across[a]),
+                    float(up[row + 1] - up[row]),
+                    facecolor=face,
+                    edgecolor=edge,
+                    hatch=hatch,
+                    linewidth=0.0,
+                    zorder=0.5,
+                    gid=f"set-{word}",
+                )
+            )
+
+
+def _contours(
+    frame: Frame,
+    panel: Axes,
+    xs: Array,
+    ys: Array,
+    table: Array,
+    levels: Array,
+    colors: Any,
+    norm: Any,
+) -> None:
+    """Fill between levels and write their values on the lines."""
+    masked = np.ma.masked_invalid(table)
+    if masked.count() < 3:
+        return
+    # the half cells at the border of what has values, then lines between the values
+    cells = (_edges(xs), _edges(ys))
+    panel.pcolormesh(*cells, masked, cmap=colors, norm=norm, zorder=0.8, linewidth=0.0)
+    panel.contourf(xs, ys, masked, levels=levels, cmap=colors, norm=norm, zorder=1)
+    inner = [level for level in levels if np.nanmin(table) < level < np.nanmax(table)]
+    if not inner:
+        return
+    lines = panel.contour(
+        xs, ys, masked, levels=inner, colors=style.INK, linewidths=0.7 * frame.k,
+        linestyles="solid", zorder=2,
+    )  # fmt: skip
+    texts = panel.clabel(
+        lines, fmt=lambda value: number(value), fontsize=(style.TICK - 0.5) * frame.k, inline=True,
+        inline_spacing=2,
+    )  # fmt: skip
+    for text in texts:
+        text.set_fontfamily(style.NOTE_FONT)
+        text.set_bbox({"facecolor": style.PAPER, "edgecolor": "none", "alpha": 0.8, "pad": 0.8})
+        text.set_zorder(4)
+
+
+def _lock(frame: Frame, panel: Axes, xs: Array, ys: Array, table: Array) -> None:
+    """Hatch where an efficiency is below zero."""
+    edge = style.ARCS[LOCKED][1]
+    masked = np.ma.masked_invalid(table)
+    low = float(masked.min())
+    filled = panel.contourf(
+        xs, ys, masked, levels=[low - 1.0, 0.0], colors="none", hatches=["---"], zorder=2.5
+    )
+    filled.set_edgecolor(edge)
+    filled.set_linewidth(0.0)
+    panel.contour(
+        xs, ys, masked, levels=[0.0], colors=style.ARROW, linewidths=1.8 * frame.k, zorder=3
+    )
+
+
+def _bar(frame: Frame, levels: Array, colors: Any) -> None:
+    """Draw the scale of values to the right of the panel."""
+    k = frame.k
+    x0, y0, width, height = frame.box
+    left, wide = x0 + width + 10.0 * k, 9.0 * k
+    small = font(style.TICK * k, style.NOTE_FONT)
+    share = np.linspace(0.0, 1.0, len(levels))
+    for number_of, (s, t) in enumerate(itertools.pairwise(share)):
+        frame.panels[0].add_artist(
+            Rectangle(
+                (left, y0 + s * height),
+                wide,
+                (t - s) * height,
+                transform=frame.points,
+                facecolor=colors(number_of),
+                edgecolor=style.INK,
+                linewidth=0.4 * k,
+                clip_on=False,
+            )
+        )
+    for level, s in zip(levels, share, strict=True):
+        frame.text(
+            left + wide + 4.0 * k,
+            y0 + s * height,
+            number(float(level)),
+            small,
+            style.INK,
+            None,
+            va="center_baseline",
+        )
+
+
+def _widened(values: Array) -> tuple[float, float]:
+    room = 0.04 * float(np.ptp(values)) or 0.5
+    return float(values.min()) - room, float(values.max()) + room
+
+
+def _equal(frame: Frame, panel: Axes, x: Array, y: Array, tight: bool) -> None:
+    """Give both coordinates of a place one scale."""
+    low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
+    if not tight:
+        low, high = low - 0.04 * (high - low), high + 0.04 * (high - low)
+    size = np.array(frame.box[2:])
+    unit = float(((high - low) / size).max()) or 1.0
+    middle = (low + high) / 2
+    panel.set_xlim(*(middle[0] + np.array([-0.5, 0.5]) * size[0] * unit))
+    panel.set_ylim(*(middle[1] + np.array([-0.5, 0.5]) * size[1] * unit))
+    panel.set_aspect("equal", adjustable="datalim")

@@ -1,0 +1,59 @@
+"""Units that are read well: degrees, millimetres, kilonewtons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+PREFIXED = ("m", "N", "N m", "W")
+"""Units that take a prefix; all others stay as they are."""
+DEGREES = 180.0 / np.pi
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A unit to show, and the factor from SI units and radians to it."""
+
+    unit: str
+    factor: float = 1.0
+
+    def __call__(self, values: Any) -> Any:
+        """Return values in the unit shown."""
+        return np.asarray(values, float) * self.factor
+
+
+def scale_of(unit: str, values: Iterable[Any] = ()) -> Scale:
+    """Return the unit in which values of an SI unit are shown, by their largest."""
+    if unit.startswith("rad"):
+        return Scale("deg" + unit[3:], DEGREES) if unit == "rad" else Scale(unit)
+    if unit not in PREFIXED:
+        return Scale("" if unit == "1" else unit)
+    largest = 0.0
+    for array in values:
+        found = np.abs(np.asarray(array, float))
+        largest = max(largest, float(found[np.isfinite(found)].max(initial=0.0)))
+    if largest <= 0:
+        return Scale(unit)
+    power = int(np.floor(np.log10(largest * (1 + 1e-9)) / 3)) * 3
+    if unit != "m" and largest >= 0.1:
+        power = max(power, 0)
+    power = min(max(power, min(PREFIXES)), max(PREFIXES))
+    return Scale(PREFIXES[power] + unit, 10.0**-power)
+
+
+def number(value: float, digits: int = 4) -> str:
+    """Return a number with so many digits, with a true minus sign."""
+    value = 0.0 if abs(value) < 1e-13 else value
+    return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
+
+
+def step_of(span: float, most: int) -> float:
+    """Return a step for ticks in degrees that divides a turn well."""
+    for step in (0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 60, 90, 180, 360, 720, 1440):
+        if span / step <= most:
+            return float(step)
+    return 360.0 * float(np.ceil(span / most / 360.0))

@@ -1,0 +1,260 @@
+"""What a path below a task names, as series to draw: values, label, quantity and unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechdae.errors import InputError, UnknownName
+from mechdae.results import KINDS, REACTION
+
+Array = NDArray[np.float64]
+PRINCIPAL = {
+    "bodies": ("angle",),
+    "points": ("position",),
+    "joints": ("slide", "s", "angle", "reaction"),
+    "drivers": ("position",),
+    "outputs": ("value",),
+}
+"""The series that a path without its last step stands for, the first that is there."""
+SIZE = "size"
+"""Last step of a path that asks for the length of a vector."""
+FREE = {"efforts_uncoupled", "reaction_uncoupled", "loss_uncoupled"}
+BEHIND = {"uncoupled": "no friction", "static": "loads", "inertial": "masses"}
+SMALL = 1e-12
+"""Share of its size below which the change of a series is rounding noise."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One scalar series of a result.
+
+    ``name`` says whose it is, ``quantity`` what it is, ``unit`` is that of the result.
+    ``extreme`` is its name in ``summary.extremes``; ``partner`` the path of the series with
+    friction that this one without friction stands beside.
+    """
+
+    path: str
+    name: str
+    quantity: str
+    unit: str
+    values: Array
+    extreme: str = ""
+    partner: str = ""
+
+
+def lines_of(result: Any, path: str) -> list[Line]:
+    """Return the scalar series a path names: components of vectors one by one.
+
+    Raises
+    ------
+    UnknownName
+        A name that is not in the result, with the nearest.
+    """
+    head, *rest = result.whole_path(path).split("/")
+    if head in KINDS:
+        return _of_part(result, path, head, rest)
+    if head.startswith("efforts"):
+        return _of_efforts(result, path, head, rest)
+    if head == "bound":
+        names = rest[:1] or list(result.bound)
+        units = {"length": "m", "angle": "rad"}
+        return [
+            _line(path, name, "bound", _known("bound", name, result.bound), units[name])
+            for name in names
+        ]
+    if head == "condition" and result.condition is not None:
+        return [_line(path, "", "condition", result.condition, "1")]
+    if head == "centres" and rest:
+        array = _known("pair of bodies", rest[0], result.centres)
+        axes = zip("xy", array.T, strict=False)
+        return [_line(path, f"{rest[0]} {axis}", "centre", own, "m") for axis, own in axes]
+    known = [*KINDS, "efforts", "bound", "condition", "centres"]
+    raise UnknownName("path", path, known)
+
+
+def vector_of(result: Any, path: str) -> tuple[str, str, str, Array]:
+    """Return name, quantity, unit and (n, 2) values of a vector: of a point or a joint.
+
+    A point's name stands for its position.
+
+    Raises
+    ------
+    InputError
+        The path names no vector.
+    """
+    path = f"points/{path}" if path in result.points else path
+    lines = lines_of(result, path)
+    if len(lines) < 2 or lines[0].unit != lines[1].unit:
+        raise InputError(
+            f"'{path}' is no vector in the plane",
+            hint="points/P/position, points/P/velocity, joints/J/reaction",
+        )
+    part = path.split("/")[1]
+    values = np.stack([lines[0].values, lines[1].values], axis=1)
+    return part, lines[0].quantity, lines[0].unit, values
+
+
+def default_lines(result: Any) -> list[Line]:
+    """Return the series that are drawn if none are named.
+
+    Of reactions: efforts, losses, normal forces and sizes of the pin forces. Of a sweep: the
+    outputs the problem names, else angles and slides of what is moved last.
+    """
+    lines = [line for path in _default_paths(result) for line in lines_of(result, path)]
+    lines = [line for line in lines if np.isfinite(line.values).any()]
+    if result.kind == "reactions":
+        return lines
+    moving = [line for line in lines if _moves(line.values)] or lines
+    return [line for k, line in enumerate(moving) if not _known_already(line, moving[:k])]
+
+
+def _default_paths(result: Any) -> list[str]:
+    if result.kind == "reactions":
+        return list(_force_paths(result))
+    if result.outputs:
+        return [f"outputs/{name}" for name in list(result.outputs)[:MOST]]
+    driven = set(result.drivers)
+    paths = [
+        f"bodies/{name}/angle"
+        for name, series in result.bodies.items()
+        if f"{name}.angle" not in driven and _moves(series.get("angle"))
+    ][-MOST:]
+    guided = [
+        f"joints/{name}/{word}"
+        for name, series in result.joints.items()
+        for word in ("slide", "s")
+        if f"{name}.{word}" not in driven and _moves(series.get(word))
+    ]
+    paths += guided[-MOST:]
+    if not paths:
+        moving = [name for name, series in result.points.items() if _moves(series.get("position"))]
+        paths = [f"points/{name}/position" for name in moving[-2:]]
+    return paths or [f"drivers/{name}/position" for name in result.drivers]
+
+
+MOST = 5
+"""Series of one kind that are drawn if none are named."""
+
+
+def _force_paths(result: Any) -> Iterator[str]:
+    yield "efforts"
+    for word in result.parts:
+        yield f"efforts_{word}"
+    forces = []
+    for name, series in result.joints.items():
+        if "normal" in series:
+            forces.append(f"joints/{name}/normal")
+        elif "reaction" in series and np.isfinite(series["reaction"]).any():
+            forces.append(f"joints/{name}/reaction/{SIZE}")
+    yield from forces[:MOST]
+    losses = [name for name, series in result.joints.items() if _positive(series.get("loss"))]
+    yield from (f"joints/{name}/loss" for name in losses[:MOST])
+
+
+def _of_part(result: Any, path: str, kind: str, rest: Sequence[str]) -> list[Line]:
+    table = getattr(result, kind)
+    if not rest:
+        raise UnknownName(kind, path, [f"{kind}/{name}" for name in table])
+    part, series = rest[0], table[rest[0]]
+    word = rest[1] if len(rest) > 1 else ""
+    if not word or word == SIZE:
+        word = next((name for name in PRINCIPAL[kind] if name in series), "")
+    array = _known("series", word or rest[-1], series)
+    unit = result.unit(kind, part, word)
+    quantity, partner = word.replace("_", " "), ""
+    if word in FREE:
+        quantity = f"{word.removesuffix('_uncoupled')}, no friction"
+        partner = path.replace(word, word.removesuffix("_uncoupled"))
+    if kind == "drivers":
+        # a position is what the coordinate is: angle, slide, s, x, y
+        quantity = part.rpartition(".")[2] + ("" if word == "position" else f" {word}")
+        part = part.rpartition(".")[0]
+    elif kind == "outputs":
+        quantity = "" if word == "value" else word
+    if array.ndim == 1:
+        extreme = f"{part}.{word}" if kind in ("bodies", "joints") else ""
+        return [_line(path, part, quantity, array, unit, extreme, partner)]
+    axes: tuple[str, ...] = ("x", "y", "z")
+    units: tuple[str, ...] = (unit,) * 3
+    if word.startswith("reaction"):
+        axes, units = REACTION[word[9:]]
+    if rest[-1] == SIZE:
+        values = np.hypot(array[:, 0], array[:, 1])
+        return [_line(path, f"|{part}|", quantity, values, units[0], "", partner)]
+    chosen = [axis for axis, _ in zip(axes, array.T, strict=False)]
+    if len(rest) > 2:
+        chosen = [axis for axis in chosen if axis == rest[2]]
+        if not chosen:
+            raise UnknownName("component", rest[2], [*axes[: array.shape[1]], SIZE])
+    return [
+        _line(
+            path,
+            f"{part} {axis}",
+            quantity,
+            array[:, axes.index(axis)],
+            units[axes.index(axis)],
+            f"{part}.{axis}" if word == "position" else "",
+            partner,
+        )
+        for axis in chosen
+    ]
+
+
+def _of_efforts(result: Any, path: str, head: str, rest: Sequence[str]) -> list[Line]:
+    word = head.removeprefix("efforts").lstrip("_")
+    if word and word not in result.parts:
+        raise UnknownName("path", path, ["efforts", *(f"efforts_{own}" for own in result.parts)])
+    series = result.parts[word] if word else result.efforts
+    names = rest[:1] or list(series)
+    lines = []
+    for name in names:
+        unit = "N m" if name.endswith(".angle") else "N"
+        own = f"{name}, {BEHIND.get(word, word)}" if word else name
+        partner = f"efforts/{name}" if word == "uncoupled" else ""
+        values = _known("driver", name, series)
+        lines.append(_line(f"{head}/{name}", own, "effort", values, unit, "", partner))
+    return lines
+
+
+def _line(
+    path: str,
+    name: str,
+    quantity: str,
+    values: Any,
+    unit: str,
+    extreme: str = "",
+    partner: str = "",
+) -> Line:
+    return Line(path, name, quantity, unit, np.asarray(values, float), extreme, partner)
+
+
+def _known(kind: str, name: str, table: Any) -> Any:
+    if name not in table:
+        raise UnknownName(kind, name, list(table))
+    return table[name]
+
+
+def _known_already(line: Line, others: Sequence[Line]) -> bool:
+    """Return whether a curve would lie on another one, such as that of a block on its rod."""
+    return any(
+        other.unit == line.unit
+        and np.allclose(other.values, line.values, rtol=1e-9, atol=0.0, equal_nan=True)
+        for other in others
+    )
+
+
+def _moves(values: Any) -> bool:
+    if values is None:
+        return False
+    values = values[np.isfinite(values)]
+    size = np.abs(values).max(initial=0.0)
+    return bool(values.size > 1 and np.ptp(values) > SMALL * size)
+
+
+def _positive(values: Any) -> bool:
+    return values is not None and bool((values[np.isfinite(values)] > 0).any())

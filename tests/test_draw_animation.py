@@ -1,0 +1,120 @@
+"""Animations: frames, closed loops, files, and the command."""
+
+import base64
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import mechdae as md
+from mechdae.cli import main
+from mechdae.draw import save
+from mechdae.draw.animation import animate, closes
+from mechdae.draw.scene import read_scene
+
+
+@pytest.fixture(scope="module")
+def turn():
+    return md.solve("four-bar-crank-rocker", "turn", poses=13)
+
+
+def test_a_closed_motion_is_shown_once_around(turn):
+    moving = animate(turn)
+    assert moving.closed
+    assert moving.poses == tuple(range(12))  # the 13th pose is the first
+    assert animate(turn, frames=6).poses == (0, 2, 4, 6, 8, 10)
+    steps = np.diff([*animate(turn, frames=5).poses, 12])
+    assert set(steps.tolist()) <= {2, 3}
+
+
+def test_an_open_motion_runs_to_and_fro():
+    result = md.solve("four-bar-double-rocker", "window", poses=9)
+    moving = animate(result)
+    assert not moving.closed
+    assert moving.poses[: len(moving) // 2 + 1] == tuple(range(len(moving) // 2 + 1))
+    assert moving.poses == (*range(9), *range(7, 0, -1))
+
+
+def test_a_turn_of_wheels_that_do_not_come_back_is_not_closed():
+    mechanism = md.load("planetary-gear-loads").mechanism
+    driver = md.Driver("sun.angle", from_=0.0, to=2 * np.pi)
+    result = md.solve(mechanism, md.Sweep(driver, poses=9))
+    scene = read_scene(result)
+    assert not closes(scene, scene.assembled())
+
+
+def test_gif_has_all_frames_of_one_size(turn, tmp_path):
+    seen = []
+    path = animate(turn, frames=4, seconds=2.0, dpi=50).save(
+        tmp_path / "a.gif", lambda done, total: seen.append((done, total))
+    )
+    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    with Image.open(path) as picture:
+        assert picture.n_frames == 4
+        assert picture.size == (350, 250)
+        assert picture.info["loop"] == 0
+        assert picture.info["duration"] == 500
+        rows = []
+        for k in range(4):
+            picture.seek(k)
+            rows.append(np.asarray(picture.convert("RGB")).copy())
+    assert all((rows[0] != row).any() for row in rows[1:])
+    assert path.stat().st_size < 60_000
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_files_are_the_same_each_time(turn, tmp_path):
+    moving = md.plot(turn, "animation", frames=3, dpi=40)
+    first, second = (save(moving, tmp_path / name) for name in ("a.gif", "b.gif"))
+    assert first.read_bytes() == second.read_bytes()
+    with pytest.raises(md.InputError, match="gif"):
+        save(moving, tmp_path / "a.svg")
+
+
+def test_the_ground_stands_still(turn):
+    """What is fixed is at the same place of every frame: below the mechanism nothing moves."""
+    frames = [
+        np.asarray(f.convert("RGB")) for f in animate(turn, frames=4, dpi=50, labels=False).frames()
+    ]
+    strip = [frame[225:] for frame in frames]  # scale bar
+    assert all((strip[0] == other).all() for other in strip[1:])
+
+
+def test_in_a_notebook(turn):
+    html = animate(turn, frames=2, dpi=40)._repr_html_()
+    data = html.split("base64,")[1].split('"')[0]
+    with Image.open(io.BytesIO(base64.b64decode(data))) as picture:
+        assert picture.format == "GIF"
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"frames": 1}, "frames"),
+        ({"frames": 601}, "frames"),
+        ({"seconds": 0.0}, "round"),
+        ({"dpi": 1000}, "dpi"),
+        ({"ax": 1}, "figure of its own"),
+    ],
+)
+def test_numbers_out_of_range(turn, options, match):
+    with pytest.raises(md.InputError, match=match):
+        md.plot(turn, "animation", **options)
+
+
+def test_what_does_not_move():
+    with pytest.raises(md.InputError, match="no motion"):
+        animate(md.solve("four-bar-crank-rocker", "modes"))
+
+
+def test_the_command(tmp_path, capsys):
+    words = ["plot", "four-bar-double-rocker", "--out", str(tmp_path)]
+    assert main([*words, "--kind", "animation", "--pose", "2"]) == 2
+    assert main([*words, "--kind", "animation", "--format", "png"]) == 2
+    assert main([*words, "--lang", "de"]) == 2
+    assert "en or ru" in capsys.readouterr().err
+    assert main([*words, "--lang", "ru", "--dark"]) == 0
+    out = capsys.readouterr()
+    assert out.out.strip().endswith("-diagram.svg")
+    assert not out.err

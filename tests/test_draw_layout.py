@@ -1,0 +1,71 @@
+"""Labels of diagrams cover nothing: some predefined problems, random mechanisms."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from labelling import COUNTS, _distance, count, random_one, table
+
+import mechdae as md
+from mechdae.draw import layout
+
+FIGURES = Path(__file__).resolve().parent.parent / "docs" / "data" / "labels.json"
+CROWDED = ("wankel-rotor", "elliptic-trammel", "chain-of-four-bars")
+
+
+@pytest.mark.parametrize("name", CROWDED)
+def test_crowded_problems(name):
+    problem = md.load(name)
+    task = next(key for key, task in problem.tasks.items() if task.kind == "sweep")
+    assert count(md.solve(problem, task, poses=25))["names"] == []
+
+
+@pytest.mark.parametrize("first", range(0, 20, 5))
+def test_random_mechanisms(first):
+    """Only those mechanisms have covered labels that are on record."""
+    figures = json.loads(FIGURES.read_text(encoding="utf-8"))
+    known = {entry["seed"]: len(entry["names"]) for entry in figures["covered"]["random"]}
+    drawn = 0
+    for seed in range(first, first + 5):
+        row = random_one(seed)
+        drawn += row is not None
+        if row is not None:
+            assert len(row["names"]) <= known.get(seed, 0), seed
+            assert row["labels_on_labels"] == row["labels_outside"] == 0
+    assert drawn >= 4
+
+
+def test_figures_on_record():
+    figures = json.loads(FIGURES.read_text(encoding="utf-8"))
+    assert figures["random"]["diagrams"] == 500
+    assert table(figures) in (FIGURES.parent.parent / "symbols.md").read_text(encoding="utf-8")
+    assert set(COUNTS) <= set(figures["problems"])
+    assert set(figures["covered"]["problems"]) <= {"sarich-engine"}  # 50 labels
+    for entry in (figures["problems"], figures["random"]):
+        assert entry["labels_outside"] == entry["labels_on_labels"] == 0
+        assert entry["diagrams_clean"] >= entry["diagrams"] - max(1, entry["diagrams"] // 100)
+
+
+def test_distance_of_a_line_from_a_box_and_from_a_disc():
+    low, high = np.array([0.0, 0.0]), np.array([2.0, 2.0])
+    rows = np.array([[3.0, -5, 3, 5, 1], [-1, 1, 3, 1, 1], [2, 3, 3, 2, 1]], dtype=float)
+    assert _distance(rows, low, high, False) == pytest.approx([1.0, 0.0, 0.5**0.5], abs=1e-3)
+    assert _distance(rows, low, high, True) == pytest.approx([1.0, 0.0, 1.5 * 2**0.5 - 1])
+
+
+def test_a_label_covered_everywhere_near_goes_farther():
+    label = layout.around((50.0, 50.0), 8.0, 8.0, 3.0, steps=(0.0,))
+    wall = [[50 - r, y, 50 + r, y, 24.0] for r in (30,) for y in np.arange(20.0, 81.0, 2.0)]
+    ((x, y),) = layout.place([label], wall, [], (200.0, 200.0))
+    assert max(abs(x - 50), abs(y - 50)) >= 33.0
+    ((x, y),) = layout.place([label], [], [], (200.0, 200.0))
+    assert np.hypot(x - 50, y - 50) < 12.0
+
+
+def test_no_label_comes_between_another_and_its_joint():
+    one = layout.Label(4.0, 4.0, np.array([[20.0, 0.0]]), np.zeros(1),
+                       anchors=np.array([[0.0, 0, 0, 0]]))  # fmt: skip
+    other = layout.Label(4.0, 4.0, np.array([[10.0, 0.0], [10.0, 9.0]]), np.array([0.0, 5.0]))
+    spots = layout.place([one, other], [], [], (200.0, 200.0))
+    assert spots[1] == pytest.approx([10.0, 9.0])
