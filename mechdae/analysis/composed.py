@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from mechdae.analysis.evaluate import in_time
 from mechdae.analysis.moving import coordinate_columns
@@ -28,6 +29,8 @@ STEPS = 2
 """Newton steps of a pose: derivatives up to the second are exact."""
 FAR = 5
 """The same from a guess that belongs to other parameters."""
+INPUT = "input"
+"""The power of all drivers."""
 FORCES = ("reaction", "reaction_uncoupled", "loss", "loss_uncoupled", "normal")
 
 
@@ -49,6 +52,10 @@ class Composed:
         then, signs of sliding speeds and friction solved anew, and a last output `miss` that
         tells how far a step still moved. Inputs have the parameters' own values (`origin`) last.
 
+    smooth
+        Take the guess as the solved pose, and signs of sliding speeds as smooth functions of
+        them over this share of the drivers' speed: for optimisation. Friction is solved anew.
+
     Attributes
     ----------
     spans : list of slice
@@ -62,9 +69,10 @@ class Composed:
         names: Sequence[str],
         statics: Statics | None = None,
         apart: bool = False,
+        smooth: float | None = None,
     ) -> None:
         self.setting, self.paths, self.names, self.statics = setting, list(paths), names, statics
-        self.apart, self.miss = apart, SX(0)
+        self.apart, self.smooth, self.miss = apart, smooth, SX(0)
         g = self.graphs = setting.graphs
         self.guess, self.u = SX.sym("guess", g.nx), SX.sym("u", g.nu)
         self.du, self.ddu = SX.sym("du", g.nu), SX.sym("ddu", g.nu)
@@ -120,7 +128,7 @@ class Composed:
         g = self.graphs
         eta: list[Any] = []
         x, trig = g.x, None
-        for _ in range(FAR if self.apart else STEPS):
+        for _ in range(0 if self.smooth else FAR if self.apart else STEPS):
             x, eta, trig = g.newton(x, g.u)
         parts = g.rates(x, g.u, g.driven, g.derivatives, trig)
         found = [*g.output_rates(x, parts), sum(eta, SX(0))]
@@ -147,13 +155,14 @@ class Composed:
         assert self.statics is not None
         balance = self.statics.balance
         signs = self.signs
-        if self.apart and signs.numel():
-            signs = ca.sign(balance.slipping.call([*self.coordinates, self.p])[0])
+        if signs.numel() and (self.apart or self.smooth):
+            speeds = balance.slipping.call([*self.coordinates, self.p])[0]
+            signs = self._smoothed(speeds) if self.smooth else ca.sign(speeds)
         inputs = [*self.coordinates, self.time, self.pieces, signs, self.p, SX(1)]
         free = balance.report(friction=False).call([*inputs, balance.solve.call(inputs)[0]])
         if self.statics.task.friction != "coupled" or not self.statics.frictional:
             return free, free
-        if self.apart:
+        if self.apart or self.smooth:
             _, sizes, misses, _ = balance.solve.call(inputs)
             for miss in ca.vertsplit(misses):
                 self.miss = ca.fmax(self.miss, miss)
@@ -161,9 +170,21 @@ class Composed:
         sizes = balance.refined(STEPS).call([*inputs, self.sizes])[0]
         return balance.report().call([*inputs, sizes]), free
 
+    def _smoothed(self, speeds: Any) -> Any:
+        """Return signs that pass through zero smoothly."""
+        assert self.statics is not None
+        assert self.smooth is not None
+        fast = ca.norm_2(self.du)
+        units = [slip.unit for slip in self.statics.balance.slips]
+        sizes = [self.statics.length if unit == "m" else 1.0 for unit in units]
+        return speeds / ca.sqrt(speeds**2 + (self.smooth * fast * np.array(sizes)) ** 2)
+
     def _output(self, path: str) -> Any:
         """Return the expression of a path."""
         head, _, tail = path.partition("/")
+        if path == INPUT:
+            assert self.statics is not None
+            return self._forces[0][1].T @ self.du
         if head in ("efforts", "efforts_uncoupled"):
             drivers = [c.text for c in self.setting.scene.drivers]
             if tail not in drivers:

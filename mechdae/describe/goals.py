@@ -1,4 +1,4 @@
-"""What a task of synthesis asks for: goals, freedoms and constraints as frozen values.
+"""Goals of a synthesis: what a mechanism must do, as frozen values.
 
 The tables of the task arrive with their units resolved (SI, radians); here they are checked
 against the mechanism, each error with its key path.
@@ -6,248 +6,231 @@ against the mechanism, each error with its key path.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from mechdae.describe.coordinates import coordinate
+from mechdae.describe.entries import (
+    flag,
+    items_of,
+    kind_of,
+    number,
+    numbers,
+    rows_of,
+    tuple_of,
+    word_of,
+)
 from mechdae.describe.expression import evaluate
-from mechdae.describe.mechanism import Mechanism, evaluate_all
-from mechdae.describe.tasks import Synthesis
-from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks import Sweep, Task
+from mechdae.errors import InputError, MechdaeError, UnknownName
 
-GOALS = {
-    "path": ("point", "targets", "timing", "at", "steps", "closed", "measure", "weight"),
+TIMING = ("timing", "at", "steps", "closed", "measure")
+GOALS: dict[str, tuple[str, ...]] = {
+    "path": ("point", "targets", *TIMING, "weight"),
+    "motion": ("body", "poses", *TIMING, "weight"),
     "function": (
         "input", "output", "function", "range", "input_range", "output_range", "input_start",
         "output_start", "targets", "measure", "weight",
     ),
+    "rocker": ("body", "swing", "time_ratio", "weight"),
+    "straight-line": ("point", "arc", "stroke", "measure", "weight"),
+    "minimise": ("of", "reduce", "weight"),
+    "maximise": ("of", "reduce", "weight"),
 }  # fmt: skip
-"""Kinds of goals that are computed, with their keys."""
-PLANNED = ("motion", "rocker", "straight-line", "minimise", "maximise")
-CONSTRAINTS = {
-    "full-turn": ("coordinate", "margin"),
-    "transmission-angle": ("between", "min"),
-}
-MEASURES = ("least-squares",)
-LATER_MEASURES = ("exact", "minimax")
+"""Kinds of goals with their keys."""
+MEASURES = ("least-squares", "exact", "minimax")
+REDUCTIONS = ("mean", "peak", "rms", "least")
 
 
 @dataclass(frozen=True)
-class PathTargets:
-    """A point visits targets (k, 2) [m].
+class Visits:
+    """A point visits targets (k, 2) [m], or a body poses (k, 3) [m, rad].
 
     ``timing`` is "free" (in order within a turn), "absolute" (values of the driver in
     ``programme``) or "steps" (increments from a free start). A ``closed`` path that names its
     first target again at the end visits it once, with double weight.
     """
 
-    point: str
-    targets: tuple[tuple[float, float], ...]
+    what: str
+    targets: tuple[tuple[float, ...], ...]
     timing: str
     programme: tuple[float, ...]
     closed: bool
     weights: tuple[float, ...]
+    measure: str
+
+    @property
+    def is_motion(self) -> bool:
+        """Poses of a body, not places of a point."""
+        return len(self.targets[0]) == 3
 
 
 @dataclass(frozen=True)
 class FunctionTargets:
     """An output coordinate follows a function of the input.
 
-    ``points`` are pairs (x, y) of ``function`` over its interval, or those given; ``spans`` the
-    ranges of input and output [rad, m] that the intervals of x and y are drawn on; starts are
-    numbers, names of free parameters, or None: free.
+    ``points`` are pairs (input, output) [SI], or ``function`` over its ``interval`` with the
+    ``spans`` of input and output that the intervals of x and y are drawn on; starts are numbers,
+    names of free parameters, or None: free.
     """
 
     output: str
     function: str
     interval: tuple[float, float]
-    points: tuple[tuple[float, float], ...]
+    points: tuple[tuple[float, ...], ...]
     spans: tuple[float, float]
     input_start: float | str | None
     output_start: float | str | None
     measure: str
     nodes: int = 41
 
-    def scales(self, share: Any) -> tuple[Any, Any]:
-        """Return input and output from their starts at shares (n,) of the interval."""
-        import math
-
+    def scales(self, shares: Sequence[float]) -> tuple[list[float], list[float]]:
+        """Return input and output from their starts, at shares of the interval."""
         if self.points:
             x0, y0 = self.points[0]
             return [x - x0 for x, _ in self.points], [y - y0 for _, y in self.points]
         low, high = self.interval
-        xs = [low + (high - low) * float(part) for part in share]
-        ends = [self._value(x) for x in self.interval]
-        assert math.isfinite(ends[0]) and math.isfinite(ends[1])
+        first, last = (self.value(x) for x in self.interval)
+        xs = [low + (high - low) * share for share in shares]
         inputs = [self.spans[0] * (x - low) / (high - low) for x in xs]
-        outputs = [self.spans[1] * (self._value(x) - ends[0]) / (ends[1] - ends[0]) for x in xs]
+        outputs = [self.spans[1] * (self.value(x) - first) / (last - first) for x in xs]
         return inputs, outputs
 
-    def _value(self, x: float) -> float:
+    def value(self, x: float) -> float:
+        """Return the function at a place of its interval."""
         return evaluate(self.function, {"x": x})
 
 
 @dataclass(frozen=True)
-class Demand:
-    """Everything a task of synthesis asks for.
+class Rocker:
+    """A body swings by an angle [rad], its forward stroke lasts longer by the time ratio."""
 
-    ``free`` has (low, high) by name; ``full_turn`` whether the driver turns fully, ``margin``
-    of its inequalities [m], ``transmission`` the least transmission angle [rad].
+    body: str
+    swing: float
+    time_ratio: float
+
+
+@dataclass(frozen=True)
+class StraightLine:
+    """A point follows a straight line while the driver runs over an arc [rad].
+
+    ``stroke`` [m] is its way along the line, None: free.
     """
 
-    driver: str
-    goal: PathTargets | FunctionTargets
-    free: dict[str, tuple[float, float]]
-    full_turn: bool
-    margin: float
-    transmission: float
-    starts: int
-    seed: int
+    point: str
+    arc: float
+    stroke: float | None = None
+    nodes: int = 61
 
 
-def demand(mechanism: Mechanism, task: Synthesis) -> Demand:
-    """Return what the task asks for.
+@dataclass(frozen=True)
+class Extreme:
+    """A quantity of another task is smallest (``sense`` 1) or largest (-1).
+
+    ``path`` is the slash path below the task, ``reduce`` what becomes of its values over the
+    task's poses.
+    """
+
+    sense: int
+    task: str
+    path: str
+    reduce: str
+
+
+Goal = Visits | FunctionTargets | Rocker | StraightLine | Extreme
+
+
+def goal_of(
+    mechanism: Mechanism,
+    table: Any,
+    place: str,
+    driver: str,
+    free: Sequence[str],
+    tasks: Mapping[str, Task],
+) -> Goal:
+    """Return a goal.
+
+    Parameters
+    ----------
+    driver, free
+        Coordinate of the driver, names of free parameters.
+    tasks
+        All tasks of the problem, for goals about a quantity of one of them.
 
     Raises
     ------
     InputError, UnknownName
         A key that is missing, unknown, or does not fit the mechanism.
-    UnavailableError
-        A goal or constraint that this version does not compute.
     """
-    driver = _driver(mechanism, task)
-    goal = _goal(mechanism, task)
-    free = _free(mechanism, task)
-    full, margin, angle = False, 1e-6, 0.0
-    for i, entry in enumerate(_list(task.constraints, "constraints")):
-        place = f"constraints[{i}]"
-        kind = _kind(entry, place, CONSTRAINTS, "constraint")
-        if kind == "full-turn":
-            _same(entry.get("coordinate", driver), driver, f"{place}.coordinate")
-            full, margin = True, _number(mechanism, entry.get("margin", 1e-6), f"{place}.margin")
-        else:
-            for body in _list(entry.get("between"), f"{place}.between"):
-                if body not in mechanism.bodies:
-                    raise UnknownName("body", str(body), mechanism.bodies, where=f"{place}.between")
-            angle = _number(mechanism, entry.get("min", 0.0), f"{place}.min")
-    return Demand(driver, goal, free, full, margin, angle, task.starts or 40, task.seed or 0)
+    kind = kind_of(table, place, GOALS, "goal")
+    if kind in ("path", "motion"):
+        return _visits(mechanism, table, place, kind)
+    if kind == "function":
+        return _function(mechanism, table, place, driver, free)
+    if kind == "rocker":
+        swing = _needed(mechanism, table, "swing", place)
+        ratio = _needed(mechanism, table, "time_ratio", place)
+        if not 0 < swing < 2 * math.pi or not 0.1 < ratio < 10:
+            raise InputError("a swing within a turn and a ratio of 0.1 to 10 are needed", place)
+        return Rocker(_body(mechanism, table, place), swing, ratio)
+    if kind == "straight-line":
+        arc = _needed(mechanism, table, "arc", place)
+        if not 0 < abs(arc) <= 2 * math.pi:
+            raise InputError("an arc within a turn is needed", where=f"{place}.arc")
+        word_of(table.get("measure", "minimax"), ("minimax",), "measure", f"{place}.measure")
+        stroke = _needed(mechanism, table, "stroke", place) if "stroke" in table else None
+        if stroke is not None and stroke <= 0:
+            raise InputError("a stroke is positive", where=f"{place}.stroke")
+        return StraightLine(_point(mechanism, table, place), arc, stroke)
+    return extreme(table, place, tasks, 1 if kind == "minimise" else -1)
 
 
-def _driver(mechanism: Mechanism, task: Synthesis) -> str:
-    table = task.driver
-    if not isinstance(table, Mapping) or "coordinate" not in table:
-        raise InputError("driver = { coordinate = ... } is needed", where="driver")
-    for entry in table:
-        if entry != "coordinate":
-            raise UnknownName("key", str(entry), ["coordinate"], where="driver")
-    try:
-        return coordinate(mechanism, str(table["coordinate"])).text
-    except MechdaeError as problem:
-        raise problem.inside("driver.coordinate") from None
+def extreme(table: Mapping[str, Any], place: str, tasks: Mapping[str, Task], sense: int) -> Extreme:
+    """Return a quantity of another task: ``of = "TASK/PATH"``."""
+    task, _, path = str(table.get("of", "")).partition("/")
+    known = [name for name, other in tasks.items() if isinstance(other, Sweep)]
+    if task not in known:
+        raise UnknownName("sweep or reactions task", task, known, where=f"{place}.of")
+    if not path:
+        raise InputError('TASK/PATH is needed, as "cycle/joints/A/loss"', where=f"{place}.of")
+    reduce = table.get("reduce", "peak" if sense > 0 else "least")
+    return Extreme(sense, task, path, word_of(reduce, REDUCTIONS, "word", f"{place}.reduce"))
 
 
-def _goal(mechanism: Mechanism, task: Synthesis) -> PathTargets | FunctionTargets:
-    if (task.goal is None) == (task.goals is None):
-        raise InputError("give either 'goal' or 'goals'", where="goal")
-    if task.goals is not None:
-        if len(_list(task.goals, "goals")) != 1:
-            raise UnavailableError("several goals are not computed by this version", where="goals")
-        table, place = task.goals[0], "goals[0]"
-    else:
-        table, place = task.goal, "goal"
-    if _kind(table, place, GOALS, "goal", PLANNED) == "function":
-        return _function(mechanism, task, table, place)
-    return _path(mechanism, table, place)
+def _needed(mechanism: Mechanism, table: Mapping[str, Any], key: str, place: str) -> float:
+    if key not in table:
+        raise InputError(f"the key '{key}' is missing", where=place)
+    return number(mechanism, table[key], f"{place}.{key}")
 
 
-def _function(
-    mechanism: Mechanism, task: Synthesis, table: Mapping[str, Any], place: str
-) -> FunctionTargets:
-    driver = _driver(mechanism, task)
-    _same(table.get("input", driver), driver, f"{place}.input")
-    try:
-        output = coordinate(mechanism, str(table.get("output", ""))).text
-    except MechdaeError as problem:
-        raise problem.inside(f"{place}.output") from None
-    if ("targets" in table) == ("function" in table):
-        raise InputError("give either 'function' or 'targets'", where=place)
-    measure = table.get("measure", "least-squares")
-    if measure not in ("least-squares", "minimax"):
-        raise UnknownName(
-            "measure", str(measure), ["least-squares", "minimax"], where=f"{place}.measure"
-        )
-    starts = [
-        _start(mechanism, task, table, place, f"{word}_start") for word in ("input", "output")
-    ]
-    if "targets" in table:
-        points = _pairs(mechanism, table["targets"], f"{place}.targets")
-        return FunctionTargets(
-            output, "", (0.0, 1.0), points, (0.0, 0.0), *starts, measure, len(points)
-        )
-    text = table["function"]
-    interval = _pair(mechanism, table.get("range"), f"{place}.range")
-    spans = []
-    for word in ("input_range", "output_range"):
-        if word not in table:
-            raise InputError(f"the key '{word}' is missing", where=place)
-        spans.append(_number(mechanism, table[word], f"{place}.{word}"))
-    for x in interval:
-        try:
-            evaluate(str(text), {"x": x})
-        except MechdaeError as problem:
-            raise problem.inside(f"{place}.function") from None
-    return FunctionTargets(output, str(text), interval, (), (spans[0], spans[1]), *starts, measure)
-
-
-def _start(
-    mechanism: Mechanism, task: Synthesis, table: Mapping[str, Any], place: str, word: str
-) -> float | str | None:
-    value = table.get(word)
-    if value is None:
-        return None
-    if isinstance(value, str) and isinstance(task.free, Mapping) and value in task.free:
-        return value
-    return _number(mechanism, value, f"{place}.{word}")
-
-
-def _pair(mechanism: Mechanism, value: Any, place: str) -> tuple[float, float]:
-    items = _list(value, place)
-    if len(items) != 2:
-        raise InputError("two numbers [a, b] are needed", where=place)
-    return _number(mechanism, items[0], place), _number(mechanism, items[1], place)
-
-
-def _pairs(mechanism: Mechanism, value: Any, place: str) -> tuple[tuple[float, float], ...]:
-    found = [_pair(mechanism, item, f"{place}[{i}]") for i, item in enumerate(_list(value, place))]
-    if len(found) < 2:
-        raise InputError("two targets at least are needed", where=place)
-    return tuple(found)
-
-
-def _path(mechanism: Mechanism, table: Mapping[str, Any], place: str) -> PathTargets:
-    point = table.get("point")
+def _point(mechanism: Mechanism, table: Mapping[str, Any], place: str) -> str:
     known = [f"{b}.{p}" for b, body in mechanism.bodies.items() for p in body.points]
-    if point not in known:
-        raise UnknownName("point", str(point), known, where=f"{place}.point")
-    measure = table.get("measure", "least-squares")
-    if measure in LATER_MEASURES:
-        raise UnavailableError(
-            f"measure '{measure}' is not computed by this version", where=f"{place}.measure"
-        )
-    if measure not in MEASURES:
-        raise UnknownName("measure", str(measure), MEASURES, where=f"{place}.measure")
-    targets = list(_pairs(mechanism, table.get("targets"), f"{place}.targets"))
-    closed = table.get("closed", False)
-    if not isinstance(closed, bool):
-        raise InputError("true or false is needed", where=f"{place}.closed")
-    weights = [1.0] * len(targets)
-    timing, programme = _timing(mechanism, table, place, len(targets))
-    if closed and timing == "free" and targets[0] == targets[-1]:
-        targets.pop()
-        weights.pop()
-        weights[0] = 2.0
-    return PathTargets(str(point), tuple(targets), timing, programme, closed, tuple(weights))
+    return word_of(table.get("point"), known, "point", f"{place}.point")
+
+
+def _body(mechanism: Mechanism, table: Mapping[str, Any], place: str) -> str:
+    return word_of(table.get("body"), list(mechanism.bodies), "body", f"{place}.body")
+
+
+def _visits(mechanism: Mechanism, table: Mapping[str, Any], place: str, kind: str) -> Visits:
+    if kind == "path":
+        what = _point(mechanism, table, place)
+        rows = rows_of(mechanism, table.get("targets"), 2, 2, f"{place}.targets")
+    else:
+        what = _body(mechanism, table, place)
+        rows = rows_of(mechanism, table.get("poses"), 3, 2, f"{place}.poses")
+    measure = word_of(
+        table.get("measure", "least-squares"), MEASURES, "measure", f"{place}.measure"
+    )
+    closed = flag(table.get("closed", False), f"{place}.closed")
+    timing, programme = _timing(mechanism, table, place, len(rows))
+    weights = [1.0] * len(rows)
+    if closed and timing == "free" and rows[0] == rows[-1]:
+        rows, weights = rows[:-1], [2.0, *weights[1:-1]]
+    return Visits(what, rows, timing, programme, closed, tuple(weights), measure)
 
 
 def _timing(
@@ -257,78 +240,64 @@ def _timing(
     if len(given) > 1:
         raise InputError(f"'{given[0]}' and '{given[1]}' are given, one is needed", where=place)
     if not given or given[0] == "timing":
-        if table.get("timing", "free") != "free":
-            raise UnknownName("timing", str(table["timing"]), ["free"], where=f"{place}.timing")
-        return "free", ()
+        return word_of(table.get("timing", "free"), ["free"], "timing", f"{place}.timing"), ()
     key = given[0]
-    values = tuple(
-        _number(mechanism, item, f"{place}.{key}[{i}]")
-        for i, item in enumerate(_list(table[key], f"{place}.{key}"))
-    )
+    values = numbers(mechanism, table[key], f"{place}.{key}")
     if len(values) != count:
         raise InputError(f"{len(values)} values for {count} targets", where=f"{place}.{key}")
     return ("absolute" if key == "at" else "steps"), values
 
 
-def _free(mechanism: Mechanism, task: Synthesis) -> dict[str, tuple[float, float]]:
-    if not isinstance(task.free, Mapping) or not task.free:
-        raise InputError("free = { name = [low, high], ... } is needed", where="free")
-    values = mechanism.values()
-    found = {}
-    for name, bounds in task.free.items():
-        place = f"free.{name}"
-        if isinstance(bounds, Mapping):
-            raise UnavailableError(
-                "ratios, polygons and discs are not computed by this version", where=place
-            )
-        if name not in values:
-            raise UnknownName("parameter", name, values, where="free")
-        pair = _list(bounds, place)
-        if len(pair) != 2:
-            raise InputError("[low, high] is needed", where=place)
-        low, high = (_number(mechanism, item, place) for item in pair)
-        if low >= high:
-            raise InputError(f"the bounds leave nothing: {low:g} to {high:g}", where=place)
-        found[name] = (low, high)
+def _function(
+    mechanism: Mechanism, table: Mapping[str, Any], place: str, driver: str, free: Sequence[str]
+) -> FunctionTargets:
+    word_of(table.get("input", driver), [driver], "coordinate", f"{place}.input")
+    try:
+        output = coordinate(mechanism, str(table.get("output", ""))).text
+    except MechdaeError as problem:
+        raise problem.inside(f"{place}.output") from None
+    if ("targets" in table) == ("function" in table):
+        raise InputError("give either 'function' or 'targets'", where=place)
+    measures = ("least-squares", "minimax")
+    measure = word_of(
+        table.get("measure", "least-squares"), measures, "measure", f"{place}.measure"
+    )
+
+    def start(key: str) -> float | str | None:
+        value = table.get(key)
+        if value is None or (isinstance(value, str) and value in free):
+            return value
+        return number(mechanism, value, f"{place}.{key}")
+
+    starts = (start("input_start"), start("output_start"))
+    if "targets" in table:
+        points = rows_of(mechanism, table["targets"], 2, 2, f"{place}.targets")
+        # targets are values of the coordinates themselves, unless a start says otherwise
+        own = tuple(
+            given if key in table else points[0][k]
+            for k, (key, given) in enumerate(zip(("input_start", "output_start"), starts))
+        )
+        return FunctionTargets(
+            output, "", (0.0, 1.0), points, (0.0, 0.0), own[0], own[1], measure, len(points)
+        )
+    low, high = tuple_of(mechanism, table.get("range"), 2, f"{place}.range")
+    spans = [_needed(mechanism, table, key, place) for key in ("input_range", "output_range")]
+    found = FunctionTargets(
+        output, str(table["function"]), (low, high), (), (spans[0], spans[1]), *starts, measure
+    )
+    try:
+        ends = [found.value(x) for x in (low, high)]
+    except MechdaeError as problem:
+        raise problem.inside(f"{place}.function") from None
+    if low == high or ends[0] == ends[1]:
+        raise InputError("the function takes the same value at both ends of its range", place)
     return found
 
 
-def _kind(
-    table: Any, place: str, kinds: Mapping[str, Sequence[str]], word: str,
-    planned: Sequence[str] = (),
-) -> str:  # fmt: skip
-    if not isinstance(table, Mapping):
-        raise InputError("a table is needed", where=place)
-    kind = str(table.get("kind", ""))
-    if kind in planned:
-        raise UnavailableError(
-            f"{word}s of kind '{kind}' are not computed by this version", where=f"{place}.kind"
-        )
-    if kind not in kinds:
-        raise UnknownName(f"kind of {word}", kind, [*kinds, *planned], where=f"{place}.kind")
-    for entry in table:
-        if entry not in ("kind", *kinds[kind]):
-            raise UnknownName("key", str(entry), kinds[kind], where=place)
-    return kind
-
-
-def _list(value: Any, place: str) -> Sequence[Any]:
-    if value is None:
-        return ()
-    if isinstance(value, str) or not isinstance(value, Sequence):
-        raise InputError("a list is needed", where=place)
-    return value
-
-
-def _number(mechanism: Mechanism, value: Any, place: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise InputError("a number or an expression is needed", where=place)
-    try:
-        return evaluate(value, evaluate_all(mechanism.parameters))
-    except MechdaeError as problem:
-        raise problem.inside(place) from None
-
-
-def _same(value: Any, wanted: str, place: str) -> None:
-    if value != wanted:
-        raise UnknownName("coordinate", str(value), [wanted], where=place)
+def listed_goals(task: Any) -> list[tuple[Any, str]]:
+    """Return the tables of the goals with their key paths."""
+    if (task.goal is None) == (task.goals is None):
+        raise InputError("give either 'goal' or 'goals'", where="goal")
+    if task.goal is not None:
+        return [(task.goal, "goal")]
+    return [(table, f"goals[{i}]") for i, table in enumerate(items_of(task.goals, "goals"))]

@@ -12,10 +12,14 @@ import numpy as np
 from mechdae.synthesis.ipopt import Optimum, Solver
 
 SX = ca.SX
+STIFF = ("closure",)
+"""Words of constraints that no elastic problem lets go: without them there is no mechanism."""
 
 
 class Nlp:
     """min f(z; p), low <= z <= high, g_low <= g(z; p) <= g_high.
+
+    Variables have a scale: the solver sees them divided by it, everybody else as they are.
 
     Attributes
     ----------
@@ -24,7 +28,7 @@ class Nlp:
     """
 
     def __init__(self) -> None:
-        self._variables: dict[str, tuple[Any, Any, Any]] = {}
+        self._variables: dict[str, tuple[Any, Any, Any, Any]] = {}
         self._parameters: dict[str, tuple[Any, Any]] = {}
         self._constraints: list[tuple[str, Any, Any, Any]] = []
         self.objective: Any = SX(0)
@@ -32,12 +36,14 @@ class Nlp:
 
     # -- pieces ------------------------------------------------------------------------------
 
-    def variable(self, name: str, size: int, low: Any, high: Any) -> Any:
+    def variable(self, name: str, size: int, low: Any, high: Any, scale: Any = 1.0) -> Any:
         """Return a new variable (size,)."""
         symbol = SX.sym(name, size)
-        ends = [np.broadcast_to(np.asarray(b, float), (size,)).copy() for b in (low, high)]
-        self._variables[name] = (symbol, ends[0], ends[1])
-        return symbol
+        low, high, scale = (
+            np.broadcast_to(np.asarray(b, float), (size,)).copy() for b in (low, high, scale)
+        )
+        self._variables[name] = (symbol, low, high, scale)
+        return symbol * scale if size else symbol
 
     def parameter(self, name: str, value: Any) -> Any:
         """Return a new parameter; `value` is its default."""
@@ -54,7 +60,7 @@ class Nlp:
 
     @cached_property
     def z(self) -> Any:
-        return ca.vertcat(*[symbol for symbol, _, _ in self._variables.values()])
+        return ca.vertcat(*[symbol for symbol, *_ in self._variables.values()])
 
     @cached_property
     def g(self) -> Any:
@@ -66,13 +72,18 @@ class Nlp:
         return ca.vertcat(*symbols, self._rest)
 
     @cached_property
+    def scale(self) -> Any:
+        """Of the variables, (nz,)."""
+        return np.concatenate([scale for *_, scale in self._variables.values()])
+
+    @cached_property
     def bounds(self) -> tuple[Any, Any, Any, Any]:
-        """low, high, g_low, g_high."""
+        """low, high of the scaled variables, g_low, g_high."""
         ends = [np.concatenate([v[k] for v in self._variables.values()]) for k in (1, 2)]
         sizes = [(e.numel(), low, high) for _, e, low, high in self._constraints]
-        g_low = np.concatenate([np.full(n, low) for n, low, _ in sizes])
-        g_high = np.concatenate([np.full(n, high) for n, _, high in sizes])
-        return ends[0], ends[1], g_low, g_high
+        g_low = np.concatenate([np.broadcast_to(low, n) for n, low, _ in sizes] or [np.zeros(0)])
+        g_high = np.concatenate([np.broadcast_to(up, n) for n, _, up in sizes] or [np.zeros(0)])
+        return ends[0] / self.scale, ends[1] / self.scale, g_low.astype(float), g_high.astype(float)
 
     @cached_property
     def words(self) -> list[str]:
@@ -82,22 +93,26 @@ class Nlp:
     def place(self, name: str) -> slice:
         """Return where a variable lies in z."""
         start = 0
-        for other, (symbol, _, _) in self._variables.items():
+        for other, (symbol, *_) in self._variables.items():
             if other == name:
                 return slice(start, start + symbol.numel())
             start += symbol.numel()
         raise KeyError(name)
 
     def point(self, values: Mapping[str, Any]) -> Any:
-        """Return z from values by name, within the bounds."""
+        """Return z from values by name, within the bounds; zeros where there is no value."""
         low, high = self.bounds[:2]
-        parts = [np.ravel(values[name]) for name in self._variables]
-        z: Any = np.clip(np.concatenate(parts), low, high)
+        parts = [
+            np.ravel(values.get(name, np.zeros(symbol.numel())))
+            for name, (symbol, *_) in self._variables.items()
+        ]
+        z: Any = np.clip(np.nan_to_num(np.concatenate(parts) / self.scale), low, high)
         return z
 
     def read(self, z: Any) -> dict[str, Any]:
         """Return the variables by name."""
-        return {name: z[self.place(name)] for name in self._variables}
+        values = z * self.scale
+        return {name: values[self.place(name)] for name in self._variables}
 
     def settings(self, given: Mapping[str, Any], rest: float = 1.0) -> Any:
         """Return p, with other values than the defaults by name."""
@@ -129,9 +144,58 @@ class Nlp:
         scale = max(abs(found.objective), 1e-16) * 1e-4
         new = self._polisher.solve(found.z, self.settings(given, scale), *self.bounds)
         objective = new.objective * scale
-        if new.violation <= max(found.violation, 1e-9) and objective <= found.objective:
+        slack = 1e-12 * abs(found.objective)
+        if new.violation <= max(found.violation, 1e-9) and objective <= found.objective + slack:
             return Optimum(
                 new.z, objective, new.violation, found.status, found.iterations + new.iterations,
                 found.seconds + new.seconds, new.bound_prices * scale, new.prices * scale,
             )  # fmt: skip
         return found
+
+    # -- what cannot be met ------------------------------------------------------------------
+
+    @cached_property
+    def _elastic(self) -> tuple[Solver, Any]:
+        loose = [i for i, word in enumerate(self.words) if word not in STIFF]
+        slack = SX.sym("slack", 2 * len(loose))
+        spread = SX.zeros(len(self.words), 2 * len(loose))
+        for k, i in enumerate(loose):
+            spread[i, 2 * k], spread[i, 2 * k + 1] = 1, -1
+        z = ca.vertcat(self.z, slack)
+        return Solver(z, self.p, ca.sum1(slack), self.g + spread @ slack), loose
+
+    def conflicts(self, z0: Any, given: Mapping[str, Any]) -> tuple[Optimum, dict[str, float]]:
+        """Return the point where constraints are missed least, and by how much, by word.
+
+        The sum of all (dimensionless) violations is minimised, the closure and the bounds are
+        kept.
+        """
+        solver, loose = self._elastic
+        low, high, g_low, g_high = self.bounds
+        g = self.violations(z0, given)
+        start = np.zeros(2 * len(loose))
+        for k, i in enumerate(loose):
+            start[2 * k], start[2 * k + 1] = max(-g[i], 0.0), max(g[i], 0.0)
+        count = 2 * len(loose)
+        found = solver.solve(
+            np.concatenate([z0, start]), self.settings(given),
+            np.concatenate([low, np.zeros(count)]), np.concatenate([high, np.full(count, np.inf)]),
+            g_low, g_high,
+        )  # fmt: skip
+        own = found.z[: len(low)]
+        missed = self.violations(own, given)
+        amounts: dict[str, float] = {}
+        for word, amount in zip(self.words, missed, strict=True):
+            if abs(amount) > 1e-7:
+                amounts[word] = max(amounts.get(word, 0.0), float(abs(amount)))
+        return found, amounts
+
+    def violations(self, z: Any, given: Mapping[str, Any]) -> Any:
+        """Return by how much each row of g is above (+) or below (-) its bounds."""
+        g = np.array(self._rows(z, self.settings(given))).ravel()
+        _, _, low, high = self.bounds
+        return np.maximum(g - high, 0) - np.maximum(low - g, 0)
+
+    @cached_property
+    def _rows(self) -> Any:
+        return ca.Function("rows", [self.z, self.p], [ca.densify(self.g)])

@@ -1,148 +1,244 @@
-"""What goals share: a search space, the poses of a design in an NLP, starts, driver values."""
+"""The search that a task stands for: its goals over one space, NLPs by class, starts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
-from mechdae.synthesis.loops import FourBar, four_bar
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.demand import Demand, demand
+from mechdae.describe.goals import Extreme as AskedExtreme
+from mechdae.describe.goals import FunctionTargets, Rocker, StraightLine, Visits
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Synthesis
+from mechdae.errors import InputError
+from mechdae.model.model import Model
+from mechdae.synthesis.goals.base import Goal, Seed
+from mechdae.synthesis.goals.extreme import Extreme, quantity_of
+from mechdae.synthesis.goals.function import Function
+from mechdae.synthesis.goals.rocker import Rocker as RockerGoal
+from mechdae.synthesis.goals.straight import Straight
+from mechdae.synthesis.goals.visits import Visits as VisitsGoal
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.poses import Poses, parameters_of
-
-SX = ca.SX
-TURN = 2 * np.pi
-WIDE = 40.0
-"""Bound of angles [rad]: they are unwrapped, and nothing may run away."""
-FAR = 10.0
-"""The same for lengths among the unknowns, in sizes of the mechanism."""
+from mechdae.synthesis.poses import Poses
+from mechdae.synthesis.quantity import Quantity
+from mechdae.synthesis.space import Space
+from mechdae.synthesis.spread import Spread
 
 
-@dataclass(frozen=True)
-class Limits:
-    """Margins of the constraints.
+class Search:
+    """Everything that is built once for a task: goals, limits, space, NLPs.
 
-    ``full_turn`` whether the driver turns fully, ``margin`` [m] of Grashof's inequalities;
-    ``branch`` least |determinant| relative to its columns (the sine of the transmission angle of
-    a dyad RRR), ``order`` [rad] between the driver's values of poses, ``transmission`` least
-    transmission angle over the turn [rad].
+    Attributes
+    ----------
+    goals, limits
+        Terms of the objective with `weights`; goals that only constrain.
+    kinds
+        Grashof classes that each have an NLP of their own, or one nameless class.
     """
 
-    full_turn: bool = False
-    margin: float = 1e-6
-    branch: float = 1e-6
-    order: float = 1e-3
-    transmission: float = 0.0
+    def __init__(self, problem: Problem, task: Synthesis) -> None:
+        self.problem, self.task = problem, task
+        self.asked: Demand = demand(problem, task)
+        names = [*self.asked.free, *self.asked.choices]
+        self._quantities: dict[tuple[str, str], Quantity] = {}
+        self.goals = [
+            self._goal(goal, f"goal{k}", names) for k, (goal, _) in enumerate(self.asked.goals)
+        ]
+        self.weights = [weight for _, weight in self.asked.goals]
+        self.limits = [
+            self._extreme(limit.of, f"limit{k}", names, (limit.low, limit.high))
+            for k, limit in enumerate(self.asked.limits)
+        ]
+        self.size = self._size()
+        every = [*self.goals, *self.limits]
+        bodies = dict.fromkeys(body for goal in every for body in goal.bodies())
+        boxed = dict.fromkeys(point for box in self.asked.boxes for point in box.points)
+        held = [body for asked in self.asked.transmission for body in asked.bodies]
 
+        def asks(model: Model) -> dict[str, Any]:
+            found = {point: model.point(point) for point in boxed}
+            for goal in every:
+                found |= goal.asks(model)
+            return found
 
-@dataclass(frozen=True)
-class Seed:
-    """A start: values of the variables by name, parameters of the NLP by name, a rank."""
+        whole = [*bodies, *boxed, *held]
+        outputs = [name if "." in name else f"{name}.angle" for name in dict.fromkeys(whole)]
+        poses = Poses(problem.mechanism, self.asked.driver, names, outputs, asks)
+        self.space = Space(poses, self.asked, self.size)
+        for goal in every:
+            goal.space = self.space
+        # a goal with targets of its own leads: starts are drawn for it, the others follow
+        self.lead = min(self.goals, key=lambda goal: isinstance(goal, Extreme))
+        self.kinds = self.space.kinds
+        self._check_effect()
 
-    values: dict[str, Any]
-    given: dict[str, Any]
-    residual: float
+    def _goal(self, asked: Any, name: str, names: list[str]) -> Goal:
+        if isinstance(asked, Visits):
+            return VisitsGoal(asked, name)
+        if isinstance(asked, FunctionTargets):
+            return Function(asked, name)
+        if isinstance(asked, StraightLine):
+            return Straight(asked, name)
+        if isinstance(asked, Rocker):
+            return RockerGoal(asked, name)
+        return self._extreme(asked, name, names)
 
+    def _extreme(
+        self, asked: AskedExtreme, name: str, names: list[str], bounds: Any = None
+    ) -> Extreme:
+        key = (asked.task, asked.path)
+        if key not in self._quantities:
+            self._quantities[key] = Quantity(self.problem, asked, self.asked.driver, names)
+        quantity = self._quantities[key]
+        typical = 1.0
+        if not quantity.transmission and asked.path != "summary/efficiency":
+            from mechdae.analysis.solve import solve
 
-@dataclass
-class Space:
-    """Free parameters with their bounds, the mechanism's loop, the size of what is asked.
+            found = abs(quantity_of(solve(self.problem, asked.task), asked))
+            typical = found if np.isfinite(found) and found > 0 else 1.0
+        return Extreme(asked, name, quantity, typical, bounds)
 
-    ``size`` [m] makes lengths dimensionless.
-    """
+    def _size(self) -> float:
+        """Return a length that the mechanism is as large as [m]."""
+        for goal in self.goals:
+            if isinstance(goal, VisitsGoal):
+                return goal.size
+            if isinstance(goal, Straight) and goal.asked.stroke is not None:
+                return goal.asked.stroke
+        from mechdae.analysis.numbers import mechanism_scale
 
-    poses: Poses
-    bounds: dict[str, tuple[float, float]]
-    limits: Limits
-    size: float
-    loop: FourBar | None = field(init=False)
+        return float(mechanism_scale(self.problem.mechanism))
 
-    def __post_init__(self) -> None:
-        self.loop = four_bar(self.poses.scene)
+    def _check_effect(self) -> None:
+        """Refuse free parameters that nothing asked for depends on."""
+        import casadi as ca
 
-    @property
-    def box(self) -> Any:
-        """Bounds (nd, 2) in the order of the free parameters."""
-        return np.array([self.bounds[name] for name in self.poses.free])
+        poses, n = self.space.poses, len(self.space.names)
+        d = ca.SX.sym("d", n)
+        x, u = ca.SX.sym("x", poses.nx), ca.SX.sym("u")
+        parts = [ca.vertcat(*poses.function(x, u, d))]
+        parts += [
+            goal._at_pose(x, u, d)
+            for goal in [*self.goals, *self.limits] if isinstance(goal, Extreme)
+        ]  # fmt: skip
+        parts += [self.space.over_free(poses.model.point(r.point), d) for r in self.asked.regions]
+        used = np.array(ca.DM(ca.jacobian_sparsity(ca.vertcat(*parts), d), 1)).any(axis=0)
+        named = {g.input_start for g, _ in self.asked.goals if isinstance(g, FunctionTargets)}
+        named |= {g.output_start for g, _ in self.asked.goals if isinstance(g, FunctionTargets)}
+        for name, has in zip(self.space.names, used, strict=True):
+            if not has and name not in named:
+                raise InputError(
+                    f"the goal does not depend on '{name}'", where=f"free.{name}",
+                    hint="leave it out, or ask for something that depends on it",
+                )  # fmt: skip
 
-    @property
-    def middle(self) -> Any:
-        """The parameters of the file, within the bounds."""
-        values = self.poses.mechanism.values()
-        low, high = self.box.T
-        return np.clip(np.array([values[name] for name in self.poses.free]), low, high)
-
-    def over_free(self, expression: Any, d: Any) -> Any:
-        """Return an expression over p as one over the free parameters `d`."""
-        p = parameters_of(self.poses.model, self.poses.free, d)
-        return ca.substitute(SX(expression), self.poses.model.p, p)
-
-    # -- pieces of an NLP --------------------------------------------------------------------
-
-    def design(self, nlp: Nlp) -> Any:
-        """Add the free parameters."""
-        low, high = self.box.T
-        return nlp.variable("d", len(low), low, high)
-
-    def pose_variables(self, nlp: Nlp, name: str, count: int) -> Any:
-        """Add the unknowns of poses, (nx, count)."""
-        kinds = [coordinate in ("angle", "s") for _, coordinate in self.poses.x_names]
-        bound = np.where(kinds, WIDE, FAR * self.size)
-        x = nlp.variable(name, self.poses.nx * count, np.tile(-bound, count), np.tile(bound, count))
-        return ca.reshape(x, self.poses.nx, count)
-
-    def at(self, nlp: Nlp, x: Any, u: Any, d: Any, sigma: Any) -> Any:
-        """Add closure and branch of a pose; return the values asked for."""
-        F, branch, values = self.poses.function(x, u, d)
-        nlp.constrain("closure", F)
-        nlp.constrain("branch", sigma * branch, self.limits.branch, np.inf)
-        return values
-
-    def _units(self) -> Any:
-        units = [unit for block in self.poses.scene.blocks for unit in block.units]
-        return ca.vertcat(*[self.size if unit == "m" else 1.0 for unit in units])
-
-    def full_turn(self, nlp: Nlp, d: Any, kind: str) -> None:
-        """Add the inequalities of Grashof's class, by which the crank turns fully."""
-        if not self.limits.full_turn or self.loop is None:
-            return
-        r1, r2, r3, r4 = ca.vertsplit(self.over_free(self.loop.lengths, d))
-        if kind == "crank-rocker":
-            slack = [r3 + r4 - r2 - r1, r1 + r4 - r2 - r3, r1 + r3 - r2 - r4]
-        else:
-            slack = [r3 + r4 - r1 - r2, r2 + r4 - r1 - r3, r2 + r3 - r1 - r4]
-        margin = self.limits.margin / self.size
-        nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf)
-        if self.limits.transmission:
-            least = float(np.cos(self.limits.transmission))
-            for reach in (r1 - r2, r1 + r2):
-                cosine = (r3 * r3 + r4 * r4 - reach * reach) / (2 * r3 * r4)
-                nlp.constrain("transmission", cosine, -least, least)
-
-
-class Goal:
-    """One kind of goal over a space: an NLP, starts, and what a point of it means."""
-
-    kinds: tuple[str, ...] = ("",)
-    """Classes that each have an NLP of their own."""
-
-    space: Space
+    # -- the problem -------------------------------------------------------------------------
 
     def build(self, kind: str) -> Nlp:
         """Return the NLP of a class."""
-        raise NotImplementedError
+        nlp, space = Nlp(), self.space
+        d = space.design(nlp)
+        sigma = nlp.parameter("sigma", np.ones(space.poses.nb))
+        for goal, share in zip(self.goals, self.shares, strict=True):
+            nlp.objective += share * goal.add(nlp, d, sigma)
+        for limit in self.limits:
+            limit.add(nlp, d, sigma)
+        space.limits(nlp, d, sigma, kind)
+        return nlp
+
+    @cached_property
+    def shares(self) -> list[float]:
+        """Factors of the goals' terms in the objective of the NLP; a single goal has one."""
+        amounts = [
+            weight * goal.unit for goal, weight in zip(self.goals, self.weights, strict=True)
+            if not goal.exact
+        ]  # fmt: skip
+        first = amounts[0] if amounts else 1.0
+        return [
+            1.0 if goal.exact else weight * goal.unit / first
+            for goal, weight in zip(self.goals, self.weights, strict=True)
+        ]
+
+    # -- the objective in the user's units -----------------------------------------------------
+
+    @property
+    def _counted(self) -> list[int]:
+        return [k for k, goal in enumerate(self.goals) if not goal.exact]
+
+    @property
+    def sense(self) -> int:
+        """1 where less of the reported objective is better."""
+        own = self._counted
+        return self.goals[own[0]].sense if len(own) == 1 else 1
+
+    @property
+    def objective_unit(self) -> float:
+        """What the objective of the NLP is multiplied with."""
+        own = self._counted
+        return self.goals[own[0]].unit * (self.weights[own[0]] if len(own) > 1 else 1) if own else 1
+
+    def objective(self, values: list[float]) -> float:
+        """Return what is reported: the goal's value, of several their weighted sum.
+
+        Where all goals are exact it is the largest miss.
+        """
+        own = self._counted
+        if not own:
+            return max(values)
+        if len(own) == 1:
+            return values[own[0]]
+        return sum(self.weights[k] * self.goals[k].sense * values[k] for k in own)
+
+    def claimed(self, objective: float) -> float:
+        """Return what an objective of the NLP is in the same unit."""
+        own = self._counted
+        if not own:
+            return 0.0
+        if len(own) == 1:
+            return self.goals[own[0]].value(objective)
+        return objective * self.objective_unit
+
+    @property
+    def between_nodes(self) -> bool:
+        """Whether a sweep finds more than the nodes of the NLP see."""
+        return any(
+            not (isinstance(goal, VisitsGoal) or getattr(goal, "exactly", False))
+            for goal in self.goals
+            if not goal.exact
+        )
+
+    # -- starts ------------------------------------------------------------------------------
 
     def seeds(self, kind: str, nlp: Nlp, generator: Any, count: int) -> Iterable[Seed]:
         """Yield starts of a class, the most promising first."""
-        raise NotImplementedError
+        spread = Spread(self.space)
+        free = len(self.space.box)
+        others = [goal for goal in [*self.goals, *self.limits] if goal is not self.lead]
+        for drawn in self.lead.drawn(kind, generator, count):
+            values = {"d": drawn.d[:free], **drawn.own, self.lead.own("x"): drawn.x}
+            given = {"sigma": drawn.sigma, "choice": drawn.d[free:], **drawn.given}
+            for goal in others:
+                own, more = goal.completed(spread, drawn)
+                values |= own
+                given |= more
+            if self.asked.full_turn and (not self.space.single_loop or self.asked.boxes):
+                start = float(drawn.u[0])
+                ahead = np.argmin(np.abs(np.mod(self.space.circle - start + np.pi, 2 * np.pi)
+                                         - np.pi))  # fmt: skip
+                order = np.roll(np.arange(len(self.space.circle)), -int(ahead))
+                turned = self.space.circle[order] + 2 * np.pi * (
+                    np.round((start - self.space.circle[ahead]) / (2 * np.pi))
+                )
+                turned = np.unwrap(turned)
+                _, x, _ = spread.followed(drawn.d, drawn.x[0], start, turned)
+                values["turn"] = x[np.argsort(order)]
+            yield Seed(values, given, drawn.residual)
 
-    def objective(self, value: float) -> float:
-        """Return the objective in the user's units from that of the NLP."""
-        raise NotImplementedError
-
-    def driver_values(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> Any:
-        """Return the driver's values at the poses of a point."""
-        raise NotImplementedError
+    @property
+    def is_angle(self) -> bool:
+        """Whether the driver turns."""
+        return coordinate(self.problem.mechanism, self.asked.driver).is_angle

@@ -1,4 +1,4 @@
-"""Starts for any mechanism: dimensions drawn evenly, moved over the programme all at once.
+"""Starts for any mechanism: dimensions drawn evenly, moved over a programme all at once.
 
 Each sample is assembled at the first value of the driver by Newton's method from random
 unknowns, and follows the driver with the last pose as the next guess; samples that lose their
@@ -7,6 +7,7 @@ closure or whose determinants change sign are dropped.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -14,47 +15,47 @@ import numpy as np
 
 from mechdae.kernels.batch import Batch
 from mechdae.kernels.straight import straight
-from mechdae.synthesis.poses import Poses
+from mechdae.synthesis.space import Space
 
 SX = ca.SX
 FIRST, NEXT = 14, 4
 """Newton steps of the first pose, and of each that follows."""
 CLOSED = 1e-9
 """Share of the mechanism by which a pose may be open."""
+STEP = 0.15
+"""Largest step of an angle between poses that are followed [rad]."""
+APART = 0.03
+"""Starts differ by this share of the range of a parameter, where ranges are wide of its ratio."""
 
 
 class Spread:
-    """Random designs of a mechanism with their poses.
+    """Random designs of a mechanism with their poses."""
 
-    Parameters
-    ----------
-    poses
-        Of the mechanism.
-    size
-        A length of the mechanism [m].
-    """
+    def __init__(self, space: Space) -> None:
+        self.space, self.poses = space, space.poses
 
-    def __init__(self, poses: Poses, size: float) -> None:
-        self.poses, self.size = poses, size
-        g = poses.graphs
-        d = SX.sym("d", len(poses.free))
-        F, branch, values = poses.function(g.x, g.u, d)
-        step = ca.solve(ca.jacobian(F, g.x), F) if poses.nx else SX(0, 1)
-        function = ca.Function(
-            "step", [g.x, g.u, d], [g.x - step, F, ca.densify(branch), ca.densify(values)],
-            {"cse": True},
-        )  # fmt: skip
-        self._step = Batch(function, (), straight=lambda: straight(function))
-        self.lengths = np.array([name not in ("angle", "s") for _, name in poses.x_names])
+    @cached_property
+    def _step(self) -> Batch:
+        g = self.poses.graphs
+        d = SX.sym("d", len(self.poses.free))
+        F, branch, values = self.poses.function(g.x, g.u, d)
+        step = ca.solve(ca.jacobian(F, g.x), F) if self.poses.nx else SX(0, 1)
+        results = [g.x - step, F / self.space.units, ca.densify(branch), ca.densify(values)]
+        function = ca.Function("step", [g.x, g.u, d], results, {"cse": True})
+        return Batch(function, (), straight=lambda: straight(function))
 
-    def moved(self, d: Any, u: Any, generator: Any) -> tuple[Any, Any, Any, Any]:
+    def moved(
+        self, d: Any, u: Any, generator: Any = None, x: Any = None
+    ) -> tuple[Any, Any, Any, Any]:
         """Return which samples hold, their poses (n, k, nx), branches (n, nb), values (n, k, m).
 
-        `d` (n, nd) are dimensions, `u` (n, k) the driver's values.
+        `d` (n, nd) are dimensions, `u` (n, k) the driver's values; the first pose is found from
+        random unknowns, or from `x` (n, nx).
         """
         n, k = u.shape
-        x = generator.uniform(-np.pi, np.pi, (n, self.poses.nx))
-        x[:, self.lengths] *= self.size
+        if x is None:
+            x = generator.uniform(-np.pi, np.pi, (n, self.poses.nx))
+            x[:, ~self.space.turns] *= self.space.size
         held = np.ones(n, bool)
         places, signs, values = [], None, []
         with np.errstate(all="ignore"):
@@ -62,24 +63,88 @@ class Spread:
                 for _ in range(NEXT if i else FIRST):
                     x = np.nan_to_num(self._step(x, u[:, i : i + 1], d)[0], posinf=0, neginf=0)
                 _, F, branch, value = self._step(x, u[:, i : i + 1], d)
-                held &= np.abs(F).max(axis=1, initial=0.0) <= CLOSED * self.size
+                held &= np.abs(F).max(axis=1, initial=0.0) <= CLOSED
                 sign = np.sign(branch)
                 signs = sign if signs is None else signs
                 held &= (sign == signs).all(axis=1)
                 places.append(x)
                 values.append(value)
+        assert signs is not None
         return held, np.stack(places, axis=1), signs, np.stack(values, axis=1)
 
+    def followed(self, d: Any, x: Any, start: float, u: Any) -> tuple[bool, Any, Any]:
+        """Return whether a design reaches driver values (k,) from a pose, poses, asked values.
 
-def drawn(generator: Any, bounds: Any, count: int) -> Any:
-    """Return dimensions (count, nd) within bounds (nd, 2), in a scrambled even sequence.
+        Poses that are not reached keep Newton's last guess.
+        """
+        way = [start]
+        places = []
+        for value in u:
+            steps = max(1, int(np.ceil(abs(value - way[-1]) / STEP)))
+            way += list(np.linspace(way[-1], value, steps + 1)[1:])
+            places.append(len(way) - 1)
+        held, poses, _, values = self.moved(
+            np.asarray(d)[None, :], np.array(way)[None, :], x=np.array(x, float)[None, :]
+        )
+        return bool(held[0]), poses[0, places], values[0, places]
 
-    Positive ranges over more than a decade are drawn by their logarithm.
-    """
-    low, high = np.asarray(bounds, float).T
-    share = generator.random((count, len(low)))
-    wide = (low > 0) & (high > 10 * low)
-    even = low + share * (high - low)
-    with np.errstate(all="ignore"):
-        logs = np.exp(np.log(low) + share * (np.log(high) - np.log(low)))
-    return np.where(wide, logs, even)
+    # -- dimensions ----------------------------------------------------------------------------
+
+    def designs(self, generator: Any, count: int) -> Any:
+        """Return dimensions (count, nd) within the bounds, and values of what is chosen.
+
+        Positive ranges over more than a decade are drawn by their logarithm. All combinations
+        of what is chosen are equally frequent.
+        """
+        low, high = self.space.box.T
+        share = generator.random((count, len(low)))
+        even = low + share * (high - low)
+        with np.errstate(all="ignore"):
+            logs = np.exp(np.log(low) + share * (np.log(high) - np.log(low)))
+        free = np.where(self._wide, logs, even)
+        choices = np.array(list(self.space.choices))
+        return np.hstack([free, choices[np.arange(count) % len(choices)]])
+
+    def turning(self, d: Any, kind: str) -> Any:
+        """Return which designs are of a Grashof class, all where there is none."""
+        space = self.space
+        if not kind or space.loop is None:
+            return np.ones(len(d), bool)
+        free = SX.sym("d", len(space.names))
+        lengths = space.over_free(space.loop.lengths, free)
+        function = ca.Function("lengths", [free], [ca.densify(lengths)])
+        r1, r2, r3, r4 = Batch(function, ())(d)[0].T
+        if kind == "crank-rocker":
+            return (r2 + r1 <= r3 + r4) & (r2 + r3 <= r1 + r4) & (r2 + r4 <= r1 + r3)
+        return (r1 + r2 <= r3 + r4) & (r1 + r3 <= r2 + r4) & (r1 + r4 <= r2 + r3)
+
+    @cached_property
+    def _wide(self) -> Any:
+        low, high = self.space.box.T
+        return (low > 0) & (high > 10 * low)
+
+    def distinct(self, d: Any, order: Any, count: int) -> list[int]:
+        """Return the first places of an order whose designs differ from those before.
+
+        What is chosen gets its share of the places.
+        """
+        low, high = self.space.box.T
+        n = len(low)
+        with np.errstate(all="ignore"):
+            logs = np.log(d[:, :n] / low) / np.log(high / low)
+        shares = np.where(self._wide, logs, (d[:, :n] - low) / (high - low))
+        groups = [tuple(row) for row in d[:, n:]]
+        most = max(1, -(-count // max(1, len(set(groups)))))
+        kept: list[int] = []
+        used: dict[Any, int] = {}
+        for i in order:
+            if len(kept) == count:
+                break
+            own = [k for k in kept if groups[k] == groups[i]]
+            if used.get(groups[i], 0) >= most:
+                continue
+            if own and np.abs(shares[own] - shares[i]).max(axis=1).min() < APART:
+                continue
+            kept.append(int(i))
+            used[groups[i]] = used.get(groups[i], 0) + 1
+        return kept

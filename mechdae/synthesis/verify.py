@@ -1,92 +1,157 @@
-"""A design swept over its whole input with the certified kinematics, before it is reported."""
+"""A design seen by the certified kinematics alone, before anything is said about it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
+from mechdae.analysis.solve import solve
 from mechdae.analysis.sweep import sweep
 from mechdae.describe.problem import Problem
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import Driver, Sweep
+from mechdae.describe.tasks import Driver, Sweep, Synthesis, Task
 from mechdae.errors import MechdaeError
+from mechdae.results import Result
+from mechdae.synthesis.poses import parameters_of
+from mechdae.synthesis.space import Space
 
+SX = ca.SX
 POSES = 721
 """Poses of a sweep over a turn."""
-AGREES = 1e-7
-"""Share of the targets' size by which the sweep may differ from the poses of the NLP."""
 
 
-@dataclass(frozen=True)
-class Verified:
-    """What a sweep says about a design.
+@dataclass
+class Design:
+    """A point of the NLP as a mechanism of its own.
 
-    ``defects`` are sentences, none for a sound design; ``errors`` (k,) distances from the
-    targets; ``transmission`` the least transmission angle over the sweep [rad].
+    Attributes
+    ----------
+    values, given
+        Variables and parameters of the NLP by name.
+    u, x
+        The driver's value and the unknowns at the first pose of the first goal, where the
+        mechanism is sketched: everything is swept from there.
     """
 
-    defects: list[str]
-    errors: Any
-    transmission: float | None
-    points: Any
+    problem: Problem
+    space: Space
+    values: Mapping[str, Any]
+    given: Mapping[str, Any]
+    u: float
+    x: Any
 
+    @cached_property
+    def d(self) -> Any:
+        """Free parameters, then those that are chosen."""
+        return np.concatenate([self.values["d"], np.atleast_1d(self.given["choice"])])
 
-def design_problem(
-    problem: Problem, values: dict[str, float], sketch: dict[str, float], driver: str, task: Sweep
-) -> Problem:
-    """Return the problem with the dimensions of a design, sketched at its first target."""
-    mechanism = problem.mechanism.with_values(values)
-    mechanism = replace(mechanism, sketch=Table(sketch))
-    return Problem(
-        mechanism, Table({"path": task}), name=problem.name, title=problem.title,
-        source=problem.source,
-    )  # fmt: skip
+    @cached_property
+    def parameters(self) -> dict[str, float]:
+        """Dimensions by name."""
+        return dict(zip(self.space.names, self.d.tolist(), strict=True))
 
+    @cached_property
+    def sketch(self) -> dict[str, float]:
+        """Angles of all bodies and the driver's value at the first pose."""
+        poses = self.space.poses
+        scene, model = poses.scene, poses.model
+        names = [name for name in scene.recover if name[1] == "angle"]
+        stacked = ca.vertcat(*[scene.recover[name] for name in names])
+        p = np.array(ca.DM(parameters_of(model, poses.free, SX(ca.DM(self.d))))).ravel()
+        angles = ca.Function("angles", [scene.x, scene.u, model.p], [stacked])
+        found = np.array(angles(self.x, self.u, p)).ravel()
+        sketch = {body: float(angle) for (body, _), angle in zip(names, found, strict=True)}
+        driver = scene.drivers[0]
+        if driver.part not in sketch:
+            sketch[driver.part if driver.kind != "point" else driver.text] = float(self.u)
+        return sketch
 
-def verified(
-    problem: Problem,
-    values: dict[str, float],
-    sketch: dict[str, float],
-    driver: str,
-    at: Any,
-    point: str,
-    targets: Any,
-    full_turn: bool,
-    size: float,
-) -> Verified:
-    """Return the errors and defects of a design.
+    def as_problem(self, tasks: Mapping[str, Task]) -> Problem:
+        """Return a problem with these dimensions, sketched at the first pose."""
+        mechanism = self.problem.mechanism.with_values(self.parameters)
+        kept = {name: value for name, value in mechanism.sketch.items() if name not in self.sketch}
+        mechanism = replace(mechanism, sketch=Table({**kept, **self.sketch}))
+        return Problem(
+            mechanism, Table(tasks), name=self.problem.name, title=self.problem.title,
+            source=self.problem.source,
+        )  # fmt: skip
 
-    The mechanism is assembled at its first target and moved along the driver to all others,
-    and over a whole turn where one is asked for: what is not reached on one circuit and one
-    branch is a defect.
-    """
-    at = np.asarray(at, float)
-    named = Sweep(Driver(driver, at=tuple(at)), outputs=(point,), derivatives=0)
-    defects: list[str] = []
-    try:
-        found = sweep(design_problem(problem, values, sketch, driver, named), "path", named)
-    except MechdaeError as error:
-        return Verified([f"does not assemble: {error.what}"], np.full(len(at), np.nan), None, None)
-    places = found.points[point].position
-    errors = np.hypot(*(places - targets).T)
-    bad = [str(word) for word in found.status if word not in ("ok", "limit")]
-    if bad:
-        defects.append(f"{len(bad)} of {len(at)} targets are not reached on one branch")
-    transmission = None
-    if full_turn:
-        turn = Sweep(
-            Driver(driver, from_=float(at[0]), to=float(at[0] + 2 * np.pi)),
-            poses=POSES, outputs=None, derivatives=1, measures=("transmission",),
+    @property
+    def driver(self) -> str:
+        return self.space.asked.driver
+
+    # -- sweeps --------------------------------------------------------------------------------
+
+    def swept(self, at: Any, outputs: tuple[str, ...]) -> tuple[Result | None, list[str]]:
+        """Return the poses at driver values, and what is wrong with them."""
+        task = Sweep(
+            Driver(self.driver, at=tuple(float(value) for value in at)), outputs=outputs,
+            derivatives=0,
         )  # fmt: skip
         try:
-            whole = sweep(design_problem(problem, values, sketch, driver, turn), "path", turn)
+            found = sweep(self.as_problem({"path": task}), "path", task)
         except MechdaeError as error:
-            return Verified([*defects, f"does not turn: {error.what}"], errors, None, places)
-        lost = int(np.sum((whole.status != "ok") & (whole.status != "limit")))
-        if lost or whole.summary.get("limits"):
-            defects.append("the input does not turn fully")
-        angles = [e["min"] for e in whole.summary.get("transmission", {}).values()]
-        transmission = float(min(angles)) if angles else None
-    return Verified(defects, errors, transmission, places)
+            return None, [f"does not assemble: {error.what}"]
+        bad = sum(str(word) not in ("ok", "limit") for word in found.status)
+        if bad:
+            return found, [f"{bad} of {len(at)} poses are not reached on one branch"]
+        return found, []
+
+    @cached_property
+    def turn(self) -> tuple[Result | None, list[str]]:
+        """A whole turn of the driver on a fine grid."""
+        asked = self.space.asked
+        points = tuple({point: None for box in asked.boxes for point in box.points})
+        task = Sweep(
+            Driver(self.driver, from_=float(self.u), to=float(self.u + 2 * np.pi)),
+            poses=POSES, outputs=tuple(points) or None, derivatives=1, measures=("transmission",),
+        )  # fmt: skip
+        try:
+            found = sweep(self.as_problem({"turn": task}), "turn", task)
+        except MechdaeError as error:
+            return None, [f"does not turn: {error.what}"]
+        lost = [word for word in found.status if str(word) not in ("ok", "limit")]
+        if lost or found.summary.get("limits"):
+            return found, ["the input does not turn fully on one circuit"]
+        return found, []
+
+    @cached_property
+    def transmission(self) -> float | None:
+        """The least transmission angle over a turn [rad], where the driver makes one."""
+        if not self.space.asked.full_turn or self.turn[0] is None:
+            return None
+        angles = [e["min"] for e in self.turn[0].summary.get("transmission", {}).values()]
+        return float(min(angles)) if angles else None
+
+    def solved(self, task: str) -> Result:
+        """Return the result of one of the problem's own tasks.
+
+        Raises
+        ------
+        MechdaeError
+            It cannot be solved with these dimensions.
+        """
+        found = solve(self.as_problem(self.others), task)
+        assert isinstance(found, Result)
+        return found
+
+    @property
+    def others(self) -> dict[str, Task]:
+        """The problem's tasks that are no syntheses."""
+        return {n: t for n, t in self.problem.tasks.items() if not isinstance(t, Synthesis)}
+
+    def origin(self, found: Result, body: str) -> Any:
+        """Return where the origin of a body's frame is, (n, 2)."""
+        values = self.problem.mechanism.with_values(self.parameters).values()
+        name = next(iter(self.problem.mechanism.bodies[body].points))
+        x, y = (values[f"{body}.{name}.{axis}"] for axis in "xy")
+        angle = found.bodies[body].angle
+        c, s = np.cos(angle), np.sin(angle)
+        arm = np.stack([c * x - s * y, s * x + c * y], axis=1)
+        place: Any = found.points[f"{body}.{name}"].position - arm
+        return place

@@ -1,0 +1,133 @@
+"""Starts of a four-bar in the parameters of the user's mechanism, whatever he calls them."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.synthesis.projection import Start, screened
+from mechdae.synthesis.space import Space
+
+SX = ca.SX
+FITS = 1e-6
+"""Share by which the lengths of a start may be missed by the free parameters."""
+
+
+class FourBarStarts:
+    """Draws four-bars whose coupler point comes near to targets.
+
+    Parameters
+    ----------
+    space
+        With a four-bar next to the driver.
+    point
+        ``body.point`` that visits the targets.
+    """
+
+    def __init__(self, space: Space, point: str) -> None:
+        assert space.loop is not None
+        self.space, self.point, self.loop = space, point, space.loop
+
+    @property
+    def fits(self) -> bool:
+        """The point belongs to the coupler and nothing but the four-bar is in the scene."""
+        return self.space.single_loop and self.point.split(".")[0] == self.loop.coupler
+
+    def screened(
+        self, targets: Any, generator: Any, samples: int, count: int, kind: str, timing: str,
+        steps: Any,
+    ) -> list[Start]:  # fmt: skip
+        """Return the best mutually distant starts of a Grashof class."""
+        programme = {"absolute": self._absolute, "steps": lambda s: s, "free": lambda s: None}
+        return screened(
+            targets, generator, samples, count, kind, programme[timing](steps), timing,
+            self._fixed_frame(), self._length_limits(),
+        )  # fmt: skip
+
+    def posed(self, start: Start) -> tuple[Any, Any, Any, Any]:
+        """Return the parameters of a start, its driver values, unknowns (k, nx) and branch."""
+        d = self._fitted(start)
+        crank, coupler, rocker, _ = np.array(self._angles(d)).ravel()
+        absolute = {
+            self.loop.coupler: start.couplers + start.turn - coupler,
+            self.loop.rocker: start.rockers + start.turn - rocker,
+        }
+        x = np.stack([absolute[body] for body, _ in self.space.poses.x_names], axis=1)
+        u = start.turns + start.turn - crank - float(self._crank(0.0, d))
+        branches = [
+            np.array(self.space.poses.function(x[i], u[i], d)[1]).ravel() for i in range(len(u))
+        ]
+        return d, u, x, np.sign(np.mean(branches, axis=0))
+
+    # -- geometry ------------------------------------------------------------------------------
+
+    @cached_property
+    def _geometry(self) -> Any:
+        """(free) -> lengths, pivot, cos and sin of the ground line, coupler point; its Jacobian."""
+        loop, size = self.loop, self.space.size
+        d = SX.sym("d", len(self.space.names))
+        stacked = ca.vertcat(
+            loop.lengths, loop.pivot, size * ca.cos(loop.turn), size * ca.sin(loop.turn),
+            loop.point(self.space.poses.scene, self.point),
+        )  # fmt: skip
+        stacked = self.space.over_free(stacked, d)
+        return ca.Function("geometry", [d], [stacked, ca.jacobian(stacked, d)])
+
+    @cached_property
+    def _angles(self) -> Any:
+        """(free) -> directions of the lines of crank, coupler, rocker in their bodies, ground."""
+        d = SX.sym("d", len(self.space.names))
+        links = (self.loop.crank, self.loop.coupler, self.loop.rocker)
+        stacked = ca.vertcat(*[self.loop.offsets[body] for body in links], self.loop.turn)
+        return ca.Function("angles", [d], [self.space.over_free(stacked, d)])
+
+    @cached_property
+    def _crank(self) -> Any:
+        """(u, free) -> angle of the crank."""
+        scene = self.space.poses.scene
+        d, u = SX.sym("d", len(self.space.names)), SX.sym("u")
+        angle = ca.substitute(scene.recover[self.loop.crank, "angle"], scene.u, u)
+        return ca.Function("crank", [u, d], [self.space.over_free(angle, d)])
+
+    def _absolute(self, steps: Any) -> Any:
+        """Return the crank's angles from the ground line at the driver's values."""
+        middle = self.space.middle
+        crank, _, _, ground = np.array(self._angles(middle)).ravel()
+        return steps + float(self._crank(0.0, middle)) + crank - ground
+
+    def _fixed_frame(self) -> tuple[complex, float] | None:
+        """Return pivot and direction of the ground line where no free parameter moves them."""
+        value, slope = (np.array(part) for part in self._geometry(self.space.middle))
+        if np.abs(slope[4:8]).max(initial=0.0) > 0:
+            return None
+        x, y, c, s = value.ravel()[4:8]
+        return complex(x, y), float(np.arctan2(s, c))
+
+    def _length_limits(self) -> Any:
+        """Return bounds (4, 2) of ground, crank, coupler, rocker from the corners of the box."""
+        ends = [np.array(self._geometry(d)[0]).ravel()[:4] for d in self.space.box.T]
+        return np.stack([np.minimum(*ends), np.maximum(*ends)], axis=1)
+
+    def _fitted(self, start: Start, steps: int = 12) -> Any:
+        """Return the free parameters that make the four-bar of a start, as nearly as they can."""
+        size = self.space.size
+        wanted = np.concatenate(
+            [
+                start.lengths, [start.pivot.real, start.pivot.imag],
+                size * np.array([np.cos(start.turn), np.sin(start.turn)]),
+                [start.point.real, start.point.imag],
+            ]
+        )  # fmt: skip
+        low, high = self.space.box.T
+        d = self.space.middle
+        best, least = d, np.inf
+        for _ in range(steps):
+            g, slope = (np.array(part) for part in self._geometry(d))
+            left = g.ravel() - wanted
+            if float(left @ left) < least:
+                best, least = d, float(left @ left)
+            d = np.clip(d - np.linalg.lstsq(slope, left, rcond=1e-12)[0], low, high)
+        return best

@@ -1,0 +1,124 @@
+"""What all goals share: variables and an objective in an NLP, starts, what a design is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechdae.model.model import Model
+from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.space import Space
+
+if TYPE_CHECKING:
+    from mechdae.synthesis.spread import Spread
+    from mechdae.synthesis.verify import Design
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A start: values of the variables by name, parameters of the NLP by name, a rank."""
+
+    values: dict[str, Any]
+    given: dict[str, Any]
+    residual: float
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A design with the poses a goal needs, drawn as a start.
+
+    ``d`` holds the free and the chosen parameters, ``own`` the goal's variables without its
+    poses, ``u`` (k,) and ``x`` (k, nx) the poses, ``sigma`` (nb,) the branch; ``given`` the
+    goal's parameters.
+    """
+
+    d: Any
+    own: dict[str, Any]
+    given: dict[str, Any]
+    u: Any
+    x: Any
+    sigma: Any
+    residual: float
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What a goal says about a design that was swept.
+
+    ``value`` in the goal's unit; ``errors`` (k,) at its targets; ``defects`` are sentences.
+    """
+
+    value: float
+    errors: Any
+    defects: list[str] = field(default_factory=list)
+
+
+class Goal:
+    """One goal of a task.
+
+    Attributes
+    ----------
+    name
+        Prefix of its variables.
+    unit
+        What the goal's term in the objective is multiplied with to be its value.
+    sense
+        1 where less is better.
+    exact
+        Whether it only constrains.
+    """
+
+    name = "goal"
+    unit = 1.0
+    sense = 1
+    exact = False
+    space: Space
+
+    def bodies(self) -> tuple[str, ...]:
+        """Return the bodies whose motion is needed."""
+        return ()
+
+    def asks(self, model: Model) -> Mapping[str, Any]:
+        """Return the expressions that are evaluated at poses, by name."""
+        return {}
+
+    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+        """Add variables and constraints; return the (dimensionless) term of the objective."""
+        raise NotImplementedError
+
+    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        """Yield starts of a class, the most promising first."""
+        raise NotImplementedError
+
+    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return values of this goal's variables, and parameters, for a start of another goal."""
+        raise NotImplementedError
+
+    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        """Return driver values (k,) and unknowns (k, nx) of the goal's poses at a point."""
+        raise NotImplementedError
+
+    def worth(self, design: Design) -> Worth:
+        """Return what certified sweeps say about a design."""
+        raise NotImplementedError
+
+    def value(self, term: float) -> float:
+        """Return the goal's value for its term in the objective."""
+        return term * self.unit
+
+    # -- shared ------------------------------------------------------------------------------
+
+    def own(self, word: str) -> str:
+        """Return the name of one of the goal's variables."""
+        return f"{self.name}.{word}"
+
+    def of_free(self, name: str, d: Any) -> Any:
+        """Return a free parameter."""
+        return d[..., self.space.names.index(name)]
+
+    def poses_of(self, values: Mapping[str, Any]) -> Any:
+        """Return the unknowns (k, nx) of the goal's poses."""
+        return np.reshape(values[self.own("x")], (-1, max(self.space.poses.nx, 1)))

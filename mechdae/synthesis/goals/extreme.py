@@ -1,0 +1,258 @@
+"""A quantity of another task as a goal or a limit: loss, efficiency, reactions, efforts, angles.
+
+At nodes over the task's range the quantity is an expression of the pose and the free parameters;
+its mean or root mean square is the objective, or a bound t of it at all nodes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.goals import Extreme as Asked
+from mechdae.errors import MechdaeError
+from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.quantity import MEANS, Quantity
+from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.verify import Design
+
+SX = ca.SX
+SAMPLES = 4_000
+COARSE = 12
+NEAR = 2e-3
+"""Share by which a limit may be missed between its nodes."""
+
+
+class Extreme(Goal):
+    """A quantity that is smallest or largest, or (as a limit) stays between bounds.
+
+    Parameters
+    ----------
+    asked
+        Task, path, reduction.
+    name
+        Prefix of the variables.
+    quantity
+        Of that task.
+    typical
+        Size of the quantity.
+    bounds
+        Of a limit, None for a goal.
+    """
+
+    def __init__(
+        self,
+        asked: Asked,
+        name: str,
+        quantity: Quantity,
+        typical: float,
+        bounds: tuple[float, float] | None = None,
+    ) -> None:
+        self.asked, self.name, self.quantity = asked, name, quantity
+        self.sense = asked.sense
+        self.unit = typical
+        self.bounds = bounds
+        self.exact = bounds is not None
+
+    def bodies(self) -> tuple[str, ...]:
+        return self.quantity.bodies
+
+    @property
+    def exactly(self) -> bool:
+        """Whether the least transmission angle of a turn has a closed form here."""
+        return (
+            self.quantity.transmission
+            and self.space.single_loop
+            and (self.space.asked.full_turn and self.asked.reduce == "least")
+        )
+
+    @cached_property
+    def _at_pose(self) -> Any:
+        """(x of the whole scene, u, free) -> values."""
+        poses = self.space.poses
+        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
+        whole = poses.recovered(x, u, d)
+        places = [poses.names.index(name) for name in self.quantity.x_names]
+        own = whole[places] if places else SX(0, 1)
+        return ca.Function("values", [x, u, d], [self.quantity.function(own, u, d)], {"cse": True})
+
+    # -- the problem -------------------------------------------------------------------------
+
+    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+        space = self.space
+        if self.exactly and not self.bounds:
+            most = nlp.variable(self.own("worst"), 1, 0.0, 1.0)
+            nlp.constrain("transmission", space.cosines(d) - most, -np.inf, 0.0)
+            nlp.constrain("transmission", space.cosines(d) + most, 0.0, np.inf)
+            return most
+        nodes = self.quantity.nodes
+        x = space.pose_variables(nlp, self.own("x"), len(nodes))
+        rows = []
+        for i, u in enumerate(nodes):
+            space.at(nlp, x[:, i], u, d, sigma)
+            rows.append(self._at_pose(x[:, i], u, d))
+        if self.bounds is not None:
+            low, high = (self._scaled(bound) for bound in self.bounds)
+            if self.asked.reduce in ("mean", "rms") or self.asked.path in MEANS:
+                nlp.constrain(f"limit of {self.asked.path}", self._mean(rows), low, high)
+            else:
+                for row in rows:
+                    nlp.constrain(f"limit of {self.asked.path}", self._size(row), low, high)
+            return SX(0)
+        if self.asked.path in MEANS or self.asked.reduce in ("mean", "rms"):
+            return self.sense * self._mean(rows)
+        worst = nlp.variable(self.own("worst"), 1, -np.inf, np.inf)
+        for row in rows:
+            value = self._size(row)
+            if self.asked.reduce == "peak":
+                nlp.constrain("peak", value - worst, -np.inf, 0.0)
+            else:
+                nlp.constrain("least", value - worst, 0.0, np.inf)
+        return self.sense * worst
+
+    def _scaled(self, bound: float) -> float:
+        if self.quantity.transmission:
+            return float(np.sin(np.clip(bound, 0.0, np.pi / 2)))
+        return bound / self.unit
+
+    def _size(self, row: Any) -> Any:
+        """Return the quantity at a pose in its typical size; of vectors the length."""
+        if self.quantity.transmission:
+            return row
+        row = row / self.unit
+        if row.numel() == 1:
+            return row if self.asked.reduce == "least" or self.bounds else ca.sqrt(row**2 + 1e-12)
+        return ca.sqrt(ca.sumsqr(row[:2]) + 1e-12)
+
+    def _mean(self, rows: list[Any]) -> Any:
+        weights = self.quantity.weights
+        if self.asked.path in MEANS:
+            loss, power = (
+                sum((w * row[k] for w, row in zip(weights, rows, strict=True)), SX(0))
+                for k in (0, 1)
+            )
+            if self.asked.path == "summary/efficiency":
+                return 1 - loss / power
+            return (loss if self.asked.path == "summary/loss" else power) / self.unit
+        if self.asked.reduce == "rms":
+            parts = [w * ca.sumsqr(row) for w, row in zip(weights, rows, strict=True)]
+            return ca.sqrt(sum(parts, SX(0)) / self.unit**2 + 1e-16)
+        return sum((w * self._mean_of(r) for w, r in zip(weights, rows, strict=True)), SX(0))
+
+    def _mean_of(self, row: Any) -> Any:
+        if row.numel() == 1:
+            return row / (1.0 if self.quantity.transmission else self.unit)
+        return self._size(row)
+
+    def value(self, term: float) -> float:
+        """Return the quantity for the goal's term in the objective."""
+        if self.exactly:
+            return float(np.arccos(np.clip(term, -1, 1)))
+        own = self.sense * term
+        if self.quantity.transmission:
+            return float(np.arcsin(np.clip(own, -1, 1)))
+        return own if self.asked.path == "summary/efficiency" else own * self.unit
+
+    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        return self.quantity.nodes, self.poses_of(values)
+
+    # -- starts ------------------------------------------------------------------------------
+
+    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        spread = Spread(self.space)
+        d = spread.designs(generator, SAMPLES * 4)
+        d = d[spread.turning(d, kind)][:SAMPLES]
+        nodes = self.quantity.nodes
+        coarse = nodes[np.linspace(0, len(nodes) - 1, min(COARSE, len(nodes))).astype(int)]
+        u = np.broadcast_to(coarse, (len(d), len(coarse)))
+        held, x, sigma, _ = spread.moved(d, u, generator)
+        held = np.flatnonzero(held)
+        found = []
+        for i in held[: 10 * count]:
+            rows = [SX(self._at_pose(x[i, k], coarse[k], d[i])) for k in range(len(coarse))]
+            value = self._rough(np.array([np.array(ca.DM(r)).ravel() for r in rows]))
+            found.append(self.sense * value if np.isfinite(value) else np.inf)
+        order = np.argsort(found, kind="stable")
+        for k in spread.distinct(d[held[: 10 * count]], order, count):
+            i = held[k]
+            on, poses, _ = spread.followed(d[i], x[i, 0], float(coarse[0]), nodes)
+            if on and np.isfinite(found[k]):
+                own = {self.own("worst"): [self.sense * found[k]]}
+                yield Drawn(d[i], own, {}, nodes, poses, sigma[i], float(found[k]))
+
+    def _rough(self, rows: Any) -> float:
+        if self.asked.path in MEANS:
+            loss, power = rows.mean(axis=0)
+            if self.asked.path == "summary/efficiency":
+                return float(1 - loss / power)
+            return float((loss if self.asked.path == "summary/loss" else power) / self.unit)
+        size = rows[:, 0] if rows.shape[1] == 1 else np.hypot(rows[:, 0], rows[:, 1])
+        size = size / (1.0 if self.quantity.transmission else self.unit)
+        return reduced(size, self.asked.reduce)
+
+    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+        if self.exactly and not self.bounds:
+            return {self.own("worst"): [0.9]}, {}
+        nodes = self.quantity.nodes
+        _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), nodes)
+        rows = [np.array(self._at_pose(x[k], nodes[k], drawn.d)).ravel() for k in range(len(nodes))]
+        worst = self._rough(np.array(rows))
+        return {self.own("x"): x, self.own("worst"): [worst]}, {}
+
+    # -- what a design is worth --------------------------------------------------------------
+
+    def worth(self, design: Design) -> Worth:
+        try:
+            found = design.solved(self.asked.task)
+        except MechdaeError as error:
+            return Worth(np.inf, np.zeros(0), [f"task {self.asked.task}: {error.what}"])
+        defects = []
+        bad = [str(word) for word in found.status if str(word) not in ("ok", "limit")]
+        if bad:
+            defects.append(f"task {self.asked.task}: {len(bad)} poses are {bad[0]}")
+        if self.bounds is None:
+            return Worth(quantity_of(found, self.asked), np.zeros(0), defects)
+        # between the nodes a bound may be missed by what the grid leaves
+        low, high = self.bounds
+        series = series_of(found, self.asked)
+        if self.asked.reduce in ("mean", "rms"):
+            series = np.array([quantity_of(found, self.asked)])
+        slack = NEAR * max(float(np.max(np.abs(series))), self.unit)
+        for value in (float(np.min(series)), float(np.max(series))):
+            if not low - slack <= value <= high + slack:
+                defects.append(f"{self.asked.path} is {value:.6g}, the limit is missed")
+        return Worth(float(np.max(series)), np.zeros(0), defects)
+
+
+def series_of(found: Any, asked: Asked) -> Any:
+    """Return the values of a quantity over the poses of a solved task; of vectors the length."""
+    series = np.atleast_1d(np.asarray(found.value(asked.path), float))
+    return np.hypot(series[:, 0], series[:, 1]) if series.ndim == 2 else series
+
+
+def quantity_of(found: Any, asked: Asked) -> float:
+    """Return the reduced quantity of a solved task."""
+    series = series_of(found, asked)
+    if len(series) == 1:
+        return float(series[0])
+    if asked.reduce in ("mean", "rms") and len(series) > 2:
+        weights = np.ones(len(series))
+        weights[[0, -1]] = 0.5
+        powered = series**2 if asked.reduce == "rms" else series
+        mean = float(weights @ powered / weights.sum())
+        return float(np.sqrt(mean)) if asked.reduce == "rms" else mean
+    return reduced(series, asked.reduce)
+
+
+def reduced(series: Any, word: str) -> float:
+    """Return mean, rms, largest magnitude or least value."""
+    if word == "mean":
+        return float(np.mean(series))
+    if word == "rms":
+        return float(np.sqrt(np.mean(series**2)))
+    return float(np.max(np.abs(series))) if word == "peak" else float(np.min(series))

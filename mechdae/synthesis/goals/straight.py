@@ -1,0 +1,154 @@
+"""Straight line: a point moves along a line while the driver runs over an arc.
+
+The largest deviation relative to the stroke is made as small as it can be (minimax): all
+nodes lie within t strokes of a line whose direction and place are free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.goals import StraightLine
+from mechdae.model.model import Model
+from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.space import FAR, TURN, WIDE
+from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.verify import Design
+
+SX = ca.SX
+SAMPLES = 40_000
+COARSE = 9
+FINE = 721
+LEAST = 0.05
+"""Least stroke in sizes of the mechanism: a point that stays is no line."""
+
+
+class Straight(Goal):
+    """A point on a straight line.
+
+    The variables are where the driver starts, the direction of the line, its distance from
+    the origin, and the deviation per stroke.
+    """
+
+    def __init__(self, asked: StraightLine, name: str) -> None:
+        self.asked, self.name = asked, name
+        self.inputs = asked.arc * np.linspace(0, 1, asked.nodes)
+
+    def bodies(self) -> tuple[str, ...]:
+        return (self.asked.point.split(".")[0],)
+
+    def asks(self, model: Model) -> Mapping[str, Any]:
+        return {self.asked.point: model.point(self.asked.point)}
+
+    # -- the problem -------------------------------------------------------------------------
+
+    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+        space, count = self.space, len(self.inputs)
+        begin = nlp.variable(self.own("begin"), 1, -WIDE, WIDE)
+        way = nlp.variable(self.own("way"), 1, -WIDE, WIDE)
+        far = FAR * space.size
+        offset = nlp.variable(self.own("offset"), 1, -far, far, space.size)
+        # the deviation is small beside the stroke
+        worst = nlp.variable(self.own("worst"), 1, 0.0, np.inf, 1e-3)
+        x = space.pose_variables(nlp, self.own("x"), count)
+        along, across = [], []
+        c, s = ca.cos(way), ca.sin(way)
+        for i in range(count):
+            values = space.at(nlp, x[:, i], begin + self.inputs[i], d, sigma)
+            px, py = ca.vertsplit(space.poses.part(values, self.asked.point))
+            along.append((c * px + s * py) / space.size)
+            across.append((c * py - s * px - offset) / space.size)
+        stroke = along[-1] - along[0]
+        length = self.asked.stroke
+        if length is None:
+            nlp.constrain("stroke", stroke, LEAST, np.inf)
+        else:
+            nlp.constrain("stroke", stroke - length / space.size)
+        ahead = ca.vertcat(*along[1:]) - ca.vertcat(*along[:-1])
+        nlp.constrain("straight on", ahead, 0.0, np.inf)
+        lines = ca.vertcat(*across)
+        nlp.constrain("deviation", (lines - worst * stroke) * 1e3, -np.inf, 0.0)
+        nlp.constrain("deviation", (lines + worst * stroke) * 1e3, 0.0, np.inf)
+        return worst * 1e3
+
+    unit = 1e-3
+
+    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        return values[self.own("begin")][0] + self.inputs, self.poses_of(values)
+
+    # -- starts ------------------------------------------------------------------------------
+
+    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        space, spread = self.space, Spread(self.space)
+        d = spread.designs(generator, SAMPLES)
+        d = d[spread.turning(d, kind)]
+        first = generator.uniform(0, TURN, len(d))
+        u = first[:, None] + self.asked.arc * np.linspace(0, 1, COARSE)
+        held, x, _, values = spread.moved(d, u, generator)
+        places = space.poses.part(values, self.asked.point)
+        way, offset, worst, stroke, ahead = lines_of(places)
+        rank = np.where(held & ahead, worst / np.maximum(stroke, 1e-300), np.inf)
+        if self.asked.stroke is not None:
+            rank = rank + 0.1 * np.abs(np.log(np.maximum(stroke, 1e-300) / self.asked.stroke))
+        rank[stroke < LEAST * space.size] = np.inf
+        good = np.flatnonzero(np.isfinite(rank))
+        for i in spread.distinct(d, good[np.argsort(rank[good], kind="stable")], count):
+            own_u = first[i] + self.inputs
+            on, poses, _ = spread.followed(d[i], x[i, 0], float(own_u[0]), own_u)
+            if not on:
+                continue
+            own = {
+                self.own("begin"): [first[i]], self.own("way"): [way[i]],
+                self.own("offset"): [offset[i]], self.own("worst"): [worst[i] / stroke[i]],
+            }  # fmt: skip
+            sigma = np.sign(np.array(space.poses.function(poses[0], own_u[0], d[i])[1]).ravel())
+            yield Drawn(d[i], own, {}, own_u, poses, sigma, float(rank[i]))
+
+    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+        start = float(drawn.u[0])
+        _, x, found = spread.followed(drawn.d, drawn.x[0], start, start + self.inputs)
+        places = self.space.poses.part(found, self.asked.point)[None]
+        way, offset, worst, stroke, _ = lines_of(places)
+        own = {
+            self.own("begin"): [start], self.own("way"): way, self.own("offset"): offset,
+            self.own("worst"): worst / np.maximum(stroke, 1e-9), self.own("x"): x,
+        }  # fmt: skip
+        return own, {}
+
+    # -- what a design is worth --------------------------------------------------------------
+
+    def worth(self, design: Design) -> Worth:
+        begin = float(design.values[self.own("begin")][0])
+        at = begin + self.asked.arc * np.linspace(0, 1, FINE)
+        found, defects = design.swept(at, (self.asked.point,))
+        if found is None:
+            return Worth(np.inf, np.full(FINE, np.nan), defects)
+        places = found.points[self.asked.point].position
+        way, offset = (float(design.values[self.own(word)][0]) for word in ("way", "offset"))
+        along = places @ np.array([np.cos(way), np.sin(way)])
+        errors = places @ np.array([-np.sin(way), np.cos(way)]) - offset
+        if (np.diff(along) < 0).any():
+            defects.append("the point does not move straight on")
+        stroke = float(along[-1] - along[0])
+        return Worth(float(np.abs(errors).max()) / stroke, errors, defects)
+
+
+def lines_of(places: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """Return direction, offset, largest deviation, stroke of points (n, k, 2), and if straight on.
+
+    The line joins the first point to the last one; it is shifted so that the deviations to both
+    sides are alike.
+    """
+    gap = places[:, -1] - places[:, 0]
+    way = np.arctan2(gap[:, 1], gap[:, 0])
+    c, s = np.cos(way)[:, None], np.sin(way)[:, None]
+    along = c * places[..., 0] + s * places[..., 1]
+    across = c * places[..., 1] - s * places[..., 0]
+    low, high = across.min(axis=1), across.max(axis=1)
+    ahead = (np.diff(along, axis=1) > 0).all(axis=1)
+    return way, (low + high) / 2, (high - low) / 2, along[:, -1] - along[:, 0], ahead

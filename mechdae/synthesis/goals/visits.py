@@ -1,0 +1,227 @@
+"""Path and motion generation: a point visits places, a body poses, timed or in order.
+
+All at once: the free parameters and the unknowns of every pose are variables, the closure of
+every pose is an equation and its branch an inequality.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.goals import Visits as Asked
+from mechdae.model.model import Model
+from mechdae.synthesis.fourbar import FourBarStarts
+from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.linear import Linear
+from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.space import TURN, WIDE
+from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.verify import Design
+
+SX = ca.SX
+SAMPLES = 20_000
+"""Designs drawn in the screening of each class."""
+ORDER = 1e-3
+"""Least step of the driver between targets in order [rad]."""
+EXACT = 1e-9
+"""Error of an exact target, relative to the spread of the targets."""
+
+
+class Visits(Goal):
+    """A point's places or a body's poses."""
+
+    def __init__(self, asked: Asked, name: str) -> None:
+        self.asked, self.name = asked, name
+        self.targets = np.array(asked.targets)
+        self.weights = np.array(asked.weights)
+        self.steps = np.array(asked.programme)
+        self.count = len(self.targets)
+        places = self.targets[:, :2]
+        self.size = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
+        self.exact = asked.measure == "exact"
+        self.minimax = asked.measure == "minimax"
+        self.unit = self.size if self.minimax else self.size**2
+
+    def bodies(self) -> tuple[str, ...]:
+        return (self.asked.what.split(".")[0],)
+
+    def asks(self, model: Model) -> Mapping[str, Any]:
+        if self.asked.is_motion:
+            frame = model.frame(self.asked.what)
+            return {self.asked.what: ca.vertcat(frame.r, frame.angle)}
+        return {self.asked.what: model.point(self.asked.what)}
+
+    def _gap(self, place: Any, target: Any) -> Any:
+        """Return the (dimensionless) distance of a pose from its target, by components.
+
+        Angles count with the size of the targets; their distance is that of the directions.
+        """
+        gap = (place[:2] - target[:2]) / self.size
+        if not self.asked.is_motion:
+            return gap
+        turn = place[2] - target[2]
+        return ca.vertcat(gap, ca.sin(turn), 1 - ca.cos(turn))
+
+    # -- the problem -------------------------------------------------------------------------
+
+    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+        asked, k, space = self.asked, self.count, self.space
+        sense = nlp.parameter(self.own("sense"), 1.0)
+        targets = ca.reshape(nlp.parameter(self.own("targets"), self.targets), -1, k)
+        steps = nlp.parameter(self.own("programme"), self.steps)
+        free = asked.timing == "free"
+        start = nlp.variable(self.own("start"), int(asked.timing == "steps"), -WIDE, WIDE)
+        own = nlp.variable(self.own("u"), k if free else 0, -WIDE, WIDE)
+        x = space.pose_variables(nlp, self.own("x"), k)
+        worst = nlp.variable(self.own("worst"), int(self.minimax), 0.0, np.inf)
+        u, term = [], SX(0)
+        for i in range(k):
+            if free:
+                u.append(own[i])
+            elif asked.timing == "steps":
+                u.append(start + sense * steps[i])
+            else:
+                u.append(steps[i])
+            values = space.at(nlp, x[:, i], u[i], d, sigma)
+            gap = self._gap(space.poses.part(values, asked.what), targets[:, i])
+            if self.exact:
+                nlp.constrain("target", gap[:3] if asked.is_motion else gap)
+                if asked.is_motion:  # the same direction, not the opposite one
+                    nlp.constrain("target", gap[3], -np.inf, 1.0)
+            elif self.minimax:
+                nlp.constrain("error", ca.sumsqr(gap) - worst * worst, -np.inf, 0.0)
+            else:
+                term += float(self.weights[i]) * ca.sumsqr(gap)
+        if free:
+            gaps = [sense * (u[i + 1] - u[i]) for i in range(k - 1)]
+            nlp.constrain("order", ca.vertcat(*gaps), ORDER, np.inf)
+            nlp.constrain("order", sense * (u[-1] - u[0]), -np.inf, TURN - ORDER)
+        return worst if self.minimax else term
+
+    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        x = self.poses_of(values)
+        if self.asked.timing == "free":
+            return np.array(values[self.own("u")]), x
+        if self.asked.timing == "steps":
+            start = float(values[self.own("start")][0])
+            return start + given[self.own("sense")] * self.steps, x
+        return self.steps, x
+
+    # -- starts ------------------------------------------------------------------------------
+
+    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        space = self.space
+        if space.loop is not None and not self.asked.is_motion:
+            starts = FourBarStarts(space, self.asked.what)
+            if starts.fits and not space.asked.choices:
+                kinds = [kind] if kind else ["crank-rocker", "drag-link"]
+                for each in kinds:
+                    found = starts.screened(
+                        self.targets, generator, SAMPLES, -(-count // len(kinds)), each,
+                        self.asked.timing, self.steps,
+                    )  # fmt: skip
+                    yield from (self._of_four_bar(start, starts) for start in found)
+                return
+        yield from self._any(generator, count)
+
+    def _of_four_bar(self, start: Any, starts: FourBarStarts) -> Drawn:
+        d, u, x, sigma = starts.posed(start)
+        own, given = self._own(u, float(start.sense))
+        return Drawn(d, own, given, u, x, sigma, start.residual / self.size**2)
+
+    def _own(self, u: Any, sense: float) -> tuple[dict[str, Any], dict[str, Any]]:
+        own: dict[str, Any] = {}
+        if self.asked.timing == "free":
+            own[self.own("u")] = u
+        elif self.asked.timing == "steps":
+            own[self.own("start")] = u[:1] - sense * self.steps[0]
+        return own, {self.own("sense"): sense}
+
+    def _any(self, generator: Any, count: int) -> Iterable[Drawn]:
+        """Yield starts of any mechanism: designs drawn in the box, moved along the programme."""
+        spread = Spread(self.space)
+        d = spread.designs(generator, SAMPLES)
+        sense = generator.choice((-1.0, 1.0), SAMPLES)
+        first = generator.uniform(0, TURN, SAMPLES)
+        if self.asked.timing == "absolute":
+            u = np.broadcast_to(self.steps, (SAMPLES, self.count))
+        elif self.asked.timing == "steps":
+            u = first[:, None] + sense[:, None] * self.steps
+        else:
+            gaps = generator.dirichlet(np.ones(self.count), SAMPLES) * TURN
+            u = first[:, None] + sense[:, None] * np.cumsum(gaps, axis=1)
+        held, x, sigma, values = spread.moved(d, u, generator)
+        kept = np.flatnonzero(held)
+        d, u, x, sigma, sense = d[kept], u[kept], x[kept], sigma[kept], sense[kept]
+        places = self.space.poses.part(values[kept], self.asked.what)
+        d, places = Linear(self.space, self.asked.what).fitted(
+            d, u, x, places, self.targets, self.weights
+        )
+        f = self._squares(places)
+        for i in spread.distinct(d, np.argsort(f, kind="stable"), count):
+            own, given = self._own(u[i], float(sense[i]))
+            yield Drawn(d[i], own, given, u[i], x[i], sigma[i], float(f[i]))
+
+    def _squares(self, places: Any) -> Any:
+        """Return the (dimensionless) weighted sum of squares of places (n, k, 2 or 3)."""
+        gap = places[..., :2] - self.targets[:, :2]
+        squares = np.sum(gap**2, axis=2) / self.size**2
+        if self.asked.is_motion:
+            squares += 2 - 2 * np.cos(places[..., 2] - self.targets[:, 2])
+        return squares @ self.weights
+
+    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+        start = float(drawn.u[0])
+        if self.asked.timing == "absolute":
+            u = self.steps
+        elif self.asked.timing == "steps":
+            u = start + self.steps
+        else:
+            u = start + TURN * np.arange(self.count) / self.count
+        _, x, _ = spread.followed(drawn.d, drawn.x[0], start, u)
+        own, given = self._own(np.asarray(u), 1.0)
+        return own | {self.own("x"): x}, given
+
+    # -- what a design is worth --------------------------------------------------------------
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return (self.asked.what,)
+
+    def worth(self, design: Design) -> Worth:
+        at, _ = self.programme(design.values, design.given)
+        found, defects = design.swept(at, self._names)
+        if found is None:
+            return Worth(np.inf, np.full(self.count, np.nan), defects)
+        defects = defects + self._order(at, design)
+        if self.asked.is_motion:
+            angle = found.bodies[self.asked.what].angle
+            origin = design.origin(found, self.asked.what)
+            turn = (angle - self.targets[:, 2] + np.pi) % TURN - np.pi
+            gap = np.hypot(*(origin - self.targets[:, :2]).T)
+            errors = np.hypot(gap, self.size * 2 * np.sin(np.abs(turn) / 2))
+        else:
+            errors = np.hypot(*(found.points[self.asked.what].position - self.targets).T)
+        if self.exact:
+            worst = float(np.max(errors))
+            if not worst <= EXACT * self.size:
+                defects.append(f"a target is missed by {worst:.3g}")
+            return Worth(worst, errors, defects)
+        if self.minimax:
+            return Worth(float(np.max(errors)), errors, defects)
+        return Worth(float(np.sum(self.weights * errors**2)), errors, defects)
+
+    def _order(self, at: Any, design: Design) -> list[str]:
+        """Return the defect of order: targets that are not visited one after the other."""
+        if self.asked.timing != "free":
+            return []
+        gaps = np.diff(at) * design.given[self.own("sense")]
+        whole = abs(at[-1] - at[0])
+        if (gaps <= 0).any() or whole >= TURN:
+            return ["the targets are not visited in order within a turn"]
+        return []

@@ -1,0 +1,239 @@
+"""The space of designs: free parameters with bounds, the poses of a design in an NLP."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.demand import Demand
+from mechdae.errors import InputError
+from mechdae.synthesis.loops import FourBar, four_bar
+from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.poses import Poses, parameters_of
+
+SX = ca.SX
+TURN = 2 * np.pi
+WIDE = 40.0
+"""Bound of angles [rad]: they are unwrapped, and nothing may run away."""
+FAR = 10.0
+"""The same for lengths among the unknowns, in sizes of the mechanism."""
+BRANCH = 1e-6
+"""Least |determinant| of a pose relative to its columns, sin(theta4 - theta3) of a four-bar."""
+CLASSES = ("crank-rocker", "drag-link")
+"""Grashof's classes in which the driven link turns fully."""
+
+
+@dataclass
+class Space:
+    """Free parameters and the poses of all designs.
+
+    ``size`` [m] makes lengths dimensionless.
+    """
+
+    poses: Poses
+    asked: Demand
+    size: float
+
+    # -- free parameters -----------------------------------------------------------------------
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Free parameters, then those that are chosen."""
+        return [*self.asked.free, *self.asked.choices]
+
+    @cached_property
+    def box(self) -> Any:
+        """Bounds (nd, 2) of the free parameters."""
+        return np.array(list(self.asked.free.values()), float).reshape(-1, 2)
+
+    @cached_property
+    def scale(self) -> Any:
+        """A length of the mechanism for lengths, one for what has no length, (nd,).
+
+        Only the size of bounds tells them apart: this is for the solver's ease alone.
+        """
+        most = np.abs(self.box).max(axis=1) / self.size
+        return np.where((most > 0.05) & (most < 1e3), self.size, 1.0)
+
+    @property
+    def choices(self) -> Iterator[Any]:
+        """All combinations of what is chosen, each (nc,)."""
+        for values in product(*self.asked.choices.values()):
+            yield np.array(values, float)
+
+    @cached_property
+    def middle(self) -> Any:
+        """The parameters of the file, within the bounds, then those that are chosen."""
+        values = self.poses.mechanism.values()
+        low, high = self.box.T
+        free = np.clip([values[name] for name in self.asked.free], low, high)
+        return np.concatenate([free, [values[name] for name in self.asked.choices]])
+
+    def design(self, nlp: Nlp) -> Any:
+        """Add the free parameters and those that are chosen; return both."""
+        low, high = self.box.T
+        free = nlp.variable("d", len(low), low, high, self.scale)
+        return ca.vertcat(free, nlp.parameter("choice", self.middle[len(low) :]))
+
+    def over_free(self, expression: Any, d: Any) -> Any:
+        """Return an expression over p as one over the free parameters `d`."""
+        p = parameters_of(self.poses.model, self.names, d)
+        return ca.substitute(SX(expression), self.poses.model.p, p)
+
+    def of_name(self, name: str, d: Any) -> Any:
+        """Return a parameter of the mechanism over the free ones."""
+        place = self.poses.model.p_names.index(name)
+        return parameters_of(self.poses.model, self.names, d)[place]
+
+    # -- poses ---------------------------------------------------------------------------------
+
+    @cached_property
+    def turns(self) -> Any:
+        """Which unknowns of a pose are angles (nx,)."""
+        return np.array([name == "angle" for _, name in self.poses.x_names], bool)
+
+    def pose_variables(self, nlp: Nlp, name: str, count: int) -> Any:
+        """Add the unknowns of poses, (nx, count)."""
+        bound = np.tile(np.where(self.turns, WIDE, FAR * self.size), count)
+        scale = np.tile(np.where(self.turns, 1.0, self.size), count)
+        x = nlp.variable(name, self.poses.nx * count, -bound, bound, scale)
+        return ca.reshape(x, self.poses.nx, count)
+
+    def at(self, nlp: Nlp, x: Any, u: Any, d: Any, sigma: Any) -> Any:
+        """Add closure and branch of a pose, and limits that hold at all; return asked values."""
+        F, branch, values = self.poses.function(x, u, d)
+        nlp.constrain("closure", F / self.units)
+        nlp.constrain("branch", sigma * branch, BRANCH, np.inf)
+        if self.asked.full_turn:
+            return values
+        self._transmission(nlp, branch, sigma)
+        self._boxes(nlp, values)
+        return values
+
+    @cached_property
+    def units(self) -> Any:
+        """Sizes of the closure's rows, (nx,)."""
+        units = [unit for block in self.poses.scene.blocks for unit in block.units]
+        return np.array([self.size if unit == "m" else 1.0 for unit in units])
+
+    def _transmission(self, nlp: Nlp, branch: Any, sigma: Any) -> None:
+        for asked in self.asked.transmission:
+            k = self.dyad(asked.bodies)
+            nlp.constrain("transmission", sigma[k] * branch[k], np.sin(asked.least), np.inf)
+
+    def dyad(self, bodies: tuple[str, ...]) -> int:
+        """Return the branch of the dyad that bodies belong to.
+
+        Raises
+        ------
+        InputError
+            They belong to none: only dyads have a transmission angle.
+        """
+        k = self.poses.block_of(bodies)
+        if k is None:
+            raise InputError(
+                f"{' and '.join(bodies) or 'no body'}: no dyad of the scene holds them",
+                where="constraints.between", hint="name two bodies of one dyad",
+            )  # fmt: skip
+        return k
+
+    def _boxes(self, nlp: Nlp, values: Any) -> None:
+        for box in self.asked.boxes:
+            for point in box.points:
+                place = self.poses.part(values, point) / self.size
+                low, high = (np.array([box.x[k], box.y[k]]) / self.size for k in (0, 1))
+                nlp.constrain(f"box of {point}", place, low, high)
+
+    # -- limits of the design ------------------------------------------------------------------
+
+    @cached_property
+    def loop(self) -> FourBar | None:
+        """The four-bar next to the driver."""
+        return four_bar(self.poses.scene)
+
+    @property
+    def single_loop(self) -> bool:
+        """The whole scene is a four-bar, so that Grashof's class tells whether it turns."""
+        return self.loop is not None and self.poses.nb == 1
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Classes that each have an NLP of their own."""
+        return CLASSES if self.asked.full_turn and self.loop is not None else ("",)
+
+    def limits(self, nlp: Nlp, d: Any, sigma: Any, kind: str) -> None:
+        """Add what the task demands of the design as a whole."""
+        for ratio in self.asked.ratios:
+            first, second = (self.of_name(name, d) for name in (ratio.first, ratio.second))
+            nlp.constrain("ratio", (first - ratio.most * second) / self.size, -np.inf, 0.0)
+        for region in self.asked.regions:
+            self._region(nlp, region, d)
+        if not self.asked.full_turn:
+            return
+        if self.loop is not None:
+            self._grashof(nlp, d, kind)
+        if not self.single_loop or self.asked.boxes:
+            self._turned(nlp, d, sigma)
+
+    def _region(self, nlp: Nlp, region: Any, d: Any) -> None:
+        x, y = ca.vertsplit(self.over_free(self.poses.model.point(region.point), d))
+        if region.disc:
+            a, b, r = region.disc
+            gap = ((x - a) ** 2 + (y - b) ** 2) / r**2
+            nlp.constrain(f"region of {region.point}", gap, -np.inf, 1.0)
+            return
+        corners = region.polygon
+        for (a, b), (e, f) in zip(corners, [*corners[1:], corners[0]], strict=True):
+            inside = ((e - a) * (y - b) - (f - b) * (x - a)) / np.hypot(e - a, f - b) / self.size
+            nlp.constrain(f"region of {region.point}", inside, 0.0, np.inf)
+
+    def _grashof(self, nlp: Nlp, d: Any, kind: str) -> None:
+        """Add the inequalities of Grashof's class, by which the crank turns fully."""
+        assert self.loop is not None
+        r1, r2, r3, r4 = ca.vertsplit(self.over_free(self.loop.lengths, d))
+        if kind == "crank-rocker":
+            slack = [r3 + r4 - r2 - r1, r1 + r4 - r2 - r3, r1 + r3 - r2 - r4]
+        else:
+            slack = [r3 + r4 - r1 - r2, r2 + r4 - r1 - r3, r2 + r3 - r1 - r4]
+        margin = self.asked.margin / self.size
+        nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf)
+        if not self.single_loop:
+            return
+        least = max((float(asked.least) for asked in self.asked.transmission), default=0.0)
+        for asked in self.asked.transmission:
+            self.dyad(asked.bodies)
+        if least:
+            nlp.constrain("transmission", self.cosines(d), -np.cos(least), np.cos(least))
+
+    def cosines(self, d: Any) -> Any:
+        """Return cos of the angle between coupler and rocker at both of its extremes, (2,)."""
+        assert self.loop is not None
+        r1, r2, r3, r4 = ca.vertsplit(self.over_free(self.loop.lengths, d))
+        return ca.vertcat(
+            *[(r3 * r3 + r4 * r4 - r * r) / (2 * r3 * r4) for r in (r1 - r2, r1 + r2)]
+        )
+
+    NODES = 48
+    """Poses of a turn at which determinants and boxes are watched."""
+
+    @cached_property
+    def circle(self) -> Any:
+        """Driver values of those poses."""
+        return TURN * np.arange(self.NODES) / self.NODES
+
+    def _turned(self, nlp: Nlp, d: Any, sigma: Any) -> None:
+        """Add a whole turn of the driver."""
+        x = self.pose_variables(nlp, "turn", self.NODES)
+        for k, u in enumerate(self.circle):
+            F, branch, values = self.poses.function(x[:, k], u, d)
+            nlp.constrain("closure", F / self.units)
+            if not self.single_loop:
+                nlp.constrain("full turn", sigma * branch, 1e-3, np.inf)
+                self._transmission(nlp, branch, sigma)
+            self._boxes(nlp, values)
