@@ -23,6 +23,8 @@ MOST = 5
 """Designs that are reported."""
 TRIES = 20
 """Distinct optima that are looked at for them."""
+WORTH = 3.0
+"""Designs whose objective is this many times the best one are not reported."""
 ACTIVE = 1e-6
 """Share of its range by which a parameter at its bound may be away from it."""
 ZERO = 1e-12
@@ -76,7 +78,8 @@ def designs(
     kept: list[dict[str, Any]] = []
     rejected: list[dict[str, Any]] = []
     for candidate, hits in found:
-        if len(kept) == MOST:
+        worse = kept and candidate.found.objective > WORTH * max(kept[0]["term"], ZERO)
+        if len(kept) == MOST or (worse and kept[0]["term"] > 0):
             break
         nlp = problems[candidate.kind]
         if not kept or len(kept) < 2:
@@ -85,6 +88,8 @@ def designs(
             polished = candidate.found
         judged = _judged(search, nlp, polished, candidate, hits)
         (rejected if judged.get("reasons") else kept).append(judged)
+    for design in kept:
+        del design["term"]
     kept.sort(key=lambda design: design["objective"] * search.sense)
     return kept, rejected
 
@@ -116,6 +121,7 @@ def _judged(
     task = Sweep(Driver(search.asked.driver, from_=float(u[0]), to=float(last)))
     lead = worths[search.goals.index(search.lead)]
     result = {
+        "term": found.objective,
         "objective": objective,
         "parameters": design.parameters,
         "errors": np.asarray(lead.errors).tolist(),

@@ -18,7 +18,7 @@ SETTINGS: dict[str, Any] = {
     "ipopt.mu_strategy": "adaptive",
     "ipopt.tol": 1e-9,
     "ipopt.constr_viol_tol": 1e-10,
-    "ipopt.max_iter": 400,
+    "ipopt.max_iter": 250,
 }
 POLISH: dict[str, Any] = {
     "ipopt.tol": 1e-12,

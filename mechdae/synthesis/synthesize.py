@@ -55,9 +55,9 @@ def synthesize(
     seed = search.asked.seed if seed is None else seed
     count = search.asked.starts if starts is None else starts
     built = time.process_time() - began
-    jobs = planned(search, problems, count, seed)
+    by_class = planned(search, problems, count, seed)
     drawn = time.process_time() - began - built
-    optima = run(search, problems, jobs)
+    jobs, optima = _solved(search, problems, by_class, count, run)
     candidates = [
         Candidate(found, kind, start.given)
         for (kind, start), found in zip(jobs, optima, strict=True)
@@ -94,16 +94,41 @@ def synthesize(
     )  # fmt: skip
 
 
-def planned(search: Search, problems: Sequence[Nlp], count: int, seed: int) -> list[Job]:
-    """Return `count` starts, as many of each class, the most promising first."""
-    found: list[Job] = []
-    share = -(-count // len(search.kinds))
+def planned(search: Search, problems: Sequence[Nlp], count: int, seed: int) -> list[list[Seed]]:
+    """Return up to `count` starts of each class, the most promising first."""
+    found = []
     for k, kind in enumerate(search.kinds):
         generator = np.random.default_rng([seed, k])
-        found += [(k, start) for start in search.seeds(kind, problems[k], generator, share)]
-    return sorted(found, key=lambda pair: pair[1].residual)
+        own = list(search.seeds(kind, problems[k], generator, count))
+        found.append(sorted(own, key=lambda start: start.residual))
+    return found
 
 
+def _solved(
+    search: Search, problems: Sequence[Nlp], by_class: list[list[Seed]], count: int, run: Run
+) -> tuple[list[Job], list[Optimum]]:
+    """Return starts and their optima: a share of each class, the rest of the best one."""
+    share = count if len(by_class) == 1 else max(1, -(-count // SHARE))
+    jobs = [(k, start) for k, own in enumerate(by_class) for start in own[:share]]
+    optima = run(search, problems, jobs)
+    left = count - len(jobs)
+    if left <= 0:
+        return jobs, optima
+    best = [
+        min(
+            (o.objective for (k, _), o in zip(jobs, optima, strict=True)
+             if k == kind and o.violation <= FEASIBLE),
+            default=np.inf,
+        )
+        for kind in range(len(by_class))
+    ]  # fmt: skip
+    kind = int(np.argmin(best))
+    more = [(kind, start) for start in by_class[kind][share : share + left]]
+    return jobs + more, optima + run(search, problems, more)
+
+
+SHARE = 5
+"""The part of all starts that each class has first."""
 ELASTIC = 5
 """Starts from which the limits in conflict are looked for."""
 
