@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from mechdae.analysis.evaluate import in_time
 from mechdae.analysis.moving import coordinate_columns
@@ -177,7 +176,7 @@ class Composed:
         fast = ca.norm_2(self.du)
         units = [slip.unit for slip in self.statics.balance.slips]
         sizes = [self.statics.length if unit == "m" else 1.0 for unit in units]
-        return speeds / ca.sqrt(speeds**2 + (self.smooth * fast * np.array(sizes)) ** 2)
+        return speeds / ca.sqrt(speeds**2 + (self.smooth * fast * ca.DM(sizes)) ** 2)
 
     def _output(self, path: str) -> Any:
         """Return the expression of a path."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.entries import check_keys, items_of, kind_of, number, rows_of, tuple_of
+from mechdae.describe.entries import check_keys, items_of, kind_of, number, rows_of, tuple_of, word_of
 from mechdae.describe.goals import Extreme, Goal, extreme, goal_of, listed_goals
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.problem import Problem
@@ -16,7 +16,7 @@ from mechdae.errors import InputError, MechdaeError, UnknownName
 
 CONSTRAINTS: dict[str, tuple[str, ...]] = {
     "full-turn": ("coordinate", "margin"),
-    "transmission-angle": ("between", "min"),
+    "transmission-angle": ("between", "min", "over"),
     "box": ("points", "x", "y"),
     "ratio": ("of", "max"),
     "limit": ("of", "min", "max", "reduce"),
@@ -63,10 +63,14 @@ class Limit:
 
 @dataclass(frozen=True)
 class Transmission:
-    """The transmission angle of the dyad that two bodies belong to is no less than this [rad]."""
+    """The transmission angle of the dyad that two bodies belong to is no less than this [rad].
+
+    Over the whole turn of a driver that makes one, or at the ``poses`` of the goals alone.
+    """
 
     bodies: tuple[str, ...]
     least: float
+    poses: bool = False
 
 
 @dataclass(frozen=True)
@@ -263,7 +267,8 @@ def _transmission(mechanism: Mechanism, entry: Mapping[str, Any], place: str) ->
     least = number(mechanism, entry.get("min"), f"{place}.min")
     if not 0 <= least < 1.5707963:
         raise InputError("a transmission angle lies between 0 and 90 degrees", f"{place}.min")
-    return Transmission(bodies, least)
+    over = word_of(entry.get("over", "turn"), ("turn", "goal"), "word", f"{place}.over")
+    return Transmission(bodies, least, over == "goal")
 
 
 def _box(mechanism: Mechanism, entry: Mapping[str, Any], place: str) -> Box:

@@ -31,8 +31,8 @@ ZERO = 1e-12
 """Objective of the NLP below which a design is exact."""
 AGREES = 1e-6
 """Share by which the sweep's objective may differ from that of the NLP."""
-FINER = 3e-2
-"""The same where the sweep looks between the nodes of the NLP."""
+FINER = 0.5
+"""The same where the sweep looks between the nodes of the NLP: what it finds is reported."""
 SILENT = ("closure", "target", "error", "deviation", "peak", "least", "stroke", "straight on",
           "swing", "end of the swing")  # fmt: skip
 """Constraints that state a goal, not a limit with a price."""
@@ -111,8 +111,8 @@ def _judged(
         defects += _missed_limits(search, design)
     objective = search.objective([worth.value for worth in worths])
     claimed = search.claimed(found.objective)
-    share = FINER if search.between_nodes else AGREES
-    if not abs(objective - claimed) <= share * abs(claimed) + 1e-9 * search.objective_unit:
+    share, least = (FINER, 1e-5) if search.between_nodes else (AGREES, 1e-9)
+    if not abs(objective - claimed) <= share * abs(claimed) + least * search.objective_unit:
         defects.append(f"the sweep gives {objective:.6g}, not {claimed:.6g}")
     defects = list(dict.fromkeys(defects))
     if defects:
@@ -144,7 +144,8 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
     if found is None:
         return []
     defects = []
-    least = max((asked.least for asked in search.asked.transmission), default=0.0)
+    turned = [asked.least for asked in search.asked.transmission if not asked.poses]
+    least = max(turned, default=0.0)
     angle = design.transmission
     if search.space.single_loop and angle is not None and angle < least - 1e-4:
         defects.append(f"the transmission angle falls to {np.degrees(angle):.4g} deg")

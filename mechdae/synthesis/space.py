@@ -53,13 +53,39 @@ class Space:
         return np.array(list(self.asked.free.values()), float).reshape(-1, 2)
 
     @cached_property
-    def scale(self) -> Any:
-        """A length of the mechanism for lengths, one for what has no length, (nd,).
+    def periodic(self) -> Any:
+        """Which free parameters are angles (nd,): a whole turn of them changes nothing."""
+        poses, n = self.poses, len(self.box)
+        generator = np.random.default_rng(0)
+        low, high = self.box.T
+        found = np.ones(n, bool)
+        for _ in range(2):
+            d = np.concatenate([generator.uniform(low, high), self.middle[n:]])
+            x = generator.uniform(-2, 2, poses.nx) * np.where(self.turns, 1.0, self.size)
+            u = float(generator.uniform(0, 6))
 
-        Only the size of bounds tells them apart: this is for the solver's ease alone.
+            def parts(at: Any, x: Any = x, u: float = u) -> Any:
+                return np.concatenate(
+                    [np.array(part).ravel() for part in poses.function(x, u, at)]
+                )
+
+            middle = parts(d)
+            unit = max(float(np.abs(middle).max()), self.size)
+            for k in range(n):
+                moved = d.copy()
+                moved[k] += TURN
+                found[k] &= bool(np.abs(parts(moved) - middle).max() < 1e-9 * unit)
+        return found
+
+    @cached_property
+    def scale(self) -> Any:
+        """Sizes of the free parameters, (nd,): one for angles, the mechanism's for lengths.
+
+        What is neither has that of its bounds. This is for the solver's ease alone.
         """
-        most = np.abs(self.box).max(axis=1) / self.size
-        return np.where((most > 0.05) & (most < 1e3), self.size, 1.0)
+        most = np.maximum(np.abs(self.box).max(axis=1), 1e-300)
+        near = (most > 1e-3 * self.size) & (most < 1e4 * self.size)
+        return np.where(self.periodic, 1.0, np.where(near, self.size, most))
 
     @property
     def choices(self) -> Iterator[Any]:
@@ -110,9 +136,9 @@ class Space:
         F, branch, values = self.poses.function(x, u, d)
         nlp.constrain("closure", F / self.units)
         nlp.constrain("branch", sigma * branch, BRANCH, np.inf)
+        self._transmission(nlp, branch, sigma, turned=False)
         if self.asked.full_turn:
             return values
-        self._transmission(nlp, branch, sigma)
         self._boxes(nlp, values)
         return values
 
@@ -122,8 +148,17 @@ class Space:
         units = [unit for block in self.poses.scene.blocks for unit in block.units]
         return np.array([self.size if unit == "m" else 1.0 for unit in units])
 
-    def _transmission(self, nlp: Nlp, branch: Any, sigma: Any) -> None:
+    @cached_property
+    def rows_of_length(self) -> Any:
+        """Which rows of the closure are lengths, (nx,)."""
+        blocks = self.poses.scene.blocks
+        return np.array([unit == "m" for block in blocks for unit in block.units], bool)
+
+    def _transmission(self, nlp: Nlp, branch: Any, sigma: Any, turned: bool) -> None:
+        """Add the limits that hold over a turn, or those that hold at the goals' poses."""
         for asked in self.asked.transmission:
+            if (self.asked.full_turn and not asked.poses) != turned:
+                continue
             k = self.dyad(asked.bodies)
             nlp.constrain("transmission", sigma[k] * branch[k], np.sin(asked.least), np.inf)
 
@@ -205,8 +240,9 @@ class Space:
         nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf)
         if not self.single_loop:
             return
-        least = max((float(asked.least) for asked in self.asked.transmission), default=0.0)
-        for asked in self.asked.transmission:
+        turned = [asked for asked in self.asked.transmission if not asked.poses]
+        least = max((float(asked.least) for asked in turned), default=0.0)
+        for asked in turned:
             self.dyad(asked.bodies)
         if least:
             nlp.constrain("transmission", self.cosines(d), -np.cos(least), np.cos(least))
@@ -235,5 +271,5 @@ class Space:
             nlp.constrain("closure", F / self.units)
             if not self.single_loop:
                 nlp.constrain("full turn", sigma * branch, 1e-3, np.inf)
-                self._transmission(nlp, branch, sigma)
+                self._transmission(nlp, branch, sigma, turned=True)
             self._boxes(nlp, values)

@@ -24,6 +24,8 @@ CLOSED = 1e-9
 """Share of the mechanism by which a pose may be open."""
 STEP = 0.15
 """Largest step of an angle between poses that are followed [rad]."""
+NEAR = (0.1, 4.0)
+"""Lengths of mechanisms that are enlarged later are drawn between these shares of the size."""
 APART = 0.03
 """Starts differ by this share of the range of a parameter, where ranges are wide of its ratio."""
 
@@ -44,64 +46,80 @@ class Spread:
         function = ca.Function("step", [g.x, g.u, d], results, {"cse": True})
         return Batch(function, (), straight=lambda: straight(function))
 
-    def moved(
-        self, d: Any, u: Any, generator: Any = None, x: Any = None
-    ) -> tuple[Any, Any, Any, Any]:
-        """Return which samples hold, their poses (n, k, nx), branches (n, nb), values (n, k, m).
+    def moved(self, d: Any, u: Any, generator: Any) -> tuple[Any, Any, Any, Any]:
+        """Return the samples that hold, their poses (m, k, nx), branches (m, nb), values (m, k, w).
 
-        `d` (n, nd) are dimensions, `u` (n, k) the driver's values; the first pose is found from
-        random unknowns, or from `x` (n, nx).
+        `d` (n, nd) are dimensions, `u` (n, k) the driver's values. The first pose is found from
+        random unknowns; a sample that does not close, or changes its branch, is dropped there.
         """
         n, k = u.shape
-        if x is None:
-            x = generator.uniform(-np.pi, np.pi, (n, self.poses.nx))
-            x[:, ~self.space.turns] *= self.space.size
-        held = np.ones(n, bool)
-        places, signs, values = [], None, []
+        x = generator.uniform(-np.pi, np.pi, (n, self.poses.nx))
+        x[:, ~self.space.turns] *= self.space.size
+        kept, signs = np.arange(n), None
+        places: list[Any] = []
+        values: list[Any] = []
         with np.errstate(all="ignore"):
             for i in range(k):
+                at = u[kept, i : i + 1]
                 for _ in range(NEXT if i else FIRST):
-                    x = np.nan_to_num(self._step(x, u[:, i : i + 1], d)[0], posinf=0, neginf=0)
-                _, F, branch, value = self._step(x, u[:, i : i + 1], d)
-                held &= np.abs(F).max(axis=1, initial=0.0) <= CLOSED
+                    x = np.nan_to_num(self._step(x, at, d[kept])[0], posinf=0, neginf=0)
+                _, F, branch, value = self._step(x, at, d[kept])
                 sign = np.sign(branch)
+                held = np.abs(F).max(axis=1, initial=0.0) <= CLOSED
+                held &= (sign == (sign if signs is None else signs)).all(axis=1)
                 signs = sign if signs is None else signs
-                held &= (sign == signs).all(axis=1)
                 places.append(x)
                 values.append(value)
+                if not held.all():
+                    kept, x, signs = kept[held], x[held], signs[held]
+                    places = [part[held] for part in places]
+                    values = [part[held] for part in values]
         assert signs is not None
-        return held, np.stack(places, axis=1), signs, np.stack(values, axis=1)
+        return kept, np.stack(places, axis=1), signs, np.stack(values, axis=1)
 
     def followed(self, d: Any, x: Any, start: float, u: Any) -> tuple[bool, Any, Any]:
         """Return whether a design reaches driver values (k,) from a pose, poses, asked values.
 
         Poses that are not reached keep Newton's last guess.
         """
-        way = [start]
-        places = []
-        for value in u:
-            steps = max(1, int(np.ceil(abs(value - way[-1]) / STEP)))
-            way += list(np.linspace(way[-1], value, steps + 1)[1:])
-            places.append(len(way) - 1)
-        held, poses, _, values = self.moved(
-            np.asarray(d)[None, :], np.array(way)[None, :], x=np.array(x, float)[None, :]
-        )
-        return bool(held[0]), poses[0, places], values[0, places]
+        x, d = np.array(x, float)[None, :], np.asarray(d, float)[None, :]
+        last, held, sign = start, True, None
+        places, values = [], []
+        with np.errstate(all="ignore"):
+            for target in u:
+                steps = max(1, int(np.ceil(abs(target - last) / STEP)))
+                for at in np.linspace(last, target, steps + 1)[1:]:
+                    for _ in range(NEXT):
+                        x = np.nan_to_num(self._step(x, [[at]], d)[0], posinf=0, neginf=0)
+                _, F, branch, value = self._step(x, [[target]], d)
+                last = target
+                sign = np.sign(branch) if sign is None else sign
+                held &= bool(np.abs(F).max(initial=0.0) <= CLOSED)
+                held &= bool((np.sign(branch) == sign).all())
+                places.append(x[0])
+                values.append(value[0])
+        return held, np.array(places), np.array(values)
 
     # -- dimensions ----------------------------------------------------------------------------
 
-    def designs(self, generator: Any, count: int) -> Any:
+    def designs(self, generator: Any, count: int, lengths: Any = None) -> Any:
         """Return dimensions (count, nd) within the bounds, and values of what is chosen.
 
         Positive ranges over more than a decade are drawn by their logarithm. All combinations
-        of what is chosen are equally frequent.
+        of what is chosen are equally frequent. `lengths` (nd,) are drawn near the mechanism's
+        size: it is enlarged later.
         """
         low, high = self.space.box.T
+        if lengths is not None:
+            positive = lengths & (low > 0)
+            ends = [share * self.space.size for share in NEAR]
+            high = np.where(positive, np.maximum(ends[1], 1.01 * low), high)
+            low = np.where(positive, np.minimum(ends[0], high / 1.01), low)
         share = generator.random((count, len(low)))
         even = low + share * (high - low)
         with np.errstate(all="ignore"):
             logs = np.exp(np.log(low) + share * (np.log(high) - np.log(low)))
-        free = np.where(self._wide, logs, even)
+        free = np.where((low > 0) & (high > 10 * low), logs, even)
         choices = np.array(list(self.space.choices))
         return np.hstack([free, choices[np.arange(count) % len(choices)]])
 

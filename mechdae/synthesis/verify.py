@@ -109,7 +109,7 @@ class Design:
         points = tuple({point: None for box in asked.boxes for point in box.points})
         task = Sweep(
             Driver(self.driver, from_=float(self.u), to=float(self.u + 2 * np.pi)),
-            poses=POSES, outputs=tuple(points) or None, derivatives=1, measures=("transmission",),
+            poses=POSES, outputs=tuple(points) or None, derivatives=2, measures=("transmission",),
         )  # fmt: skip
         try:
             found = sweep(self.as_problem({"turn": task}), "turn", task)

@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.goals import Extreme as Asked
+from mechdae.describe.tasks import Reactions
 from mechdae.errors import MechdaeError
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
@@ -137,12 +138,19 @@ class Extreme(Goal):
                 for k in (0, 1)
             )
             if self.asked.path == "summary/efficiency":
-                return 1 - loss / power
+                return self._efficiency(loss, power)
             return (loss if self.asked.path == "summary/loss" else power) / self.unit
         if self.asked.reduce == "rms":
             parts = [w * ca.sumsqr(row) for w, row in zip(weights, rows, strict=True)]
             return ca.sqrt(sum(parts, SX(0)) / self.unit**2 + 1e-16)
         return sum((w * self._mean_of(r) for w, r in zip(weights, rows, strict=True)), SX(0))
+
+    def _efficiency(self, loss: Any, power: Any) -> Any:
+        """Return useful by spent power; without coupling the power is the useful one."""
+        task = self.quantity.base
+        if isinstance(task, Reactions) and task.friction != "coupled":
+            return power / (power + loss)
+        return 1 - loss / power
 
     def _mean_of(self, row: Any) -> Any:
         if row.numel() == 1:
@@ -170,26 +178,24 @@ class Extreme(Goal):
         nodes = self.quantity.nodes
         coarse = nodes[np.linspace(0, len(nodes) - 1, min(COARSE, len(nodes))).astype(int)]
         u = np.broadcast_to(coarse, (len(d), len(coarse)))
-        held, x, sigma, _ = spread.moved(d, u, generator)
-        held = np.flatnonzero(held)
-        found = []
-        for i in held[: 10 * count]:
+        kept, x, sigma, _ = spread.moved(d, u, generator)
+        d, found = d[kept], []
+        for i in range(min(len(d), 10 * count)):
             rows = [SX(self._at_pose(x[i, k], coarse[k], d[i])) for k in range(len(coarse))]
             value = self._rough(np.array([np.array(ca.DM(r)).ravel() for r in rows]))
             found.append(self.sense * value if np.isfinite(value) else np.inf)
         order = np.argsort(found, kind="stable")
-        for k in spread.distinct(d[held[: 10 * count]], order, count):
-            i = held[k]
+        for i in spread.distinct(d[: 10 * count], order, count):
             on, poses, _ = spread.followed(d[i], x[i, 0], float(coarse[0]), nodes)
-            if on and np.isfinite(found[k]):
-                own = {self.own("worst"): [self.sense * found[k]]}
-                yield Drawn(d[i], own, {}, nodes, poses, sigma[i], float(found[k]))
+            if on and np.isfinite(found[i]):
+                own = {self.own("worst"): [self.sense * found[i]]}
+                yield Drawn(d[i], own, {}, nodes, poses, sigma[i], float(found[i]))
 
     def _rough(self, rows: Any) -> float:
         if self.asked.path in MEANS:
             loss, power = rows.mean(axis=0)
             if self.asked.path == "summary/efficiency":
-                return float(1 - loss / power)
+                return float(self._efficiency(loss, power))
             return float((loss if self.asked.path == "summary/loss" else power) / self.unit)
         size = rows[:, 0] if rows.shape[1] == 1 else np.hypot(rows[:, 0], rows[:, 1])
         size = size / (1.0 if self.quantity.transmission else self.unit)

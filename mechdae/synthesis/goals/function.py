@@ -104,14 +104,14 @@ class Function(Goal):
         d = spread.designs(generator, SAMPLES)
         first = self._first(d, generator)
         coarse_in, coarse_out = self._scales(COARSE)
-        held, x, _, values = spread.moved(d, first[:, None] + coarse_in, generator)
+        kept, x, _, values = spread.moved(d, first[:, None] + coarse_in, generator)
+        d, first = d[kept], first[kept]
         value = self.space.poses.part(values, self.asked.output)[..., 0]
         ranked, senses, ends = [], [], []
         for sense in (1, -1):
             error = value - sense * coarse_out
             end = self._ends(d, error)
             rms = np.sqrt(np.mean((error - end[:, None]) ** 2, axis=1)) / self.size
-            rms[~held] = np.inf
             ranked.append(rms)
             senses += [sense] * len(rms)
             ends.append(end)

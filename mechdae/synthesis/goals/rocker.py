@@ -77,10 +77,9 @@ class Rocker(Goal):
         d = spread.designs(generator, SAMPLES * 4)
         d = d[spread.turning(d, kind)][:SAMPLES]
         u = np.broadcast_to(TURN * np.arange(NODES) / NODES, (len(d), NODES))
-        held, x, sigma, values = spread.moved(d, u, generator)
-        kept = np.flatnonzero(held)
-        d, x, sigma = d[kept], x[kept], sigma[kept]
-        angle = self.space.poses.part(values[kept], f"{self.asked.body}.angle")[..., 0]
+        kept, x, sigma, values = spread.moved(d, u, generator)
+        d = d[kept]
+        angle = self.space.poses.part(values, f"{self.asked.body}.angle")[..., 0]
         low, high = np.argmin(angle, axis=1), np.argmax(angle, axis=1)
         rows = np.arange(len(d))
         swing = angle[rows, high] - angle[rows, low]

@@ -89,10 +89,11 @@ class Straight(Goal):
         d = d[spread.turning(d, kind)]
         first = generator.uniform(0, TURN, len(d))
         u = first[:, None] + self.asked.arc * np.linspace(0, 1, COARSE)
-        held, x, _, values = spread.moved(d, u, generator)
+        kept, x, _, values = spread.moved(d, u, generator)
+        d, first = d[kept], first[kept]
         places = space.poses.part(values, self.asked.point)
         way, offset, worst, stroke, ahead = lines_of(places)
-        rank = np.where(held & ahead, worst / np.maximum(stroke, 1e-300), np.inf)
+        rank = np.where(ahead, worst / np.maximum(stroke, 1e-300), np.inf)
         if self.asked.stroke is not None:
             rank = rank + 0.1 * np.abs(np.log(np.maximum(stroke, 1e-300) / self.asked.stroke))
         rank[stroke < LEAST * space.size] = np.inf

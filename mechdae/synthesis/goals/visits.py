@@ -19,6 +19,7 @@ from mechdae.synthesis.fourbar import FourBarStarts
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.linear import Linear
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.similar import Similar
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.spread import Spread
 from mechdae.synthesis.verify import Design
@@ -26,6 +27,8 @@ from mechdae.synthesis.verify import Design
 SX = ca.SX
 SAMPLES = 20_000
 """Designs drawn in the screening of each class."""
+MANY = 100_000
+"""The same where most of what is drawn does not turn and is dropped early."""
 ORDER = 1e-3
 """Least step of the driver between targets in order [rad]."""
 EXACT = 1e-9
@@ -145,24 +148,33 @@ class Visits(Goal):
     def _any(self, generator: Any, count: int) -> Iterable[Drawn]:
         """Yield starts of any mechanism: designs drawn in the box, moved along the programme."""
         spread = Spread(self.space)
-        d = spread.designs(generator, SAMPLES)
-        sense = generator.choice((-1.0, 1.0), SAMPLES)
-        first = generator.uniform(0, TURN, SAMPLES)
+        similar = None if self.asked.is_motion else Similar(self.space, self.asked.what)
+        if similar is not None and not similar.available:
+            similar = None
+        count_of = SAMPLES if similar is None else MANY
+        d = spread.designs(generator, count_of, None if similar is None else similar.lengths)
+        if similar is not None:
+            d = similar.neutral(d)
+        sense = generator.choice((-1.0, 1.0), count_of)
+        first = generator.uniform(0, TURN, count_of)
         if self.asked.timing == "absolute":
-            u = np.broadcast_to(self.steps, (SAMPLES, self.count))
+            u = np.broadcast_to(self.steps, (count_of, self.count))
         elif self.asked.timing == "steps":
             u = first[:, None] + sense[:, None] * self.steps
         else:
-            gaps = generator.dirichlet(np.ones(self.count), SAMPLES) * TURN
+            gaps = generator.dirichlet(np.ones(self.count), count_of) * TURN
             u = first[:, None] + sense[:, None] * np.cumsum(gaps, axis=1)
-        held, x, sigma, values = spread.moved(d, u, generator)
-        kept = np.flatnonzero(held)
-        d, u, x, sigma, sense = d[kept], u[kept], x[kept], sigma[kept], sense[kept]
-        places = self.space.poses.part(values[kept], self.asked.what)
-        d, places = Linear(self.space, self.asked.what).fitted(
-            d, u, x, places, self.targets, self.weights
-        )
-        f = self._squares(places)
+        kept, x, sigma, values = spread.moved(d, u, generator)
+        d, u, sense = d[kept], u[kept], sense[kept]
+        beyond = 0.0
+        if similar is not None:
+            d, x, places, beyond = similar.fitted(d, u, x, self.targets, self.weights)
+        else:
+            places = self.space.poses.part(values, self.asked.what)
+            d, places = Linear(self.space, self.asked.what).fitted(
+                d, u, x, places, self.targets, self.weights
+            )
+        f = self._squares(places) + beyond
         for i in spread.distinct(d, np.argsort(f, kind="stable"), count):
             own, given = self._own(u[i], float(sense[i]))
             yield Drawn(d[i], own, given, u[i], x[i], sigma[i], float(f[i]))
