@@ -161,6 +161,17 @@ class Similar:
             new[:, self.turn] = 0.0
         return new
 
+    def at(self, d: Any, u: Any, x: Any) -> tuple[Any, Any]:
+        """Return foot p and direction e of the point's body (n, k) at poses of neutral designs."""
+        n, k = u.shape
+        flat = [x.reshape(n * k, -1), u.reshape(-1, 1), np.repeat(d, k, axis=0)]
+        slopes, values = Batch(self._function, ())(*flat)
+        p = (values[:, 0] + 1j * values[:, 1]).reshape(n, k)
+        if self.offsets is None:
+            return p, np.zeros((n, k), complex)
+        a = self.offsets[0]
+        return p, (slopes[:, 2 * a] + 1j * slopes[:, 2 * a + 1]).reshape(n, k)
+
     def fitted(
         self, d: Any, u: Any, x: Any, targets: Any, weights: Any
     ) -> tuple[Any, Any, Any, Any]:
@@ -179,16 +190,12 @@ class Similar:
             ``beyond`` in sizes of the mechanism; designs are clipped to their bounds.
         """
         n, k = u.shape
-        flat = [x.reshape(n * k, -1), u.reshape(-1, 1), np.repeat(d, k, axis=0)]
-        slopes, values = Batch(self._function, ())(*flat)
-        p = (values[:, 0] + 1j * values[:, 1]).reshape(n, k)
+        p, e = self.at(d, u, x)
         columns = [] if self.shift is None else [np.ones((n, k)), 1j * np.ones((n, k))]
         start = len(columns)
         columns += [p] if self.turn is None else [p, 1j * p]
         after = len(columns)
         if self.offsets is not None:
-            a = self.offsets[0]
-            e = (slopes[:, 2 * a] + 1j * slopes[:, 2 * a + 1]).reshape(n, k)
             columns += [e, 1j * e]
         A = np.stack(columns, axis=2) * np.sqrt(weights)[:, None]
         P = (targets[:, 0] + 1j * targets[:, 1]) * np.sqrt(weights)

@@ -16,14 +16,17 @@ from mechdae.describe.goals import StraightLine
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.similar import Similar
 from mechdae.synthesis.space import FAR, TURN, WIDE
 from mechdae.synthesis.spread import Spread
 from mechdae.synthesis.verify import Design
 
 SX = ca.SX
 SAMPLES = 40_000
-COARSE = 9
+COARSE = 13
 FINE = 721
+BACK = 1e-3
+"""Share of the stroke by which the point may move back between the nodes."""
 LEAST = 0.05
 """Least stroke in sizes of the mechanism: a point that stays is no line."""
 
@@ -85,18 +88,35 @@ class Straight(Goal):
 
     def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
         space, spread = self.space, Spread(self.space)
-        d = spread.designs(generator, SAMPLES)
+        similar = Similar(space, self.asked.point)
+        d = spread.designs(
+            generator, SAMPLES, similar.lengths if similar.available else None
+        )
         d = d[spread.turning(d, kind)]
+        d = similar.neutral(d)
         first = generator.uniform(0, TURN, len(d))
         u = first[:, None] + self.asked.arc * np.linspace(0, 1, COARSE)
         kept, x, _, values = spread.moved(d, u, generator)
-        d, first = d[kept], first[kept]
+        d, first, u = d[kept], first[kept], u[kept]
         places = space.poses.part(values, self.asked.point)
+        if similar.offsets is not None:
+            d, places = self._offset(similar, d, u, x)
         way, offset, worst, stroke, ahead = lines_of(places)
         rank = np.where(ahead, worst / np.maximum(stroke, 1e-300), np.inf)
-        if self.asked.stroke is not None:
-            rank = rank + 0.1 * np.abs(np.log(np.maximum(stroke, 1e-300) / self.asked.stroke))
         rank[stroke < LEAST * space.size] = np.inf
+        if self.asked.stroke is not None and similar.available:
+            grown = self.asked.stroke / np.maximum(stroke, 1e-300)
+            places_of = np.flatnonzero(similar.lengths)
+            d[:, places_of] *= grown[:, None]
+            x = np.where(space.turns, x, x * grown[:, None, None])
+            offset, worst, stroke = offset * grown, worst * grown, stroke * grown
+        elif self.asked.stroke is not None:
+            rank = rank + 0.1 * np.abs(np.log(np.maximum(stroke, 1e-300) / self.asked.stroke))
+        low, high = space.box.T
+        free = d[:, : len(low)]
+        beyond = np.maximum(free - high, 0) + np.maximum(low - free, 0)
+        rank = rank + 0.1 * np.sum(beyond / space.scale, axis=1)
+        d[:, : len(low)] = np.clip(free, low, high)
         good = np.flatnonzero(np.isfinite(rank))
         for i in spread.distinct(d, good[np.argsort(rank[good], kind="stable")], count):
             own_u = first[i] + self.inputs
@@ -109,6 +129,31 @@ class Straight(Goal):
             }  # fmt: skip
             sigma = np.sign(np.array(space.poses.function(poses[0], own_u[0], d[i])[1]).ravel())
             yield Drawn(d[i], own, {}, own_u, poses, sigma, float(rank[i]))
+
+    def _offset(self, similar: Similar, d: Any, u: Any, x: Any) -> tuple[Any, Any]:
+        """Return designs with the point of the body that moves most nearly on a line.
+
+        With the foot p and the direction e of the body at the poses, Re(n (p + c e)) - k is least
+        for a unit n: c n and k are eliminated, n is an eigenvector of what is left.
+        """
+        n, k = u.shape
+        p, e = similar.at(d, u, x)
+        A = np.stack([p.real, -p.imag], axis=2)
+        B = np.stack([e.real, -e.imag, np.ones((n, k))], axis=2)
+        solved = np.linalg.solve(
+            np.einsum("nki,nkj->nij", B, B) + 1e-12 * k * np.eye(3),
+            np.einsum("nki,nkj->nij", B, A),
+        )
+        left = A - np.einsum("nki,nij->nkj", B, solved)
+        _, vectors = np.linalg.eigh(np.einsum("nki,nkj->nij", left, left))
+        normal = vectors[:, 0, 0] + 1j * vectors[:, 1, 0]
+        both = -np.einsum("nij,nj->ni", solved, vectors[:, :, 0])
+        c = (both[:, 0] + 1j * both[:, 1]) / normal
+        new = d.copy()
+        assert similar.offsets is not None
+        new[:, similar.offsets[0]], new[:, similar.offsets[1]] = c.real, c.imag
+        place = p + c[:, None] * e
+        return new, np.stack([place.real, place.imag], axis=2)
 
     def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
         start = float(drawn.u[0])
@@ -133,9 +178,10 @@ class Straight(Goal):
         way, offset = (float(design.values[self.own(word)][0]) for word in ("way", "offset"))
         along = places @ np.array([np.cos(way), np.sin(way)])
         errors = places @ np.array([-np.sin(way), np.cos(way)]) - offset
-        if (np.diff(along) < 0).any():
-            defects.append("the point does not move straight on")
         stroke = float(along[-1] - along[0])
+        back = float(np.max(np.maximum.accumulate(along) - along))
+        if back > BACK * stroke:
+            defects.append(f"the point moves back by {back:.3g} within the stroke")
         return Worth(float(np.abs(errors).max()) / stroke, errors, defects)
 
 
