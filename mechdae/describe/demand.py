@@ -7,7 +7,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.entries import check_keys, items_of, kind_of, number, rows_of, tuple_of, word_of
+from mechdae.describe.entries import (
+    check_keys,
+    items_of,
+    kind_of,
+    number,
+    rows_of,
+    tuple_of,
+    word_of,
+)
 from mechdae.describe.goals import Extreme, Goal, extreme, goal_of, listed_goals
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.problem import Problem
@@ -266,7 +274,7 @@ def _transmission(mechanism: Mechanism, entry: Mapping[str, Any], place: str) ->
             raise UnknownName("body", body, mechanism.bodies, where=f"{place}.between")
     least = number(mechanism, entry.get("min"), f"{place}.min")
     if not 0 <= least < 1.5707963:
-        raise InputError("a transmission angle lies between 0 and 90 degrees", f"{place}.min")
+        raise InputError("a transmission angle lies between 0 and 90 degrees", where=f"{place}.min")
     over = word_of(entry.get("over", "turn"), ("turn", "goal"), "word", f"{place}.over")
     return Transmission(bodies, least, over == "goal")
 

@@ -27,6 +27,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks import Sweep, Task
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
+KEYS = ("input_start", "output_start")
 TIMING = ("timing", "at", "steps", "closed", "measure")
 GOALS: dict[str, tuple[str, ...]] = {
     "path": ("point", "targets", *TIMING, "weight"),
@@ -49,7 +50,7 @@ REDUCTIONS = ("mean", "peak", "rms", "least")
 class Visits:
     """A point visits targets (k, 2) [m], or a body poses (k, 3) [m, rad].
 
-    ``timing`` is "free" (in order within a turn), "absolute" (values of the driver in
+    ``timing`` is "free" (in order within a turn), "any" (in any order), "absolute" (values of the driver in
     ``programme``) or "steps" (increments from a free start). A ``closed`` path that names its
     first target again at the end visits it once, with double weight.
     """
@@ -174,7 +175,9 @@ def goal_of(
         swing = _needed(mechanism, table, "swing", place)
         ratio = _needed(mechanism, table, "time_ratio", place)
         if not 0 < swing < 2 * math.pi or not 0.1 < ratio < 10:
-            raise InputError("a swing within a turn and a ratio of 0.1 to 10 are needed", place)
+            raise InputError(
+                "a swing within a turn and a ratio of 0.1 to 10 are needed", where=place
+            )
         return Rocker(_body(mechanism, table, place), swing, ratio)
     if kind == "straight-line":
         arc = _needed(mechanism, table, "arc", place)
@@ -240,7 +243,8 @@ def _timing(
     if len(given) > 1:
         raise InputError(f"'{given[0]}' and '{given[1]}' are given, one is needed", where=place)
     if not given or given[0] == "timing":
-        return word_of(table.get("timing", "free"), ["free"], "timing", f"{place}.timing"), ()
+        words = ["free", "any"]
+        return word_of(table.get("timing", "free"), words, "timing", f"{place}.timing"), ()
     key = given[0]
     values = numbers(mechanism, table[key], f"{place}.{key}")
     if len(values) != count:
@@ -275,7 +279,7 @@ def _function(
         # targets are values of the coordinates themselves, unless a start says otherwise
         own = tuple(
             given if key in table else points[0][k]
-            for k, (key, given) in enumerate(zip(("input_start", "output_start"), starts))
+            for k, (key, given) in enumerate(zip(KEYS, starts, strict=True))
         )
         return FunctionTargets(
             output, "", (0.0, 1.0), points, (0.0, 0.0), own[0], own[1], measure, len(points)
@@ -290,7 +294,7 @@ def _function(
     except MechdaeError as problem:
         raise problem.inside(f"{place}.function") from None
     if low == high or ends[0] == ends[1]:
-        raise InputError("the function takes the same value at both ends of its range", place)
+        raise InputError("the function takes the same value at both ends of its range", where=place)
     return found
 
 

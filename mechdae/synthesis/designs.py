@@ -54,10 +54,10 @@ def distinct(candidates: list[Candidate]) -> list[tuple[Candidate, int]]:
         value = candidate.found.objective
         if found:
             last = found[-1][0].found.objective
-            if abs(value) <= ZERO or value - last <= SAME * abs(last):
-                if not _differs(found[-1][0], candidate, value):
-                    found[-1] = (found[-1][0], found[-1][1] + 1)
-                    continue
+            near = abs(value) <= ZERO or value - last <= SAME * abs(last)
+            if near and not _differs(found[-1][0], candidate, value):
+                found[-1] = (found[-1][0], found[-1][1] + 1)
+                continue
         if len(found) == TRIES:
             break
         found.append((candidate, 1))
@@ -147,7 +147,7 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
     turned = [asked.least for asked in search.asked.transmission if not asked.poses]
     least = max(turned, default=0.0)
     angle = design.transmission
-    if search.space.single_loop and angle is not None and angle < least - 1e-4:
+    if angle is not None and angle < least - 1e-6:
         defects.append(f"the transmission angle falls to {np.degrees(angle):.4g} deg")
     for box in search.asked.boxes:
         for point in box.points:
@@ -162,8 +162,8 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
 def active(search: Search, nlp: Nlp, found: Optimum) -> dict[str, float]:
     """Return the parameters and limits that hold the design back, with their prices.
 
-    A price is the change of the objective per unit by which a limit gives way; of limits
-    without unit, per unit of the dimensionless constraint.
+    A price is the change of the objective per unit by which a limit gives way: per metre of
+    lengths and margins, per one of sines and cosines of transmission angles.
     """
     prices = {}
     unit = search.objective_unit
@@ -177,5 +177,5 @@ def active(search: Search, nlp: Nlp, found: Optimum) -> dict[str, float]:
         rows = [i for i, name in enumerate(nlp.words) if name == word]
         most = float(np.abs(found.prices[rows]).max(initial=0.0))
         if word not in SILENT and most > ACTIVE:
-            prices[word] = most * unit
+            prices[word] = most * unit / nlp.unit(word)
     return prices

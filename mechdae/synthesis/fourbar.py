@@ -41,9 +41,9 @@ class FourBarStarts:
         steps: Any,
     ) -> list[Start]:  # fmt: skip
         """Return the best mutually distant starts of a Grashof class."""
-        programme = {"absolute": self._absolute, "steps": lambda s: s, "free": lambda s: None}
+        ordered = {"absolute": self._absolute(steps), "steps": steps}
         return screened(
-            targets, generator, samples, count, kind, programme[timing](steps), timing,
+            targets, generator, samples, count, kind, ordered.get(timing), timing,
             self._fixed_frame(), self._length_limits(),
         )  # fmt: skip
 

@@ -13,6 +13,7 @@ SETTINGS: dict[str, Any] = {
     "expand": True,
     "print_time": False,
     "error_on_fail": False,
+    "show_eval_warnings": False,
     "ipopt.print_level": 0,
     "ipopt.sb": "yes",
     "ipopt.mu_strategy": "adaptive",

@@ -31,6 +31,7 @@ class Nlp:
         self._variables: dict[str, tuple[Any, Any, Any, Any]] = {}
         self._parameters: dict[str, tuple[Any, Any]] = {}
         self._constraints: list[tuple[str, Any, Any, Any]] = []
+        self._units: dict[str, float] = {}
         self.objective: Any = SX(0)
         self._rest = SX.sym("rest")
 
@@ -52,8 +53,14 @@ class Nlp:
         self._parameters[name] = (symbol, value)
         return symbol
 
-    def constrain(self, word: str, expression: Any, low: Any = 0.0, high: Any = 0.0) -> None:
-        """Add low <= expression <= high; equal to zero by default."""
+    def constrain(
+        self, word: str, expression: Any, low: Any = 0.0, high: Any = 0.0, unit: float = 1.0
+    ) -> None:
+        """Add low <= expression <= high; equal to zero by default.
+
+        ``unit`` is what a (dimensionless) one of it is in the user's unit.
+        """
+        self._units[word] = unit
         self._constraints.append((word, ca.densify(SX(expression)), low, high))
 
     # -- the whole ---------------------------------------------------------------------------
@@ -89,6 +96,10 @@ class Nlp:
     def words(self) -> list[str]:
         """The word of each row of g."""
         return [word for word, e, _, _ in self._constraints for _ in range(e.numel())]
+
+    def unit(self, word: str) -> float:
+        """Return what a one of a constraint is in the user's unit."""
+        return self._units[word]
 
     def place(self, name: str) -> slice:
         """Return where a variable lies in z."""
@@ -187,7 +198,8 @@ class Nlp:
         amounts: dict[str, float] = {}
         for word, amount in zip(self.words, missed, strict=True):
             if abs(amount) > 1e-7:
-                amounts[word] = max(amounts.get(word, 0.0), float(abs(amount)))
+                amount = float(abs(amount)) * self._units[word]
+                amounts[word] = max(amounts.get(word, 0.0), amount)
         return found, amounts
 
     def violations(self, z: Any, given: Mapping[str, Any]) -> Any:

@@ -82,7 +82,7 @@ def screened(
     programme : (k,) array or None
         Angles of the crank, or increments from a free start; None: free, in order.
     mode
-        "absolute", "steps" or "free".
+        "absolute", "steps", "free" (in order) or "any".
     frame
         Fixed pivot and ground direction, None where they are free.
     limits : (4, 2) array
@@ -98,6 +98,8 @@ def screened(
         sense[:] = 1 if programme[-1] >= programme[0] else -1
     elif mode == "steps":
         theta2 = sense[:, None] * programme + generator.uniform(0, 2 * np.pi, (count, 1))
+    elif mode == "any":
+        theta2 = generator.uniform(0, 2 * np.pi, (count, k))
     else:
         theta2 = sense[:, None] * spacings(generator, count, k, False)
     theta3, theta4 = closed_loop(r, theta2, branch)

@@ -24,6 +24,7 @@ from mechdae.describe.goals import Extreme
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Reactions, Sweep
 from mechdae.errors import InputError, UnavailableError, UnknownName
+from mechdae.synthesis.poses import parameters_of
 
 SX = ca.SX
 SMOOTH = 1e-4
@@ -62,20 +63,23 @@ class Quantity:
         drivers = [d.coordinate for d in base.all_drivers]
         if drivers != [driver]:
             raise InputError(
-                f"task '{asked.task}' is driven by {', '.join(drivers)}, not by {driver}", place
+                f"task '{asked.task}' is driven by {', '.join(drivers)}, not by {driver}",
+                where=place,
             )
         self.forces = isinstance(base, Reactions)
         self.transmission = asked.path.endswith(f"/{TRANSMISSION}")
         if asked.path in MEANS and not (isinstance(base, Reactions) and base.cycle):
             raise InputError(
-                f"'{asked.path}' belongs to reactions over a cycle", place, hint="cycle = true"
+                f"'{asked.path}' belongs to reactions over a cycle",
+                where=place,
+                hint="cycle = true",
             )
         series = is_series(asked.path) or asked.path in MEANS
         if not series or (self.transmission and self.forces):
             raise UnknownName(
                 "path of a goal", asked.path, ["points/", "bodies/", "joints/", "efforts/", *MEANS]
             )
-        measures = (*base.measures, "transmission") if self.transmission else ()
+        measures = (*(base.measures or ()), "transmission") if self.transmission else ()
         wanted = replace(
             base, derivatives=0 if self.transmission else max(2, base.derivatives),
             measures=measures,
@@ -175,8 +179,6 @@ class Quantity:
         across, dot = ca.vertsplit(outputs.expression[list(own[0].columns)])
         sine = ca.fabs(across) / ca.sqrt(across**2 + dot**2)
         scene, model = self.setting.scene, self.setting.scene.model
-        from mechdae.synthesis.poses import parameters_of
-
         d = SX.sym("d", len(self.free))
         p = parameters_of(model, self.free, d)
         old = ca.vertcat(scene.x, scene.u, model.p)

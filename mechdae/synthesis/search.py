@@ -129,7 +129,7 @@ class Search:
         used = np.array(ca.DM(ca.jacobian_sparsity(ca.vertcat(*parts), d), 1)).any(axis=0)
         named = {g.input_start for g, _ in self.asked.goals if isinstance(g, FunctionTargets)}
         named |= {g.output_start for g, _ in self.asked.goals if isinstance(g, FunctionTargets)}
-        for name, has in zip(self.space.names, used, strict=True):
+        for name, has in zip(self.space.names, np.atleast_1d(used).tolist(), strict=True):
             if not has and name not in named:
                 raise InputError(
                     f"the goal does not depend on '{name}'", where=f"free.{name}",

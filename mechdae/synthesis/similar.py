@@ -77,17 +77,13 @@ class Similar:
         )
 
     def _all(self, k: int, wanted: complex) -> bool:
-        return all(
-            abs(self._at(*sample)[0][k] - wanted) < NOTHING for sample in self._samples
-        )
+        return all(abs(self._at(*sample)[0][k] - wanted) < NOTHING for sample in self._samples)
 
     def _shift(self) -> tuple[int, int] | None:
         count = len(self.space.box)
         found = []
         for wanted in (1, 1j):
-            own = [
-                k for k in range(count) if self._all(k, wanted) and self._free_of_closure(k)
-            ]
+            own = [k for k in range(count) if self._all(k, wanted) and self._free_of_closure(k)]
             if len(own) != 1:
                 return None
             found.append(own[0])
@@ -219,7 +215,9 @@ class Similar:
             beta = (c[:, after] + 1j * c[:, after + 1]) * np.exp(-1j * angle)
             # the direction of the body at the neutral place turns with the mechanism
             new[:, self.offsets[0]], new[:, self.offsets[1]] = beta.real, beta.imag
-        poses = np.where(self.space.turns, poses + angle[:, None, None], poses * grown[:, None, None])
+        poses = np.where(
+            self.space.turns, poses + angle[:, None, None], poses * grown[:, None, None]
+        )
         places = np.einsum("nki,ni->nk", np.stack(columns, axis=2), c)
         low, high = self.space.box.T
         free = new[:, : len(low)]

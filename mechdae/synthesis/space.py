@@ -25,6 +25,8 @@ FAR = 10.0
 """The same for lengths among the unknowns, in sizes of the mechanism."""
 BRANCH = 1e-6
 """Least |determinant| of a pose relative to its columns, sin(theta4 - theta3) of a four-bar."""
+BETWEEN = 2e-3
+"""What a transmission angle may fall between nodes of a turn [rad]."""
 CLASSES = ("crank-rocker", "drag-link")
 """Grashof's classes in which the driven link turns fully."""
 
@@ -65,9 +67,7 @@ class Space:
             u = float(generator.uniform(0, 6))
 
             def parts(at: Any, x: Any = x, u: float = u) -> Any:
-                return np.concatenate(
-                    [np.array(part).ravel() for part in poses.function(x, u, at)]
-                )
+                return np.concatenate([np.array(part).ravel() for part in poses.function(x, u, at)])
 
             middle = parts(d)
             unit = max(float(np.abs(middle).max()), self.size)
@@ -160,7 +160,8 @@ class Space:
             if (self.asked.full_turn and not asked.poses) != turned:
                 continue
             k = self.dyad(asked.bodies)
-            nlp.constrain("transmission", sigma[k] * branch[k], np.sin(asked.least), np.inf)
+            least = np.sin(asked.least + (BETWEEN if turned else 0.0))
+            nlp.constrain("transmission", sigma[k] * branch[k], least, np.inf)
 
     def dyad(self, bodies: tuple[str, ...]) -> int:
         """Return the branch of the dyad that bodies belong to.
@@ -183,7 +184,7 @@ class Space:
             for point in box.points:
                 place = self.poses.part(values, point) / self.size
                 low, high = (np.array([box.x[k], box.y[k]]) / self.size for k in (0, 1))
-                nlp.constrain(f"box of {point}", place, low, high)
+                nlp.constrain(f"box of {point}", place, low, high, self.size)
 
     # -- limits of the design ------------------------------------------------------------------
 
@@ -206,7 +207,8 @@ class Space:
         """Add what the task demands of the design as a whole."""
         for ratio in self.asked.ratios:
             first, second = (self.of_name(name, d) for name in (ratio.first, ratio.second))
-            nlp.constrain("ratio", (first - ratio.most * second) / self.size, -np.inf, 0.0)
+            gap = (first - ratio.most * second) / self.size
+            nlp.constrain("ratio", gap, -np.inf, 0.0, self.size)
         for region in self.asked.regions:
             self._region(nlp, region, d)
         if not self.asked.full_turn:
@@ -226,7 +228,7 @@ class Space:
         corners = region.polygon
         for (a, b), (e, f) in zip(corners, [*corners[1:], corners[0]], strict=True):
             inside = ((e - a) * (y - b) - (f - b) * (x - a)) / np.hypot(e - a, f - b) / self.size
-            nlp.constrain(f"region of {region.point}", inside, 0.0, np.inf)
+            nlp.constrain(f"region of {region.point}", inside, 0.0, np.inf, self.size)
 
     def _grashof(self, nlp: Nlp, d: Any, kind: str) -> None:
         """Add the inequalities of Grashof's class, by which the crank turns fully."""
@@ -237,7 +239,7 @@ class Space:
         else:
             slack = [r3 + r4 - r1 - r2, r2 + r4 - r1 - r3, r2 + r3 - r1 - r4]
         margin = self.asked.margin / self.size
-        nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf)
+        nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf, self.size)
         if not self.single_loop:
             return
         turned = [asked for asked in self.asked.transmission if not asked.poses]
@@ -270,6 +272,6 @@ class Space:
             F, branch, values = self.poses.function(x[:, k], u, d)
             nlp.constrain("closure", F / self.units)
             if not self.single_loop:
-                nlp.constrain("full turn", sigma * branch, 1e-3, np.inf)
+                nlp.constrain("determinants over the turn", sigma * branch, 1e-3, np.inf)
                 self._transmission(nlp, branch, sigma, turned=True)
             self._boxes(nlp, values)

@@ -86,8 +86,8 @@ class Rocker(Goal):
         rise = ((high - low) % NODES) * TURN / NODES
         # the longer stroke is the forward one where the ratio is above one
         choices = []
-        for sense, upward in ((1, 1), (-1, 1)):
-            stroke = rise if sense * upward > 0 else TURN - rise
+        for forward in (True, False):
+            stroke = rise if forward else TURN - rise
             miss = np.abs(np.log(np.maximum(swing, 1e-9) / self.asked.swing))
             choices.append(miss + np.abs(stroke - self.stroke))
         rank = np.concatenate(choices)

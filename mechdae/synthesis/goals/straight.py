@@ -89,9 +89,7 @@ class Straight(Goal):
     def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
         space, spread = self.space, Spread(self.space)
         similar = Similar(space, self.asked.point)
-        d = spread.designs(
-            generator, SAMPLES, similar.lengths if similar.available else None
-        )
+        d = spread.designs(generator, SAMPLES, similar.lengths if similar.available else None)
         d = d[spread.turning(d, kind)]
         d = similar.neutral(d)
         first = generator.uniform(0, TURN, len(d))

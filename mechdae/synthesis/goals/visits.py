@@ -77,7 +77,7 @@ class Visits(Goal):
         sense = nlp.parameter(self.own("sense"), 1.0)
         targets = ca.reshape(nlp.parameter(self.own("targets"), self.targets), -1, k)
         steps = nlp.parameter(self.own("programme"), self.steps)
-        free = asked.timing == "free"
+        free = asked.timing in ("free", "any")
         start = nlp.variable(self.own("start"), int(asked.timing == "steps"), -WIDE, WIDE)
         own = nlp.variable(self.own("u"), k if free else 0, -WIDE, WIDE)
         x = space.pose_variables(nlp, self.own("x"), k)
@@ -93,14 +93,14 @@ class Visits(Goal):
             values = space.at(nlp, x[:, i], u[i], d, sigma)
             gap = self._gap(space.poses.part(values, asked.what), targets[:, i])
             if self.exact:
-                nlp.constrain("target", gap[:3] if asked.is_motion else gap)
+                nlp.constrain("target", gap[:3] if asked.is_motion else gap, unit=self.size)
                 if asked.is_motion:  # the same direction, not the opposite one
-                    nlp.constrain("target", gap[3], -np.inf, 1.0)
+                    nlp.constrain("target", gap[3], -np.inf, 1.0, self.size)
             elif self.minimax:
                 nlp.constrain("error", ca.sumsqr(gap) - worst * worst, -np.inf, 0.0)
             else:
                 term += float(self.weights[i]) * ca.sumsqr(gap)
-        if free:
+        if asked.timing == "free":
             gaps = [sense * (u[i + 1] - u[i]) for i in range(k - 1)]
             nlp.constrain("order", ca.vertcat(*gaps), ORDER, np.inf)
             nlp.constrain("order", sense * (u[-1] - u[0]), -np.inf, TURN - ORDER)
@@ -108,7 +108,7 @@ class Visits(Goal):
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         x = self.poses_of(values)
-        if self.asked.timing == "free":
+        if self.asked.timing in ("free", "any"):
             return np.array(values[self.own("u")]), x
         if self.asked.timing == "steps":
             start = float(values[self.own("start")][0])
@@ -139,7 +139,7 @@ class Visits(Goal):
 
     def _own(self, u: Any, sense: float) -> tuple[dict[str, Any], dict[str, Any]]:
         own: dict[str, Any] = {}
-        if self.asked.timing == "free":
+        if self.asked.timing in ("free", "any"):
             own[self.own("u")] = u
         elif self.asked.timing == "steps":
             own[self.own("start")] = u[:1] - sense * self.steps[0]
@@ -161,6 +161,8 @@ class Visits(Goal):
             u = np.broadcast_to(self.steps, (count_of, self.count))
         elif self.asked.timing == "steps":
             u = first[:, None] + sense[:, None] * self.steps
+        elif self.asked.timing == "any":
+            u = generator.uniform(0, TURN, (count_of, self.count))
         else:
             gaps = generator.dirichlet(np.ones(self.count), count_of) * TURN
             u = first[:, None] + sense[:, None] * np.cumsum(gaps, axis=1)
