@@ -50,9 +50,9 @@ REDUCTIONS = ("mean", "peak", "rms", "least")
 class Visits:
     """A point visits targets (k, 2) [m], or a body poses (k, 3) [m, rad].
 
-    ``timing`` is "free" (in order within a turn), "any" (in any order), "absolute" (values of the driver in
-    ``programme``) or "steps" (increments from a free start). A ``closed`` path that names its
-    first target again at the end visits it once, with double weight.
+    ``timing`` is "free" (in order within a turn), "any" (in any order), "absolute" (values of
+    the driver in ``programme``) or "steps" (increments from a free start). A ``closed`` path
+    that names its first target again at the end visits it once, with double weight.
     """
 
     what: str

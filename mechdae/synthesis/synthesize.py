@@ -15,6 +15,7 @@ from mechdae.synthesis.designs import FEASIBLE, Candidate, designs, distinct
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.reach import out_of_reach
 from mechdae.synthesis.search import Search
 
 Job = tuple[int, Seed]
@@ -86,6 +87,9 @@ def synthesize(
     fault = None
     if not kept:
         fault, conflicts = _fault(problems, jobs, optima, candidates, rejected)
+        proof = out_of_reach(search)
+        if proof:
+            fault, summary["status"] = f"{proof}; {fault}", "none exists"
         summary["conflicts"] = conflicts
     return Result(
         problem.name, name, task.kind, problem.mechanism, problem.title,
