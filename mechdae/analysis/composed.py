@@ -28,6 +28,8 @@ STEPS = 2
 """Newton steps of a pose: derivatives up to the second are exact."""
 FAR = 5
 """The same from a guess that belongs to other parameters."""
+SMOOTH_STEPS = 3
+"""Steps for the sizes of friction where they are optimised: a sweep judges the result."""
 INPUT = "input"
 """The power of all drivers."""
 FORCES = ("reaction", "reaction_uncoupled", "loss", "loss_uncoupled", "normal")
@@ -161,7 +163,11 @@ class Composed:
         free = balance.report(friction=False).call([*inputs, balance.solve.call(inputs)[0]])
         if self.statics.task.friction != "coupled" or not self.statics.frictional:
             return free, free
-        if self.apart or self.smooth:
+        if self.smooth:
+            law = balance.solve.call(inputs)[0]
+            sizes = balance.refined(SMOOTH_STEPS).call([*inputs, law])[0]
+            return balance.report().call([*inputs, sizes]), free
+        if self.apart:
             _, sizes, misses, _ = balance.solve.call(inputs)
             for miss in ca.vertsplit(misses):
                 self.miss = ca.fmax(self.miss, miss)

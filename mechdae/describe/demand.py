@@ -254,6 +254,8 @@ def _constraints(
                 raise UnknownName(
                     "coordinate", str(entry["coordinate"]), [driver], where=f"{place}.coordinate"
                 )
+            if not coordinate(mechanism, driver).is_angle:
+                raise InputError(f"{driver} is no angle, it makes no turns", where=place)
             margin = number(mechanism, entry.get("margin", 1e-6), f"{place}.margin")
             found |= {"full_turn": True, "margin": margin}
         elif kind == "transmission-angle":

@@ -101,14 +101,13 @@ def _judged(
     given = {"choice": np.zeros(0), **candidate.given}
     values = nlp.read(found.z)
     u, x = search.lead.programme(values, given)
-    design = Design(search.problem, search.space, values, given, float(u[0]), x[0])
+    design = Design(search.problem, search.space, values, given, np.asarray(u), x[0])
     worths = [goal.worth(design) for goal in search.goals]
     defects = [text for worth in worths for text in worth.defects]
     for limit in search.limits:
         defects += limit.worth(design).defects
-    if search.asked.full_turn:
-        defects += design.turn[1]
-        defects += _missed_limits(search, design)
+    defects += design.turn[1]
+    defects += _missed_limits(search, design)
     objective = search.objective([worth.value for worth in worths])
     claimed = search.claimed(found.objective)
     share, least = (FINER, 1e-5) if search.between_nodes else (AGREES, 1e-9)
@@ -145,6 +144,7 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
         return []
     defects = []
     turned = [asked.least for asked in search.asked.transmission if not asked.poses]
+    turned = turned if search.asked.full_turn else []
     least = max(turned, default=0.0)
     angle = design.transmission
     if angle is not None and angle < least - 1e-6:

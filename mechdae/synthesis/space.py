@@ -21,7 +21,7 @@ SX = ca.SX
 TURN = 2 * np.pi
 WIDE = 40.0
 """Bound of angles [rad]: they are unwrapped, and nothing may run away."""
-FAR = 10.0
+FAR = 100.0
 """The same for lengths among the unknowns, in sizes of the mechanism."""
 BRANCH = 1e-6
 """Least |determinant| of a pose relative to its columns, sin(theta4 - theta3) of a four-bar."""

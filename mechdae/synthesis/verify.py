@@ -33,17 +33,22 @@ class Design:
     ----------
     values, given
         Variables and parameters of the NLP by name.
-    u, x
-        The driver's value and the unknowns at the first pose of the first goal, where the
-        mechanism is sketched: everything is swept from there.
+    at, x
+        The driver's values at the poses of the first goal, and the unknowns at its first pose,
+        where the mechanism is sketched: everything is swept from there.
     """
 
     problem: Problem
     space: Space
     values: Mapping[str, Any]
     given: Mapping[str, Any]
-    u: float
+    at: Any
     x: Any
+
+    @property
+    def u(self) -> float:
+        """The driver's value at the first pose."""
+        return float(self.at[0])
 
     @cached_property
     def d(self) -> Any:
@@ -104,26 +109,30 @@ class Design:
 
     @cached_property
     def turn(self) -> tuple[Result | None, list[str]]:
-        """A whole turn of the driver on a fine grid."""
+        """A whole turn of the driver on a fine grid, or what the first goal needs of it."""
         asked = self.space.asked
+        ends = (float(self.u), float(self.u + 2 * np.pi))
+        if not asked.full_turn:
+            ends = (float(np.min(self.at)), float(np.max(self.at)))
         points = tuple({point: None for box in asked.boxes for point in box.points})
         task = Sweep(
-            Driver(self.driver, from_=float(self.u), to=float(self.u + 2 * np.pi)),
+            Driver(self.driver, from_=ends[0], to=ends[1]),
             poses=POSES, outputs=tuple(points) or None, derivatives=2, measures=("transmission",),
         )  # fmt: skip
         try:
             found = sweep(self.as_problem({"turn": task}), "turn", task)
         except MechdaeError as error:
-            return None, [f"does not turn: {error.what}"]
+            return None, [f"does not move over its range: {error.what}"]
         lost = [word for word in found.status if str(word) not in ("ok", "limit")]
-        if lost or found.summary.get("limits"):
-            return found, ["the input does not turn fully on one circuit"]
+        if lost or (asked.full_turn and found.summary.get("limits")):
+            word = "turn fully" if asked.full_turn else "run over its range"
+            return found, [f"the input does not {word} on one circuit"]
         return found, []
 
     @cached_property
     def transmission(self) -> float | None:
-        """The least transmission angle over a turn [rad], where the driver makes one."""
-        if not self.space.asked.full_turn or self.turn[0] is None:
+        """The least transmission angle over that range [rad], where there are dyads."""
+        if self.turn[0] is None:
             return None
         angles = [e["min"] for e in self.turn[0].summary.get("transmission", {}).values()]
         return float(min(angles)) if angles else None

@@ -55,8 +55,8 @@ class Visits(Goal):
 
     def asks(self, model: Model) -> Mapping[str, Any]:
         if self.asked.is_motion:
-            frame = model.frame(self.asked.what)
-            return {self.asked.what: ca.vertcat(frame.r, frame.angle)}
+            angle = model.frame(self.asked.what).angle
+            return {self.asked.what: ca.vertcat(model.origin(self.asked.what), angle)}
         return {self.asked.what: model.point(self.asked.what)}
 
     def _gap(self, place: Any, target: Any) -> Any:
@@ -108,8 +108,11 @@ class Visits(Goal):
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         x = self.poses_of(values)
-        if self.asked.timing in ("free", "any"):
+        if self.asked.timing == "free":
             return np.array(values[self.own("u")]), x
+        if self.asked.timing == "any":
+            own = np.array(values[self.own("u")])
+            return (wound(own) if self.space.loop is not None else own), x
         if self.asked.timing == "steps":
             start = float(values[self.own("start")][0])
             return start + given[self.own("sense")] * self.steps, x
@@ -239,3 +242,12 @@ class Visits(Goal):
         if (gaps <= 0).any() or whole >= TURN:
             return ["the targets are not visited in order within a turn"]
         return []
+
+
+def wound(u: Any) -> Any:
+    """Return angles of a driver brought together on the shortest arc, whole turns left out."""
+    turned = np.mod(u, TURN)
+    order = np.sort(turned)
+    gaps = np.diff(np.append(order, order[0] + TURN))
+    first = order[(int(np.argmax(gaps)) + 1) % len(order)]
+    return first + np.mod(turned - first, TURN)
