@@ -101,7 +101,7 @@ def _judged(
     given = {"choice": np.zeros(0), **candidate.given}
     values = nlp.read(found.z)
     u, x = search.lead.programme(values, given)
-    design = Design(search.problem, search.space, values, given, np.asarray(u), x[0])
+    design = Design(search.problem, search.space, values, given, np.asarray(u), x[0], search.around)
     worths = [goal.worth(design) for goal in search.goals]
     defects = [text for worth in worths for text in worth.defects]
     for limit in search.limits:

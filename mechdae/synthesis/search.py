@@ -239,6 +239,13 @@ class Search:
             yield Seed(values, given, drawn.residual)
 
     @property
+    def around(self) -> bool:
+        """Whether the first goal's poses may be reached in any order, either way round."""
+        lead = self.lead
+        loop = self.space.loop is not None
+        return loop and isinstance(lead, VisitsGoal) and lead.asked.timing == "any"
+
+    @property
     def is_angle(self) -> bool:
         """Whether the driver turns."""
         return coordinate(self.problem.mechanism, self.asked.driver).is_angle

@@ -23,6 +23,7 @@ from mechdae.synthesis.space import Space
 SX = ca.SX
 POSES = 721
 """Poses of a sweep over a turn."""
+TURN = 2 * np.pi
 
 
 @dataclass
@@ -36,6 +37,8 @@ class Design:
     at, x
         The driver's values at the poses of the first goal, and the unknowns at its first pose,
         where the mechanism is sketched: everything is swept from there.
+    around
+        Whether those poses may be reached in any order, either way round.
     """
 
     problem: Problem
@@ -44,6 +47,7 @@ class Design:
     given: Mapping[str, Any]
     at: Any
     x: Any
+    around: bool = False
 
     @property
     def u(self) -> float:
@@ -110,14 +114,32 @@ class Design:
     @cached_property
     def turn(self) -> tuple[Result | None, list[str]]:
         """A whole turn of the driver on a fine grid, or what the first goal needs of it."""
+        if self.space.asked.full_turn:
+            return self._ranged(self.u, self.u + TURN)
+        found: tuple[Result | None, list[str]] = (None, [])
+        for low, high in self._arcs():
+            found = self._ranged(low, high)
+            if not found[1]:
+                break
+        return found
+
+    def _arcs(self) -> list[tuple[float, float]]:
+        """Return the ranges that hold all poses, of poses in any order the shortest one first."""
+        if not self.around:
+            return [(float(np.min(self.at)), float(np.max(self.at)))]
+        turned = np.sort(np.mod(self.at, TURN))
+        arcs = [
+            (float(turned[k]), float(turned[k - 1] + (TURN if k else 0)))
+            for k in range(len(turned))
+        ]
+        return sorted(arcs, key=lambda arc: arc[1] - arc[0])
+
+    def _ranged(self, low: float, high: float) -> tuple[Result | None, list[str]]:
         asked = self.space.asked
-        ends = (float(self.u), float(self.u + 2 * np.pi))
-        if not asked.full_turn:
-            ends = (float(np.min(self.at)), float(np.max(self.at)))
         points = tuple({point: None for box in asked.boxes for point in box.points})
         task = Sweep(
-            Driver(self.driver, from_=ends[0], to=ends[1]),
-            poses=POSES, outputs=tuple(points) or None, derivatives=2, measures=("transmission",),
+            Driver(self.driver, from_=low, to=high), poses=POSES, outputs=tuple(points) or None,
+            derivatives=2, measures=("transmission",),
         )  # fmt: skip
         try:
             found = sweep(self.as_problem({"turn": task}), "turn", task)
