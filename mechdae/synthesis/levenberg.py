@@ -173,7 +173,8 @@ def descend(
 ) -> tuple[Any, Any, Any, int]:
     """Return points (n, q), (n, k) after Levenberg-Marquardt, which are solved, and the work.
 
-    Damping follows Nielsen: down with the gain of a step, up twice as fast at each failure.
+    Damping follows Nielsen: down with the gain of a step, up twice as fast at each failure; the
+    scales of the unknowns are the largest columns met so far (More).
     Starts leave the batch when they are solved, run away, are stuck or hardly move.
     """
     x, t = np.array(x, float), np.array(t, float)
@@ -181,12 +182,12 @@ def descend(
     left = np.arange(len(x))
     damping, growth = np.full(len(x), 0.1), np.full(len(x), 2.0)
     F, J, own = rows(x, t)
-    f = _squares(F)
-    before = f.copy()
+    f, before = _squares(F), _squares(F)
+    scale, scale_own = _scales(J, own)
     work = 0
     for iteration in range(1, iterations + 1):
         work += len(x)
-        dx, dt, expected = _step(F, J, own, damping)
+        dx, dt, expected = _step(F, J, own, scale, scale_own, damping)
         nx, nt = x + dx, t + dt
         nF, nJ, own_next = rows(nx, nt)
         nf = _squares(nF)
@@ -199,6 +200,7 @@ def descend(
         F[better], J[better] = nF[better], nJ[better]
         if own is not None:
             own[better] = own_next[better]
+        scale, scale_own = _larger(scale, scale_own, *_scales(J, own))
         if iteration % LOOK and iteration < iterations:
             continue
         done = f < SOLVED
@@ -211,9 +213,9 @@ def descend(
         if not keep.any():
             break
         left, x, t, f, before = left[keep], x[keep], t[keep], f[keep], before[keep]
-        damping, growth, F, J = damping[keep], growth[keep], F[keep], J[keep]
+        damping, growth, F, J, scale = damping[keep], growth[keep], F[keep], J[keep], scale[keep]
         if own is not None:
-            own = own[keep]
+            own, scale_own = own[keep], scale_own[keep]
     return ends_x, ends_t, solved, work
 
 
@@ -222,24 +224,34 @@ def _squares(F: Any) -> Any:
     return np.where(np.isfinite(f), f, np.inf)
 
 
-def _step(F: Any, J: Any, own: Any, damping: Any) -> tuple[Any, Any, Any]:
+def _larger(one: Any, own: Any, other: Any, other_own: Any) -> tuple[Any, Any]:
+    return np.maximum(one, other), None if own is None else np.maximum(own, other_own)
+
+
+def _scales(J: Any, own: Any) -> tuple[Any, Any]:
+    """Return squares of the columns of x (n, q) and of t (n, k)."""
+    squares = np.einsum("nkeq,nkeq->nq", J, J)
+    return np.maximum(squares, 1e-12), None if own is None else np.einsum("nke,nke->nk", own, own)
+
+
+def _step(
+    F: Any, J: Any, own: Any, scale: Any, scale_own: Any, damping: Any
+) -> tuple[Any, Any, Any]:
     """Return the damped steps of x and t and the decrease that the linear model expects."""
     n, k, e, q = J.shape
     flat = J.reshape(n, k * e, q)
     turned = flat.transpose(0, 2, 1)
     H = turned @ flat
     g = (turned @ F.reshape(n, k * e, 1))[:, :, 0]
-    scale = np.maximum(np.einsum("nqq->nq", H), 1e-12)
+    right = g
     if own is not None:
-        weight = np.einsum("nke,nke->nk", own, own)
+        square = np.einsum("nke,nke->nk", own, own)
         slope = np.einsum("nke,nke->nk", own, F)
         cross = (own[:, :, None, :] @ J)[:, :, 0, :]
-        damped = weight * (1 + damping[:, None]) + 1e-300
+        damped = square + damping[:, None] * scale_own + 1e-300
         share = cross / damped[:, :, None]
         H = H - cross.transpose(0, 2, 1) @ share
         right = g - np.einsum("nkq,nk->nq", share, slope)
-    else:
-        right = g
     at = np.arange(q)
     H[:, at, at] += damping[:, None] * scale + 1e-14
     dx = -np.linalg.solve(H, right[:, :, None])[:, :, 0]
@@ -247,8 +259,8 @@ def _step(F: Any, J: Any, own: Any, damping: Any) -> tuple[Any, Any, Any]:
     if own is None:
         return dx, np.zeros((n, 0)), expected
     dt = -(slope + np.einsum("nkq,nq->nk", cross, dx)) / damped
-    expected += damping * np.einsum("nk,nk->n", dt * weight, dt) - np.einsum("nk,nk->n", dt, slope)
-    return dx, dt, expected
+    expected += damping * np.einsum("nk,nk->n", dt * scale_own, dt)
+    return dx, dt, expected - np.einsum("nk,nk->n", dt, slope)
 
 
 def polished(rows: Callable[[Any, Any], Rows], x: Any, t: Any) -> tuple[Any, Any, float, bool]:
