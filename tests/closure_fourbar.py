@@ -269,9 +269,9 @@ def lowest(linkage, signs, low, high):
     least = float(heights.min())
     for dyad, h in enumerate(heights):
         inner = np.flatnonzero((h[1:-1] <= h[:-2]) & (h[1:-1] <= h[2:])) + 1
-        for i in inner[np.argsort(h[inner])[:4]]:
+        for i in inner[np.argsort(h[inner])[:2]]:
             a, b = nodes[i - 1], nodes[i + 1]
-            for _ in range(80):
+            for _ in range(60):
                 c, d = a + (b - a) / 3, b - (b - a) / 3
                 hc, hd = linkage.moved(np.array([c, d]), signs)[1][dyad]
                 a, b = (a, d) if hc < hd else (c, b)

@@ -207,7 +207,7 @@ def test_the_one_viable_nine_point_four_bar(nine) -> None:
 
 def test_faults_agree_with_an_independent_closure(nine) -> None:
     case, seen = CASES["WMS3_ninepoint"], set()
-    for design in nine.designs[:12]:
+    for design in nine.designs[:10]:
         for one in variants(design):
             for full_turn in (True, False):
                 verdict = closure.judged(
@@ -240,7 +240,7 @@ def test_a_planted_four_bar_with_given_dimensions_is_found(given) -> None:
         "along": 1.2, "across": 0.9,
     }  # fmt: skip
     found = exact_path(
-        np.stack([P.real, P.imag], 1), {name: values[name] for name in given}, starts=3000
+        np.stack([P.real, P.imag], 1), {name: values[name] for name in given}, starts=1500
     )
     gaps = [
         max(

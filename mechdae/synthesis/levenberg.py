@@ -27,6 +27,8 @@ SOLVED = 1e-22
 """Sum of squares at which a start is at a solution, of a system scaled to one."""
 FAR = 1e5
 """Unknowns beyond this run to infinity."""
+BEYOND = 1e300
+"""Sum of squares of a point at which there are no rows."""
 LOOK, PATIENCE = 10, 40
 """Iterations between two looks at what is done, and at what hardly moves."""
 SAME = 1e-6
@@ -192,7 +194,7 @@ def descend(
         nF, nJ, own_next = rows(nx, nt)
         nf = _squares(nF)
         better = nf < f
-        gain = (f - nf) / np.maximum(expected, 1e-300)
+        gain = np.where(better, f - nf, 0.0) / np.maximum(expected, 1e-30 * f + 1e-300)
         lower = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0, 2) - 1) ** 3)
         damping = np.clip(np.where(better, damping * lower, damping * growth), 1e-12, 1e12)
         growth = np.where(better, 2.0, 2 * growth)
@@ -221,7 +223,7 @@ def descend(
 
 def _squares(F: Any) -> Any:
     f = np.einsum("nke,nke->n", F, F)
-    return np.where(np.isfinite(f), f, np.inf)
+    return np.where(np.isfinite(f), f, BEYOND)
 
 
 def _larger(one: Any, own: Any, other: Any, other_own: Any) -> tuple[Any, Any]:
