@@ -5,7 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from closure_fourbar import StephensonThree, function_error
+from closure_fourbar import FourBar, StephensonThree, function_error, judged
 from synthesis_cases import cases, four_bar, solved, verdict_of
 
 import mechdae as md
@@ -167,10 +167,75 @@ def test_function_generation_by_a_six_bar():
     assert min(errors) == pytest.approx(best["objective"], rel=1e-6, abs=1e-12)
 
 
-@pytest.mark.parametrize("name", ["fg4-sin-0-90-90-90", "fg4-sq-0-90deg"])
+FUNCTIONS = {
+    "fg4-log10-1-2-60-90": (lambda x: np.log10(1 + x) / np.log10(2), 60, 90),
+    "fg4-sin-0-90-90-90": (lambda x: np.sin(np.pi / 2 * x), 90, 90),
+    "fg4-sq-0-90deg": (lambda x: x**2, 90, 90),
+    "fg4-exp-0-1-90-90": (lambda x: (np.exp(x) - 1) / (np.e - 1), 90, 90),
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_function_generation_by_a_four_bar(name):
     best = solved(name).data["designs"][0]
-    assert np.degrees(best["objective"]) <= cases()[name]["bar"]["max_err_deg"]
+    p = best["parameters"]
+    shape, turned, swung = FUNCTIONS[name]
+    x = np.linspace(0, 1, 721)
+    linkage = FourBar((1.0, p["a"], p["b"], p["c"]))
+    errors = [
+        function_error(
+            linkage, p["phi0"], p["psi0"], sense, x, shape(x), np.radians([turned, swung])
+        )
+        for sense in (1, -1)
+    ]
+    error, verdict = min(errors, key=lambda pair: pair[0])
+    assert verdict.defects == ()
+    assert np.degrees(error) <= cases()[name]["bar"]["max_err_deg"]
+    assert error == pytest.approx(best["objective"], rel=1e-6)
+
+
+# -- all solutions ---------------------------------------------------------------------------------
+
+
+def test_all_fifteen_four_bars_through_five_points():
+    case = cases()["mw7-fivepoint-fixed-pivots"]
+    result = solved("mw7-fivepoint-fixed-pivots")
+    designs = result.data["designs"]
+    assert result.summary["solutions"] == len(designs) == case["bar"]["distinct_real"]
+    targets = np.array(case["targets"])
+    lengths = set()
+    for design in designs:
+        p = design["parameters"]
+        linkage = FourBar((1.0, p["r2"], p["r3"], p["r4"]), complex(p["r_cx"], p["r_cy"]))
+        verdict = judged(linkage, design["at"], targets, full_turn=False, ordered=False)
+        nearest = [
+            min(
+                abs(complex(*target) - linkage.moved(np.array([u]), (sign,))[0]["point"][0])
+                for sign in (1, -1)
+            )
+            for u, target in zip(design["at"], targets, strict=True)
+        ]
+        assert max(nearest) < 1e-8
+        assert bool(verdict.defects) == bool(design["defects"])
+        lengths.add(tuple(round(p[n], 5) for n in ("r2", "r3", "r4")))
+    assert len(lengths) == 15
+    assert [bool(design["defects"]) for design in designs] == [False] + [True] * 14
+
+
+def test_five_poses_have_four_dyads():
+    case = cases()["burmester5-public"]
+    result = solved("burmester5-public")
+    known = np.array(case["dyads_G_w_L"])
+    found = set()
+    for design in result.data["designs"]:
+        p = design["parameters"]
+        for names in (("ax", "ay", "ux", "uy", "la"), ("bx", "by", "vx", "vy", "lb")):
+            dyad = np.array([p[n] for n in names])
+            gaps = np.abs(known - dyad).max(axis=1) / np.abs(known).max(axis=1)
+            assert gaps.min() < 1e-5
+            found.add(int(gaps.argmin()))
+    assert found == {0, 1, 2, 3}
+    assert not result.data["designs"][0]["defects"]
 
 
 def test_the_gear_ratio_of_a_five_bar_is_found():

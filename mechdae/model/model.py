@@ -168,16 +168,17 @@ class Model:
         """
         if f"{body}.center.x" in self.numbers:
             return self.local(f"{body}.center")
-        return self._origin(body)
+        return self.local_origin(body)
 
-    def _origin(self, body: str) -> Any:
+    def local_origin(self, body: str) -> Any:
+        """Return the origin of a body in its frame, from its anchor."""
         anchor = self.anchor(body)
         axes = "xyz"[: self.mechanism.dimension]
         return ca.vertcat(*[-self.numbers[f"{body}.{anchor}.{a}"] if anchor else 0 for a in axes])
 
     def origin(self, body: str) -> Any:
         """Return the place of a body's origin, where its points' coordinates are zero."""
-        return self.frame(body).point(self._origin(body))
+        return self.frame(body).point(self.local_origin(body))
 
     def point(self, reference: str) -> Any:
         """Return the place of ``body.point`` in the fixed frame."""

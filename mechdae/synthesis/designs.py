@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.describe.tasks import Driver, Sweep
 from mechdae.describe.writing import dumps
+from mechdae.synthesis.goals.visits import Visits
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.search import Search
@@ -22,7 +23,7 @@ SAME = 1e-5
 MOST = 5
 """Designs that are reported."""
 TRIES = 20
-"""Distinct optima that are looked at for them."""
+"""Distinct optima that are looked at for them, where not all solutions are sought."""
 WORTH = 3.0
 """Designs whose objective is this many times the best one are not reported."""
 ACTIVE = 1e-6
@@ -58,8 +59,6 @@ def distinct(candidates: list[Candidate]) -> list[tuple[Candidate, int]]:
             if near and not _differs(found[-1][0], candidate, value):
                 found[-1] = (found[-1][0], found[-1][1] + 1)
                 continue
-        if len(found) == TRIES:
-            break
         found.append((candidate, 1))
     return found
 
@@ -77,9 +76,14 @@ def designs(
     """Return the designs that hold in their sweeps, and those that do not with the reasons."""
     kept: list[dict[str, Any]] = []
     rejected: list[dict[str, Any]] = []
-    for candidate, hits in found:
-        worse = kept and candidate.found.objective > WORTH * max(kept[0]["term"], ZERO)
-        if len(kept) == MOST or (worse and kept[0]["term"] > 0):
+    most = MOST if search.all_solutions is None else len(found)
+    for candidate, hits in found if search.all_solutions is not None else found[:TRIES]:
+        worse = (
+            search.all_solutions is None
+            and kept
+            and candidate.found.objective > WORTH * max(kept[0]["term"], ZERO)
+        )
+        if len(kept) == most or (worse and kept[0]["term"] > 0):
             break
         nlp = problems[candidate.kind]
         if not kept or len(kept) < 2:
@@ -90,8 +94,35 @@ def designs(
         (rejected if judged.get("reasons") else kept).append(judged)
     for design in kept:
         del design["term"]
-    kept.sort(key=lambda design: design["objective"] * search.sense)
+    kept.sort(key=lambda design: (bool(design["defects"]), design["objective"] * search.sense))
     return kept, rejected
+
+
+def defective(search: Search) -> list[dict[str, Any]]:
+    """Return the solutions of an exact goal that do not move through their targets, and why."""
+    lead = search.lead
+    found = []
+    for drawn, faults in (lead.defective or []) if isinstance(lead, Visits) else []:
+        free = len(search.space.box)
+        values = {"d": drawn.d[:free]}
+        given = {"choice": drawn.d[free:]}
+        design = Design(search.problem, search.space, values, given, drawn.u, drawn.x[0])
+        task = Sweep(Driver(search.asked.driver, at=(float(drawn.u[0]),)))
+        found.append(
+            {
+                "objective": 0.0,
+                "parameters": design.parameters,
+                "errors": [0.0] * len(drawn.u),
+                "at": np.asarray(drawn.u).tolist(),
+                "defects": list(faults),
+                "transmission_angle_min": None,
+                "active": {},
+                "class": "any",
+                "hits": 1,
+                "problem": dumps(design.as_problem({**design.others, "path": task})),
+            }
+        )
+    return found
 
 
 def _judged(
@@ -114,18 +145,18 @@ def _judged(
     if not abs(objective - claimed) <= share * abs(claimed) + least * search.objective_unit:
         defects.append(f"the sweep gives {objective:.6g}, not {claimed:.6g}")
     defects = list(dict.fromkeys(defects))
-    if defects:
+    if defects and search.all_solutions is None:
         return {"objective": claimed, "reasons": defects}
     last = u[0] + 2 * np.pi if search.asked.full_turn else u[-1]
     task = Sweep(Driver(search.asked.driver, from_=float(u[0]), to=float(last)))
     lead = worths[search.goals.index(search.lead)]
     result = {
         "term": found.objective,
-        "objective": objective,
+        "objective": objective if np.isfinite(objective) else claimed,
         "parameters": design.parameters,
         "errors": np.asarray(lead.errors).tolist(),
         "at": np.asarray(u).tolist(),
-        "defects": [],
+        "defects": defects,
         "transmission_angle_min": design.transmission,
         "active": active(search, nlp, found),
         "class": search.kinds[candidate.kind] or "any",

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.synthesis.projection import Start, screened
+from mechdae.synthesis.projection import Start, closed_loop, screened
 from mechdae.synthesis.space import Space
 
 SX = ca.SX
@@ -24,7 +24,7 @@ class FourBarStarts:
     space
         With a four-bar next to the driver.
     point
-        ``body.point`` that visits the targets.
+        ``body.point`` that visits the targets, or the body that takes poses.
     """
 
     def __init__(self, space: Space, point: str) -> None:
@@ -49,7 +49,10 @@ class FourBarStarts:
 
     def posed(self, start: Start) -> tuple[Any, Any, Any, Any]:
         """Return the parameters of a start, its driver values, unknowns (k, nx) and branch."""
-        d = self._fitted(start)
+        return self.placed(start, self._fitted(start))
+
+    def placed(self, start: Start, d: Any) -> tuple[Any, Any, Any, Any]:
+        """Return given parameters with the driver values, unknowns and branch of a start."""
         crank, coupler, rocker, _ = np.array(self._angles(d)).ravel()
         absolute = {
             self.loop.coupler: start.couplers + start.turn - coupler,
@@ -62,6 +65,37 @@ class FourBarStarts:
         ]
         return d, u, x, np.sign(np.mean(branches, axis=0))
 
+    def ground(self) -> float:
+        """Return the length of the ground line at the values of the file."""
+        return float(np.array(self._geometry(self.space.middle)[0]).ravel()[0])
+
+    def limits(self) -> Any:
+        """Return bounds (4, 2) of ground, crank, coupler, rocker."""
+        return self._length_limits()
+
+    def with_lengths(self, lengths: Any) -> Any:
+        """Return the parameters of the file with other lengths."""
+        value = np.array(self._geometry(self.space.middle)[0]).ravel()
+        turn = float(np.arctan2(value[7], value[6]))
+        point = complex(value[8], value[9])
+        nothing = np.zeros(0)
+        start = Start(
+            lengths, complex(value[4], value[5]), turn, point, nothing, nothing, nothing, 1, 1, 0.0
+        )
+        return self._fitted(start)
+
+    def closed(self, start: Any, turns: Any) -> Start:
+        """Return the poses of a four-bar of given lengths at angles of its crank."""
+        value = np.array(self._geometry(self.space.middle)[0]).ravel()
+        turn = float(np.arctan2(value[7], value[6]))
+        r = start.lengths
+        ratios = np.array([[r[0] / r[1], r[2] / r[1], r[3] / r[1]]])
+        couplers, rockers = closed_loop(ratios, turns[None, :], np.array([start.branch]))
+        return Start(
+            r, complex(value[4], value[5]), turn, 0j, turns, couplers[0], rockers[0],
+            start.branch, start.sense, start.residual,
+        )  # fmt: skip
+
     # -- geometry ------------------------------------------------------------------------------
 
     @cached_property
@@ -73,6 +107,9 @@ class FourBarStarts:
             loop.lengths, loop.pivot, size * ca.cos(loop.turn), size * ca.sin(loop.turn),
             loop.point(self.space.poses.scene, self.point),
         )  # fmt: skip
+        if "." not in self.point:  # the direction of A-B in a plane whose turn is asked for
+            frame = loop.offsets[loop.coupler]
+            stacked = ca.vertcat(stacked, size * ca.cos(frame), size * ca.sin(frame))
         stacked = self.space.over_free(stacked, d)
         return ca.Function("geometry", [d], [stacked, ca.jacobian(stacked, d)])
 
@@ -113,6 +150,13 @@ class FourBarStarts:
 
     def _fitted(self, start: Start, steps: int = 12) -> Any:
         """Return the free parameters that make the four-bar of a start, as nearly as they can."""
+        return self.fitted(start, 0.0, steps)[0]
+
+    def fitted(self, start: Start, frame: float, steps: int = 30) -> tuple[Any, float]:
+        """Return the free parameters of a start, and by how much they miss it [m].
+
+        `frame` is the direction of A-B in the plane that takes poses.
+        """
         size = self.space.size
         wanted = np.concatenate(
             [
@@ -121,13 +165,30 @@ class FourBarStarts:
                 [start.point.real, start.point.imag],
             ]
         )  # fmt: skip
+        if "." not in self.point:
+            wanted = np.append(wanted, size * np.array([np.cos(frame), np.sin(frame)]))
         low, high = self.space.box.T
+        n = len(low)
         d = self.space.middle
         best, least = d, np.inf
         for _ in range(steps):
             g, slope = (np.array(part) for part in self._geometry(d))
             left = g.ravel() - wanted
             if float(left @ left) < least:
-                best, least = d, float(left @ left)
-            d = np.clip(d - np.linalg.lstsq(slope, left, rcond=1e-12)[0], low, high)
-        return best
+                best, least = d.copy(), float(left @ left)
+            move = np.linalg.lstsq(slope[:, :n], left, rcond=1e-12)[0]
+            d = np.concatenate([np.clip(d[:n] - move, low, high), d[n:]])
+        return best, float(np.sqrt(least))
+
+    def given(self) -> dict[str, float]:
+        """Return the dimensions that no free parameter moves, as `exact.exact_path` calls them."""
+        value, slope = (np.array(part) for part in self._geometry(self.space.middle))
+        fixed = np.abs(slope).max(axis=1, initial=0.0) == 0.0
+        v = value.ravel()
+        words = ("ground", "crank", "coupler", "rocker", "pivot_x", "pivot_y")
+        found = {word: float(v[i]) for i, word in enumerate(words) if fixed[i]}
+        if fixed[6] and fixed[7]:
+            found["turn"] = float(np.arctan2(v[7], v[6]))
+        return found | {
+            w: float(v[8 + i]) for i, w in enumerate(("along", "across")) if fixed[8 + i]
+        }

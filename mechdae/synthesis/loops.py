@@ -44,9 +44,11 @@ class FourBar:
     offsets: dict[str, Any]
 
     def point(self, scene: Scene, reference: str) -> Any:
-        """Return a coupler point along and across the line A-B, (2,)."""
+        """Return a coupler point, or the origin of the coupler, along and across A-B, (2,)."""
         body = reference.split(".")[0]
-        gap = scene.model.local(reference) - scene.model.local(self._pin)
+        model = scene.model
+        place = model.local(reference) if "." in reference else model.local_origin(body)
+        gap = place - model.local(self._pin)
         a = self.offsets[body]
         return ca.vertcat(
             ca.cos(a) * gap[0] + ca.sin(a) * gap[1], ca.cos(a) * gap[1] - ca.sin(a) * gap[0]

@@ -239,6 +239,14 @@ class Search:
             yield Seed(values, given, drawn.residual)
 
     @property
+    def all_solutions(self) -> int | None:
+        """How many solutions an exact goal has within the bounds; None where none are counted."""
+        lead = self.lead
+        if not isinstance(lead, VisitsGoal) or lead.defective is None:
+            return None
+        return len(lead.defective) + lead.sound
+
+    @property
     def around(self) -> bool:
         """Whether the first goal's poses may be reached in any order, either way round."""
         lead = self.lead

@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Synthesis
 from mechdae.results import Result
-from mechdae.synthesis.designs import FEASIBLE, Candidate, designs, distinct
+from mechdae.synthesis.designs import FEASIBLE, Candidate, defective, designs, distinct
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
@@ -67,14 +67,16 @@ def synthesize(
     solved = time.process_time() - began - built - drawn
     several = distinct(candidates)
     kept, rejected = designs(search, problems, several)
+    kept += defective(search)
+    sound = sum(not each["defects"] for each in kept)
     statuses = [found.status for found in optima]
     summary: dict[str, Any] = {
         "starts": len(jobs),
         "converged": len(candidates),
         "distinct": len(several),
-        "hits_of_best": kept[0]["hits"] if kept else 0,
+        "hits_of_best": kept[0]["hits"] if sound else 0,
         "seed": seed,
-        "status": "found" if kept else "none found",
+        "status": "found" if sound else "none found",
         "rejected": rejected,
         "ipopt": {word: statuses.count(word) for word in dict.fromkeys(statuses)},
         "iterations": sum(found.iterations for found in optima),
@@ -84,8 +86,10 @@ def synthesize(
             "whole": time.process_time() - began,
         },
     }  # fmt: skip
+    if search.all_solutions is not None:
+        summary["solutions"] = search.all_solutions
     fault = None
-    if not kept:
+    if not sound:
         fault, conflicts = _fault(problems, jobs, optima, candidates, rejected)
         proof = out_of_reach(search)
         if proof:
@@ -93,7 +97,8 @@ def synthesize(
         summary["conflicts"] = conflicts
     return Result(
         problem.name, name, task.kind, problem.mechanism, problem.title,
-        status=np.array(["ok"] * len(kept)), summary=summary, fault=fault, definition=task,
+        status=np.array(["rejected" if each["defects"] else "ok" for each in kept]),
+        summary=summary, fault=fault, definition=task,
         data={"designs": kept},
     )  # fmt: skip
 

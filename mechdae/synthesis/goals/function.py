@@ -16,6 +16,8 @@ import numpy as np
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.goals import FunctionTargets
 from mechdae.model.model import Model
+from mechdae.synthesis.fourbar import FourBarStarts
+from mechdae.synthesis.freudenstein import function_starts
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.space import TURN, WIDE
@@ -26,6 +28,8 @@ SX = ca.SX
 SAMPLES = 30_000
 COARSE = 9
 """Nodes at which samples are compared."""
+LEAST = 0.05
+"""Least sine of the transmission angle of starts where no limit is asked for."""
 FINE = 721
 """Places at which a design is judged."""
 
@@ -99,6 +103,74 @@ class Function(Goal):
     # -- starts ------------------------------------------------------------------------------
 
     def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        """Yield designs that come nearest to the function."""
+        starts = self._by_equation(kind, generator, count)
+        yield from starts if starts is not None else self._any(generator, count)
+
+    def _by_equation(self, kind: str, generator: Any, count: int) -> list[Drawn] | None:
+        """Return starts by Freudenstein's equation, None where it does not say all."""
+        space, asked = self.space, self.asked
+        if not space.single_loop or space.asked.choices or kind:
+            return None
+        loop = space.loop
+        assert loop is not None
+        c = coordinate(space.poses.mechanism, asked.output)
+        fixed = [value for value in (asked.input_start, asked.output_start)
+                 if value is not None and not isinstance(value, str)]  # fmt: skip
+        if fixed or not c.is_angle or loop.rocker not in self._bodies_of(c):
+            return None
+        starts = FourBarStarts(space, loop.pins["A"])
+        ground = starts.ground()
+        limits = starts.limits() / ground
+        low, high = limits[1:, 0].min(), limits[1:, 1].max()
+        if not 0 < low < high:
+            return None
+        least = max((float(np.sin(t.least)) for t in space.asked.transmission), default=LEAST)
+        found = function_starts(
+            self.inputs, self.outputs, keep=count, seed=generator, lengths=(low, high),
+            least=max(least, 1e-3),
+        )  # fmt: skip
+        return [self._placed(start, starts, ground) for start in found]
+
+    def _bodies_of(self, c: Any) -> tuple[str, ...]:
+        if c.kind == "body angle":
+            return (c.part,)
+        joint = self.space.poses.mechanism.joints[c.part]
+        return tuple(joint.bodies)
+
+    def _placed(self, start: Any, starts: FourBarStarts, ground: float) -> Drawn:
+        """Return a start in the parameters of the mechanism, with its poses."""
+        space, asked = self.space, self.asked
+        turns = start.input_start + self.inputs
+        d = starts.with_lengths(start.lengths * ground)
+        d, u, x, sigma = starts.placed(starts.closed(start, turns), d)
+        u = u - self.inputs  # the same everywhere
+        begin = self._put(d, asked.input_start, float(u[0]))
+        u = begin + self.inputs
+        values = [np.array(space.poses.function(x[i], u[i], d)[2]).ravel() for i in range(len(u))]
+        value = np.unwrap(space.poses.part(np.array(values), asked.output)[:, 0])
+        error = value - start.sense * self.outputs
+        end = self._put(d, asked.output_start, float(np.mean(error)))
+        x = x + np.where(space.turns, end - float(np.mean(error)), 0.0)
+        own = {self.own("worst"): [start.worst / self.size]}
+        if asked.input_start is None:
+            own[self.own("begin")] = [begin]
+        if asked.output_start is None:
+            own[self.own("end")] = [end]
+        given = {self.own("sense"): float(start.sense)}
+        return Drawn(d, own, given, u, x, sigma, start.worst / self.size)
+
+    def _put(self, d: Any, name: float | str | None, value: float) -> float:
+        """Return an angle brought into its bounds by whole turns, where it is a parameter."""
+        if not isinstance(name, str):
+            return value
+        k = self.space.names.index(name)
+        low, high = self.space.box[k]
+        value += TURN * np.ceil((low - value) / TURN)
+        d[k] = min(value, high)
+        return float(d[k])
+
+    def _any(self, generator: Any, count: int) -> Iterable[Drawn]:
         """Yield designs drawn in the box that come nearest to the function."""
         spread = Spread(self.space)
         d = spread.designs(generator, SAMPLES)

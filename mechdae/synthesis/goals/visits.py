@@ -20,6 +20,7 @@ from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.linear import Linear
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.similar import Similar
+from mechdae.synthesis.solutions import solutions
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.spread import Spread
 from mechdae.synthesis.verify import Design
@@ -48,6 +49,8 @@ class Visits(Goal):
         self.size = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
         self.exact = asked.measure == "exact"
         self.minimax = asked.measure == "minimax"
+        self.sound = 0
+        self.defective: list[tuple[Drawn, tuple[str, ...]]] | None = None
         self.unit = self.size if self.minimax else self.size**2
 
     def bodies(self) -> tuple[str, ...]:
@@ -122,21 +125,40 @@ class Visits(Goal):
 
     def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
         space = self.space
-        if space.loop is not None and not self.asked.is_motion:
+        if space.loop is not None and not space.asked.choices:
             starts = FourBarStarts(space, self.asked.what)
-            if starts.fits and not space.asked.choices:
+            if self.exact and starts.fits:
+                found = solutions(starts, self.asked, int(generator.integers(2**31)))
+                if found is not None:
+                    yield from self._solutions(found, starts)
+                    return
+            if starts.fits and not self.asked.is_motion:
                 kinds = [kind] if kind else ["crank-rocker", "drag-link"]
                 for each in kinds:
-                    found = starts.screened(
+                    drawn = starts.screened(
                         self.targets, generator, SAMPLES, -(-count // len(kinds)), each,
                         self.asked.timing, self.steps,
                     )  # fmt: skip
-                    yield from (self._of_four_bar(start, starts) for start in found)
+                    yield from (self._of_four_bar(start, starts) for start in drawn)
                 return
         yield from self._any(generator, count)
 
+    def _solutions(self, found: list[Any], starts: FourBarStarts) -> Iterable[Drawn]:
+        """Yield the solutions that move well; the others are kept with their faults."""
+        self.defective, self.sound = [], 0
+        for each, d, faults in found:
+            drawn = self._posed(each, starts.placed(each, d))
+            if faults:
+                self.defective.append((drawn, faults))
+            else:
+                self.sound += 1
+                yield drawn
+
     def _of_four_bar(self, start: Any, starts: FourBarStarts) -> Drawn:
-        d, u, x, sigma = starts.posed(start)
+        return self._posed(start, starts.posed(start))
+
+    def _posed(self, start: Any, posed: tuple[Any, Any, Any, Any]) -> Drawn:
+        d, u, x, sigma = posed
         own, given = self._own(u, float(start.sense))
         return Drawn(d, own, given, u, x, sigma, start.residual / self.size**2)
 
