@@ -1,0 +1,299 @@
+"""All isolated real solutions of small polynomial systems: Levenberg-Marquardt in batches.
+
+The unknowns of a system with poses are of two kinds: `x`, shared by all poses (the dimensions),
+and `t`, one of each pose (the turn of the coupler). A row of pose j depends on x and t_j alone,
+so that the steps of t are eliminated and every start costs one small system over x. Thousands of
+starts go at once; solutions are told apart by a key, polished by Newton's method on the whole
+system and kept where they are isolated.
+
+A search finds what its starts lead to: it proves no solution absent. ``unseen`` estimates the
+share of hits that would be new (Good and Turing: hits that stand alone, over all hits).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Rows = tuple[Any, Any, Any]
+"""Residuals (n, k, e), their derivatives by x (n, k, e, q) and by the own t (n, k, e) or None."""
+
+BATCH = 2000
+"""Starts that go at once."""
+SOLVED = 1e-22
+"""Sum of squares at which a start is at a solution, of a system scaled to one."""
+FAR = 1e5
+"""Unknowns beyond this run to infinity."""
+BEYOND = 1e300
+"""Sum of squares of a point at which there are no rows."""
+LOOK, PATIENCE = 10, 40
+"""Iterations between two looks at what is done, and at what hardly moves."""
+SAME = 1e-6
+"""Relative difference below which two keys are of one solution."""
+SINGULAR = 1e-9
+"""Ratio of singular values (of scaled columns) below which a solution is not isolated."""
+POLISH = 12
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """Distinct solutions in the order in which they were found.
+
+    ``x`` (m, q) and ``t`` (m, k) are the unknowns, ``residual`` (m,) the largest row, ``hits``
+    (m,) how often each was reached; ``starts``, ``iterations`` (of single starts), ``converged``
+    (degenerate solutions among them) count the work.
+    """
+
+    x: Any
+    t: Any
+    residual: Any
+    hits: Any
+    starts: int
+    iterations: int
+    converged: int
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    @property
+    def unseen(self) -> float:
+        """Estimated probability that a further hit is a new solution; 1 where nothing is known."""
+        total = int(self.hits.sum())
+        return float((self.hits == 1).sum() / total) if total else 1.0
+
+
+def solve_all(
+    rows: Callable[[Any, Any], Rows],
+    draw: Callable[[Any, int], tuple[Any, Any]],
+    starts: int,
+    *,
+    key: Callable[[Any], Any] | None = None,
+    usable: Callable[[Any], Any] | None = None,
+    seed: int = 0,
+    iterations: int = 300,
+    enough: int | None = None,
+    batch: int = BATCH,
+) -> Solutions:
+    """Return the distinct isolated real solutions that starts lead to.
+
+    Parameters
+    ----------
+    rows
+        (x, t) -> residuals and derivatives of many points; lengths of order one.
+    draw
+        (generator, n) -> x (n, q) and t (n, k), or (n, 0) where poses have no own unknown.
+    starts
+        How many to draw.
+    key
+        x (n, q) -> numbers (n, m) that agree for solutions which are the same; None: x.
+    usable
+        x (n, q) -> which are no degenerate solutions; None: all.
+    seed
+        Of the starts: the same seed gives the same solutions in the same order.
+    iterations
+        At most, for each start.
+    enough
+        End after the batch in which as many solutions are known.
+    batch
+        Starts that go at once; the answer depends on it as on the seed.
+    """
+    generator = np.random.default_rng(seed)
+    found = _Known(rows, key or (lambda x: x))
+    drawn = work = converged = 0
+    while drawn < starts:
+        n = min(batch, starts - drawn)
+        x, t = draw(generator, n)
+        drawn += n
+        x, t, solved, count = descend(rows, x, t, iterations)
+        work += count
+        converged += int(solved.sum())
+        x, t = x[solved], t[solved]
+        if usable is not None:
+            good = usable(x)
+            x, t = x[good], t[good]
+        found.add(x, t)
+        if enough is not None and len(found.x) >= enough:
+            break
+    m, q, k = len(found.x), x.shape[1], t.shape[1]
+    return Solutions(
+        np.reshape(found.x, (m, q)), np.reshape(found.t, (m, k)), np.array(found.residual),
+        np.array(found.hits, int), drawn, work, converged,
+    )  # fmt: skip
+
+
+class _Known:
+    """Solutions found so far, with their hits."""
+
+    def __init__(self, rows: Callable[[Any, Any], Rows], key: Callable[[Any], Any]) -> None:
+        self.rows, self.key = rows, key
+        self.x: list[Any] = []
+        self.t: list[Any] = []
+        self.residual: list[float] = []
+        self.hits: list[int] = []
+        self.keys: list[Any] = []
+
+    def add(self, x: Any, t: Any) -> None:
+        """Count the hits of a batch and keep the solutions that are new."""
+        if not len(x):
+            return
+        keys = self.key(x)
+        for i, one in enumerate(keys):
+            n = self._index(one)
+            if n < 0:
+                n = self._new(x[i], t[i])
+            if n >= 0:
+                self.hits[n] += 1
+
+    def _index(self, one: Any) -> int:
+        if not self.keys:
+            return -1
+        known = np.array(self.keys)
+        near = (np.abs(known - one) <= SAME * (1 + np.abs(one))).all(axis=1)
+        return int(np.argmax(near)) if near.any() else -1
+
+    def _new(self, x: Any, t: Any) -> int:
+        x, t, residual, isolated = polished(self.rows, x, t)
+        if not isolated:
+            return -1
+        one = self.key(x[None])[0]
+        n = self._index(one)
+        if n < 0:
+            self.keys.append(one)
+            self.x.append(x)
+            self.t.append(t)
+            self.residual.append(residual)
+            self.hits.append(0)
+            n = len(self.x) - 1
+        return n
+
+
+def descend(
+    rows: Callable[[Any, Any], Rows], x: Any, t: Any, iterations: int
+) -> tuple[Any, Any, Any, int]:
+    """Return points (n, q), (n, k) after Levenberg-Marquardt, which are solved, and the work.
+
+    Damping follows Nielsen: down with the gain of a step, up twice as fast at each failure; the
+    scales of the unknowns are the largest columns met so far (More).
+    Starts leave the batch when they are solved, run away, are stuck or hardly move.
+    """
+    x, t = np.array(x, float), np.array(t, float)
+    ends_x, ends_t, solved = x.copy(), t.copy(), np.zeros(len(x), bool)
+    left = np.arange(len(x))
+    damping, growth = np.full(len(x), 0.1), np.full(len(x), 2.0)
+    F, J, own = rows(x, t)
+    f, before = _squares(F), _squares(F)
+    scale, scale_own = _scales(J, own)
+    work = 0
+    for iteration in range(1, iterations + 1):
+        work += len(x)
+        dx, dt, expected = _step(F, J, own, scale, scale_own, damping)
+        nx, nt = x + dx, t + dt
+        nF, nJ, own_next = rows(nx, nt)
+        nf = _squares(nF)
+        better = nf < f
+        gain = np.where(better, f - nf, 0.0) / np.maximum(expected, 1e-30 * f + 1e-300)
+        lower = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0, 2) - 1) ** 3)
+        damping = np.clip(np.where(better, damping * lower, damping * growth), 1e-12, 1e12)
+        growth = np.where(better, 2.0, 2 * growth)
+        x[better], t[better], f[better] = nx[better], nt[better], nf[better]
+        F[better], J[better] = nF[better], nJ[better]
+        if own is not None:
+            own[better] = own_next[better]
+        scale, scale_own = _larger(scale, scale_own, *_scales(J, own))
+        if iteration % LOOK and iteration < iterations:
+            continue
+        done = f < SOLVED
+        stop = done | (growth > 1e6) | (np.abs(x).max(axis=1) > FAR)
+        if iteration % PATIENCE == 0:
+            stop |= (f > 0.5 * before) & (f > 1e-6)
+            before = f.copy()
+        ends_x[left], ends_t[left], solved[left] = x, t, done
+        keep = ~stop
+        if not keep.any():
+            break
+        left, x, t, f, before = left[keep], x[keep], t[keep], f[keep], before[keep]
+        damping, growth, F, J, scale = damping[keep], growth[keep], F[keep], J[keep], scale[keep]
+        if own is not None:
+            own, scale_own = own[keep], scale_own[keep]
+    return ends_x, ends_t, solved, work
+
+
+def _squares(F: Any) -> Any:
+    f = np.einsum("nke,nke->n", F, F)
+    return np.where(np.isfinite(f), f, BEYOND)
+
+
+def _larger(one: Any, own: Any, other: Any, other_own: Any) -> tuple[Any, Any]:
+    return np.maximum(one, other), None if own is None else np.maximum(own, other_own)
+
+
+def _scales(J: Any, own: Any) -> tuple[Any, Any]:
+    """Return squares of the columns of x (n, q) and of t (n, k)."""
+    squares = np.einsum("nkeq,nkeq->nq", J, J)
+    return np.maximum(squares, 1e-12), None if own is None else np.einsum("nke,nke->nk", own, own)
+
+
+def _step(
+    F: Any, J: Any, own: Any, scale: Any, scale_own: Any, damping: Any
+) -> tuple[Any, Any, Any]:
+    """Return the damped steps of x and t and the decrease that the linear model expects."""
+    n, k, e, q = J.shape
+    flat = J.reshape(n, k * e, q)
+    turned = flat.transpose(0, 2, 1)
+    H = turned @ flat
+    g = (turned @ F.reshape(n, k * e, 1))[:, :, 0]
+    right = g
+    if own is not None:
+        square = np.einsum("nke,nke->nk", own, own)
+        slope = np.einsum("nke,nke->nk", own, F)
+        cross = (own[:, :, None, :] @ J)[:, :, 0, :]
+        damped = square + damping[:, None] * scale_own + 1e-300
+        share = cross / damped[:, :, None]
+        H = H - cross.transpose(0, 2, 1) @ share
+        right = g - np.einsum("nkq,nk->nq", share, slope)
+    at = np.arange(q)
+    H[:, at, at] += damping[:, None] * scale + 1e-14
+    dx = -np.linalg.solve(H, right[:, :, None])[:, :, 0]
+    expected = damping * np.einsum("nq,nq->n", dx * scale, dx) - np.einsum("nq,nq->n", dx, g)
+    if own is None:
+        return dx, np.zeros((n, 0)), expected
+    dt = -(slope + np.einsum("nkq,nq->nk", cross, dx)) / damped
+    expected += damping * np.einsum("nk,nk->n", dt * scale_own, dt)
+    return dx, dt, expected - np.einsum("nk,nk->n", dt, slope)
+
+
+def polished(rows: Callable[[Any, Any], Rows], x: Any, t: Any) -> tuple[Any, Any, float, bool]:
+    """Return one solution after Newton's method on the whole system, its residual, isolated.
+
+    The best of at most `POLISH` iterates is kept, which is where rounding takes over.
+    """
+    best = (x, t, np.inf)
+    isolated = False
+    for _ in range(POLISH):
+        F, J, own = rows(x[None], t[None])
+        size = float(np.abs(F).max())
+        if not size < best[2]:
+            break
+        best = (x, t, size)
+        A = _whole(J[0], None if own is None else own[0])
+        scale = np.linalg.norm(A, axis=0)
+        scale[scale == 0] = 1.0
+        step, _, _, values = np.linalg.lstsq(A / scale, -F.ravel(), rcond=None)
+        isolated = len(values) == A.shape[1] and bool(values[-1] > SINGULAR * values[0])
+        step = step / scale
+        x, t = x + step[: len(x)], t + step[len(x) :]
+    return *best, isolated
+
+
+def _whole(J: Any, own: Any) -> Any:
+    """Return the Jacobian (k e, q + k) of all rows by all unknowns."""
+    k, e, q = J.shape
+    if own is None:
+        return J.reshape(k * e, q)
+    A = np.zeros((k, e, q + k))
+    A[:, :, :q] = J
+    A[np.arange(k), :, q + np.arange(k)] = own
+    return A.reshape(k * e, q + k)
