@@ -71,7 +71,7 @@ def poses(case, seed):
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--out", type=Path)
-    parser.add_argument("--starts", type=int, default=300_000)
+    parser.add_argument("--starts", type=int, default=200_000)
     parser.add_argument("--seeds", type=int, default=5)
     options = parser.parse_args()
     seeds = range(options.seeds)

@@ -73,6 +73,8 @@ class PathRows:
         names = [POLAR.get(name, name) for name in given]
         self.free = np.array([i for i, name in enumerate(DIMENSIONS) if name not in names], int)
         self.fixed = np.setdiff1d(np.arange(9), self.free)
+        sizes = [abs(value) for name, value in given.items() if name != "turn"]
+        self.reach = max(1.0, *sizes) if sizes else 1.0
         self.values = np.zeros(9)
         for name, value in zip(names, given.values(), strict=True):
             squared = name in ("crank", "rocker")
@@ -137,6 +139,8 @@ class PathRows:
         """Return starts: a crank that reaches all points, the rocker that fits its turns best."""
         d = np.zeros((n, 9))
         spread = np.exp(SPREAD * generator.normal(size=(n, 3)))
+        if self.reach > 1:  # half of the starts up to the size of what is given
+            spread *= self.reach ** np.maximum(2 * generator.random((n, 3)) - 1, 0)
         d[:, :4] = 1.5 * generator.normal(size=(n, 4)) * spread[:, [0, 0, 1, 1]]
         d = self._given(d)
         pivots = d[:, 0] + 1j * d[:, 1], d[:, 2] + 1j * d[:, 3]
