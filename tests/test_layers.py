@@ -22,7 +22,7 @@ ROOMS = {
     "analysis": {"kernels", "model", "describe", "results", "errors"},
     "synthesis": {"analysis", "kernels", "model", "describe", "results", "errors"},
     "draw": {"results", "describe", "errors"},
-    "bench": {"analysis", "kernels", "model", "describe", "results", "errors"},
+    "bench": {"analysis", "synthesis", "kernels", "model", "describe", "results", "errors"},
     "cli": {
         *("analysis", "bench", "describe", "draw", "errors", "export", "results", "synthesis"),
         "tables",
