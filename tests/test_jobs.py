@@ -423,6 +423,16 @@ def test_solve_uses_the_files_own_starts_and_seed(capsys, path, reference) -> No
     assert found == reference
 
 
+def test_show_tells_what_is_searched_and_plot_where_designs_are(capsys, path) -> None:
+    code, out, _ = run(capsys, "show", str(path))
+    assert code == 0
+    free = "6 free parameters: r1, r2, r3, r4, r_cx, r_cy"
+    assert f"design: synthesis, goal path, 12 starts, {free}" in out
+    code, _, err = run(capsys, "plot", str(path), "--task", "design")
+    assert code == 2
+    assert "design-1.toml" in err
+
+
 def test_none_found_is_exit_code_1(capsys, path, tmp_path, monkeypatch) -> None:
     rejected = [{"objective": 2.5, "reasons": ["the input does not turn fully"]}]
     monkeypatch.setattr("mechdae.synthesis.synthesize.designs", lambda *_: ([], rejected))
