@@ -24,10 +24,11 @@ from job_cases import FOUR_BAR
 import mechdae as md
 from mechdae.cli import main
 from mechdae.cli.progress import starts_progress
+from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.jobs import ATTEMPTS, distribute
 from mechdae.synthesis.log import NAME, Log
-from mechdae.synthesis.pools import Borrowed, Processes
+from mechdae.synthesis.pools import Borrowed, Processes, Supply
 from mechdae.synthesis.worker import Failure, Work, solved, text_of
 
 ALL = 12
@@ -111,8 +112,8 @@ def test_what_is_sent_is_small_and_loads_nothing(path) -> None:
 
 def test_workers_compute_on_one_thread() -> None:
     before = dict(os.environ)
-    with Processes(1) as pool:
-        assert pool.submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
+    with Supply(lambda: Processes(1)) as supply:
+        assert supply.pool().submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
     assert dict(os.environ) == before
 
 
@@ -136,7 +137,7 @@ def test_another_version_on_a_worker_is_told(path) -> None:
         concurrent.futures.ThreadPoolExecutor(1) as executor,
         pytest.raises(md.SolveError, match=r"start 0: mechdae .* runs there, 0\.0\.1 here"),
     ):
-        distribute({0: work}, lambda: Borrowed(executor), lambda *_: None, None)
+        distribute({0: work}, Supply(lambda: Borrowed(executor)), lambda *_: None, None)
 
 
 # -- workers that die ------------------------------------------------------------------------
@@ -174,8 +175,11 @@ def test_a_start_that_kills_its_worker_is_named_and_the_others_are_solved(path) 
         pools.append(1)
         return Processes(1)
 
-    with pytest.raises(md.SolveError, match=f"start 1 was lost {ATTEMPTS} times"):
-        distribute(sent, pool, taken.__setitem__, 2)
+    with (
+        pytest.raises(md.SolveError, match=f"start 1 was lost {ATTEMPTS} times"),
+        Supply(pool) as supply,
+    ):
+        distribute(sent, supply, taken.__setitem__, 2)
     assert sorted(taken) == [0, 2]
     assert len(pools) == ATTEMPTS
 
@@ -296,19 +300,24 @@ def test_a_finished_job_is_read_to_the_last_bit(path, reference, logged) -> None
     result = md.synthesize(path, out=logged, progress=lambda *call: calls.append(call))
     assert answer(result) == reference
     assert lines(logged) == before
-    assert [call[:2] for call in calls] == [(ALL, ALL)]
-    assert calls[0][2] == pytest.approx(7.41575131e-07, rel=1e-5)
+    assert calls[-1][:2] == (ALL, ALL)
+    assert {call[1] for call in calls} == {ALL}
+    assert len(calls) <= 2  # a call for each round of starts, none for a start
+    assert calls[-1][2] == pytest.approx(7.41575131e-07, rel=1e-5)
 
 
-def test_optima_come_back_with_all_bits(path, logged, tmp_path) -> None:
+def test_optima_come_back_with_all_bits(path, tmp_path) -> None:
     odd = np.array([0.1, -0.0, 5e-324, np.inf, -np.inf, np.nan, 1 / 3])
     found = Optimum(odd, np.nan, np.inf, "Maximum_Iterations_Exceeded", 7, 0.1, odd[:0], odd)
-    copied(lines(logged)[0], tmp_path)
+    start = (0, Seed({"d": odd}, {"sense": 1.0}, 0.5))
     with opened(path, tmp_path) as log:
-        log.add(3, found)
-        log.add(3, replace(found, status="twice"))
+        log.known({3: start})
+        log.add(3, start, found)
+        log.add(3, start, replace(found, status="twice"))
     with opened(path, tmp_path) as log:
-        again = log.finished[3]
+        again = log.known({3: start})[3]
+        with pytest.raises(md.InputError, match="start 3 there is not the one"):
+            log.known({3: (1, start[1])})
     assert len(log.finished) == 1
     assert again.z.tobytes() == found.z.tobytes()
     assert again.bound_prices.shape == (0,)
@@ -368,11 +377,11 @@ def test_a_folder_of_another_job_says_what_differs(path, logged, tmp_path, chang
     assert lines(logged) == before
 
 
-def test_other_starts_of_the_same_job_are_refused(path, logged, tmp_path) -> None:
-    head = json.loads(lines(logged)[0])
-    content = json.dumps({**head, "starts": "0" * 64}).encode() + b"\n"
-    copied(content, tmp_path)
-    with pytest.raises(md.InputError, match="12 starts are others than the 12 drawn"):
+def test_other_starts_and_versions_of_the_same_job_are_refused(path, logged, tmp_path) -> None:
+    head, first, *_ = map(json.loads, lines(logged))
+    pair = [{**head}, {**first, "drawn": "0" * 32}]
+    copied("".join(json.dumps(line) + "\n" for line in pair).encode(), tmp_path)
+    with pytest.raises(md.InputError, match=r"start \d+ there is not the one that is drawn here"):
         md.synthesize(path, out=tmp_path)
     copied(json.dumps({**head, "mechdae": "0.0.1"}).encode() + b"\n", tmp_path)
     with pytest.raises(md.InputError, match=r"mechdae is 0\.0\.1 there"):

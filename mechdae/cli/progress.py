@@ -40,6 +40,12 @@ def starts_progress(quiet: bool = False) -> Callable[[int, int, float | None], N
     return show
 
 
+def clear(show: object) -> None:
+    """Empty the line that `show` wrote, if there is one."""
+    if show is not None:
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
 def _duration(seconds: float) -> str:
     if seconds < 100:
         return f"{seconds:.0f} s"

@@ -8,7 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from typing import TYPE_CHECKING, Any
 
 from mechdae.errors import SolveError
-from mechdae.synthesis.pools import Borrowed, Processes
+from mechdae.synthesis.pools import Borrowed, Processes, Supply
 from mechdae.synthesis.worker import Failure, Work, solved
 
 if TYPE_CHECKING:
@@ -23,9 +23,7 @@ Pool = Processes | Borrowed
 Take = Callable[[int, "Optimum"], None]
 
 
-def distribute(
-    works: Mapping[int, Work], open_pool: Callable[[], Pool], take: Take, window: int | None
-) -> None:
+def distribute(works: Mapping[int, Work], supply: Supply, take: Take, window: int | None) -> None:
     """Solve starts in a pool and give each optimum to `take` as soon as it is there.
 
     Starts whose worker dies are solved again: in a new pool if the old one broke, after all
@@ -35,10 +33,10 @@ def distribute(
     ----------
     works
         By index.
-    open_pool
-        Gives a new pool.
+    supply
+        Of the pool.
     take
-        Is called once for each index, in the order in which they finish.
+        Is called with each index, in the order in which they finish.
     window
         Most starts that are handed over at a time; None: all.
 
@@ -49,17 +47,20 @@ def distribute(
     """
     round_ = _Round(works, take, window or len(works))
     while round_.waiting:
-        with open_pool() as pool:
-            try:
-                round_.go(pool)
-            finally:
-                round_.rescue()
-            broken = round_.broken
-            if broken and (isinstance(pool, Borrowed) or not isinstance(broken, BrokenExecutor)):
-                raise SolveError(
-                    f"the executor broke: {' '.join(str(broken).split())}",
-                    hint="begin again with a new one; in a folder (`out`) what is finished is kept",
-                ) from broken
+        pool = supply.pool()
+        try:
+            round_.go(pool)
+        finally:
+            round_.rescue()
+        broken = round_.broken
+        if broken is None:
+            return
+        if isinstance(pool, Borrowed) or not isinstance(broken, BrokenExecutor):
+            raise SolveError(
+                f"the executor broke: {' '.join(str(broken).split())}",
+                hint="begin again with a new one; in a folder (`out`) what is finished is kept",
+            ) from broken
+        supply.drop()
 
 
 class _Round:

@@ -12,7 +12,7 @@ import json
 import math
 import os
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,7 +59,8 @@ class Log:
         }  # fmt: skip
         self.path = Path(folder) / NAME
         self.finished: dict[int, Optimum] = {}
-        self._found: dict[str, Any] = {}
+        self._drawn: dict[int, str] = {}
+        self._begun = False
         if self.path.parent.exists() and not self.path.parent.is_dir():
             raise InputError("is a file, not a folder", where=f"out {folder}")
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -85,30 +86,30 @@ class Log:
     def __exit__(self, *_: Any) -> None:
         self.close()
 
-    def begin(self, starts: Sequence[tuple[int, Seed]]) -> None:
-        """Enter the starts of this job, or compare them with those of the log.
+    def known(self, starts: Mapping[int, tuple[int, Seed]]) -> dict[int, Optimum]:
+        """Return what is finished of some starts; writes the first line if there is none.
 
         Raises
         ------
         InputError
-            The log is about other starts.
+            A start of the log is another one than that of the same index.
         """
-        head = {**self._head, "count": len(starts), "starts": digest(starts)}
-        if not self._found:
-            self._append(head)
-            self._found = head
-        elif self._found.get("starts") != head["starts"]:
-            raise self._other(
-                f"its {self._found.get('count')} starts are others than the {len(starts)} drawn "
-                "now, perhaps by another version of NumPy or on another kind of processor"
-            )
-        for index in [k for k in self.finished if not 0 <= k < len(starts)]:
-            del self.finished[index]
+        if not self._begun:
+            self._append(self._head)
+            self._begun = True
+        for index in starts.keys() & self.finished.keys():
+            if self._drawn[index] != digest(*starts[index]):
+                raise self._other(
+                    f"start {index} there is not the one that is drawn here, perhaps by another "
+                    "version of NumPy or on another kind of processor"
+                )
+        return {index: self.finished[index] for index in starts if index in self.finished}
 
-    def add(self, index: int, found: Optimum) -> None:
+    def add(self, index: int, start: tuple[int, Seed], found: Optimum) -> None:
         """Write a finished start; a second time is nothing."""
         if index not in self.finished:
-            self._append({"start": index, **_plain(found)})
+            self._drawn[index] = digest(*start)
+            self._append({"start": index, "drawn": self._drawn[index], **_plain(found)})
             self.finished[index] = found
 
     def _append(self, entry: Mapping[str, Any]) -> None:
@@ -143,18 +144,18 @@ class Log:
                 raise self._other(f"{key} is {found.get(key)} there, {mine} here")
         if found.get("problem") != self._head["problem"]:
             raise self._other(_difference(str(found.get("problem")), str(self._head["problem"])))
-        self._found = found
+        self._begun = True
 
     def _enter(self, line: bytes) -> None:
         """Take a finished start; what cannot be read is a start that is solved again."""
         try:
             entry = json.loads(line)
-            index = entry.pop("start")
+            index, drawn = entry.pop("start"), entry.pop("drawn")
             found = _optimum(entry)
         except (ValueError, KeyError, TypeError, AttributeError):
             return
-        if isinstance(index, int):
-            self.finished.setdefault(index, found)
+        if isinstance(index, int) and index not in self.finished:
+            self.finished[index], self._drawn[index] = found, drawn
 
     def _other(self, what: str) -> InputError:
         return InputError(
@@ -162,16 +163,14 @@ class Log:
         )
 
 
-def digest(starts: Sequence[tuple[int, Seed]]) -> str:
-    """Return a fingerprint of starts, to the last bit."""
-    found = hashlib.sha256()
-    for kind, start in starts:
-        found.update(str(kind).encode())
-        for table in (start.values, start.given):
-            for name, value in sorted(table.items()):
-                array = np.ascontiguousarray(value, dtype="<f8")
-                found.update(f"{name}{array.shape}".encode() + array.tobytes())
-    return found.hexdigest()
+def digest(kind: int, start: Seed) -> str:
+    """Return a fingerprint of a start, to the last bit."""
+    found = hashlib.sha256(str(kind).encode())
+    for table in (start.values, start.given):
+        for name, value in sorted(table.items()):
+            array = np.ascontiguousarray(value, dtype="<f8")
+            found.update(f"{name}{array.shape}".encode() + array.tobytes())
+    return found.hexdigest()[:32]
 
 
 def _plain(found: Optimum) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import os
 import re
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
@@ -50,11 +50,9 @@ class Processes:
         """Return whether results may still come; a pool of processes tells by itself."""
         return True
 
-    def __enter__(self) -> Processes:
-        return self
-
-    def __exit__(self, kind: Any, *rest: Any) -> None:
-        if kind is not None:
+    def close(self, at_once: bool) -> None:
+        """End the workers, in the middle of a start if it must be at once."""
+        if at_once:
             self._writing.close()
         self._pool.shutdown(cancel_futures=True)
         self._writing.close()
@@ -76,11 +74,40 @@ class Borrowed:
         client = getattr(self._executor, "_client", None)
         return getattr(client, "status", "running") not in ("closing", "closed")
 
-    def __enter__(self) -> Borrowed:
+    def close(self, at_once: bool) -> None:
+        """Leave the executor to whom it belongs."""
+
+
+class Supply:
+    """The pool in use, opened when it is needed, another one when it broke.
+
+    Parameters
+    ----------
+    open_pool
+        Gives a new pool.
+    """
+
+    def __init__(self, open_pool: Callable[[], Processes | Borrowed]) -> None:
+        self._open = open_pool
+        self._pool: Processes | Borrowed | None = None
+
+    def pool(self) -> Processes | Borrowed:
+        """Return the pool."""
+        if self._pool is None:
+            self._pool = self._open()
+        return self._pool
+
+    def drop(self, at_once: bool = False) -> None:
+        """Close the pool."""
+        pool, self._pool = self._pool, None
+        if pool is not None:
+            pool.close(at_once)
+
+    def __enter__(self) -> Supply:
         return self
 
-    def __exit__(self, *_: Any) -> None:
-        return None
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        self.drop(at_once=kind is not None)
 
 
 def attend(lifeline: Connection) -> None:

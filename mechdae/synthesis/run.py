@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from mechdae import __version__
@@ -20,7 +20,7 @@ from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.jobs import distribute
 from mechdae.synthesis.log import Log
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.pools import Borrowed, Processes
+from mechdae.synthesis.pools import Borrowed, Processes, Supply
 from mechdae.synthesis.search import Search
 from mechdae.synthesis.synthesize import Job as Start
 from mechdae.synthesis.synthesize import synthesize as designs_of
@@ -65,7 +65,7 @@ def synthesize(
         Folder with the log of finished starts, ``starts.jsonl``: a job that was broken off goes
         on there.
     progress
-        Called with the number of finished starts, the number of all, and the best objective so
+        Called with the number of finished starts, the number asked for, and the best objective so
         far (None as long as no start met all constraints).
 
     Raises
@@ -80,10 +80,15 @@ def synthesize(
     if executor is not None and workers != 1:
         raise InputError("'workers' and 'executor' are given, one is needed", where="executor")
     whole, name, chosen = _chosen(problem, task, starts, seed)
+    text = text_of(whole, name, chosen)
+    assert chosen.starts is not None
     try:
-        log = Log(out, text_of(whole, name, chosen), name) if out is not None else None
-        with log or nullcontext():
-            job = Job(whole, name, chosen, workers, executor, log, progress)
+        with (
+            nullcontext() if out is None else Log(out, text, name) as log,
+            _supply(workers, executor) or nullcontext() as supply,
+        ):
+            window = None if executor is not None else AHEAD * workers
+            job = Job(text, name, chosen.starts, supply, window, log, progress)
             return designs_of(whole, name, chosen, run=job)
     except MechdaeError as error:
         if isinstance(error, InputError) and error.where.startswith(KEYS):
@@ -92,82 +97,88 @@ def synthesize(
         raise
 
 
-@dataclass(frozen=True)
 class Job:
-    """Solves the starts of a task that the log does not have."""
+    """Solves the starts of a task that the log does not have, in one round or several.
 
-    problem: Problem
-    name: str
-    task: Synthesis
-    workers: int = 1
-    executor: Executor | None = None
-    log: Log | None = None
-    progress: Progress | None = None
+    Parameters
+    ----------
+    text, name
+        The problem as text, the name of the task.
+    total
+        Number of all starts.
+    supply
+        Of the pool; None: this process.
+    window
+        Most starts that are handed to the pool at a time; None: all.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        name: str,
+        total: int,
+        supply: Supply | None,
+        window: int | None,
+        log: Log | None,
+        progress: Progress | None,
+    ) -> None:
+        self._text, self._name, self._total = text, name, total
+        self._supply, self._window, self._log, self._progress = supply, window, log, progress
+        self._optima: dict[int, Optimum] = {}
+        self._begun = 0
+        self._best: float | None = None
 
     def __call__(
         self, search: Search, problems: Sequence[Nlp], jobs: Sequence[Start]
     ) -> list[Optimum]:
         """Return the optima in the order of the starts."""
-        if self.log is not None:
-            self.log.begin(jobs)
-        found = _Found(search, len(jobs), self.log, self.progress)
-        missing = [k for k in range(len(jobs)) if k not in found.optima]
-        if self.executor is None and self.workers == 1:
+        places = range(self._begun, self._begun + len(jobs))
+        self._begun += len(jobs)
+        starts = dict(zip(places, jobs, strict=True))
+        if self._log is not None:
+            for k, optimum in self._log.known(starts).items():
+                self._enter(k, optimum)
+        self._tell(search)
+        missing = [k for k in places if k not in self._optima]
+
+        def take(k: int, optimum: Optimum) -> None:
+            if k not in self._optima:
+                if self._log is not None:
+                    self._log.add(k, starts[k], optimum)
+                self._enter(k, optimum)
+                self._tell(search)
+
+        if self._supply is None:
             for k in missing:
-                kind, start = jobs[k]
+                kind, start = starts[k]
                 nlp = problems[kind]
-                found.take(k, nlp.solve(nlp.point(start.values), start.given))
+                take(k, nlp.solve(nlp.point(start.values), start.given))
         elif missing:
-            text = text_of(self.problem, self.name, self.task)
             works = {}
             for k in missing:
-                kind, start = jobs[k]
-                works[k] = Work(__version__, text, self.name, kind, start.values, start.given)
-            distribute(works, self._pool(len(missing)), found.take, self._window())
-        return [found.optima[k] for k in range(len(jobs))]
+                kind, start = starts[k]
+                works[k] = Work(
+                    __version__, self._text, self._name, kind, start.values, start.given
+                )
+            distribute(works, self._supply, take, self._window)
+        return [self._optima[k] for k in places]
 
-    def _pool(self, count: int) -> Callable[[], Processes | Borrowed]:
-        executor = self.executor
-        if executor is not None:
-            return lambda: Borrowed(executor)
-        return lambda: Processes(min(self.workers, count))
-
-    def _window(self) -> int | None:
-        return None if self.executor is not None else AHEAD * self.workers
-
-
-class _Found:
-    """The optima so far, each taken once, written before it counts."""
-
-    def __init__(
-        self, search: Search, total: int, log: Log | None, progress: Progress | None
-    ) -> None:
-        self.optima: dict[int, Optimum] = {}
-        self._search, self._total, self._log, self._progress = search, total, log, progress
-        self._best: float | None = None
-        for index, optimum in (log.finished if log is not None else {}).items():
-            self._enter(index, optimum)
-        self._tell()
-
-    def take(self, index: int, optimum: Optimum) -> None:
-        """Enter an optimum."""
-        if index in self.optima:
-            return
-        if self._log is not None:
-            self._log.add(index, optimum)
-        self._enter(index, optimum)
-        self._tell()
-
-    def _enter(self, index: int, optimum: Optimum) -> None:
-        self.optima[index] = optimum
+    def _enter(self, k: int, optimum: Optimum) -> None:
+        self._optima[k] = optimum
         value = optimum.objective
         if optimum.violation <= FEASIBLE and (self._best is None or value < self._best):
             self._best = value
 
-    def _tell(self) -> None:
+    def _tell(self, search: Search) -> None:
         if self._progress is not None:
-            best = None if self._best is None else self._search.claimed(self._best)
-            self._progress(len(self.optima), self._total, best)
+            best = None if self._best is None else search.claimed(self._best)
+            self._progress(len(self._optima), max(self._total, self._begun), best)
+
+
+def _supply(workers: int, executor: Executor | None) -> Supply | None:
+    if executor is not None:
+        return Supply(lambda: Borrowed(executor))
+    return Supply(lambda: Processes(workers)) if workers > 1 else None
 
 
 def _chosen(

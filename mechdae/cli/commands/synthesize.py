@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
-from mechdae.cli.progress import starts_progress
+from mechdae.cli.progress import clear, starts_progress
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _result(options: argparse.Namespace) -> Result:
     place: Any = cluster(options.cluster) if options.cluster else nullcontext()
     try:
         with place as executor:
-            return synthesize(
+            result = synthesize(
                 problem,
                 options.task,
                 starts=options.starts,
@@ -89,10 +89,11 @@ def _result(options: argparse.Namespace) -> Result:
                 progress=progress,
             )
     except BaseException:
-        end = "\r\033[K" if show is not None else ""
-        print(end, end="", file=sys.stderr, flush=True)
+        clear(show)
         if starts and options.out:
             log = Path(options.out, "starts.jsonl").read_bytes()
             kept = f"{log.count(10) - 1} of {starts[0]} starts are kept in {options.out}"
             message(f"mechdae: {kept}; the same command goes on there", options.quiet)
         raise
+    clear(show)
+    return result
