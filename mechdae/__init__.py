@@ -22,6 +22,7 @@ _HOMES = {
     "mechdae.describe.writing": "dump dumps",
     "mechdae.analysis.solve": "solve",
     "mechdae.analysis.function": "function",
+    "mechdae.synthesis.run": "synthesize",
     "mechdae.results": "Result",
     "mechdae.draw": "plot",
 }

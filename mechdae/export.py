@@ -48,20 +48,25 @@ def _digits(value: Any) -> str:
 
 
 def save(result: Result, folder: str | Path) -> list[Path]:
-    """Write ``<task>.json``, ``<task>.csv`` and ``<task>.npz`` into `folder`."""
+    """Write ``<task>.json``, ``<task>.csv`` and ``<task>.npz`` into `folder`.
+
+    Of a synthesis also each design as a problem file, ``<task>-1.toml`` and so on.
+    """
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
     packed = io.BytesIO()
     arrays = {name: array for name, _, array in result.columns()}
     np.savez(packed, status=np.asarray(result.status, dtype=str), **arrays)
     contents = {
-        "json": json_text([result], indent=1).encode(),
-        "csv": csv_text(result).encode(),
-        "npz": packed.getvalue(),
+        ".json": json_text([result], indent=1).encode(),
+        ".csv": csv_text(result).encode(),
+        ".npz": packed.getvalue(),
     }
+    for rank, design in enumerate(result.data.get("designs", ()), 1):
+        contents[f"-{rank}.toml"] = design["problem"].encode()
     written = []
     for suffix, content in contents.items():
-        path = place / f"{result.task}.{suffix}"
+        path = place / f"{result.task}{suffix}"
         partial = path.with_name(path.name + ".part")
         partial.write_bytes(content)
         partial.replace(path)

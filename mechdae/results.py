@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -289,6 +289,7 @@ class Result:
                 if np.shape(array)[:1] == np.shape(self.status):
                     for word, _, column in _flat(path, np.asarray(array)):
                         yield f"d {word} / d {name}", "", column
+        yield from _of_designs(self.data.get("designs", ()))
         for pair, array in self.centres.items():
             for axis, column in zip("xyz", array.T, strict=False):
                 yield f"centre.{pair}.{axis}", "m", column
@@ -317,6 +318,18 @@ def _flat(path: str, array: Any) -> Iterator[tuple[str, str, Any]]:
     for place in np.ndindex(*array.shape[1:]):
         name = path + "".join(f"[{i}]" for i in place)
         yield name, unit, array[(slice(None), *place)]
+
+
+def _of_designs(designs: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, Any]]:
+    """Yield objective, transmission angle, hits and dimensions of the designs of a synthesis."""
+    if not designs:
+        return
+    for name, unit in (("objective", ""), ("transmission_angle_min", "rad"), ("hits", "1")):
+        values = [design.get(name) for design in designs]
+        if any(value is not None for value in values):
+            yield name, unit, np.array([np.nan if v is None else float(v) for v in values])
+    for name in dict.fromkeys(name for design in designs for name in design["parameters"]):
+        yield name, "", np.array([design["parameters"].get(name, np.nan) for design in designs])
 
 
 def plain(value: Any) -> Any:

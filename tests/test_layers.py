@@ -20,9 +20,13 @@ ROOMS = {
     "export": {"results"},
     "tables": {"results"},
     "analysis": {"kernels", "model", "describe", "results", "errors"},
+    "synthesis": {"analysis", "kernels", "model", "describe", "results", "errors"},
     "draw": {"results", "describe", "errors"},
-    "bench": {"analysis", "kernels", "model", "describe", "results", "errors"},
-    "cli": {"analysis", "bench", "describe", "draw", "errors", "export", "results", "tables"},
+    "bench": {"analysis", "synthesis", "kernels", "model", "describe", "results", "errors"},
+    "cli": {
+        *("analysis", "bench", "describe", "draw", "errors", "export", "results", "synthesis"),
+        "tables",
+    },
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,9 @@ from mechdae.describe.tasks import Driven, Modes, Reactions, Sensitivity, Study,
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
+
+ELSEWHERE = {"synthesis": ("mechdae.synthesis.synthesize", "synthesize")}
+"""Kinds of tasks computed in rooms that build on this one: loaded by name when one is asked."""
 
 
 def solve(
@@ -72,6 +76,10 @@ def solve(
             from mechdae.analysis.sensitivity import sensitivity
 
             return sensitivity(whole, name, chosen)
+        if chosen.kind in ELSEWHERE:
+            module, function = ELSEWHERE[chosen.kind]
+            found: Result = getattr(importlib.import_module(module), function)(whole, name, chosen)
+            return found
     except MechdaeError as error:
         if isinstance(error, InputError) and not error.where.startswith(
             ("mechanism", "bodies", "joints", "loads", "sketch", "parameters", "outputs.")
@@ -82,7 +90,7 @@ def solve(
     raise UnavailableError(
         f"tasks of kind '{chosen.kind}' are not computed by this version",
         where=f"tasks.{name}.kind",
-        hint="available: sweep, modes, reactions, study, sensitivity",
+        hint="available: sweep, modes, reactions, study, sensitivity, synthesis",
     )
 
 

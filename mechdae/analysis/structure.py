@@ -15,8 +15,9 @@ from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.plan import plan, sketched
 from mechdae.analysis.reactions import loaded_bodies
+from mechdae.describe.demand import demand
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Driven, Reactions, Sweep
+from mechdae.describe.tasks import Driven, Reactions, Sweep, Synthesis
 from mechdae.errors import MechdaeError
 from mechdae.kernels.graphs import Graphs
 from mechdae.model.model import Model
@@ -54,7 +55,9 @@ def structure(problem: Problem) -> dict[str, Any]:
     seen: dict[tuple[str, ...], dict[str, Any]] = {}
     for name, task in problem.tasks.items():
         if not isinstance(task, Driven):
-            result["tasks"][name] = {"kind": task.kind}
+            result["tasks"][name] = {"kind": task.kind, "available": task.available}
+            if isinstance(task, Synthesis):
+                result["tasks"][name] |= _design(problem, task)
             continue
         key = tuple(driver.coordinate for driver in task.all_drivers)
         if key not in seen:
@@ -144,6 +147,21 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, An
         "rank": rank,
         "equations": len(model.rows),
         "superfluous": list(dict.fromkeys(owners)),
+    }
+
+
+def _design(problem: Problem, task: Synthesis) -> dict[str, Any]:
+    """Return what a task of synthesis searches for."""
+    try:
+        asked = demand(problem, task)
+    except MechdaeError as error:
+        return {"error": str(error)}
+    goals = [task.goal] if task.goal is not None else task.goals
+    return {
+        "goals": [str(goal["kind"]) for goal in goals],
+        "free": [*asked.free, *asked.choices],
+        "starts": asked.starts,
+        "seed": asked.seed,
     }
 
 

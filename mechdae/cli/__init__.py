@@ -20,6 +20,7 @@ COMMANDS = {
     "check": "validate files and verify the values they expect",
     "solve": "run the tasks of a problem",
     "plot": "pictures of a problem",
+    "synthesize": "dimensions that do what a task asks for",
     "sensitivity": "derivatives by parameters, tolerances",
     "bench": "speed against error",
     "schema": "JSON Schema of the problem file",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable
 
 
@@ -16,3 +17,37 @@ def progress(word: str, quiet: bool = False) -> Callable[[int, int], None] | Non
         print(f"\r{word} {done} of {total}{end}", end="", file=sys.stderr, flush=True)
 
     return show
+
+
+def starts_progress(quiet: bool = False) -> Callable[[int, int, float | None], None] | None:
+    """Return what shows starts done, the best so far and the time left; None as above."""
+    if quiet or not sys.stderr.isatty():
+        return None
+    began: list[tuple[float, int]] = []
+
+    def show(done: int, total: int, best: float | None) -> None:
+        if not began:
+            began.append((time.monotonic(), done))
+        words = [f"starts {done} of {total}"]
+        if best is not None:
+            words.append(f"best so far {best:.6g}")
+        spent, new = time.monotonic() - began[0][0], done - began[0][1]
+        if new and done < total:
+            words.append(f"{_duration(spent / new * (total - done))} left")
+        line = "" if done == total else ", ".join(words)
+        print(f"\r\033[K{line}", end="", file=sys.stderr, flush=True)
+
+    return show
+
+
+def clear(show: object) -> None:
+    """Empty the line that `show` wrote, if there is one."""
+    if show is not None:
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    minutes = seconds / 60
+    return f"{minutes:.0f} min" if minutes < 100 else f"{minutes / 60:.0f} h"

@@ -168,6 +168,7 @@ class Synthesis(Task):
     seed: int | None = key("natural", None)
 
     kind: ClassVar[str] = "synthesis"
+    available: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)

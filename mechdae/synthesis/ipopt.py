@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,6 +37,8 @@ POLISH: dict[str, Any] = {
 }
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 INFEASIBLE = ("Infeasible_Problem_Detected",)
+ALONE = threading.RLock()
+"""Held while casadi builds or solves: neither it nor MUMPS may be entered by two threads."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +88,10 @@ class Solver:
     def solve(self, z0: Any, p: Any, low: Any, high: Any, g_low: Any, g_high: Any) -> Optimum:
         """Return the local optimum from a start."""
         started = time.process_time()
-        found = self._solver(x0=z0, p=p, lbx=low, ubx=high, lbg=g_low, ubg=g_high)
+        with ALONE, _interruptible():
+            found = self._solver(x0=z0, p=p, lbx=low, ubx=high, lbg=g_low, ubg=g_high)
+            stats = self._solver.stats()
         seconds = time.process_time() - started
-        stats = self._solver.stats()
         z = np.clip(np.array(found["x"]).ravel(), low, high)
         f, g = (np.array(part).ravel() for part in self._values(z, p))
         outside = np.maximum(np.maximum(g_low - g, g - g_high), 0.0)
@@ -98,3 +105,30 @@ class Solver:
             np.array(found["lam_x"]).ravel(),
             np.array(found["lam_g"]).ravel(),
         )
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Raise KeyboardInterrupt after a solve in which it came.
+
+    casadi takes Ctrl-C for a failed evaluation and goes on: the start would count as finished.
+    The first one waits for the end of the solve, a second one breaks it off.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    pressed: list[int] = []
+
+    def note(number: int, frame: Any) -> None:
+        pressed.append(number)
+        if len(pressed) > 1:
+            before(number, frame)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        raise KeyboardInterrupt

@@ -6,6 +6,7 @@ import shutil
 
 from mechdae.results import Result
 from mechdae.tables.derivatives import derivatives_text
+from mechdae.tables.designs import designs_text
 from mechdae.tables.facts import facts_text
 from mechdae.tables.modes import modes_text, study_text
 from mechdae.tables.poses import pose_text, poses_text
@@ -18,6 +19,8 @@ def table(result: Result, terminal: bool = False) -> str:
         return derivatives_text(result)
     width = shutil.get_terminal_size((WIDE, 40)).columns if terminal else WIDE
     lines = [f"{result.problem} / {result.task} ({result.kind})  {result.title}".rstrip()]
+    if result.kind == "synthesis":
+        return "\n".join([*lines, *designs_text(result, width)]) + "\n"
     if result.kind == "modes":
         lines += modes_text(result, width)
     elif result.kind == "study":

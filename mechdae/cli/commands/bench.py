@@ -5,8 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mechdae.cli import message
+
+if TYPE_CHECKING:
+    from mechdae.describe.problem import Problem
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -15,19 +19,41 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", help="write bench.json and bench.svg there")
 
 
+def _design_task(problem: Problem | None) -> str | None:
+    """Return the first task of synthesis; loads what solves it only where there is one."""
+    names = [] if problem is None else list(problem.tasks.items())
+    return next((name for name, task in names if task.kind == "synthesis"), None)
+
+
 def run(options: argparse.Namespace) -> int:
     from mechdae.bench import chain, forces
     from mechdae.bench import kinematics as bench
     from mechdae.describe.problem import load
 
-    works = [bench.work_of(load(options.problem))] if options.problem else bench.standard()
+    problem = load(options.problem) if options.problem else None
+    design = _design_task(problem)
+    if problem is None:
+        works = bench.standard()
+    elif design is None or any(task.kind == "sweep" for task in problem.tasks.values()):
+        works = [bench.work_of(problem)]
+    else:
+        works = []
     sizes, repeats = (bench.QUICK_SIZES, 3) if options.quick else (bench.SIZES, 7)
     compared = bench.QUICK_COMPARED if options.quick else bench.COMPARED
     records = []
     for item in works:
         message(f"measuring {item.name}", options.quiet)
         records += bench.measure(item, sizes, repeats, compared)
-    print(bench.table(records))
+    if records:
+        print(bench.table(records))
+    if problem is not None and design is not None:
+        from mechdae.bench import jobs
+
+        message("measuring starts in one process and in several", options.quiet)
+        starts = jobs.QUICK_STARTS if options.quick else jobs.STARTS
+        spread = jobs.measure(problem, design, starts)
+        print(jobs.table(spread))
+        records += spread
     if not options.problem:
         message("measuring chains of four-bars", options.quiet)
         loops = chain.QUICK_LOOPS if options.quick else chain.LOOPS

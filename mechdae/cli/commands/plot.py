@@ -68,6 +68,11 @@ def run(options: argparse.Namespace) -> int:
             where=f"tasks.{name}",
             hint=f"--task {problem.tasks[name].of} with --set",  # type: ignore[attr-defined]
         )
+    if problem.task(name).kind == "synthesis":
+        raise InputError(
+            "designs are drawn from their own problem files", where=f"tasks.{name}",
+            hint=f"mechdae synthesize {options.problem} --out DIR; mechdae plot DIR/{name}-1.toml",
+        )  # fmt: skip
     extra = options_for(kind, options.of, options.polar)
     word = f"{kind}-polar" if options.polar else kind
     if options.which is not None:

@@ -83,6 +83,11 @@ def _task(task: dict[str, Any]) -> str:
     parts = [task["kind"]]
     if not task.get("available", False):
         return f"{task['kind']}, not computed by this version"
+    if "free" in task:
+        free = f"{len(task['free'])} free parameters: {', '.join(task['free'])}"
+        parts += [f"goal {' + '.join(task['goals'])}", f"{task['starts']} starts", free]
+    if "unknowns" not in task:
+        return ", ".join(parts)
     if "poses" in task:
         parts.append(f"{task['poses']} poses")
     if "builds" in task:

@@ -1,0 +1,99 @@
+"""``mechdae synthesize P``."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mechdae.cli import message
+from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.progress import clear, starts_progress
+from mechdae.errors import InputError
+
+if TYPE_CHECKING:
+    from mechdae.results import Result
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    problem_arguments(parser)
+    parser.add_argument("--task", metavar="T", help="the task; default: the first of this kind")
+    parser.add_argument("--starts", type=int, metavar="N", help="number of starts")
+    parser.add_argument("--seed", type=int, metavar="S", help="of the random numbers")
+    parser.add_argument(
+        "--workers", type=int, default=1, metavar="W", help="processes of this machine"
+    )
+    parser.add_argument(
+        "--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster: tcp://host:8786"
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", help="write results and designs there; a broken off job goes on"
+    )
+    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
+
+
+def run(options: argparse.Namespace) -> int:
+    for word, least in (("starts", 1), ("seed", 0), ("workers", 1)):
+        value = getattr(options, word)
+        if value is not None and value < least:
+            raise InputError(f"a whole number, {least} or more, is needed", where=f"--{word}")
+    if options.cluster and options.workers != 1:
+        raise InputError("not together with --workers", where=f"--cluster {options.cluster}")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    from mechdae.export import json_text, save
+    from mechdae.tables import table
+
+    result = _result(options)
+    if options.json:
+        print(json_text([result]))
+    else:
+        print(table(result, terminal=sys.stdout.isatty()), end="")
+    for note in result.summary.get("notes", []):
+        message(f"mechdae: note: {note}", options.quiet)
+    if options.out:
+        for path in save(result, Path(options.out)):
+            message(f"written: {path}", options.quiet)
+    if result.fault:
+        message(f"mechdae: task {result.task}: {result.fault}", False)
+        return 1
+    return 0
+
+
+def _result(options: argparse.Namespace) -> Result:
+    from mechdae.synthesis.pools import cluster
+    from mechdae.synthesis.run import synthesize
+
+    problem = problem_of(options)
+    show = starts_progress(options.quiet)
+    starts = []
+
+    def progress(done: int, total: int, best: float | None) -> None:
+        starts.append(total)
+        if show is not None:
+            show(done, total, best)
+
+    place: Any = cluster(options.cluster) if options.cluster else nullcontext()
+    try:
+        with place as executor:
+            result = synthesize(
+                problem,
+                options.task,
+                starts=options.starts,
+                seed=options.seed,
+                workers=options.workers,
+                executor=executor,
+                out=options.out,
+                progress=progress,
+            )
+    except BaseException:
+        clear(show)
+        if starts and options.out:
+            log = Path(options.out, "starts.jsonl").read_bytes()
+            kept = f"{log.count(10) - 1} of {starts[0]} starts are kept in {options.out}"
+            message(f"mechdae: {kept}; the same command goes on there", options.quiet)
+        raise
+    clear(show)
+    return result

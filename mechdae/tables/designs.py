@@ -1,0 +1,72 @@
+"""Designs of a task of synthesis as text: ranked, with what holds each back, and the census."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechdae.results import Result
+from mechdae.tables.text import MOST, fact, together
+
+Design = Mapping[str, Any]
+
+
+def designs_text(result: Result, width: int) -> list[str]:
+    """Return a row for each design, the dimensions and active limits of each, the census."""
+    designs: Sequence[Design] = result.data.get("designs", [])
+    lines = _ranked(designs) if designs else []
+    for rank, design in enumerate(designs, 1):
+        sizes = [together(f"{k} = {v:.9g}") for k, v in design["parameters"].items()]
+        lines += fact(f"design {rank}", ", ".join(sizes), width)
+        if design.get("active"):
+            prices = [together(_price(*entry)) for entry in design["active"].items()]
+            lines += fact("active", ", ".join(prices), width)
+    return lines + _census(result, width)
+
+
+def _ranked(designs: Sequence[Design]) -> list[str]:
+    columns: list[tuple[str, list[str]]] = [
+        ("design", [str(rank) for rank in range(1, len(designs) + 1)]),
+        ("objective", [f"{design['objective']:.9g}" for design in designs]),
+    ]
+    if any(design.get("class", "any") != "any" for design in designs):
+        columns.append(("class", [str(design.get("class") or "-") for design in designs]))
+    angles = [design.get("transmission_angle_min") for design in designs]
+    if any(angle is not None for angle in angles):
+        shown = ["-" if angle is None else f"{math.degrees(angle):.4f}" for angle in angles]
+        columns.append(("least transmission [deg]", shown))
+    worst = [float(np.abs(e).max()) if (e := design.get("errors")) else None for design in designs]
+    if any(value is not None for value in worst):
+        shown = ["-" if value is None else f"{value:.4g}" for value in worst]
+        columns.append(("largest error", shown))
+    if any("hits" in design for design in designs):
+        columns.append(("hits", [str(design.get("hits", "-")) for design in designs]))
+    sizes = [max(len(title), *map(len, own)) + 2 for title, own in columns]
+    rows = [[title for title, _ in columns]]
+    rows += [[own[k] for _, own in columns] for k in range(len(designs))]
+    return ["".join(f"{cell:>{n}}" for cell, n in zip(row, sizes, strict=True)) for row in rows]
+
+
+def _price(name: str, price: float) -> str:
+    return f"{name} (price {price:.4g})"
+
+
+def _census(result: Result, width: int) -> list[str]:
+    """Return how many starts led where, and why optima were rejected."""
+    summary = result.summary
+    words = [
+        f"{summary['starts']} starts", f"{summary['converged']} met all constraints",
+        f"{summary['distinct']} distinct",
+    ]  # fmt: skip
+    if summary.get("hits_of_best"):
+        words.append(f"{summary['hits_of_best']} hit the best")
+    if summary.get("rejected"):
+        words.append(f"{len(summary['rejected'])} rejected by their sweep")
+    lines = fact("census", ", ".join(words) + f"; seed {summary['seed']}", width)
+    for entry in summary.get("rejected", [])[:MOST]:
+        reasons = "; ".join(entry["reasons"])
+        lines += fact("rejected", f"objective {entry['objective']:.6g}: {reasons}", width)
+    return lines
