@@ -12,6 +12,8 @@ import numpy as np
 from mechdae.synthesis.ipopt import Optimum, Solver
 
 SX = ca.SX
+MISSED = 1e-5
+"""Smallest (dimensionless) violation that is told."""
 STIFF = ("closure",)
 """Words of constraints that no elastic problem lets go: without them there is no mechanism."""
 
@@ -197,7 +199,7 @@ class Nlp:
         missed = self.violations(own, given)
         amounts: dict[str, float] = {}
         for word, amount in zip(self.words, missed, strict=True):
-            if abs(amount) > 1e-7:
+            if abs(amount) > MISSED:
                 amount = float(abs(amount)) * self._units[word]
                 amounts[word] = max(amounts.get(word, 0.0), amount)
         return found, amounts

@@ -138,6 +138,8 @@ def _solved(
 
 SHARE = 5
 """The part of all starts that each class has first."""
+NEAR = 1e-4
+"""Left-over of a closure with which the nearest point still tells what is in conflict."""
 ELASTIC = 5
 """Starts from which the limits in conflict are looked for."""
 
@@ -163,9 +165,11 @@ def _fault(
     order = np.argsort([found.violation for found in optima], kind="stable")[:ELASTIC]
     for i in order:
         kind, start = jobs[i]
-        found, amounts = problems[kind].conflicts(optima[i].z, start.given)
-        if amounts and found.violation <= 1e-6 and found.objective < least:
-            best, least = amounts, found.objective
+        nlp = problems[kind]
+        for z in (optima[i].z, nlp.point(start.values)):
+            found, amounts = nlp.conflicts(z, start.given)
+            if amounts and found.violation <= NEAR and found.objective < least:
+                best, least = amounts, found.objective
     stuck = sum(found.infeasible for found in optima)
     words = ", ".join(f"{word} by {amount:.3g}" for word, amount in best.items())
     text = (
