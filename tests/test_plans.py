@@ -148,7 +148,8 @@ def suitable():
             [task for task, entry in tasks.items() if entry.kind == kind]
             for kind in ("reactions", "sweep")
         ]
-        found.append((name, [*kinds[0], *kinds[1]][0]))
+        if any(kinds):  # others have designs or motions only
+            found.append((name, [*kinds[0], *kinds[1]][0]))
     return found
 
 
