@@ -10,6 +10,8 @@ import numpy as np
 
 from mechdae.describe.tasks import Driver, Sweep
 from mechdae.describe.writing import dumps
+from mechdae.synthesis.cognates import are_cognates
+from mechdae.synthesis.fourbar import FourBarStarts
 from mechdae.synthesis.goals.visits import Visits
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
@@ -28,6 +30,8 @@ WORTH = 3.0
 """Designs whose objective is this many times the best one are not reported."""
 ACTIVE = 1e-6
 """Share of its range by which a parameter at its bound may be away from it."""
+ALIKE = 1e-3
+"""Relative difference below which dimensions, and invariants of cognates, are the same."""
 ZERO = 1e-12
 """Objective of the NLP below which a design is exact."""
 AGREES = 1e-6
@@ -41,43 +45,55 @@ SILENT = ("closure", "target", "error", "deviation", "peak", "least", "stroke", 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An optimum with the class and the start it was found from."""
+    """An optimum with the class and the start it was found from; ``free`` parameters lead it."""
 
     found: Optimum
     kind: int
     given: dict[str, Any]
+    free: int | None = None
 
 
-def distinct(candidates: list[Candidate]) -> list[tuple[Candidate, int]]:
-    """Return one candidate for each objective, best first, with its hits."""
-    found: list[tuple[Candidate, int]] = []
+@dataclass
+class Group:
+    """Optima with one objective: the best of them, how many there are, and all of them."""
+
+    best: Candidate
+    hits: int
+    others: list[Candidate]
+
+
+def distinct(candidates: list[Candidate]) -> list[Group]:
+    """Return one group for each objective, best first."""
+    found: list[Group] = []
     for candidate in sorted(candidates, key=lambda c: c.found.objective):
-        value = candidate.found.objective
-        if found:
-            last = found[-1][0].found.objective
-            near = abs(value) <= ZERO or value - last <= SAME * abs(last)
-            if near and not _differs(found[-1][0], candidate, value):
-                found[-1] = (found[-1][0], found[-1][1] + 1)
-                continue
-        found.append((candidate, 1))
+        own = next((g for g in reversed(found) if _alike(g.best, candidate)), None)
+        if own is None:
+            found.append(Group(candidate, 1, []))
+        else:
+            own.hits += 1
+            own.others.append(candidate)
     return found
 
 
-def _differs(first: Candidate, second: Candidate, value: float) -> bool:
-    """Return whether exact designs are others: many share the objective zero."""
+def _alike(first: Candidate, second: Candidate) -> bool:
+    """Return whether two optima are one: the same objective, and where it is zero dimensions."""
+    best, value = first.found.objective, second.found.objective
     if abs(value) > ZERO:
-        return False
-    return not np.allclose(first.found.z[:4], second.found.z[:4], rtol=1e-3, atol=1e-6)
+        return value - best <= SAME * abs(best)
+    free = len(second.found.z) if second.free is None else second.free
+    one, other = first.found.z[:free], second.found.z[:free]
+    return bool(np.allclose(one, other, rtol=ALIKE, atol=1e-6))
 
 
 def designs(
-    search: Search, problems: Sequence[Nlp], found: list[tuple[Candidate, int]]
+    search: Search, problems: Sequence[Nlp], found: list[Group]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return the designs that hold in their sweeps, and those that do not with the reasons."""
     kept: list[dict[str, Any]] = []
     rejected: list[dict[str, Any]] = []
     most = MOST if search.all_solutions is None else len(found)
-    for candidate, hits in found if search.all_solutions is not None else found[:TRIES]:
+    for group in found if search.all_solutions is not None else found[:TRIES]:
+        candidate, hits = group.best, group.hits
         worse = (
             search.all_solutions is None
             and kept
@@ -91,11 +107,43 @@ def designs(
         else:
             polished = candidate.found
         judged = _judged(search, nlp, polished, candidate, hits)
+        if not judged.get("reasons") and group.others:
+            same = cognates_among(search, problems, group)
+            if same:
+                judged["cognates"] = same
         (rejected if judged.get("reasons") else kept).append(judged)
     for design in kept:
         del design["term"]
     kept.sort(key=lambda design: (bool(design["defects"]), design["objective"] * search.sense))
     return kept, rejected
+
+
+def cognates_among(search: Search, problems: Sequence[Nlp], group: Group) -> list[dict[str, float]]:
+    """Return the dimensions of Roberts' cognates of a group's best four-bar, as they were found.
+
+    They trace the same coupler curve, and so have the same objective.
+    """
+    lead = search.lead
+    if not isinstance(lead, Visits) or lead.asked.is_motion or not search.space.single_loop:
+        return []
+    starts = FourBarStarts(search.space, lead.asked.what)
+    if not starts.fits:
+        return []
+    every = [group.best, *group.others]
+    vectors = [
+        np.concatenate([problems[c.kind].read(c.found.z)["d"], np.atleast_1d(c.given["choice"])])
+        for c in every
+    ]
+    lines = [starts.described(d) for d in vectors]
+    kept: list[int] = []
+    for k in range(1, len(every)):
+        differs = all(
+            np.abs(lines[k].lengths / lines[j].lengths - 1).max() > ALIKE for j in [0, *kept]
+        )
+        if differs and are_cognates(lines[0], lines[k], ALIKE):
+            kept.append(k)
+    names = search.space.names
+    return [dict(zip(names, vectors[k].tolist(), strict=True)) for k in kept]
 
 
 def defective(search: Search) -> list[dict[str, Any]]:

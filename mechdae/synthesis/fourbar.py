@@ -73,6 +73,15 @@ class FourBarStarts:
         """Return bounds (4, 2) of ground, crank, coupler, rocker."""
         return self._length_limits()
 
+    def described(self, d: Any) -> Start:
+        """Return the four-bar of given parameters, without poses."""
+        v = np.array(self._geometry(d)[0]).ravel()
+        nothing = np.zeros(0)
+        return Start(
+            v[:4], complex(v[4], v[5]), float(np.arctan2(v[7], v[6])), complex(v[8], v[9]),
+            nothing, nothing, nothing, 1, 1, 0.0,
+        )  # fmt: skip
+
     def with_lengths(self, lengths: Any) -> Any:
         """Return the parameters of the file with other lengths."""
         value = np.array(self._geometry(self.space.middle)[0]).ravel()

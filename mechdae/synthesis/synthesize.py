@@ -60,7 +60,7 @@ def synthesize(
     drawn = time.process_time() - began - built
     jobs, optima = _solved(search, problems, by_class, count, run)
     candidates = [
-        Candidate(found, kind, start.given)
+        Candidate(found, kind, start.given, len(search.space.box))
         for (kind, start), found in zip(jobs, optima, strict=True)
         if found.violation <= FEASIBLE and np.isfinite(found.objective)
     ]
