@@ -501,8 +501,8 @@ def test_letters_of_shared_pins():
     scene = read_scene(seven_link())
     letters = [place.letter for place in places_of(scene, 0)]
     assert letters == ["O", "A", "G", "B", "C", "E", "F"]
-    assert written("A12") == r"$\mathit{A}_{12}$"
-    assert written("wheel_pin") == "wheel_pin"
+    assert written("A12") == ("A", "12")
+    assert written("wheel_pin") == ("wheel_pin", "")
 
 
 def test_numbers_are_the_bodies_own_or_the_next_free():
