@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 FOLDED = np.cos(np.deg2rad(12.0))
 """Two links closer than this at their common pin are hard to tell apart."""
+IN_LINE = np.cos(np.deg2rad(25.0))
+"""Two links in one line but for less than this are near a dead centre."""
 CROWDED = 0.08
 """Joints closer than this share of the longest travel are hard to tell apart."""
 SHORT = 4
@@ -274,7 +276,7 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
 
     Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
     longer sweep the middle assembled one, or the nearest to it in which neither two links
-    nor two joints lie on each other.
+    nor two joints lie on each other nor, near the middle, two links are in line as in a dead centre.
 
     Raises
     ------
@@ -293,13 +295,19 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
         return assembled[0]
     assembled = longest_run(assembled)
     middle = assembled[len(assembled) // 2]
-    unclear = _folded(scene) | _crowded(scene)
-    clear = [index for index in assembled if not unclear[index]]
-    return min(clear, key=lambda index: abs(index - middle), default=middle)
+    folded, stretched = _aligned(scene)
+    covered = folded | _crowded(scene)
+    far = len(assembled) // 6
+    for unclear, most in ((covered | stretched, far), (covered, len(assembled))):
+        clear = [index for index in assembled if not unclear[index]]
+        best = min(clear, key=lambda index: abs(index - middle), default=None)
+        if best is not None and abs(best - middle) <= most:
+            return best
+    return middle
 
 
-def _folded(scene: Scene) -> NDArray[np.bool_]:
-    """Return in which poses two links that share a pin point the same way from it."""
+def _aligned(scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return in which poses two links that share a pin point the same way, and opposite ways."""
     pairs = [
         (first, second)
         for joint in scene.mechanism.joints.values()
@@ -308,11 +316,11 @@ def _folded(scene: Scene) -> NDArray[np.bool_]:
         for second in _arms(scene, joint.second)
     ]
     if not pairs:
-        return np.zeros(len(scene.status), dtype=bool)
+        never = np.zeros(len(scene.status), dtype=bool)
+        return never, never
     x, y = np.moveaxis(np.array(pairs), -1, 0)
     cosine = x[:, 0] * x[:, 1] + y[:, 0] * y[:, 1]
-    result: NDArray[np.bool_] = (cosine > FOLDED).any(axis=0)
-    return result
+    return (cosine > FOLDED).any(axis=0), (cosine < -IN_LINE).any(axis=0)
 
 
 def _crowded(scene: Scene) -> NDArray[np.bool_]:

@@ -30,7 +30,8 @@ def study_text(result: Result) -> list[str]:
     columns: list[Column] = [("status", result.status)]
     columns += [(name, cells(array)) for name, array in result.parameters.items()]
     for whole, array in result.table.items():
-        path = whole.split("/", 1)[-1]
+        path, unit = whole.split("/", 1)[-1], result.path_unit(whole)
+        path += f" [{unit}]" if unit not in ("", "1") else ""
         if array.ndim == 1:
             columns.append((path, cells(array)))
             continue
