@@ -31,11 +31,6 @@ class Obstacles:
         What should stay visible: rows (x0, y0, x1, y1, weight).
     size
         Width and height of the sheet.
-
-    Attributes
-    ----------
-    tried
-        How many boxes were asked about, for tests.
     """
 
     def __init__(self, segments: ArrayLike, boxes: ArrayLike, size: ArrayLike) -> None:
@@ -45,7 +40,6 @@ class Obstacles:
         self.middle, self.way = ((ends[0] + ends[1]) / 2).T, ((ends[1] - ends[0]) / 2).T
         self.floor, self.ceiling = np.minimum(*ends).T, np.maximum(*ends).T
         self.size = np.asarray(size, dtype=float)
-        self.tried = 0
 
     def cost(self, middle: Array, half: Array, shy: NDArray[np.bool_]) -> Array:
         """Return what each box costs, (boxes,), around `middle` and with sides of twice `half`.
@@ -53,7 +47,6 @@ class Obstacles:
         A shy one keeps a halo to lines.
         """
         count = len(middle)
-        self.tried += count
         x, y, a, b = np.hstack([middle, half]).T.copy()
         room = np.where(shy, HALO, 0.0)
         k, s = _near(x, y, a + room, b + room, self.floor, self.ceiling)

@@ -276,7 +276,8 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
 
     Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
     longer sweep the middle assembled one, or the nearest to it in which neither two links
-    nor two joints lie on each other nor, near the middle, two links are in line as in a dead centre.
+    nor two joints lie on each other; near the middle also one in which no two links are in
+    line as in a dead centre.
 
     Raises
     ------
