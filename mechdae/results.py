@@ -283,11 +283,11 @@ class Result:
         for name, array in self.parameters.items():
             yield name, "", array
         for path, array in self.table.items():
-            yield from _flat(path, array)
+            yield from _flat(path, array, self.path_unit(path))
         for path, slopes in self.data.get("derivatives", {}).items():
             for name, array in slopes.items():
                 if np.shape(array)[:1] == np.shape(self.status):
-                    for word, _, column in _flat(path, np.asarray(array)):
+                    for word, _, column in _flat(path, np.asarray(array), ""):
                         yield f"d {word} / d {name}", "", column
         yield from _of_designs(self.data.get("designs", ()))
         for pair, array in self.centres.items():
@@ -311,10 +311,21 @@ class Result:
         base = {"angle": "rad", "s": "1"}.get(part.rpartition(".")[2], "m")
         return base + DRIVER_UNITS.get(name, "")
 
+    def path_unit(self, path: str) -> str:
+        """Return the unit of what a path of a study names; empty where it is not known."""
+        head, _, rest = path.partition("/")
+        part, _, name = rest.rpartition("/")
+        if head in KINDS and part:
+            return self.unit(head, part, name)
+        if head.startswith("efforts"):
+            return "N m" if rest.endswith(".angle") else "N"
+        if head == "summary" and part in ("swing", "stroke"):
+            return "rad" if part == "swing" else "m"
+        return UNITS.get(path.rsplit("/", 1)[-1], "")
 
-def _flat(path: str, array: Any) -> Iterator[tuple[str, str, Any]]:
+
+def _flat(path: str, array: Any, unit: str) -> Iterator[tuple[str, str, Any]]:
     """Yield the numbers of each row of a study as columns ``path[i][j]``."""
-    unit = UNITS.get(path.rsplit("/", 1)[-1], "")
     for place in np.ndindex(*array.shape[1:]):
         name = path + "".join(f"[{i}]" for i in place)
         yield name, unit, array[(slice(None), *place)]

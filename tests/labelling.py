@@ -177,6 +177,15 @@ def table(figures):
     return "\n".join(rows) + "\n"
 
 
+def paged(text, figures):
+    """Return a page with the table behind its mark; what follows the table stays."""
+    head, tail = text.split(MARK)
+    rest = tail.lstrip("\n").splitlines(keepends=True)
+    while rest and rest[0].startswith("|"):
+        del rest[0]
+    return f"{head}{MARK}\n\n{table(figures)}{''.join(rest)}"
+
+
 def main(argv=None):
     """Run the command line and return its exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -189,9 +198,7 @@ def main(argv=None):
     if options.page:
         text = options.page.read_text(encoding="utf-8")
         figures = json.loads(options.out.read_text(encoding="utf-8"))
-        options.page.write_text(
-            f"{text.split(MARK)[0]}{MARK}\n\n{table(figures)}", encoding="utf-8"
-        )
+        options.page.write_text(paged(text, figures), encoding="utf-8")
         return 0
     started = time.perf_counter()
     known = [] if options.no_problems else list(problems())

@@ -501,8 +501,8 @@ def test_letters_of_shared_pins():
     scene = read_scene(seven_link())
     letters = [place.letter for place in places_of(scene, 0)]
     assert letters == ["O", "A", "G", "B", "C", "E", "F"]
-    assert written("A12") == r"$\mathit{A}_{12}$"
-    assert written("wheel_pin") == "wheel_pin"
+    assert written("A12") == ("A", "12")
+    assert written("wheel_pin") == ("wheel_pin", "")
 
 
 def test_numbers_are_the_bodies_own_or_the_next_free():
@@ -531,6 +531,36 @@ def test_default_pose_avoids_links_on_each_other():
     angle = np.rad2deg(scene.angles["crank"][choose_pose(scene, "sweep")])
     assert 140 < angle < 220
     assert angle != pytest.approx(180)
+
+
+def test_default_pose_avoids_a_dead_centre_near_the_middle():
+    angles = np.deg2rad(np.arange(0.0, 721.0, 10.0))
+    scene = read_scene(slider_crank(angles))
+    chosen = choose_pose(scene, "sweep")
+    # crank and rod in line at 360 deg: 25 deg between them, with sin(rod) = sin(crank) / 3
+    turn = abs(np.rad2deg(angles[chosen]) - 360.0)
+    assert turn == pytest.approx(20.0)
+    assert turn + np.rad2deg(np.arcsin(np.sin(np.deg2rad(turn)) / 3)) > 25.0
+
+
+def test_dark_alone_draws_the_diagram_of_reactions(tmp_path, capsys):
+    command = ["plot", "quick-return-friction", "--out", str(tmp_path)]
+    assert main([*command, "--dark", "--lang", "ru"]) == 0
+    assert capsys.readouterr().out.strip().endswith("-diagram.svg")
+    assert main([*command, "--dark", "--kind", "curves"]) == 2
+
+
+def test_letters_are_outlines_in_svg_files_and_text_elsewhere(tmp_path):
+    axes = md.plot(seven_link())
+    (letter,) = with_gid(axes, "label-crank.A")
+    assert letter.get_text() == "A"
+    outlines = save(axes, tmp_path / "a.svg").read_text()
+    part = outlines.split('id="label-crank.A"')[1].split("</g>")[0]
+    assert "<path" in part
+    assert "<use" not in part
+    letter.set_rotation(30.0)
+    part = save(axes, tmp_path / "b.svg").read_text().split('id="label-crank.A"')[1]
+    assert "rotate(-30" in part.split("</g>")[0]
 
 
 def test_short_sweep_shows_its_first_pose():

@@ -220,6 +220,9 @@ def test_polar_diagram(rubbing: md.Result) -> None:
     force = rubbing.joints["B"].reaction[:, :2]
     assert np.stack(own.get_data(), axis=1) == pytest.approx(force / 1000, rel=1e-14)
     assert axes.get_xlabel() == "Fx [kN]"
+    size = np.hypot(*force.T)
+    assert line(axes, "peak-B").get_xdata() == pytest.approx([force[np.argmax(size), 0] / 1000])
+    assert any(text.get_text().startswith(f"{size.max() / 1000:.4g} at ") for text in axes.texts)
     same = md.plot(rubbing, "losses", polar=True, joints=["B"])
     assert np.array_equal(line(same, "locus-B").get_xdata(), own.get_xdata())
 

@@ -22,7 +22,11 @@ from mechdae.describe import library
 
 # joint forces are not unique: parallel cranks; on a change point: a cusp, a folded four-bar
 REDUNDANT = {"five-crank-parallelogram", "parallelogram-three-cranks"}
-NAMES = [name for name in library.names() if name not in REDUNDANT]
+NAMES = [
+    name for name in library.names()
+    if name not in REDUNDANT
+    and any(isinstance(task, md.Sweep) for task in md.load(name).tasks.values())
+]  # fmt: skip
 BALANCE = 1e-11
 
 

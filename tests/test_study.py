@@ -170,4 +170,7 @@ def test_a_study_in_a_file(tmp_path, capsys) -> None:
     assert np.shape(task["table"]["summary/swing/rocker"]) == (4,)
     assert "points/coupler.P/position[0][1]" in (tmp_path / "map.csv").read_text().split("\n")[0]
     assert main(["solve", str(path), "--task", "map"]) == 0
-    assert "swing/rocker" in capsys.readouterr().out
+    names, units = capsys.readouterr().out.splitlines()[1:3]
+    assert names.split() == ["status", "a", "b", *("least", "coupler.P/position"),
+                             *("largest", "coupler.P/position"), "swing/rocker"]  # fmt: skip
+    assert units.split() == ["[m]", "[m]", "[rad]"]

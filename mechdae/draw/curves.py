@@ -100,8 +100,9 @@ def _hatch(sheet: Sheet, points: Array, left: float) -> None:
     """Draw hatching along a fixed curve, on its left for 1."""
     length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     places = np.arange(0.75 * style.HATCH, length[-1], style.HATCH)
-    for k in np.searchsorted(length, places, side="right") - 1:
-        along = unit(points[k + 1] - points[k])
-        tip = points[k] + style.HATCH * (left * normal(along) - 0.9 * along)
-        ends = [points[k], tip]
-        sheet.line(ends, color=style.GROUND, width=style.THIN, z=style.Z_GROUND, weight=0)
+    k = np.searchsorted(length, places, side="right") - 1
+    steps = points[k + 1] - points[k]
+    along = steps / np.hypot(steps[:, 0], steps[:, 1])[:, None]
+    side = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    tips = points[k] + style.HATCH * (left * side - 0.9 * along)
+    sheet.strokes(points[k], tips, color=style.GROUND, width=style.THIN, z=style.Z_GROUND)

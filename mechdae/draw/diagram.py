@@ -198,7 +198,7 @@ def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, A
             ends = np.array(travel(scene, joint, pose, size)) - now
             more.append(scene.place(joint.second, pose) + np.outer(ends, axis))
     if traces or ghosts:
-        more += [track for _, track in _tracks(scene)]
+        more += scene.paths.values()
     everything = np.vstack(more)
     everything = everything[np.isfinite(everything).all(axis=1)]
     most = FAR * (size or 1.0)
@@ -207,41 +207,8 @@ def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, A
     return low, high, size
 
 
-def _tracks(scene: Scene) -> list[tuple[str, Array]]:
-    """Return the paths of the points that move, points that go together once.
-
-    The path of a block on a fixed guide is the guide, and is left out.
-    """
-    guided = [
-        scene.track(joint.second)
-        for joint in scene.mechanism.joints.values()
-        if joint.kind == "prismatic" and joint.first_body == GROUND
-        if joint.second_body in scene.origins
-    ]
-    assembled = np.zeros(len(scene.status), dtype=bool)
-    assembled[scene.assembled()] = True
-    result: list[tuple[str, Array]] = []
-    for name in scene.mechanism.bodies:
-        if name not in scene.origins:
-            continue
-        for point in scene.mechanism.body(name).points:
-            track = np.where(assembled[:, None], scene.track(f"{name}.{point}"), np.nan)
-            finite = track[np.isfinite(track).all(axis=1)]
-            if len(finite) < 2:
-                continue
-            spread = float(np.ptp(finite, axis=0).max())
-            same = 1e-6 * spread
-            known = [*(np.where(assembled[:, None], row, np.nan) for row in guided)]
-            known += [other for _, other in result]
-            if spread > 1e-9 and not any(
-                np.allclose(track, other, rtol=0.0, atol=same, equal_nan=True) for other in known
-            ):
-                result.append((f"{name}.{point}", track))
-    return result
-
-
 def _draw_traces(sheet: Sheet, scene: Scene) -> None:
-    for reference, track in _tracks(scene):
+    for reference, track in scene.paths.items():
         points = sheet.at(track)
         sheet.line(
             points,

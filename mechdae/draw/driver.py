@@ -17,6 +17,8 @@ from mechdae.draw.sheet import Sheet, arc, normal
 from mechdae.draw.words import ENGLISH, Words
 
 SPAN = np.deg2rad(80.0)
+NEAR = 3.0
+"""A line covers what is so near."""
 
 
 def drivers_of(scene: Scene, result: Any) -> list[Coordinate]:
@@ -118,8 +120,10 @@ def turn_arrow(sheet: Sheet, pivot: Array, arm: Array | None, sense: float, radi
     bar = 0.0 if arm is None else float(np.arctan2(arm[1], arm[0]))
     best = bar + sense * (SPAN / 2 + 0.35)
     middles = best + np.arange(24) * np.pi / 12
+    ends = SPAN / 2 + 0.1
+    near = _around(sheet, pivot - radius, pivot + radius)
     cost = [
-        blocked(sheet, arc(pivot, radius, middle - SPAN / 2 - 0.1, middle + SPAN / 2 + 0.1, 12))
+        _covered(*near, arc(pivot, radius, middle - ends, middle + ends, 12))
         + 2.0 * (1.0 - np.cos(middle - best))
         for middle in middles
     ]
@@ -129,20 +133,28 @@ def turn_arrow(sheet: Sheet, pivot: Array, arm: Array | None, sense: float, radi
 
 def blocked(sheet: Sheet, points: Array) -> float:
     """Return what a line would cover."""
-    near = 3.0
-    floor, ceiling = points.min(axis=0) - near, points.max(axis=0) + near
-    lines = np.array(sheet.segments).reshape(-1, 5)
+    return _covered(*_around(sheet, points.min(axis=0), points.max(axis=0)), points)
+
+
+def _around(sheet: Sheet, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return the segments and the boxes drawn so far that come near a box."""
+    lines, boxes = sheet.obstacles()
+    floor, ceiling = low - NEAR, high + NEAR
     beside = (np.minimum(lines[:, 0:2], lines[:, 2:4]) > ceiling).any(axis=1)
     beside |= (np.maximum(lines[:, 0:2], lines[:, 2:4]) < floor).any(axis=1)
-    start, end, weight = lines[~beside, 0:2], lines[~beside, 2:4], lines[~beside, 4]
-    step = end - start
+    clear = ((boxes[:, 0:2] >= ceiling) | (boxes[:, 2:4] <= floor)).any(axis=1)
+    return lines[~beside], boxes[~clear]
+
+
+def _covered(lines: Array, boxes: Array, points: Array) -> float:
+    """Return what a line through some points would cover of segments and boxes."""
+    start, step, weight = lines[:, 0:2], lines[:, 2:4] - lines[:, 0:2], lines[:, 4]
     length = (step**2).sum(axis=1)
     along = ((points[:, None] - start) * step).sum(axis=-1) / np.where(length > 0, length, 1.0)
     foot = start + np.clip(along, 0.0, 1.0)[..., None] * step
-    close = np.hypot(*np.moveaxis(points[:, None] - foot, -1, 0)) < near
+    close = np.hypot(*np.moveaxis(points[:, None] - foot, -1, 0)) < NEAR
     total = float((weight * close.mean(axis=0)).sum())
-    boxes = np.array(sheet.boxes).reshape(-1, 5)
-    inside = (points[:, None] > boxes[:, 0:2] - near) & (points[:, None] < boxes[:, 2:4] + near)
+    inside = (points[:, None] > boxes[:, 0:2] - NEAR) & (points[:, None] < boxes[:, 2:4] + NEAR)
     return total + float((boxes[:, 4] * inside.all(axis=-1).mean(axis=0)).sum())
 
 

@@ -10,6 +10,7 @@ from matplotlib.font_manager import FontProperties
 
 from mechdae.describe.mechanism import Mechanism
 from mechdae.draw import layout, style
+from mechdae.draw.arrangement import feet_of
 from mechdae.draw.loads import Mark
 from mechdae.draw.places import Place, free_points, written
 from mechdae.draw.scene import Array, Scene
@@ -50,6 +51,7 @@ class Writing:
     label: layout.Label
     anchors: Sequence[Piece] = ()
     color: str = style.INK
+    index: str | None = None
 
 
 def numbers_of(mechanism: Mechanism) -> dict[str, int]:
@@ -88,9 +90,7 @@ def draw_labels(
     if sheet.memory is not None:
         writings = [_steady(entry, sheet.memory.get(entry.gid)) for entry in writings]
     writings = [_anchored(entry) for entry in writings]
-    spots = layout.place(
-        [entry.label for entry in writings], sheet.segments, sheet.boxes, sheet.size
-    )
+    spots = layout.place([entry.label for entry in writings], *sheet.obstacles(), sheet.size)
     for entry, spot in zip(writings, spots, strict=True):
         if sheet.memory is not None:
             sheet.memory[entry.gid] = spot - entry.label.places.mean(axis=0)
@@ -100,7 +100,7 @@ def draw_labels(
             _write_number(sheet, entry, spot, leader=not within)
         else:
             _write_leader(sheet, entry, spot)
-            sheet.text(spot, entry.text, entry.font, entry.color, entry.gid)
+            sheet.text(spot, entry.text, entry.font, entry.color, entry.gid, entry.index)
     return [
         (entry.gid, spot - half, spot + half)
         for entry, spot in zip(writings, spots, strict=True)
@@ -136,17 +136,16 @@ def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> 
     ]
     for name, position, references, gap in rows:
         chosen = font(style.LETTER, style="italic")
-        text = written(name)
-        low, high = ink(text, chosen)
+        text, index = written(name)
+        low, high = ink(text, chosen, index)
         width, height = high - low + 2 * AIR
         anchor = sheet.at(position)
         away = -unit(sum((unit(arm) for arm in _arms(scene, references, pose)), np.zeros(2)))
         if not away.any():
             away = np.array([-0.6, 0.8])
         label = layout.around(anchor, float(width), float(height), gap - AIR, away)
-        result.append(
-            Writing(text, "letter", f"label-{references[0]}", chosen, label, [(anchor, anchor)])
-        )
+        gid, anchors = f"label-{references[0]}", [(anchor, anchor)]
+        result.append(Writing(text, "letter", gid, chosen, label, anchors, index=index))
     return result
 
 
@@ -208,9 +207,13 @@ def _strange(label: layout.Label, name: str, links: Links, anchors: Sequence[Pie
     """Return what it costs to put a number in the polygon or behind the bar of another link."""
     others = [corners for other, corners in links.polygons.items() if other != name]
     within = [any(inside(spot, corners) for corners in others) for spot in label.places]
-    bars = [(*a, *b) for other, rows in links.bars.items() if other != name for a, b in rows]
-    feet = np.array([_nearest(spot, anchors) for spot in label.places])
-    behind = layout.cuts(label.places, feet, np.array(bars, dtype=float).reshape(-1, 4))
+    rows = [(*a, *b) for other, rows in links.bars.items() if other != name for a, b in rows]
+    bars = np.array(rows, dtype=float).reshape(-1, 4)
+    feet = feet_of(label.places, np.array([(*a, *b) for a, b in anchors]).reshape(-1, 4))
+    both = np.vstack([label.places, feet])
+    near = (np.minimum(bars[:, 0:2], bars[:, 2:4]) <= both.max(axis=0)).all(axis=1)
+    near &= (np.maximum(bars[:, 0:2], bars[:, 2:4]) >= both.min(axis=0)).all(axis=1)
+    behind = layout.cuts(label.places, feet, bars[near])
     return STRANGE * (np.array(within, dtype=float) + behind)
 
 
@@ -281,7 +284,7 @@ def _write_number(sheet: Sheet, entry: Writing, spot: Array, leader: bool) -> No
         gid=entry.gid,
         weight=0,
     )
-    sheet.text(spot, entry.text, entry.font, style.INK)
+    sheet.text(spot, entry.text, entry.font, style.INK, index="")
 
 
 def _nearest(spot: Array, anchors: Sequence[Piece]) -> Array:

@@ -1,38 +1,37 @@
 """Places for labels where they cover neither the drawing nor each other.
 
-Greedy and deterministic: each label takes the cheapest of its candidate places, the first
-ranks before the others and the hardest labels first; then all are reconsidered until
-nothing changes, and a label that came off badly may push others aside. Lengths are in
-units of the sheet.
+Each label takes the cheapest of its candidate places, the first ranks before the others and
+the hardest labels first; then all are reconsidered until nothing changes, and a label that
+came off badly may push others aside (`mechdae.draw.arrangement`). Lengths are in units of the
+sheet.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from mechdae.draw.arrangement import Arrangement, Ladder
+from mechdae.draw.obstacles import Array, Obstacles, length_inside
 
-HALO = 4.0
-"""More room that a label with segments of its own keeps to those of others,"""
-STRANGER = 0.12
-"""at this share of their weight."""
-OVERLAP = 400.0
-"""Cost of covering another label."""
-BETWEEN = 20.0
-"""Cost of lying between another label and what that belongs to."""
-OUTSIDE = 1000.0
-"""Cost of leaving the sheet."""
-WORTH = 3.0
-"""A label that could be so much cheaper is put there, and its rivals move, if that pays."""
-MANY = 60
-"""With more labels that is left out, for its cost."""
-ROUNDS = 4
 POOR = 12.0
 """A label that covers so much gets places farther off, if there are better ones."""
+ROUND: Array = np.stack(
+    [np.cos(np.arange(24) * np.pi / 12), np.sin(np.arange(24) * np.pi / 12)], axis=-1
+)
+"""Directions around a point."""
+BESIDE: Array = np.array(
+    [
+        (share, step, sign)
+        for share in (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74, 0.18, 0.82)
+        for step in (0.0, 3.0, 7.0, 12.0, 18.0, 25.0, 33.0)
+        for sign in (1.0, -1.0)
+    ]
+)
+"""Places beside a line: share of its length, distance, side."""
 RINGS = (0.0, 12.0, 26.0, 42.0, 60.0, 80.0, 105.0, 135.0)
 """How much farther than the farthest place of its own."""
 
@@ -78,20 +77,23 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     size
         Width and height of the sheet.
     """
-    lines = np.asarray(segments, dtype=float).reshape(-1, 5)
-    blocks = np.asarray(boxes, dtype=float).reshape(-1, 5)
-    area = np.asarray(size, dtype=float)
-    near = list(labels)
-    fixed = [label.costs + _static(label, lines, blocks, area) for label in near]
-    spots, burden = _place(near, fixed)
+    if not labels:
+        return np.zeros((0, 2))
+    obstacles = Obstacles(segments, boxes, size)
+    arrangement = Arrangement([_ladder(label) for label in labels], obstacles)
+    arrangement.choose()
+    spots, burden = arrangement.spots(), arrangement.burden()
     poor = np.flatnonzero(burden > POOR).tolist()
     if not poor:
         return spots
-    for k in poor:
-        near[k] = _wider(labels[k])
-        fixed[k] = near[k].costs + _static(near[k], lines, blocks, area)
-    others, lighter = _place(near, fixed)
-    return others if lighter.sum() < burden.sum() else spots
+    arrangement.widen({k: _ladder(_wider(labels[k])) for k in poor})
+    arrangement.choose()
+    return arrangement.spots() if arrangement.burden().sum() < burden.sum() else spots
+
+
+def _ladder(label: Label) -> Ladder:
+    half = np.array([label.width, label.height]) / 2
+    return Ladder(label.places, label.costs, half, label.own, label.anchors, label.rank)
 
 
 def _wider(label: Label) -> Label:
@@ -111,63 +113,6 @@ def _wider(label: Label) -> Label:
     )
 
 
-def _place(labels: Sequence[Label], fixed: Sequence[Array]) -> tuple[Array, Array]:
-    """Return the middle of each label and how much it covers there.
-
-    ``fixed`` is what each place of a label costs without the other labels.
-    """
-    rivals = _rivals(labels)
-    feet = [_feet(label) for label in labels]
-    chosen: list[int | None] = [None] * len(labels)
-    order = sorted(
-        range(len(labels)), key=lambda i: (labels[i].rank, -round(float(fixed[i].min()), 6))
-    )
-
-    known: dict[tuple[int, ...], Array] = {}
-
-    def covering(i: int) -> Array:
-        """Return what each place of a label covers of the labels placed so far."""
-        picks = [-1 if (pick := chosen[j]) is None else pick for j in rivals[i]]
-        key = (i, *picks)
-        if key not in known:
-            placed = [(j, k) for j, k in zip(rivals[i], picks, strict=True) if k >= 0]
-            taken = [(labels[j], k, feet[j]) for j, k in placed]
-            known[key] = _covering(labels[i], feet[i], taken)
-        return known[key]
-
-    def settle(members: Sequence[int]) -> None:
-        for i in members:
-            chosen[i] = int(np.argmin(np.round(fixed[i] + covering(i), 9)))
-
-    def total(members: Iterable[int]) -> float:
-        cost = 0.0
-        for i in members:
-            cost += float((fixed[i] + covering(i))[chosen[i] or 0])
-        return cost
-
-    for _ in range(ROUNDS):
-        before = list(chosen)
-        settle(order)
-        if chosen == before:
-            break
-    for i in order if len(labels) <= MANY else ():
-        best = int(np.argmin(np.round(fixed[i], 9)))
-        if float(fixed[i][chosen[i] or 0] - fixed[i][best]) < WORTH:
-            continue
-        before, affected = list(chosen), {i, *rivals[i], *(k for j in rivals[i] for k in rivals[j])}
-        cost = total(sorted(affected))
-        chosen[i] = best
-        settle([j for j in order if j in rivals[i]])
-        if total(sorted(affected)) > cost - 1e-6:
-            chosen[:] = before
-    spots = [label.places[pick or 0] for label, pick in zip(labels, chosen, strict=True)]
-    burden = []
-    for i, label in enumerate(labels):
-        pick = chosen[i] or 0
-        burden.append(float(fixed[i][pick] - label.costs[pick] + covering(i)[pick]))
-    return np.array(spots).reshape(-1, 2), np.array(burden)
-
-
 def around(
     anchor: ArrayLike,
     width: float,
@@ -181,21 +126,16 @@ def around(
     ``gap`` is kept between the point and the label's box.
     """
     middle, favour = np.asarray(anchor, dtype=float), np.asarray(away, dtype=float)
-    places, costs = [], []
-    for step in steps:
-        for angle in np.arange(24) * np.pi / 12:
-            out = np.array([np.cos(angle), np.sin(angle)])
-            reach = (gap + step) + _support(width, height, out)
-            places.append(middle + reach * out)
-            costs.append(0.6 * step + 1.2 * (1.0 - float(favour @ out)))
-    return Label(width, height, np.array(places), np.array(costs))
+    rings = np.asarray(steps, dtype=float)[:, None]
+    reach = gap + rings + np.abs(ROUND) @ (width / 2, height / 2)
+    places = middle + (reach[..., None] * ROUND).reshape(-1, 2)
+    return Label(width, height, places, (0.6 * rings + 1.2 * (1.0 - ROUND @ favour)).ravel())
 
 
 def inside(anchor: ArrayLike, width: float, radius: float, favour: ArrayLike) -> Label:
     """Return a square label with places on a circle, best on the side `favour`."""
-    out = np.stack([np.cos(np.arange(24) * np.pi / 12), np.sin(np.arange(24) * np.pi / 12)], -1)
-    places = np.asarray(anchor, dtype=float) + max(radius, 0.0) * out
-    return Label(width, width, places, 1.2 * (1.0 - out @ np.asarray(favour, dtype=float)))
+    places = np.asarray(anchor, dtype=float) + max(radius, 0.0) * ROUND
+    return Label(width, width, places, 1.2 * (1.0 - ROUND @ np.asarray(favour, dtype=float)))
 
 
 def along(
@@ -211,15 +151,18 @@ def along(
         if length == 0.0:
             continue
         side = np.array([-(b - a)[1], (b - a)[0]]) / length
-        shorter = 3.0 * (1.0 - length / max(lengths))
-        for share in (0.5, 0.42, 0.58, 0.34, 0.66, 0.26, 0.74, 0.18, 0.82):
-            for step in (0.0, 3.0, 7.0, 12.0, 18.0, 25.0, 33.0):
-                for sign in (1.0, -1.0):
-                    reach = gap + step + _support(width, height, side)
-                    places.append(a + share * (b - a) + sign * reach * side)
-                    upper = float(sign * side[1] >= 0)
-                    costs.append(shorter + 6.0 * abs(share - 0.5) + 0.35 * step - 0.2 * upper)
-    return Label(width, height, np.array(places), np.array(costs))
+        reach = gap + _support(width, height, side) + BESIDE[:, 1]
+        places.append(a + BESIDE[:, :1] * (b - a) + (BESIDE[:, 2] * reach)[:, None] * side)
+        upper = BESIDE[:, 2] * side[1] >= 0
+        costs.append(
+            3.0 * (1.0 - length / max(lengths))
+            + 6.0 * np.abs(BESIDE[:, 0] - 0.5)
+            + 0.35 * BESIDE[:, 1]
+            - 0.2 * upper
+        )
+    if not places:
+        return around(pieces[0][0], width, height, gap)
+    return Label(width, height, np.vstack(places), np.concatenate(costs))
 
 
 def merge(first: Label, second: Label, surcharge: float) -> Label:
@@ -236,21 +179,11 @@ def merge(first: Label, second: Label, surcharge: float) -> Label:
 
 def crossing(segments: Array, low: Array, high: Array) -> Array:
     """Return the length of each segment inside each box, (boxes, segments)."""
+    k, s = np.indices((len(low), len(segments))).reshape(2, -1)
     start, end = segments[:, 0:2], segments[:, 2:4]
-    step = end - start
-    enter = np.zeros((len(low), len(segments)))
-    leave = np.ones((len(low), len(segments)))
-    for axis in (0, 1):
-        moving = np.abs(step[:, axis]) > 1e-12
-        slope = np.where(moving, step[:, axis], 1.0)
-        first = (low[:, axis, None] - start[:, axis]) / slope
-        second = (high[:, axis, None] - start[:, axis]) / slope
-        inside = (low[:, axis, None] < start[:, axis]) & (start[:, axis] < high[:, axis, None])
-        near = np.where(moving, np.minimum(first, second), np.where(inside, 0.0, 2.0))
-        far = np.where(moving, np.maximum(first, second), np.where(inside, 1.0, -1.0))
-        enter, leave = np.maximum(enter, near), np.minimum(leave, far)
-    length: Array = np.clip(leave - enter, 0.0, None) * np.hypot(step[:, 0], step[:, 1])
-    return length
+    line = np.hstack([(start + end) / 2, (end - start) / 2]).T[:, s]
+    box = np.hstack([(low + high) / 2, (high - low) / 2]).T[:, k]
+    return length_inside(line, box).reshape(len(low), len(segments))
 
 
 def cuts(starts: Array, ends: Array, segments: Array) -> Array:
@@ -275,85 +208,6 @@ def overlap(low: Array, high: Array, other_low: Array, other_high: Array) -> Arr
     shared = np.minimum(high[:, None], other_high) - np.maximum(low[:, None], other_low)
     result: Array = np.clip(shared, 0.0, None).prod(axis=-1)
     return result
-
-
-def _corners(label: Label) -> tuple[Array, Array]:
-    half = np.array([label.width, label.height]) / 2
-    return label.places - half, label.places + half
-
-
-def _static(label: Label, segments: Array, boxes: Array, size: Array) -> Array:
-    """Return what each place of a label covers of the drawing."""
-    low, high = _corners(label)
-    floor, ceiling = low.min(axis=0), high.max(axis=0)
-    near = (
-        (np.minimum(segments[:, 0:2], segments[:, 2:4]) <= ceiling + HALO)
-        & (np.maximum(segments[:, 0:2], segments[:, 2:4]) >= floor - HALO)
-    ).all(axis=1)
-    lines = segments[near]
-    inside = crossing(lines, low, high)
-    cost: Array = ((inside > 0) * lines[:, 4]).sum(axis=1)
-    cost += (inside * lines[:, 4]).sum(axis=1) / (label.width + label.height)
-    if label.own is not None:
-        for rows, sign in ((lines, 1.0), (label.own, -1.0)):
-            close = crossing(rows, low - HALO, high + HALO) > 0
-            cost += sign * STRANGER * (close * rows[:, 4]).sum(axis=1)
-    covered = overlap(low, high, boxes[:, 0:2], boxes[:, 2:4])
-    share = covered / (label.width * label.height)
-    cost += ((share > 0) * boxes[:, 4] * (1.0 + 2.0 * share)).sum(axis=1)
-    out = np.clip(-low, 0.0, None).sum(axis=1) + np.clip(high - size, 0.0, None).sum(axis=1)
-    cost += OUTSIDE * (out > 0) + out
-    return cost
-
-
-def _feet(label: Label) -> Array | None:
-    """Return for each place the nearest point of what the label belongs to."""
-    if label.anchors is None or not len(label.anchors):
-        return None
-    start, step = label.anchors[:, 0:2], label.anchors[:, 2:4] - label.anchors[:, 0:2]
-    length = (step**2).sum(axis=1)
-    along = ((label.places[:, None] - start) * step).sum(axis=-1) / np.where(length > 0, length, 1)
-    spots = start + np.clip(along, 0.0, 1.0)[..., None] * step
-    away = np.hypot(*np.moveaxis(spots - label.places[:, None], -1, 0))
-    feet: Array = spots[np.arange(len(spots)), np.argmin(np.round(away, 6), axis=1)]
-    return feet
-
-
-def _rivals(labels: Sequence[Label]) -> list[list[int]]:
-    """Return for each label the others that could overlap it somewhere."""
-    if not labels:
-        return []
-    corners = [_corners(label) for label in labels]
-    for k, label in enumerate(labels):
-        if label.anchors is not None and len(label.anchors):
-            ends = label.anchors.reshape(-1, 2)
-            corners[k] = (np.vstack([corners[k][0], ends]), np.vstack([corners[k][1], ends]))
-    floor = np.array([low.min(axis=0) for low, _ in corners])
-    ceiling = np.array([high.max(axis=0) for _, high in corners])
-    meet = np.all((floor[:, None] < ceiling) & (ceiling[:, None] > floor), axis=-1)
-    np.fill_diagonal(meet, False)
-    return [np.flatnonzero(row).tolist() for row in meet]
-
-
-def _covering(
-    label: Label, feet: Array | None, taken: Sequence[tuple[Label, int, Array | None]]
-) -> Array:
-    """Return what each place of a label covers of labels placed so far."""
-    if not taken:
-        return np.zeros(len(label.places))
-    middles = np.array([other.places[pick] for other, pick, _ in taken])
-    halves = np.array([(other.width, other.height) for other, _, _ in taken]) / 2
-    low, high = _corners(label)
-    covered = overlap(low, high, middles - halves, middles + halves)
-    share = covered / (label.width * label.height)
-    cost: Array = ((share > 0) * OVERLAP * (0.2 + share)).sum(axis=1)
-    if feet is not None:
-        own = np.hstack([label.places, feet])
-        cost += BETWEEN * (crossing(own, middles - halves, middles + halves) > 0).sum(axis=0)
-    others = [[*other.places[pick], *foot[pick]] for other, pick, foot in taken if foot is not None]
-    if others:
-        cost += BETWEEN * (crossing(np.array(others), low, high) > 0).sum(axis=1)
-    return cost
 
 
 def _support(width: float, height: float, out: Array) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
@@ -127,10 +128,10 @@ def free_points(scene: Scene, pose: int) -> list[str]:
     ]
 
 
-def written(name: str) -> str:
-    """Return a name as it is written: a number at its end as an index."""
+def written(name: str) -> tuple[str, str]:
+    """Return a name as it is written: a number at its end is an index."""
     match = re.fullmatch(r"([A-Za-z]+)_?(\d+)", name)
-    return rf"$\mathit{{{match[1]}}}_{{{match[2]}}}$" if match else name
+    return (match[1], match[2]) if match else (name, "")
 
 
 def _points_of(joint: Joint) -> list[tuple[str, ...]]:
@@ -147,18 +148,17 @@ def _points_of(joint: Joint) -> list[tuple[str, ...]]:
 def _same_local(scene: Scene, groups: list[set[str]]) -> list[set[str]]:
     """Join groups that hold the same place of one body under two names."""
     result: list[set[str]] = []
+    spots: dict[str, list[tuple[float, float, str]]] = {}
     for group in groups:
         joined = set(group)
-        for other in [other for other in result if _meet(scene, other, joined)]:
-            joined |= other
-            result.remove(other)
+        for reference in sorted(group):
+            body = reference.split(".")[0]
+            x, y = (scene.numbers[f"{reference}.{axis}"] for axis in "xy")
+            for a, b, name in spots.setdefault(body, []):
+                if hypot(x - a, y - b) <= 1e-12 and name not in joined:
+                    other = next(other for other in result if name in other)
+                    joined |= other
+                    result.remove(other)
+            spots[body].append((x, y, reference))
         result.append(joined)
     return result
-
-
-def _meet(scene: Scene, first: set[str], second: set[str]) -> bool:
-    return any(
-        a.split(".")[0] == b.split(".")[0] and np.hypot(*(scene.local(a) - scene.local(b))) <= 1e-12
-        for a in sorted(first)
-        for b in sorted(second)
-    )

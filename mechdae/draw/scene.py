@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from math import cos, sin
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,8 @@ Array = NDArray[np.float64]
 
 FOLDED = np.cos(np.deg2rad(12.0))
 """Two links closer than this at their common pin are hard to tell apart."""
+IN_LINE = np.cos(np.deg2rad(25.0))
+"""Two links in one line but for less than this are near a dead centre."""
 CROWDED = 0.08
 """Joints closer than this share of the longest travel are hard to tell apart."""
 SHORT = 4
@@ -51,16 +55,21 @@ class Scene:
         return np.array([self.numbers[f"{reference}.{axis}"] for axis in "xy"])
 
     def track(self, reference: str) -> Array:
-        """Return the positions of ``body.point`` in all poses, (n, 2)."""
-        body = reference.split(".")[0]
-        return self.origins[body] + turned(self.angles[body], self.local(reference))
+        """Return the positions of ``body.point`` in all poses, (n, 2), read-only."""
+        known: dict[str, Array] = self._tracks
+        if reference not in known:
+            body = reference.split(".")[0]
+            known[reference] = self.origins[body] + turned(self.angles[body], self.local(reference))
+            known[reference].setflags(write=False)
+        return known[reference]
 
     def place(self, reference: str, pose: int) -> Array:
         """Return the position of ``body.point`` in one pose."""
         body = reference.split(".")[0]
-        angle = self.angles[body][pose : pose + 1]
-        position: Array = self.origins[body][pose] + turned(angle, self.local(reference))[0]
-        return position
+        angle, (u, v) = float(self.angles[body][pose]), self.origins[body][pose].tolist()
+        x, y = (self.numbers[f"{reference}.{axis}"] for axis in "xy")
+        c, s = cos(angle), sin(angle)
+        return np.array([u + c * x - s * y, v + s * x + c * y])
 
     def direction(self, body: str, angle: float, pose: int) -> Array:
         """Return the unit vector at `angle` in the frame of `body`."""
@@ -69,9 +78,20 @@ class Scene:
 
     def shown(self, body: str, pose: int) -> bool:
         """Return whether the body has a placement in that pose."""
-        return body in self.origins and bool(
-            np.isfinite(self.angles[body][pose]) and np.isfinite(self.origins[body][pose]).all()
-        )
+        return body in self._there and self._there[body][pose]
+
+    @cached_property
+    def _there(self) -> dict[str, list[bool]]:
+        """By body, in which poses it has a placement."""
+        return {
+            body: (np.isfinite(self.angles[body]) & np.isfinite(origins).all(axis=-1)).tolist()
+            for body, origins in self.origins.items()
+        }
+
+    @cached_property
+    def _tracks(self) -> dict[str, Array]:
+        """The positions of points that were asked for."""
+        return {}
 
     def joints(self, pose: int) -> list[Joint]:
         """Return the joints whose two bodies are shown."""
@@ -97,6 +117,46 @@ class Scene:
         for body, origins in self.origins.items():
             there &= np.isfinite(self.angles[body]) & np.isfinite(origins).all(axis=-1)
         return np.flatnonzero(there).tolist()
+
+    @cached_property
+    def paths(self) -> dict[str, Array]:
+        """The paths of the points that move, by ``body.point``, nan where not assembled.
+
+        Points that go together are there once. The path of a block on a fixed guide is the
+        guide, and is left out.
+        """
+        known = self.assembled()
+        result: dict[str, Array] = {}
+        if len(known) < 2:
+            return result
+        guided = [
+            joint.second
+            for joint in self.mechanism.joints.values()
+            if joint.kind == "prismatic" and joint.first_body == GROUND
+            if joint.second_body in self.origins
+        ]
+        own = [
+            f"{name}.{point}"
+            for name in self.mechanism.bodies
+            for point in (self.mechanism.body(name).points if name in self.origins else ())
+        ]
+        if not own:
+            return result
+        # paths are compared where it costs little first
+        every = np.array([self.track(key)[known] for key in [*guided, *own]])
+        few = every[:, [0, len(known) // 3, -1]].reshape(len(every), -1)
+        spread = np.ptp(every, axis=1).max(axis=1)
+        least, seen = 1e-9 * float(spread.max()), list(range(len(guided)))
+        for k, key in enumerate(own, len(guided)):
+            same = 1e-6 * spread[k]
+            alike = np.flatnonzero((np.abs(few[seen] - few[k]) <= same).all(axis=1))
+            if spread[k] > least and not any(
+                bool((np.abs(every[seen[j]] - every[k]) <= same).all()) for j in alike.tolist()
+            ):
+                seen.append(k)
+                result[key] = np.full((len(self.status), 2), np.nan)
+                result[key][known] = every[k]
+        return result
 
     def slide(self, joint: Joint) -> Array:
         """Return how far the second point is along the joint's axis in each pose, (n,)."""
@@ -216,7 +276,8 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
 
     Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
     longer sweep the middle assembled one, or the nearest to it in which neither two links
-    nor two joints lie on each other.
+    nor two joints lie on each other; near the middle also one in which no two links are in
+    line as in a dead centre.
 
     Raises
     ------
@@ -235,24 +296,32 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
         return assembled[0]
     assembled = longest_run(assembled)
     middle = assembled[len(assembled) // 2]
-    unclear = _folded(scene) | _crowded(scene)
-    clear = [index for index in assembled if not unclear[index]]
-    return min(clear, key=lambda index: abs(index - middle), default=middle)
+    folded, stretched = _aligned(scene)
+    covered = folded | _crowded(scene)
+    far = len(assembled) // 6
+    for unclear, most in ((covered | stretched, far), (covered, len(assembled))):
+        clear = [index for index in assembled if not unclear[index]]
+        best = min(clear, key=lambda index: abs(index - middle), default=None)
+        if best is not None and abs(best - middle) <= most:
+            return best
+    return middle
 
 
-def _folded(scene: Scene) -> NDArray[np.bool_]:
-    """Return in which poses two links that share a pin point the same way from it."""
-    result = np.zeros(len(scene.status), dtype=bool)
-    for joint in scene.mechanism.joints.values():
-        if joint.kind != "revolute" or not {joint.first_body, joint.second_body} <= set(
-            scene.origins
-        ):
-            continue
-        sides = [_arms(scene, joint.first), _arms(scene, joint.second)]
-        for first in sides[0]:
-            for second in sides[1]:
-                result |= np.einsum("ij,ij->i", first, second) > FOLDED
-    return result
+def _aligned(scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return in which poses two links that share a pin point the same way, and opposite ways."""
+    pairs = [
+        (first, second)
+        for joint in scene.mechanism.joints.values()
+        if joint.kind == "revolute" and {joint.first_body, joint.second_body} <= set(scene.origins)
+        for first in _arms(scene, joint.first)
+        for second in _arms(scene, joint.second)
+    ]
+    if not pairs:
+        never = np.zeros(len(scene.status), dtype=bool)
+        return never, never
+    x, y = np.moveaxis(np.array(pairs), -1, 0)
+    cosine = x[:, 0] * x[:, 1] + y[:, 0] * y[:, 1]
+    return (cosine > FOLDED).any(axis=0), (cosine < -IN_LINE).any(axis=0)
 
 
 def _crowded(scene: Scene) -> NDArray[np.bool_]:
@@ -268,23 +337,23 @@ def _crowded(scene: Scene) -> NDArray[np.bool_]:
         return result
     tracks = np.array([scene.track(joint.second)[known] for joint in joints])
     reach = CROWDED * float(np.ptp(tracks, axis=1).max())
-    for i, track in enumerate(tracks[:-1]):
-        apart = np.hypot(*np.moveaxis(track - tracks[i + 1 :], -1, 0))
-        moving = apart.max(axis=1) > reach
-        result[known] |= (apart[moving] < reach).any(axis=0)
+    x, y = np.moveaxis(tracks / (reach or 1.0), -1, 0)
+    for i in range(len(tracks) - 1):
+        apart = (x[i] - x[i + 1 :]) ** 2 + (y[i] - y[i + 1 :]) ** 2
+        moving = apart.max(axis=1) > 1.0
+        result[known] |= (apart[moving] < 1.0).any(axis=0)
     return result
 
 
 def _arms(scene: Scene, reference: str) -> list[Array]:
     """Return the unit vectors from a point to the other points of its body."""
-    body, point = reference.split(".")
+    body = reference.split(".")[0]
     if body == GROUND:
         return []
     pin = scene.track(reference)
     arms = []
     for other in scene.mechanism.body(body).points:
-        local = scene.local(f"{body}.{other}") - scene.local(reference)
-        if other != point and np.hypot(*local) > 0:
-            arm = scene.track(f"{body}.{other}") - pin
-            arms.append(arm / np.hypot(*local))
+        length = float(np.hypot(*(scene.local(f"{body}.{other}") - scene.local(reference))))
+        if length > 0:
+            arms.append((scene.track(f"{body}.{other}") - pin) / length)
     return arms

@@ -59,10 +59,12 @@ def shape_of(scene: Scene, name: str) -> Shape:
         return Shape("polygon", tuple(body.outline), inner)
     if len(distinct) < 2:
         return Shape("point", tuple(distinct))
+    if len(distinct) == 2:
+        return Shape("bar", tuple(distinct))
     places = np.array([local[point] for point in distinct])
     centered = places - places.mean(axis=0)
     _, spread, axes = np.linalg.svd(centered, full_matrices=True)
-    if len(distinct) == 2 or spread[1] <= FLAT * spread[0]:
+    if spread[1] <= FLAT * spread[0]:
         order = np.argsort(centered @ axes[0], kind="stable")
         return Shape("bar", tuple(distinct[i] for i in order))
     corners = hull(places)

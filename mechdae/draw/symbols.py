@@ -33,10 +33,9 @@ def hatch(sheet: Sheet, start: Array, end: Array, side: Array, gid: str | None =
     length = float(np.hypot(*(end - start)))
     count = max(round(length / style.HATCH), 2)
     sheet.line([start, end], color=style.GROUND, z=style.Z_GROUND, gid=gid)
-    for position in (np.arange(count) + 0.75) * length / count:
-        foot = start + position * along
-        tip = foot + style.HATCH * (side - 0.9 * along)
-        sheet.line([foot, tip], color=style.GROUND, width=style.THIN, z=style.Z_GROUND, weight=0)
+    feet = start + np.outer((np.arange(count) + 0.75) * length / count, along)
+    tips = feet + style.HATCH * (side - 0.9 * along)
+    sheet.strokes(feet, tips, color=style.GROUND, width=style.THIN, z=style.Z_GROUND)
     _keep_strip(sheet, start, end, side)
 
 
@@ -149,10 +148,12 @@ def fixed_rim(sheet: Sheet, center: Array, radius: float, outward: float) -> Non
         span = min(22.0 / radius, 0.5)
         points = arc(center, radius, middle - span, middle + span, 12)
         sheet.line(points, color=style.GROUND, z=style.Z_MARK)
-        for foot in points[1::2]:
-            out = outward * unit(foot - center)
-            tip = foot + style.HATCH * (out - 0.8 * normal(out))
-            sheet.line([foot, tip], color=style.GROUND, width=style.THIN, z=style.Z_MARK)
+        feet = points[1::2]
+        out = outward * (feet - center) / radius
+        tips = feet + style.HATCH * (out - 0.8 * np.stack([-out[:, 1], out[:, 0]], axis=-1))
+        sheet.strokes(
+            feet, tips, color=style.GROUND, width=style.THIN, z=style.Z_MARK, weight=style.SOLID
+        )
 
 
 def toothed_line(sheet: Sheet, start: Array, end: Array, side: Array, gid: str) -> None:

@@ -29,8 +29,11 @@ def study_text(result: Result) -> list[str]:
     """Return a row for each set of parameters; of a path with many numbers its range."""
     columns: list[Column] = [("status", result.status)]
     columns += [(name, cells(array)) for name, array in result.parameters.items()]
+    units = [""] * len(columns)
     for whole, array in result.table.items():
         path = whole.split("/", 1)[-1]
+        unit = result.path_unit(whole)
+        units += [f"[{unit}]" if unit not in ("", "1") else ""] * (1 if array.ndim == 1 else 2)
         if array.ndim == 1:
             columns.append((path, cells(array)))
             continue
@@ -44,6 +47,9 @@ def study_text(result: Result) -> list[str]:
     while len(columns) > 3 and sum(sizes) > WIDE:
         columns, sizes = columns[:-1], sizes[:-1]
     lines = ["  " + "".join(f"{t:>{n}}" for (t, _), n in zip(columns, sizes, strict=True))]
+    units = units[: len(columns)]
+    if any(units):
+        lines.append("  " + "".join(f"{t:>{n}}" for t, n in zip(units, sizes, strict=True)))
     for k in rows:
         line = [f"{own[k]:>{n}}" for (_, own), n in zip(columns, sizes, strict=True)]
         lines.append("  " + "".join(line))

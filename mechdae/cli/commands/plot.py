@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--kind",
         metavar="K",
         help="diagram, animation, plans, curves, coupler, losses, map (default: diagram of a sweep "
-        "or of modes, curves of reactions, map of a study)",
+        "or of modes, curves of reactions, map of a study; diagram with --pose, --dark, --lang)",
     )
     parser.add_argument(
         "--of", action="append", default=[], metavar="PATH", help="what graphs show; repeatable"
@@ -59,7 +59,8 @@ def run(options: argparse.Namespace) -> int:
     name = task_for(problem, options.task, options.kind)
     study = problem.task(name).kind == "study"
     usual = DEFAULT.get(problem.task(name).kind, "diagram")
-    kind = options.kind or ("diagram" if options.pose is not None else usual)
+    posed = options.pose is not None or (not study and _styled(options))
+    kind = options.kind or ("diagram" if posed else usual)
     if kind not in KINDS:
         plot(None, kind)  # says which kinds there are
     if study and kind != "map":
@@ -101,6 +102,12 @@ def run(options: argparse.Namespace) -> int:
         message(f"mechdae: task {name}: {result.fault}", False)
         return 1
     return 0
+
+
+def _styled(options: argparse.Namespace) -> bool:
+    """Return whether colours or words were asked for and nothing that only graphs have."""
+    graph = bool(options.of) or options.polar
+    return (options.dark or options.lang != "en") and not graph
 
 
 def _style(options: argparse.Namespace, kind: str) -> dict[str, Any]:

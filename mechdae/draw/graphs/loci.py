@@ -14,7 +14,7 @@ from mechdae.draw import style
 from mechdae.draw.graphs.abscissa import Abscissa
 from mechdae.draw.graphs.frame import Entry, Frame
 from mechdae.draw.graphs.places import Places
-from mechdae.draw.graphs.scale import Scale
+from mechdae.draw.graphs.scale import Scale, number
 from mechdae.draw.graphs.series import Array
 
 HEIGHT = 330.0
@@ -60,8 +60,9 @@ def draw_loci(
     ticks: bool,
     pivots: Sequence[tuple[str, Any]] = (),
     origin: bool = False,
+    peaks: bool = False,
 ) -> Frame:
-    """Draw curves with equal axes, ticks, arrows and fixed pivots."""
+    """Draw curves with equal axes, ticks, arrows and fixed pivots, `peaks` with their size."""
     chosen = ticks_of(result, axis) if ticks else None
     key = [
         Entry(
@@ -89,6 +90,8 @@ def draw_loci(
         _draw(frame, panel, locus, scale, k, point, few=len(axis.values) <= FEWEST)
     for name, place in pivots:
         _pivot(frame, panel, places, name, scale(place), point)
+    for k, locus in enumerate(loci if peaks else ()):
+        _peak(frame, panel, places, locus, scale, k, axis)
     if chosen is not None:
         for k, locus in enumerate(loci):
             _ticks(frame, panel, places, locus, scale, k, point, chosen, axis)
@@ -269,6 +272,42 @@ def _ticks(
             away = (float(sign * across[0]), float(sign * across[1]))
             if places.write(float(here[0]), float(here[1]), text, _color(k), away=away):
                 break
+
+
+def _peak(
+    frame: Frame,
+    panel: Axes,
+    places: Places,
+    locus: Locus,
+    scale: Scale,
+    k: int,
+    axis: Abscissa,
+) -> None:
+    """Mark the pose that is farthest from the origin, with its distance and where it is."""
+    values = scale(locus.values)
+    size = np.hypot(values[:, 0], values[:, 1])
+    if not np.isfinite(size).any() or np.nanmax(size) == 0:
+        return
+    pose = int(np.nanargmax(np.round(size / np.nanmax(size), 12)))
+    x, y = (float(own) for own in values[pose])
+    panel.plot(
+        [x],
+        [y],
+        marker="D",
+        markersize=5.0 * frame.k,
+        color=_color(k),
+        markeredgecolor=style.PAPER,
+        markeredgewidth=0.6 * frame.k,
+        linestyle="",
+        zorder=4,
+        gid=f"peak-{locus.name}",
+    )
+    text = f"{number(float(size[pose]), 4)} at {axis.text(axis.values[pose])}"
+    out = np.array([x, y]) / size[pose]
+    side = np.array([-out[1], out[0]])
+    for way in (out, side, -side, -out):
+        if places.write(x, y, text, _color(k), away=(float(way[0]), float(way[1]))):
+            return
 
 
 def _across(values: Array, pose: int) -> Array | None:

@@ -76,6 +76,7 @@ def draw(result: Any, ax: Axes | None = None, *, paths: Sequence[str] | None = N
         subtitle=f"{result.problem}  ·  {result.task}  ·  {poses} poses  ·  {axes}",
         ticks=True,
         origin=True,
+        peaks=True,
     )
     panel = frame.panels[0]
     panel.grid(False)
