@@ -188,7 +188,7 @@ def _judged(
     defects += design.turn[1]
     defects += _missed_limits(search, design)
     objective = search.objective([worth.value for worth in worths])
-    claimed = search.claimed(found.objective)
+    claimed = search.claimed(nlp.terms_at(found.z, given))
     share, least = (FINER, 1e-5) if search.between_nodes else (AGREES, 1e-9)
     if not abs(objective - claimed) <= share * abs(claimed) + least * search.objective_unit:
         defects.append(f"the sweep gives {objective:.6g}, not {claimed:.6g}")

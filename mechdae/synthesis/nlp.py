@@ -27,6 +27,8 @@ class Nlp:
     ----------
     objective : SX
         Dimensionless: terms are divided by the size of what they measure.
+    terms : list of SX
+        What the objective is made of, one for each goal.
     """
 
     def __init__(self) -> None:
@@ -35,6 +37,7 @@ class Nlp:
         self._constraints: list[tuple[str, Any, Any, Any]] = []
         self._units: dict[str, float] = {}
         self.objective: Any = SX(0)
+        self.terms: list[Any] = []
         self._rest = SX.sym("rest")
 
     # -- pieces ------------------------------------------------------------------------------
@@ -209,6 +212,11 @@ class Nlp:
         g = np.array(self._rows(z, self.settings(given))).ravel()
         _, _, low, high = self.bounds
         return np.maximum(g - high, 0) - np.maximum(low - g, 0)
+
+    def terms_at(self, z: Any, given: Mapping[str, Any]) -> list[float]:
+        """Return the terms of the objective at a point."""
+        values = ca.Function("terms", [self.z, self.p], [ca.vertcat(*self.terms)])
+        return [float(v) for v in np.array(values(z, self.settings(given))).ravel()]
 
     @cached_property
     def _rows(self) -> Any:

@@ -171,7 +171,7 @@ class Job:
 
     def _tell(self, search: Search) -> None:
         if self._progress is not None:
-            best = None if self._best is None else search.claimed(self._best)
+            best = None if self._best is None else search.shown(self._best)
             self._progress(len(self._optima), max(self._total, self._begun), best)
 
 

@@ -144,7 +144,8 @@ class Search:
         d = space.design(nlp)
         sigma = nlp.parameter("sigma", np.ones(space.poses.nb))
         for goal, share in zip(self.goals, self.shares, strict=True):
-            nlp.objective += share * goal.add(nlp, d, sigma)
+            nlp.terms.append(goal.add(nlp, d, sigma))
+            nlp.objective += share * nlp.terms[-1]
         for limit in self.limits:
             limit.add(nlp, d, sigma)
         space.limits(nlp, d, sigma, kind)
@@ -193,14 +194,17 @@ class Search:
             return values[own[0]]
         return sum(self.weights[k] * self.goals[k].sense * values[k] for k in own)
 
-    def claimed(self, objective: float) -> float:
-        """Return what an objective of the NLP is in the same unit."""
+    def shown(self, objective: float) -> float:
+        """Return an objective of the NLP in the unit of what is reported."""
         own = self._counted
-        if not own:
-            return 0.0
         if len(own) == 1:
             return self.goals[own[0]].value(objective)
-        return objective * self.objective_unit
+        return objective * self.objective_unit if own else 0.0
+
+    def claimed(self, terms: list[float]) -> float:
+        """Return what the terms of the NLP's objective are in the same unit."""
+        values = [goal.value(term) for goal, term in zip(self.goals, terms, strict=True)]
+        return self.objective(values) if self._counted else 0.0
 
     @property
     def between_nodes(self) -> bool:

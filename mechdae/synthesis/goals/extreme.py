@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.describe.goals import Extreme as Asked
 from mechdae.describe.tasks import Reactions
-from mechdae.errors import MechdaeError
+from mechdae.errors import InputError, MechdaeError
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.quantity import MEANS, Quantity
@@ -55,6 +55,11 @@ class Extreme(Goal):
         bounds: tuple[float, float] | None = None,
     ) -> None:
         self.asked, self.name, self.quantity = asked, name, quantity
+        if quantity.transmission and bounds is None and asked.reduce != "least":
+            raise InputError(
+                f"the {asked.reduce} of a transmission angle is no goal", where=f"{name}.reduce",
+                hint='reduce = "least" is the worst of its poses',
+            )  # fmt: skip
         self.sense = asked.sense
         self.unit = typical
         self.bounds = bounds
@@ -66,11 +71,11 @@ class Extreme(Goal):
     @property
     def exactly(self) -> bool:
         """Whether the least transmission angle of a turn has a closed form here."""
-        return (
-            self.quantity.transmission
-            and self.space.single_loop
-            and (self.space.asked.full_turn and self.asked.reduce == "least")
+        least = self.asked.reduce == "least" or (
+            self.bounds is not None and self.bounds[1] >= np.pi / 2
         )
+        turns = self.space.asked.full_turn and self.quantity.turns
+        return self.quantity.transmission and self.space.single_loop and turns and least
 
     @cached_property
     def _at_pose(self) -> Any:
@@ -86,11 +91,15 @@ class Extreme(Goal):
 
     def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
         space = self.space
-        if self.exactly and not self.bounds:
-            most = nlp.variable(self.own("worst"), 1, 0.0, 1.0)
-            nlp.constrain("transmission", space.cosines(d) - most, -np.inf, 0.0)
-            nlp.constrain("transmission", space.cosines(d) + most, 0.0, np.inf)
-            return most
+        if self.exactly and self.bounds is not None:
+            most = float(np.cos(max(self.bounds[0], 0.0)))
+            nlp.constrain(f"limit of {self.asked.path}", space.cosines(d), -most, most)
+            return SX(0)
+        if self.exactly:
+            angle = nlp.variable(self.own("worst"), 1, 0.0, np.pi / 2)
+            nlp.constrain("transmission", space.cosines(d) - ca.cos(angle), -np.inf, 0.0)
+            nlp.constrain("transmission", space.cosines(d) + ca.cos(angle), 0.0, np.inf)
+            return -angle
         nodes = self.quantity.nodes
         x = space.pose_variables(nlp, self.own("x"), len(nodes))
         rows = []
@@ -108,18 +117,21 @@ class Extreme(Goal):
         if self.asked.path in MEANS or self.asked.reduce in ("mean", "rms"):
             return self.sense * self._mean(rows)
         worst = nlp.variable(self.own("worst"), 1, -np.inf, np.inf)
+        bound = ca.sin(worst) if self.quantity.transmission else worst
         for row in rows:
             value = self._size(row)
             if self.asked.reduce == "peak":
-                nlp.constrain("peak", value - worst, -np.inf, 0.0)
+                nlp.constrain("peak", value - bound, -np.inf, 0.0)
             else:
-                nlp.constrain("least", value - worst, 0.0, np.inf)
+                nlp.constrain("least", value - bound, 0.0, np.inf)
         return self.sense * worst
 
     def _scaled(self, bound: float) -> float:
-        if self.quantity.transmission:
-            return float(np.sin(np.clip(bound, 0.0, np.pi / 2)))
-        return bound / self.unit
+        if not self.quantity.transmission:
+            return bound / self.unit
+        if not 0 < bound < np.pi / 2:  # every angle keeps such a bound
+            return float(np.copysign(np.inf, bound - 1))
+        return float(np.sin(bound))
 
     def _size(self, row: Any) -> Any:
         """Return the quantity at a pose in its typical size; of vectors the length."""
@@ -159,11 +171,9 @@ class Extreme(Goal):
 
     def value(self, term: float) -> float:
         """Return the quantity for the goal's term in the objective."""
-        if self.exactly:
-            return float(np.arccos(np.clip(term, -1, 1)))
         own = self.sense * term
         if self.quantity.transmission:
-            return float(np.arcsin(np.clip(own, -1, 1)))
+            return own
         return own if self.asked.path == "summary/efficiency" else own * self.unit
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -202,8 +212,8 @@ class Extreme(Goal):
         return reduced(size, self.asked.reduce)
 
     def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
-        if self.exactly and not self.bounds:
-            return {self.own("worst"): [0.9]}, {}
+        if self.exactly:
+            return {self.own("worst"): [0.5]}, {}
         nodes = self.quantity.nodes
         _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), nodes)
         rows = [np.array(self._at_pose(x[k], nodes[k], drawn.d)).ravel() for k in range(len(nodes))]
