@@ -12,7 +12,8 @@ __version__ = "0.4.0"
 
 _HOMES = {
     "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "
-    "UnavailableError SolveError AssemblyError IndeterminateFrictionError",
+    "UnavailableError SolveError AssemblyError IndeterminateFrictionError "
+    "InconsistentStartError SingularMassError",
     "mechdae.describe.mechanism": "Mechanism Ground Body",
     "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt Distance Curve",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad",

@@ -10,6 +10,8 @@ MechdaeError
 +-- SolveError (RuntimeError)        the file is fine, the mechanism is not able to
     +-- AssemblyError                no pose: group, joint, gap
     +-- IndeterminateFrictionError   friction on a normal force that is not unique
+    +-- InconsistentStartError       positions or speeds of a motion contradict the constraints
+    +-- SingularMassError            a free coordinate without inertia
 
 A message has three parts: what, where, and what to try. Poses that are not reached are no
 error: the result has them with their status, and says what is wrong in ``fault``.
@@ -18,7 +20,8 @@ error: the result has them with their status, and says what is wrong in ``fault`
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 
 
 class MechdaeError(Exception):
@@ -80,6 +83,16 @@ class AssemblyError(SolveError):
 
 class IndeterminateFrictionError(SolveError):
     """Friction acts on a normal force that superfluous constraints leave open."""
+
+
+class InconsistentStartError(SolveError):
+    """What a motion starts from contradicts the constraints; ``residuals`` by constraint."""
+
+    residuals: Mapping[str, float] = MappingProxyType({})
+
+
+class SingularMassError(SolveError):
+    """A coordinate that no constraint holds has no inertia: its motion is not determined."""
 
 
 def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:

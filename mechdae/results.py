@@ -40,6 +40,10 @@ UNITS = {
     "loss": "W",
     "loss_uncoupled": "W",
     "normal": "N",
+    "energy": "J",
+    "kinetic": "J",
+    "potential": "J",
+    "drift": "1",
 }
 
 _WHOLE = (("Fx", "Fy", "M"), ("N", "N", "N m"))
@@ -151,6 +155,9 @@ class Result:
         All solutions of the poses that have several.
     data
         Of a sensitivity: values, derivatives and what tolerances do, by path and name.
+    scalars, work
+        Of a motion: energy, kinetic, potential [J] and drift (the largest gap of a constraint over
+        a length of the mechanism), (n,) each; work since t = 0 by load [J].
     unique
         Where constraints are superfluous: unique directions of a joint's reaction, the values
         along them, the frame of the directions.
@@ -184,6 +191,8 @@ class Result:
     solutions: tuple[dict[str, Any], ...] = ()
     unique: dict[str, dict[str, Any]] = field(default_factory=dict)
     data: dict[str, Any] = field(default_factory=dict)
+    scalars: Series = field(default_factory=lambda: Series({}))
+    work: Series = field(default_factory=lambda: Series({}))
 
     def _parts(self) -> list[tuple[str, Series]]:
         return [(f"efforts_{word}", series) for word, series in self.parts.items()]
@@ -208,6 +217,9 @@ class Result:
         for word, series in (("efforts", self.efforts), *self._parts()):
             if series:
                 result[word] = {name: plain(array) for name, array in series.items()}
+        result |= {name: plain(array) for name, array in self.scalars.items()}
+        if self.work:
+            result["work"] = {name: plain(array) for name, array in self.work.items()}
         for name in ("parameters", "table"):
             arrays = getattr(self, name)
             if arrays:
@@ -280,6 +292,10 @@ class Result:
             for name, array in series.items():
                 turns = name.endswith(".angle")
                 yield f"{word.replace('efforts', 'effort')}.{name}", "N m" if turns else "N", array
+        for name, array in self.scalars.items():
+            yield name, UNITS[name], array
+        for name, array in self.work.items():
+            yield f"work.{name}", "J", array
         for name, array in self.parameters.items():
             yield name, "", array
         for path, array in self.table.items():

@@ -194,9 +194,20 @@ def test_out_that_cannot_be_written(capsys, tmp_path) -> None:
     assert "file" in err
 
 
-def test_unavailable_tasks_are_skipped_or_refused(capsys, tmp_path) -> None:
+def test_unavailable_tasks_are_skipped_or_refused(capsys, tmp_path, monkeypatch) -> None:
+    from dataclasses import dataclass
+
+    from mechdae.describe import tasks
+
+    @dataclass(frozen=True)
+    class Later(tasks.Task):
+        """A kind of task that is read and not computed yet."""
+
+        kind = "later"
+
+    monkeypatch.setitem(tasks.TASKS, "later", Later)
     text = library.find("slider-crank").read_text()
-    text += '\n[tasks.force]\nkind = "equilibrium"\n'
+    text += '\n[tasks.force]\nkind = "later"\n'
     path = tmp_path / "force.toml"
     path.write_text(text)
     code, _, err = run(capsys, "solve", str(path))

@@ -98,6 +98,11 @@ def test_every_problem_in_every_kind_that_applies(name: str) -> None:
         if any("loss" in own for own in result.joints.values()):
             assert_readable(md.plot(result, "losses"))
         drawn += 1
+    if "motion" in kinds:
+        result = md.solve(problem, list(problem.tasks)[kinds.index("motion")], poses=25)
+        assert_readable(md.plot(result, "curves"))
+        assert_readable(md.plot(result, "coupler"))
+        drawn += 1
     assert drawn
 
 

@@ -140,7 +140,7 @@ def test_steps_of_a_chain_lie_tip_to_tail(tmp_path):
 
 
 def suitable():
-    """Return problem and task: of every problem the first one with forces, else a sweep."""
+    """Return problem and task: of every problem the first with forces, or a sweep, if any."""
     found = []
     for name in library.names():
         tasks = md.load(name).tasks
@@ -148,8 +148,7 @@ def suitable():
             [task for task, entry in tasks.items() if entry.kind == kind]
             for kind in ("reactions", "sweep")
         ]
-        if any(kinds):  # others have designs or motions only
-            found.append((name, [*kinds[0], *kinds[1]][0]))
+        found += [(name, task) for task in [*kinds[0], *kinds[1]][:1]]
     return found
 
 

@@ -35,7 +35,7 @@ def test_every_file_has_title_source_and_tasks(name: str) -> None:
     assert problem.title
     assert problem.source
     kinds = {task.kind for task in problem.tasks.values()}
-    assert kinds >= {"sweep", "modes"} or "reactions" in kinds or is_design(problem)
+    assert kinds >= {"sweep", "modes"} or kinds & {"reactions", "motion"} or is_design(problem)
 
 
 def is_design(problem: md.Problem) -> bool:

@@ -31,7 +31,11 @@ def moved(problem: md.Problem, random: np.random.Generator) -> md.Problem:
     """
     mechanism = problem.mechanism
     values = mechanism.values()
-    driven = {c.coordinate.split(".")[0] for t in problem.tasks.values() for c in t.all_drivers}
+    driven = {
+        c.coordinate.split(".")[0]
+        for t in problem.tasks.values()
+        for c in getattr(t, "all_drivers", ())
+    }
     shift = {name: random.normal(size=2) * 0.3 for name in mechanism.bodies}
     turn = {n: 0.0 if n in driven else random.uniform(-3, 3) for n in mechanism.bodies}
     turn[GROUND] = 0.0

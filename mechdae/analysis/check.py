@@ -7,16 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.motion.setup import as_motion
+from mechdae.analysis.motion.task import motion_start
 from mechdae.analysis.setting import first_pose, prepare
 from mechdae.analysis.solve import solve
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Expected, Problem
-from mechdae.describe.tasks import Modes, Sweep
+from mechdae.describe.tasks import Equilibrium, Modes, Motion, Sweep
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import KINDS, Result
 
-SERIES = (*KINDS, "efforts", "centres", "bound", "condition", "status")
+SERIES = (
+    *KINDS, "efforts", "centres", "bound", "condition", "status",
+    "time", "energy", "kinetic", "potential", "drift", "work",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,9 @@ def validate(problem: Problem) -> list[MechdaeError]:
                 solve(problem, name)
             elif type(task) is Sweep:
                 first_pose(prepare(problem, task), task)
+            elif isinstance(task, Motion | Equilibrium):
+                motion = task if isinstance(task, Motion) else as_motion(task)
+                motion_start(problem, motion)
         except MechdaeError as error:
             problem.blame(error)
             if str(error) not in map(str, errors):
@@ -116,6 +124,8 @@ def _all_modes(entry: Expected, result: Result) -> bool:
 def _pose(entry: Expected, result: Result, known: dict[str, float]) -> int:
     """Return the row of the pose that ``at`` or ``time`` names; the only one without them."""
     drivers = [series.position for series in result.drivers.values()]
+    if not drivers and result.time is not None:
+        drivers = [result.time]
     position = next((moved for moved in drivers if np.ptp(moved) > 0), drivers[0])
     if entry.time is not None:
         if result.time is None:

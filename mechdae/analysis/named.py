@@ -17,7 +17,7 @@ from mechdae.analysis.plan import Plan
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.named import RATES, TIME, coordinates_of, names_of
+from mechdae.describe.named import RATES, TIME, coordinates_of, names_of, reactions_of
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.batch import Batch
 from mechdae.model.model import FUNCTIONS, Model
@@ -92,6 +92,8 @@ class NamedOutputs:
             word = RATES[order - 1][1:]
             need = f"it uses the {word} of a coordinate"
             return f"{need}, which this task does not compute", f"derivatives = {order} or more"
+        if reactions_of(self.model.mechanism, name):
+            return "it uses reactions, outputs of which are given by tasks of motion", ""
         if TIME in names_of(self.model.mechanism, name) and not time:
             return "it uses t, and this task has no time", "a driver with a constant speed or a law"
         return None

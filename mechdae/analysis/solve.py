@@ -10,7 +10,17 @@ from pathlib import Path
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import Problem, load
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import Driven, Modes, Reactions, Sensitivity, Study, Sweep, Task
+from mechdae.describe.tasks import (
+    Driven,
+    Equilibrium,
+    Modes,
+    Motion,
+    Reactions,
+    Sensitivity,
+    Study,
+    Sweep,
+    Task,
+)
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
@@ -68,6 +78,14 @@ def solve(
             from mechdae.analysis.assembly import modes
 
             return modes(whole, name, chosen)
+        if isinstance(chosen, Motion):
+            from mechdae.analysis.motion.task import motion
+
+            return motion(whole, name, chosen)
+        if isinstance(chosen, Equilibrium):
+            from mechdae.analysis.motion.equilibrium import equilibrium
+
+            return equilibrium(whole, name, chosen)
         if isinstance(chosen, Study):
             from mechdae.analysis.study import study
 
@@ -90,7 +108,8 @@ def solve(
     raise UnavailableError(
         f"tasks of kind '{chosen.kind}' are not computed by this version",
         where=f"tasks.{name}.kind",
-        hint="available: sweep, modes, reactions, study, sensitivity, synthesis",
+        hint="available: sweep, modes, reactions, motion, equilibrium, study, sensitivity, "
+        "synthesis",
     )
 
 
@@ -118,7 +137,7 @@ def _changed(task: Task, mode: str | None, poses: int | None) -> Task:
             raise InputError(f"a task of kind '{task.kind}' does not start on a mode")
         task = replace(task, mode=mode)
     if poses is not None:
-        if not isinstance(task, Sweep):
+        if not isinstance(task, Sweep | Motion):
             raise InputError(f"a task of kind '{task.kind}' has no number of poses")
         task = replace(task, poses=poses)
     return task

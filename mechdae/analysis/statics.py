@@ -215,15 +215,15 @@ class Statics:
     @cached_property
     def _abscissae(self) -> Batch:
         at = [signal.at for signal in self.loads.signals]
-        inputs = [self.balance.inputs[0], self.scene.model.p]
-        return Batch(ca.Function("at", inputs, [ca.vertcat(*at)]), [1])
+        inputs = [*self.balance.inputs[:2], self.scene.model.p]
+        return Batch(ca.Function("at", inputs, [ca.vertcat(*at)]), [2])
 
     def _pieces(self, motion: Motion) -> Any:
         """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
         n = len(motion)
         if not self.tables:
             return np.zeros((n, 0))
-        at = self._abscissae(motion.q, self.p)[0]
+        at = self._abscissae(motion.q, motion.v, self.p)[0]
         columns = []
         for k, table in enumerate(self.tables):
             columns += self._piece(k, table, at[:, k])
@@ -247,7 +247,7 @@ class Statics:
         """Return the poses at which a table has no value, by load."""
         found = {}
         if self.tables:
-            at = self._abscissae(motion.q, self.p)[0]
+            at = self._abscissae(motion.q, motion.v, self.p)[0]
             for k, table in enumerate(self.tables):
                 load = self.loads.signals[k].load
                 slack = 1e-12 * np.abs(table[:, 0]).max()

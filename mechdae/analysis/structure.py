@@ -11,13 +11,14 @@ from mechdae.analysis import start
 from mechdae.analysis.force_structure import force_structure
 from mechdae.analysis.freedom import settled
 from mechdae.analysis.modes import Assembler
+from mechdae.analysis.motion.structure import motion_structure
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.plan import plan, sketched
 from mechdae.analysis.reactions import loaded_bodies
 from mechdae.describe.demand import demand
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Driven, Reactions, Sweep, Synthesis
+from mechdae.describe.tasks import Driven, Equilibrium, Motion, Reactions, Sweep, Synthesis
 from mechdae.errors import MechdaeError
 from mechdae.kernels.graphs import Graphs
 from mechdae.model.model import Model
@@ -54,6 +55,9 @@ def structure(problem: Problem) -> dict[str, Any]:
     }
     seen: dict[tuple[str, ...], dict[str, Any]] = {}
     for name, task in problem.tasks.items():
+        if isinstance(task, Motion | Equilibrium):
+            result["tasks"][name] = motion_structure(problem, task)
+            continue
         if not isinstance(task, Driven):
             result["tasks"][name] = {"kind": task.kind, "available": task.available}
             if isinstance(task, Synthesis):

@@ -10,13 +10,13 @@ from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Driven, Sweep
 from mechdae.errors import InputError
 
-DEFAULT = {"reactions": "curves", "study": "map"}
+DEFAULT = {"reactions": "curves", "motion": "curves", "study": "map"}
 """Kind of picture by kind of task; of all others the diagram."""
 FIRST = {
     "losses": ("reactions",),
     "map": ("study", "sweep"),
-    "curves": ("sweep", "reactions"),
-    "coupler": ("sweep", "reactions"),
+    "curves": ("sweep", "reactions", "motion"),
+    "coupler": ("sweep", "reactions", "motion"),
 }
 """Kinds of tasks that a kind of picture is drawn of, the first that the problem has."""
 GRAPHS = tuple(FIRST)

@@ -8,7 +8,7 @@ from typing import Any
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.named import check_expression
+from mechdae.describe.named import check_expression, split_rate
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 
@@ -57,7 +57,9 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
                 raise problem.inside("along") from None
     if isinstance(load, Resistance | Spring | TableLoad) and load.coordinate is not None:
         try:
-            coordinate(mechanism, load.coordinate)
+            base, order = split_rate(load.coordinate)
+            at_speed = isinstance(load, TableLoad) and order == 1
+            coordinate(mechanism, base if at_speed else load.coordinate)
         except MechdaeError as problem:
             raise problem.inside("coordinate") from None
 

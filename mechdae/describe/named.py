@@ -16,6 +16,8 @@ from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 
 RATES = (".speed", ".acceleration")
 TIME = "t"
+COMPONENTS = ("x", "y", "moment")
+"""Of ``JOINT.reaction``: force [N] in world axes, moment about the second body's point [N m]."""
 
 
 def split_rate(name: str) -> tuple[str, int]:
@@ -24,6 +26,22 @@ def split_rate(name: str) -> tuple[str, int]:
         if name.endswith(rate):
             return name.removesuffix(rate), order
     return name, 0
+
+
+def is_reaction(mechanism: Mechanism, name: str) -> bool:
+    """Return whether a name is a component of a joint's reaction, ``B.reaction.x``."""
+    parts = name.split(".")
+    return (
+        len(parts) == 3
+        and parts[0] in mechanism.joints
+        and parts[1] == "reaction"
+        and parts[2] in COMPONENTS
+    )
+
+
+def reactions_of(mechanism: Mechanism, output: str) -> list[str]:
+    """Return the components of reactions that a named output uses."""
+    return sorted(n for n in names_of(mechanism, output) if is_reaction(mechanism, n))
 
 
 def names_of(mechanism: Mechanism, output: str) -> set[str]:
@@ -44,6 +62,8 @@ def coordinates_of(mechanism: Mechanism, output: str) -> dict[str, int]:
     """Return the coordinates a named output uses, each with the highest order of its rates."""
     orders: dict[str, int] = {}
     for name in sorted(names_of(mechanism, output) - set(mechanism.parameters) - {TIME}):
+        if is_reaction(mechanism, name):
+            continue
         base, order = split_rate(name)
         orders[base] = max(order, orders.get(base, 0))
     return orders
@@ -51,7 +71,9 @@ def coordinates_of(mechanism: Mechanism, output: str) -> dict[str, int]:
 
 def bodies_of(mechanism: Mechanism, outputs: Iterable[str]) -> set[str]:
     """Return the bodies (the ground too) that named outputs depend on."""
-    parts = {base.split(".")[0] for name in outputs for base in coordinates_of(mechanism, name)}
+    names = [name for output in outputs for name in reactions_of(mechanism, output)]
+    names += [base for output in outputs for base in coordinates_of(mechanism, output)]
+    parts = {name.split(".")[0] for name in names}
     return {
         body
         for part in parts
@@ -59,8 +81,13 @@ def bodies_of(mechanism: Mechanism, outputs: Iterable[str]) -> set[str]:
     }
 
 
-def check_expression(mechanism: Mechanism, text: object, place: str) -> None:
-    """Raise for an expression with names that are no parameter, coordinate, rate or time."""
+def check_expression(
+    mechanism: Mechanism, text: object, place: str, reactions: bool = False
+) -> None:
+    """Raise for an expression with names that are no parameter, coordinate, rate or time.
+
+    ``reactions`` are allowed in outputs.
+    """
     if not isinstance(text, str):
         return
     try:
@@ -70,6 +97,8 @@ def check_expression(mechanism: Mechanism, text: object, place: str) -> None:
                     f"'{used}' is a parameter and a named output", hint="rename one of them"
                 )
             if used == TIME or used in mechanism.parameters or used in mechanism.outputs:
+                continue
+            if reactions and is_reaction(mechanism, used):
                 continue
             if split_rate(used)[0] not in coordinate_names(mechanism):
                 known = [*mechanism.parameters, *mechanism.outputs, *coordinate_names(mechanism)]
@@ -94,7 +123,7 @@ def check_outputs(mechanism: Mechanism) -> None:
             raise InputError(f"'{shorten(name, 30)}' is {reason}", where=place, hint=NAME_RULE)
         if not isinstance(text, str):
             raise InputError("an expression in quotes is needed", where=place)
-        check_expression(mechanism, text, place)
+        check_expression(mechanism, text, place, reactions=True)
     for name in mechanism.outputs:
         _check_circle(mechanism, name)
 

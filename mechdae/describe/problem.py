@@ -16,12 +16,22 @@ from mechdae.describe.expression import names_in
 from mechdae.describe.joints import JOINTS, SPATIAL, Joint
 from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground, Mechanism, evaluate_all
+from mechdae.describe.moving import check_equilibrium, check_motion
 from mechdae.describe.named import check_outputs
 from mechdae.describe.reading import check_suffix, plain, read, split_unit, to_si
 from mechdae.describe.repeat import Pattern, expand, pattern_of
 from mechdae.describe.table import Table
 from mechdae.describe.tabulated import with_tables, with_tables_of
-from mechdae.describe.tasks import TASKS, Driven, Driver, Reactions, Study, Task
+from mechdae.describe.tasks import (
+    TASKS,
+    Driven,
+    Driver,
+    Equilibrium,
+    Motion,
+    Reactions,
+    Study,
+    Task,
+)
 from mechdae.describe.values import Number, Value, key, number
 from mechdae.errors import (
     InputError,
@@ -366,7 +376,7 @@ def _read_load(name: str, table: Any) -> Any:
 def _read_task(name: str, table: Any) -> Task:
     place = f"tasks.{name}"
     kind, rest = _kind(table, place, TASKS, "task")
-    if issubclass(kind, Driven):
+    if issubclass(kind, Driven | Motion | Equilibrium):
         if "driver" in rest:
             rest["driver"] = _read_driver(rest["driver"], f"{place}.driver")
         if "drivers" in rest:
@@ -476,6 +486,14 @@ def _check_name(task: str) -> None:
 def _check_task(mechanism: Mechanism, name: str, task: Task) -> None:
     place = f"tasks.{name}"
     known = evaluate_all(mechanism.parameters)
+    if isinstance(task, Motion | Equilibrium):
+        try:
+            if isinstance(task, Motion):
+                check_motion(mechanism, task)
+            else:
+                check_equilibrium(mechanism, task)
+        except MechdaeError as problem:
+            raise problem.inside(place) from None
     if not isinstance(task, Driven):
         return
     try:

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 from mechdae.describe.expression import CONSTANTS, dotted, parse
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.named import TIME, split_rate
+from mechdae.describe.named import TIME, is_reaction, split_rate
 
 Powers = tuple[Fraction, Fraction, Fraction]
 """Exponents of metre, radian and second."""
@@ -72,7 +72,7 @@ def _of_name(mechanism: Mechanism, name: str) -> Powers | str:
         return NUMBER
     if name == TIME:
         return (Fraction(0), Fraction(0), Fraction(1))
-    if name in mechanism.parameters:
+    if name in mechanism.parameters or is_reaction(mechanism, name):
         return UNKNOWN
     if name in mechanism.outputs:
         return _powers(mechanism, parse(mechanism.outputs[name]))

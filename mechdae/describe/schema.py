@@ -11,7 +11,7 @@ from mechdae.describe.mechanism import Body, Ground
 from mechdae.describe.problem import SCHEMA, TOP, Expected
 from mechdae.describe.reading import suffixes
 from mechdae.describe.repeat import KEYS
-from mechdae.describe.tasks import TASKS, Driven, Driver
+from mechdae.describe.tasks import TASKS, Driven, Driver, Equilibrium, Motion
 from mechdae.describe.values import Value, required
 
 NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
@@ -127,6 +127,7 @@ def _tasks() -> list[dict[str, Any]]:
         entry = _object(kind, kind=word)
         if issubclass(kind, Driven):
             entry["properties"]["driver"] = _object(Driver)
+        if issubclass(kind, Driven | Motion | Equilibrium):
             entry["properties"]["drivers"] = {"type": "array", "items": _object(Driver)}
         entries.append(entry)
     return entries

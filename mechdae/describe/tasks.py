@@ -128,31 +128,58 @@ class Reactions(Sweep):
 
 @dataclass(frozen=True)
 class Motion(Task):
-    """Motion under forces."""
+    """Motion under forces, from t = 0.
 
-    start: Table[Any] | None = key("free", None)
-    start_speed: Table[Any] | None = key("free", None)
-    drivers: Any = key("free", None)
-    until: Number | None = key("number", None)
-    at: tuple[Number, ...] | None = key("numbers", None)
-    tolerance: Number | None = key("number", None)
-    method: str | None = key("text", None)
+    ``start`` and ``start_speed`` hold values of coordinates, what they leave open is taken from
+    the sketch and moves as little as it can; ``drivers`` follow laws of time or are held. The
+    motion is given at the times ``at``, at ``poses`` equal intervals, or at its own steps.
+    ``friction`` is "none" or not computed by this version.
+    """
+
+    start: Table[Any] | None = key("free", None, doc="coordinate -> value")
+    start_speed: Table[Any] | None = key("free", None, doc="coordinate -> speed")
+    drivers: tuple[Driver, ...] | None = None
+    until: Number | None = key("number", None, doc="end [s]")
+    at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
+    poses: int | None = key("whole", None, doc="outputs at equal intervals")
+    tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
+    method: str | None = key("text", None, choices=("explicit",))
     friction: str | None = key("text", None, choices=("event", "smooth", "none"))
-    events: Any = key("free", None)
+    events: Any = key("free", None, doc="[{coordinate, crosses, name, stop}]")
     outputs: tuple[str, ...] | None = key("names", None)
 
     kind: ClassVar[str] = "motion"
+    available: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.drivers is not None:
+            object.__setattr__(self, "drivers", tuple(sequence(self.drivers)))
 
 
 @dataclass(frozen=True)
 class Equilibrium(Task):
-    """Static pose under loads."""
+    """Static pose under loads, and small motions around it.
+
+    It is the one that Newton's method finds from the sketch, with the coordinates of ``start`` put
+    to their values first. ``drivers`` hold coordinates; ``free`` names as many independent
+    coordinates as there are freedoms, in which small motions are told.
+    """
 
     free: tuple[str, ...] | None = key("names", None)
-    linearise: bool = key("flag", False)
+    start: Table[Any] | None = key("free", None, doc="coordinate -> value near the pose")
+    drivers: tuple[Driver, ...] | None = None
+    friction: str | None = key("text", None, choices=("none",))
+    linearise: bool = key("flag", False, doc="frequencies, damping and shapes")
     outputs: tuple[str, ...] | None = key("names", None)
 
     kind: ClassVar[str] = "equilibrium"
+    available: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.drivers is not None:
+            object.__setattr__(self, "drivers", tuple(sequence(self.drivers)))
 
 
 @dataclass(frozen=True)

@@ -187,10 +187,11 @@ class Loads:
             raise InputError(
                 "the file has not been read", where="file", hint="load the problem from its file"
             )
-        c = coordinate(self.model.mechanism, load.coordinate)
+        base, order = split_rate(load.coordinate)
+        c = coordinate(self.model.mechanism, base)
         self._note(c)
         piece = SX.sym(f"piece_{load.name}", 3)
-        at = self.model.coordinate(c)
+        at = self._speed(c) if order else self.model.coordinate(c)
         self.signals.append(Signal(load, at, piece))
         start, value, slope = ca.vertsplit(piece)
         value = self._number(load, "factor") * (value + slope * (at - start))

@@ -269,14 +269,21 @@ def eliminate(
     left, rest = list(unknowns), list(equations)
     while left:
         rows = ca.vertcat(*[expression for expression, _, _ in rest])
-        pivot = _best_pivot(ca.jacobian(rows, ca.vertcat(*left)), nonzero)
+        jacobian = ca.jacobian(rows, ca.vertcat(*left))
+        pivot = _best_pivot(jacobian, nonzero)
         if pivot is None:
             break
         i, j, value = pivot
         symbol = left.pop(j)
-        expression = -ca.substitute(rest.pop(i)[0], symbol, 0) / value
-        rest = [(ca.substitute(row, symbol, expression), u, owner) for row, u, owner in rest]
-        solved = [(s, ca.substitute(e, symbol, expression)) for s, e in solved]
+        expression = -ca.substitute(rest[i][0], symbol, 0) / value
+        for k in jacobian[:, j].sparsity().row():
+            row, unit, owner = rest[k]
+            rest[k] = (ca.substitute(row, symbol, expression), unit, owner)
+        rest.pop(i)
+        solved = [
+            (s, ca.substitute(e, symbol, expression) if ca.depends_on(e, symbol) else e)
+            for s, e in solved
+        ]
         solved.append((symbol, expression))
     return solved, rest, left
 

@@ -9,10 +9,15 @@ import numpy as np
 
 from mechdae.results import Result
 from mechdae.tables.force_facts import force_facts
+from mechdae.tables.motions import equilibrium_facts, motion_facts
 from mechdae.tables.text import MOST, driver_value, moves, quantity
 
 
 def facts_text(result: Result, width: int) -> list[str]:
+    if result.kind == "motion":
+        return motion_facts(result)
+    if result.kind == "equilibrium":
+        return equilibrium_facts(result)
     summary, lines = result.summary, []
     units = [result.unit("drivers", c, "position") for c in result.drivers]
     moving = [moves(series.position) for series in result.drivers.values()]

@@ -80,6 +80,8 @@ def _group(group: dict[str, Any]) -> str:
 def _task(task: dict[str, Any]) -> str:
     if "error" in task:
         return f"{task['kind']}: {task['error']}"
+    if task["kind"] in ("motion", "equilibrium"):
+        return _motion(task)
     parts = [task["kind"]]
     if not task.get("available", False):
         return f"{task['kind']}, not computed by this version"
@@ -95,6 +97,20 @@ def _task(task: dict[str, Any]) -> str:
     parts.append(f"{task['unknowns']} unknowns in blocks {task['blocks']}")
     if task["not_in_scene"]:
         parts.append(f"not in the scene: {', '.join(task['not_in_scene'])}")
+    return ", ".join(parts)
+
+
+def _motion(task: dict[str, Any]) -> str:
+    """Return what a task of motion integrates."""
+    free, kept = len(task["coordinates"]), len(task["constraints"])
+    parts = [
+        f"{task['kind']}, {task['absolute']} coordinates and {task['equations']} equations "
+        f"-> {free} and {kept}",
+        f"loads {', '.join(task['loads']) or 'none'}",
+    ]
+    if "end" in task:
+        parts.insert(1, f"until t = {task['end']:g} s at tolerance {task['tolerance']:g}")
+    parts += [f"laws of time for {', '.join(task['drivers'])}"] if task["drivers"] else []
     return ", ".join(parts)
 
 

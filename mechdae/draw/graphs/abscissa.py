@@ -23,6 +23,7 @@ MARKS = {
     "limit": ("limit", style.DASH_DOT),
     "end_of_curve": ("end of the curve", style.DASH_DOT),
     "change_point": ("change point", (0.0, (1.5, 2.0))),
+    "singular": ("singular pose", (0.0, (1.5, 2.0))),
 }
 """Events drawn as upright lines: word and dashes."""
 SHOWN = 4

@@ -154,7 +154,7 @@ def _quantity(group: Sequence[Line], scale: Scale) -> str:
     unit = f"[{scale.unit}]" if scale.unit else ""
     if len(words) == 1:
         return f"{words[0]} {unit}".strip()
-    if {word.split(" ")[0] for word in words} <= {"reaction", "normal"}:
+    if words and {word.split(" ")[0] for word in words} <= {"reaction", "normal"}:
         return f"force {unit}"
     return unit
 

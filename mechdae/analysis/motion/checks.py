@@ -1,0 +1,144 @@
+"""Checks before a motion begins: equations that never hold, coordinates without inertia."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.motion.integrate import Integrator
+from mechdae.analysis.motion.setup import Setup
+from mechdae.analysis.motion.start import Start
+from mechdae.errors import InconsistentStartError, SingularMassError, SolveError
+
+CLOSED = 1e-9
+RANK = 1e-9
+MASSLESS = 1e-12
+"""Least eigenvalue of the scaled mass matrix along the freedoms that counts as inertia."""
+OPEN = 1e-6
+"""Share of the accelerations by which superfluous equations may contradict each other."""
+
+
+def check_start(setup: Setup, begin: Start) -> None:
+    """Raise for equations without a coordinate that do not hold, and laws that fight joints.
+
+    Raises
+    ------
+    InconsistentStartError
+        With what is left of each equation.
+    """
+    r = setup.released
+    rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else ca.SX(0, 1)
+    function = ca.Function("rows", [r.model.q, r.t, r.model.p], [rows])
+    values = np.array(function(begin.q, 0.0, r.model.p_values)).ravel()
+    sizes = np.array([1.0 if row.unit == "rad" else setup.length for row in r.rows])
+    left = {
+        row.name: float(value)
+        for row, value, size in zip(r.rows, values, sizes, strict=True)
+        if abs(value) > CLOSED * size
+    }
+    if left:
+        listed = ", ".join(f"{name} {value:.3g}" for name, value in list(left.items())[:6])
+        error = InconsistentStartError(
+            f"the constraints do not hold together at t = 0; what is left: {listed}",
+            where="start",
+            hint="a law of time must begin where the start is",
+        )
+        error.residuals = left
+        raise error
+    if r.residue.numel():
+        moving = [e for e in ca.symvar(r.residue) if e.element_hash() == r.t.element_hash()]
+        if moving:
+            owners = ", ".join(dict.fromkeys(r.rows[i].owner for i in r.empty))
+            raise InconsistentStartError(
+                f"laws of time leave no freedom to {owners}: too many coordinates are driven",
+                where="drivers",
+                hint="drive fewer coordinates",
+            )
+
+
+def freedoms(J: Any, sizes: Any) -> Any:
+    """Return a basis (n, k) of the rates that constraints leave, over natural sizes."""
+    n = len(sizes)
+    if not len(J):
+        return np.eye(n)
+    scaled = J * sizes
+    norms = np.linalg.norm(scaled, axis=1, keepdims=True)
+    scaled = scaled / np.where(norms > 0, norms, 1.0)
+    _, sigma, right = np.linalg.svd(scaled)
+    rank = int(np.sum(sigma > RANK * sigma[0])) if len(sigma) and sigma[0] > 0 else 0
+    return right[rank:].T
+
+
+def check_inertia(setup: Setup, x: Any, v: Any) -> None:
+    """Raise for freedoms without inertia.
+
+    Raises
+    ------
+    SingularMassError
+        With the bodies that move in such a freedom.
+    """
+    k = setup.kernel
+    signs = np.zeros(len(setup.loads.slips))
+    M, f, J, _ = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
+    if not np.isfinite(f).all() or not np.isfinite(M).all():
+        loads = ", ".join(setup.loads.wrenches)
+        raise SolveError(
+            f"forces are not finite at the start: {loads}", where="loads", hint="check the values"
+        )
+    basis = freedoms(J, k.sizes)
+    if not basis.shape[1]:
+        return
+    scaled = M * np.outer(k.sizes, k.sizes)
+    along = basis.T @ scaled @ basis
+    values, vectors = np.linalg.eigh(along)
+    largest = max(float(values[-1]), float(np.trace(scaled)), 0.0)
+    if values[0] > MASSLESS * largest:
+        return
+    direction = np.abs(basis @ vectors[:, 0])
+    chosen = [
+        ".".join(name)
+        for name, share in zip(k.released.names, direction, strict=True)
+        if share > 0.1 * direction.max()
+    ]
+    raise SingularMassError(
+        f"nothing that moves with {', '.join(chosen)} has a mass or a moment of inertia, and no "
+        "constraint holds it: its acceleration is not determined",
+        where="bodies",
+        hint="give mass and inertia to these bodies, or a driver",
+    )
+
+
+def check_rest(setup: Setup, integrator: Integrator, x: Any, v: Any) -> None:
+    """Raise where superfluous equations contradict each other in their accelerations.
+
+    Raises
+    ------
+    InconsistentStartError
+        With what is left by constraint.
+    """
+    k = setup.kernel
+    if not k.m:
+        return
+    signs = np.zeros(len(setup.loads.slips))
+    a = integrator.acceleration(0.0, x, v, signs)
+    _, _, J, gamma = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
+    left = (J @ a - gamma.ravel()) / k.gaps
+    size = max(
+        float(np.max(np.abs(gamma.ravel() / k.gaps), initial=0.0)),
+        float(np.max(np.abs(a / k.sizes), initial=0.0)),
+        float(np.max(np.abs(v / k.sizes), initial=0.0)) ** 2,
+    )
+    if not np.isfinite(left).all() or np.max(np.abs(left)) > OPEN * max(size, 1e-300):
+        names = [k.released.rows[i].name for i in k.released.kept]
+        found = dict(zip(names, (left * k.gaps).tolist(), strict=True))
+        worst = max(found, key=lambda name: abs(found[name]))
+        error = InconsistentStartError(
+            "the pose is singular and the speeds do not fit it: no accelerations meet the "
+            f"constraints, {worst} is left with {found[worst]:.3g}",
+            where="start",
+            hint="start at another pose, or with other speeds",
+        )
+        error.residuals = found
+        raise error

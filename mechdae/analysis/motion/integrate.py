@@ -1,0 +1,191 @@
+"""The integration: chunks of steps, states between them, roots of events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.motion.setup import Setup
+from mechdae.kernels.batch import Batch
+from mechdae.kernels.call import Call
+from mechdae.kernels.stepper import Chunk, interpolate
+
+LEAST = 1e-13
+"""Step, as a share of the whole time, below which the integration gives up."""
+FIRST = 1.25
+"""First step over tol^(1/8) / frequency."""
+STAGES = 12
+"""Right-hand sides of a trial step."""
+ROOT = 80
+
+
+@dataclass
+class Nodes:
+    """Accepted steps: states (n + 1, .), the first is where the first step starts.
+
+    ``signs`` are the signs of slips that hold over these steps; ``stalled`` tells that the step
+    size went to nothing behind the last node.
+    """
+
+    states: Any
+    signs: Any
+    stalled: bool = False
+
+
+class Integrator:
+    """Integrates a motion from states given.
+
+    Attributes
+    ----------
+    accepted, rejected, rhs : int
+        Counts of work.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, self.kernel, self.stepper = setup, setup.kernel, setup.stepper
+        self.layout = self.stepper.layout
+        self.accepted = self.rejected = self.rhs = 0
+
+    # -- functions -----------------------------------------------------------------------------
+
+    @cached_property
+    def _rhs(self) -> Call:
+        return Call(self.kernel.rhs)
+
+    @cached_property
+    def _chunk(self) -> Chunk:
+        return Chunk(self.stepper)
+
+    @cached_property
+    def _step(self) -> Call:
+        return Call(self.stepper.step)
+
+    @cached_property
+    def _dense(self) -> Batch:
+        return Batch(self.stepper.dense, [5], straight=lambda: None)
+
+    @cached_property
+    def _project(self) -> Batch:
+        return Batch(self.kernel.project, [3], straight=lambda: None)
+
+    @cached_property
+    def rates(self) -> Batch:
+        """(t, x, v, signs) -> x'', lambda for many states."""
+        return Batch(self.kernel.rhs, [3], straight=lambda: None)
+
+    def acceleration(self, t: float, x: Any, v: Any, signs: Any) -> Any:
+        """Return x'' at one state."""
+        self.rhs += 1
+        return self._rhs(t, x, v, signs)[0]
+
+    # -- states --------------------------------------------------------------------------------
+
+    def first(self, t: float, x: Any, v: Any, w: Any, signs: Any, h: float = 0.0) -> Any:
+        """Return the state that an integration starts from."""
+        a = self.acceleration(t, x, v, signs)
+        lay = self.layout
+        state = np.zeros(lay.size)
+        for name, value in (("t", t), ("x", x), ("v", v), ("a", a), ("w", w)):
+            state[lay[name]] = value
+        omega = float(np.array(self.stepper.frequency(v, a)).ravel()[0])
+        span = self.setup.end
+        natural = FIRST * self.setup.tolerance ** (1 / 8) / omega if omega > 0 else np.inf
+        state[lay["h"]] = h or min(natural, span / 10)
+        state[lay["omega"]] = omega if omega > 0 else 1 / span
+        return state
+
+    def steps(self, state: Any, signs: Any) -> Iterator[Nodes]:
+        """Yield accepted steps until the end of the motion or a step size of nothing."""
+        lay, end = self.layout, self.setup.end
+        numbers = np.concatenate([[end, self.setup.tolerance], signs])
+        while state[lay["t"]][0] < end:
+            states = self._chunk(state, numbers)
+            good = lay.of(states, "accepted") > 0
+            trials = int(states[-1][lay["trials"]][0] - state[lay["trials"]][0])
+            self.accepted += int(good.sum())
+            self.rejected += trials - int(good.sum())
+            self.rhs += STAGES * trials
+            last = states[-1]
+            stalled = bool(not last[lay["t"]][0] >= end and not last[lay["h"]][0] > LEAST * end)
+            nodes = np.vstack([state[None, :], states[good]])
+            state = last
+            if len(nodes) > 1 or stalled:
+                yield Nodes(nodes, signs, stalled)
+            if stalled:
+                return
+
+    def between(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+        """Return x, v and works (n, .) at times inside accepted steps, on the constraints."""
+        lay, states = self.layout, nodes.states
+        starts = lay.of(states, "t")
+        times = np.asarray(times, float)
+        place = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(states) - 2)
+        used = np.array(sorted(set(place.tolist())), int)
+        h = starts[1:] - starts[:-1]
+        parts = [lay.of(states[used], name) for name in ("x", "v", "a")]
+        inputs = [starts[used][:, None], *parts, h[used][:, None], nodes.signs]
+        n = lay.n
+        coefficients = self._dense(*inputs)[0].reshape(len(used), 2 * n + lay.works, 7)
+        self.rhs += (STAGES + 3) * len(used)
+        rows = np.searchsorted(used, place)
+        first = np.hstack([lay.of(states[place], name) for name in ("x", "v", "w")])
+        share = (times - starts[place]) / h[place]
+        found = interpolate(coefficients[rows], first, share)
+        x, v, w = found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
+        if self.kernel.m:
+            x, v = self._project(times[:, None], x, v, nodes.signs)[:2]
+        exact = np.isin(times, starts)
+        for k in np.flatnonzero(exact):
+            node = states[int(np.searchsorted(starts, times[k]))]
+            x[k], v[k], w[k] = (node[lay[name]] for name in ("x", "v", "w"))
+        return x, v, w
+
+    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+        """Return the state after one step of a given size."""
+        lay = self.layout
+        parts = [state[lay[name]] for name in ("t", "x", "v", "a", "w")]
+        omega = state[lay["omega"]][0]
+        self.rhs += STAGES
+        x, v, a, w, *_ = self._step(*parts, h, signs, omega)
+        after = state.copy()
+        for name, value in (("x", x), ("v", v), ("a", a), ("w", w)):
+            after[lay[name]] = value
+        after[lay["t"]] = state[lay["t"]] + h
+        return after
+
+    def located(self, state: Any, h: float, signs: Any, value: Callable[[Any], float]) -> Any:
+        """Return the state inside a step where a value over states vanishes.
+
+        The step is repeated with other sizes: the root is as exact as the integration. The value
+        has different signs at both ends.
+        """
+        if h <= 0:
+            return state
+        low, high = 0.0, h
+        below, above = value(state), value(self.stepped(state, h, signs))
+        if below == 0:
+            return state
+        found, side = self.stepped(state, h, signs), 0
+        for _ in range(ROOT):
+            if above == below:
+                break
+            size = (low * above - high * below) / (above - below)
+            if not low < size < high:
+                size = (low + high) / 2
+            found = self.stepped(state, size, signs)
+            here = value(found)
+            if here == 0 or high - low <= 4e-16 * max(abs(float(found[0])), high):
+                break
+            if (here < 0) == (below < 0):
+                low, below = size, here
+                above = above / 2 if side == -1 else above
+                side = -1
+            else:
+                high, above = size, here
+                below = below / 2 if side == 1 else below
+                side = 1
+        return found

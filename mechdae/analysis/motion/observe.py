@@ -1,0 +1,180 @@
+"""States of a motion as what is reported: absolute coordinates, forces, energies, gaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.motion.setup import Setup
+from mechdae.describe.mechanism import GROUND
+from mechdae.kernels.batch import Batch
+from mechdae.kernels.blocks import inverse
+from mechdae.model.wrenches import Wrench, add, on_body, times
+
+SX = ca.SX
+
+
+@dataclass
+class States:
+    """States at the times of output, rows are times: x, v, a, multipliers, works."""
+
+    t: Any
+    x: Any
+    v: Any
+    a: Any
+    lam: Any
+    w: Any
+    signs: Any
+
+
+class Observer:
+    """Functions of states.
+
+    Parameters
+    ----------
+    setup
+        Of the motion.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, self.r = setup, setup.released
+        self.model = setup.model
+        self.p = self.model.p_values
+
+    def _batch(self, name: str, results: list[Any], more: list[Any] | None = None) -> Batch:
+        """Return a function of (t, x, v, signs, ..., p); signs have one row for each state."""
+        r = self.r
+        inputs = [r.t, r.x, r.v, r.signs, *(more or []), self.model.p]
+        function = ca.Function(name, inputs, [ca.densify(e) for e in results], {"cse": True})
+        return Batch(function, [len(inputs) - 1], straight=lambda: None)
+
+    @cached_property
+    def _absolute(self) -> Batch:
+        a = SX.sym("a", self.r.x.numel())
+        results = [self.r.q, self.r.qd, self.r.bias + self.r.V @ a]
+        return self._batch("absolute", results, [a])
+
+    def absolute(self, s: States) -> tuple[Any, Any, Any]:
+        """Return absolute coordinates with their rates and accelerations, (n, nq) each."""
+        q, v, a = self._absolute(s.t[:, None], s.x, s.v, s.signs, s.a, self.p)
+        return q, v, a
+
+    @cached_property
+    def _energies(self) -> Batch:
+        r = self.r
+        return self._batch("energies", [ca.vertcat(r.kinetic, *r.stores.values())])
+
+    def energies(self, s: States) -> tuple[Any, dict[str, Any]]:
+        """Return the kinetic energy (n,) and the potential ones by load."""
+        found = self._energies(s.t[:, None], s.x, s.v, s.signs, self.p)[0]
+        stores = {name: found[:, k + 1] for k, name in enumerate(self.r.stores)}
+        return found[:, 0], stores
+
+    @cached_property
+    def _gaps(self) -> Batch:
+        model, r = self.model, self.r
+        rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else SX(0, 1)
+        rate = ca.jtimes(rows, ca.vertcat(model.q, r.t), ca.vertcat(model.velocity, SX(1)))
+        inputs = [model.q, model.velocity, r.t, model.p]
+        function = ca.Function("gaps", inputs, [ca.densify(rows), ca.densify(rate)])
+        return Batch(function, [3], straight=lambda: None)
+
+    def gaps(self, s: States, q: Any, v: Any) -> tuple[Any, Any]:
+        """Return the largest gap of all equations at each state, and that of their rates.
+
+        Over a length of the mechanism, angles as they are.
+        """
+        if not self.r.rows:
+            return np.zeros(len(s.t)), np.zeros(len(s.t))
+        length = self.setup.length
+        sizes = np.array([1.0 if row.unit == "rad" else length for row in self.r.rows])
+        gaps, rates = self._gaps(q, v, s.t[:, None], self.p)
+        return np.max(np.abs(gaps / sizes), axis=1), np.max(np.abs(rates / sizes), axis=1)
+
+    # -- multipliers -----------------------------------------------------------------------
+
+    @cached_property
+    def _multipliers(self) -> Batch:
+        """(..., a, lambda of what is left) -> multipliers of all equations.
+
+        Those of the eliminated equations balance the eliminated coordinates, block by block; their
+        matrix has constant pivots.
+        """
+        model, r = self.model, self.r
+        a, kept = SX.sym("a", r.x.numel()), SX.sym("lam", len(r.kept))
+        rows = ca.vertcat(*[row.expression for row in r.rows])
+        gradient = ca.sparsify(r.moved(ca.jacobian(rows, model.q)))
+        push = r.push - r.mass @ (r.V @ a)
+        found: dict[int, Any] = dict(zip(r.kept, ca.vertsplit(kept), strict=True))
+        found |= {i: SX(0) for i in r.empty}
+        columns: list[dict[int, Any]] = [{} for _ in range(model.q.numel())]
+        triplet = zip(*gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True)
+        for i, j, entry in triplet:
+            columns[j][i] = entry
+        matrix = gradient[r.gone, r.solved].T if r.gone else SX(0, 0)
+        count, rowperm, colperm, rowblock, colblock, *_ = matrix.sparsity().btf()
+        for k in range(count):
+            places = [r.solved[i] for i in rowperm[rowblock[k] : rowblock[k + 1]]]
+            own = [r.gone[j] for j in colperm[colblock[k] : colblock[k + 1]]]
+            left = []
+            for j in places:
+                total = push[j]
+                for i, entry in columns[j].items():
+                    if i not in own:
+                        total -= entry * found[i]
+                left.append(total)
+            block = SX(len(places), len(own))
+            for row, j in enumerate(places):
+                for column, i in enumerate(own):
+                    block[row, column] = columns[j].get(i, SX(0))
+            values = inverse(block)[0] @ ca.vertcat(*left)
+            found |= {i: values[n] for n, i in enumerate(own)}
+        stacked = ca.vertcat(*[found[i] for i in range(len(r.rows))])
+        return self._batch("multipliers", [stacked], [a, kept])
+
+    def multipliers(self, s: States) -> Any:
+        """Return the multipliers of all equations, (n, rows)."""
+        if not self.r.rows:
+            return np.zeros((len(s.t), 0))
+        return self._multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, s.lam, self.p)[0]
+
+    # -- reactions -------------------------------------------------------------------------
+
+    @property
+    def meshed(self) -> bool:
+        """Whether gears, racks or belts load bearings by more than their equation says."""
+        joints = self.model.mechanism.joints.values()
+        return any(joint.kind in ("gear", "rack", "belt") for joint in joints)
+
+    @cached_property
+    def _reactions(self) -> Batch:
+        model, r = self.model, self.r
+        lam = SX.sym("lam", len(r.rows))
+        rows = ca.vertcat(*[row.expression for row in r.rows])
+        gradient = ca.jacobian(rows, model.q)
+        columns: list[Wrench] = [{} for _ in r.rows]
+        for i, j, entry in zip(
+            *gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True
+        ):
+            columns[i][j] = entry
+        results = []
+        for name, joint in model.mechanism.joints.items():
+            own = [i for i, row in enumerate(r.rows) if row.owner == name and not row.driver]
+            wrench = add(*[times(-lam[i], columns[i]) for i in own])
+            ends = model.ends[name]
+            if joint.second_body == GROUND:
+                found = [-part for part in on_body(model, wrench, joint.first_body, ends.p2)]
+            else:
+                found = list(on_body(model, wrench, joint.second_body, ends.p2))
+            results += found
+        function = ca.Function("reactions", [model.q, lam, model.p], [ca.vertcat(*results)])
+        return Batch(function, [2], straight=lambda: None)
+
+    def reactions(self, q: Any, lam: Any) -> dict[str, Any]:
+        """Return force and moment about the second body's point, on the second body, (n, 3)."""
+        flat = self._reactions(q, lam, self.p)[0].reshape(len(q), -1, 3)
+        return {name: flat[:, k] for k, name in enumerate(self.model.mechanism.joints)}

@@ -1,0 +1,245 @@
+"""From the states of a motion to a result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.motion.events import Crossings, Found, Reversals
+from mechdae.analysis.motion.expressions import WithReactions
+from mechdae.analysis.motion.integrate import Integrator
+from mechdae.analysis.motion.observe import Observer, States
+from mechdae.analysis.motion.passages import Passages
+from mechdae.analysis.motion.ranges import Ranges
+from mechdae.analysis.motion.setup import Setup
+from mechdae.analysis.motion.start import Start
+from mechdae.analysis.motion.stiffness import Stiffness
+from mechdae.analysis.named import NamedOutputs, requests
+from mechdae.analysis.outputs import Outputs
+from mechdae.describe.coordinates import Selection, selection
+from mechdae.describe.named import reactions_of
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Motion
+from mechdae.errors import InputError
+from mechdae.kernels.batch import Batch
+from mechdae.model.model import Model
+from mechdae.results import Named, Result, Series
+
+BALANCED = 1e-3
+"""Gap of the energy balance, over the energies that move, that is a fault."""
+CORRECTED = 1e-9
+
+
+@dataclass
+class Run:
+    """What an integration gave."""
+
+    setup: Setup
+    begin: Start
+    integrator: Integrator
+    passages: Passages
+    crossings: Crossings = field(init=False)
+    reversals: Reversals = field(init=False)
+    stiffness: Stiffness = field(init=False)
+    ranges: Ranges = field(init=False)
+    first_energy: float = 0.0
+    states: States = field(init=False)
+    last: Any = None
+    last_signs: Any = None
+    stopped: Found | None = None
+    stalled: bool = False
+    stuck: bool = False
+    fault: str | None = None
+
+
+@dataclass(frozen=True)
+class Whole:
+    """What `Outputs` reads of a scene: absolute coordinates stay as they are."""
+
+    model: Model
+    selection: Selection
+    groups: tuple[Any, ...] = ()
+
+    def expression(self, absolute: Any) -> Any:
+        return absolute
+
+
+def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observer) -> Result:
+    """Return the result of a motion."""
+    setup, states = run.setup, run.states
+    model = setup.model
+    q, v, a = observer.absolute(states)
+    chosen = selection(problem.mechanism, task.outputs, forces=True)
+    forced = [own for own in chosen.named if reactions_of(problem.mechanism, own)]
+    plain = [own for own in chosen.named if own not in forced]
+    expressions = NamedOutputs(model, plain, 2, task.outputs is not None, time=True)
+    whole = Whole(model, chosen)
+    outputs: Any = Outputs(whole, requests(model, list(expressions.rates)))  # type: ignore[arg-type]
+    y = evaluated(model, outputs.expression, q, v, a)
+    named: dict[str, Any] = outputs.named(y)
+    columns = outputs.columns(expressions.coordinates)
+    there = np.isfinite(q).all(axis=1)
+    found, lost = expressions.evaluate([part[:, columns] for part in y], states.t, there)
+    lam = observer.multipliers(states)
+    reactions = {} if observer.meshed else observer.reactions(q, lam)
+    series = {own: dict(found[own]) for own in found}
+    if forced:
+        if observer.meshed:
+            raise InputError(
+                "reactions beside gears, racks and belts need a task of kind reactions",
+                where=f"outputs.{forced[0]}",
+            )
+        values = WithReactions(model, setup.loads, forced)(q, v, a, states.t, reactions)
+        series |= {own: {"value": values[:, k]} for k, own in enumerate(forced)}
+    order = [own for own in chosen.named if own in series]
+    named["outputs"] = Named("output", {own: Series(series[own]) for own in order})
+    named["joints"] = with_reactions(named["joints"], reactions, chosen)
+    scalars, work, balance = _energies(run, observer)
+    drift, rates = observer.gaps(states, q, v)
+    scalars["drift"] = drift
+    summary = _summary(run, drift, rates)
+    kept = [own for own in order if own not in forced]
+    summary["state"] = {
+        own: [float(series[own].get(word, [np.nan])[-1]) for word in ("value", "rate")]
+        for own in kept
+    }
+    rows = setup.released.rows
+    summary["multipliers"] = {own: float(series[own]["value"][-1]) for own in forced} | {
+        row.name: float(lam[-1, i])
+        for i, row in enumerate(rows)
+        if row.name not in forced and (row.owner, row.part) not in setup.held
+    }
+    notes = setup.notes + expressions.notes + lost + run.stiffness.notes()
+    if run.begin.correction > CORRECTED:
+        notes.append(
+            f"the numbers of the start were corrected by up to {run.begin.correction:.2g} "
+            "of their natural size to meet the constraints"
+        )
+    if setup.held:
+        idle = ", ".join(".".join(own) for own in setup.held)
+        notes.append(f"nothing moves {idle}: kept as they are in the sketch")
+    if notes:
+        summary["notes"] = notes
+    faults = [run.fault] if run.fault else []
+    faults += _faults(run, balance)
+    return Result(
+        problem.name,
+        name,
+        task.kind,
+        problem.mechanism,
+        problem.title,
+        status=np.where(there, "ok", "singular").astype("<U11"),
+        events=_events(run),
+        checks={"energy": balance},
+        summary=summary,
+        fault="; ".join(faults) or None,
+        definition=task,
+        time=states.t,
+        scalars=Series(scalars),
+        work=Series(work),
+        **named,
+    )
+
+
+def evaluated(model: Model, expression: Any, q: Any, v: Any, a: Any) -> list[Any]:
+    """Return scalars over q with their rates and accelerations."""
+    at = ca.vertcat(model.q, model.velocity)
+    along = ca.vertcat(model.velocity, model.acceleration)
+    first = ca.jtimes(expression, model.q, model.velocity)
+    second = ca.jtimes(first, at, along)
+    inputs = [model.q, model.velocity, model.acceleration, model.p]
+    results = [ca.densify(part) for part in (expression, first, second)]
+    function = ca.Function("outputs", inputs, results, {"cse": True})
+    return Batch(function, [3], straight=lambda: None)(q, v, a, model.p_values)
+
+
+def with_reactions(joints: Named, reactions: dict[str, Any], chosen: Selection) -> Named:
+    """Return the series of joints with their reactions."""
+    found = {}
+    for joint in chosen.joints:
+        own = dict(joints.get(joint, {}))
+        if joint in reactions:
+            own["reaction"] = reactions[joint]
+        found[joint] = Series(own)
+    return Named("joint", found)
+
+
+def _energies(run: Run, observer: Observer) -> tuple[dict[str, Any], dict[str, Any], float]:
+    """Return energies, works by load, and the gap of their balance over the energies that move."""
+    states = run.states
+    kinetic, stores = observer.energies(states)
+    potential = sum(stores.values(), np.zeros_like(kinetic))
+    energy = kinetic + potential
+    work = {name: states.w[:, k] for k, name in enumerate(run.setup.works)}
+    done = sum(work.values(), np.zeros_like(kinetic))
+    size = max(
+        float(np.max(kinetic)),
+        *(float(np.ptp(own)) for own in (potential, done)),
+        *(float(np.max(np.abs(own))) for own in work.values()),
+    )
+    gap = energy - run.first_energy - done
+    balance = float(np.max(np.abs(gap))) / size if size > 0 else 0.0
+    return {"energy": energy, "kinetic": kinetic, "potential": potential}, work, balance
+
+
+def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
+    setup, work, r = run.setup, run.integrator, run.setup.released
+    summary: dict[str, Any] = {
+        "poses": len(run.states.t),
+        "status": {"ok": len(run.states.t)},
+        "end": float(run.last[0]) if run.last is not None else 0.0,
+        "tolerance": setup.tolerance,
+        "coordinates": len(r.names),
+        "constraints": len(r.kept),
+        "eliminated": len(r.gone),
+        "freedoms": len(r.names) - len(r.kept) + run.passages.superfluous,
+        "superfluous_equations": run.passages.superfluous + len(r.empty),
+        "steps": work.accepted,
+        "rejected": work.rejected,
+        "rhs": work.rhs,
+        "drift": float(np.max(drift, initial=0.0)),
+        "drift_of_speeds": float(np.max(rates, initial=0.0)),
+        "singular": len(run.passages.found),
+        "method": "explicit, Dormand-Prince 8(5,3)",
+        "bound": "estimated",
+        "not_in_scene": [],
+    }
+    return summary
+
+
+def _events(run: Run) -> tuple[dict[str, Any], ...]:
+    lay = run.integrator.layout
+    found: list[dict[str, Any]] = [
+        {"kind": "singular", "at": t, "time": t, "rank_drop": drop}
+        for t, drop in run.passages.found
+    ]
+    for own in run.crossings.found:
+        t = float(lay.of(own.state, "t"))
+        entry = {"kind": "crossing", "at": t, "time": t, "name": own.crossing.name}
+        entry |= {"of": own.crossing.text, "value": own.crossing.value}
+        found.append(entry | {"direction": "up" if own.rises else "down"})
+    for t, name, sign in run.reversals.found:
+        found.append({"kind": "reversal", "at": t, "time": t, "load": name, "sign": sign})
+    found.sort(key=lambda entry: float(entry["at"]))
+    return tuple(entry | {"in_range": True} for entry in found)
+
+
+def _faults(run: Run, balance: float) -> list[str]:
+    faults = run.ranges.faults()
+    if run.stalled:
+        state, lay = run.last, run.integrator.layout
+        h = float(lay.of(state, "h"))
+        faults.append(
+            f"the step size went to nothing ({h:.1g} s) at t = {float(lay.of(state, 't')):.12g} s "
+            f"of {run.setup.end:g} s; the states up to there are kept. Forces that grow without "
+            "bound, or a pose no motion leads through, do this"
+        )
+    if balance > BALANCED:
+        faults.append(
+            f"the energy balance has a gap of {balance:.1g} of the energies in motion: "
+            "a smaller tolerance is needed"
+        )
+    return faults

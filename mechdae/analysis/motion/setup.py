@@ -1,0 +1,206 @@
+"""A task of motion in symbols and numbers: what is integrated, from where to where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.numbers import mechanism_scale
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.expression import build, evaluate
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import Mechanism, evaluate_all
+from mechdae.describe.named import TIME
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Equilibrium, Motion
+from mechdae.errors import InputError, MechdaeError, UnavailableError
+from mechdae.kernels.proximal import Kernel
+from mechdae.kernels.stepper import Stepper
+from mechdae.model.loads import Loads
+from mechdae.model.model import FUNCTIONS, Model
+from mechdae.model.released import Law, Released
+
+SX = ca.SX
+TOLERANCE = 1e-9
+TIGHTEST = 1e-14
+DRIVERS = "drivers"
+"""Name of the work that laws of time put in."""
+
+
+@dataclass
+class Setup:
+    """What a motion is computed with.
+
+    ``end`` is the last time, ``times`` those of the outputs, None for the steps themselves;
+    ``notes`` what was assumed; ``held`` are coordinates
+    that nothing moves.
+    """
+
+    problem: Problem
+    task: Motion
+    model: Model
+    loads: Loads
+    laws: list[Law]
+    end: float
+    times: Any
+    tolerance: float
+    length: float
+    notes: list[str] = field(default_factory=list)
+    held: dict[tuple[str, str], float] = field(default_factory=dict)
+
+    @cached_property
+    def plain(self) -> Released:
+        """The equations with nothing held."""
+        return Released(self.model, self.loads, self.laws)
+
+    @cached_property
+    def jointed(self) -> Released:
+        """The equations without laws of time."""
+        return Released(self.model, self.loads) if self.laws else self.plain
+
+    @cached_property
+    def released(self) -> Released:
+        """The equations of motion."""
+        if not self.held:
+            return self.plain
+        return Released(self.model, self.loads, self.laws, self.held)
+
+    def sizes(self, released: Released) -> Any:
+        """Return natural sizes of the free coordinates: 1 rad, a length, the range of s / 2 pi."""
+        contacts = self.model.contacts
+        return np.array(
+            [
+                contacts[owner].unit if name == "s" else 1.0 if name == "angle" else self.length
+                for owner, name in released.names
+            ]
+        )
+
+    @cached_property
+    def kernel(self) -> Kernel:
+        """Right-hand side and projection."""
+        r = self.released
+        return Kernel(r, self.model.p_values, self.sizes(r), self.length)
+
+    @cached_property
+    def works(self) -> list[str]:
+        """What does work that is no change of a stored energy."""
+        return [*self.released.powers, *([DRIVERS] if self.laws else [])]
+
+    @cached_property
+    def stepper(self) -> Stepper:
+        r = self.released
+        a = SX.sym("a", r.x.numel())
+        powers = [*r.powers.values(), *([r.driven_power(a)] if self.laws else [])]
+        return Stepper(self.kernel, ca.vertcat(*powers) if powers else SX(0, 1), a)
+
+
+def setup(problem: Problem, task: Motion) -> Setup:
+    """Return what a task of motion is computed with.
+
+    Raises
+    ------
+    InputError
+        Times or a tolerance that mean nothing.
+    UnavailableError
+        Friction in a joint, which this version does not compute in motion.
+    """
+    mechanism = problem.mechanism
+    known = evaluate_all(mechanism.parameters)
+    notes = _without_friction(mechanism, task)
+    end, times = _times(task, known)
+    tolerance = TOLERANCE if task.tolerance is None else evaluate(task.tolerance, known)
+    if not TIGHTEST <= tolerance <= 1e-2:
+        raise InputError(
+            f"a number from {TIGHTEST:g} to 0.01 is needed, not {tolerance:g}", where="tolerance"
+        )
+    model = Model(mechanism)
+    loads = Loads(model)
+    laws = _laws(model, loads, task)
+    scale = mechanism_scale(mechanism)
+    return Setup(problem, task, model, loads, laws, end, times, tolerance, scale, notes)
+
+
+def as_motion(task: Equilibrium) -> Motion:
+    """Return the motion that begins where an equilibrium is looked for."""
+    return Motion(start=task.start, drivers=task.drivers, until=1.0, friction=task.friction)
+
+
+def _times(task: Motion, known: dict[str, float]) -> tuple[float, Any]:
+    """Return the end and the times of output, None for the steps."""
+    times = None
+    if task.at is not None:
+        times = np.array([evaluate(value, known) for value in task.at])
+        if not len(times):
+            raise InputError("the list of times is empty", where="at")
+        if (np.diff(times) <= 0).any() or times[0] < 0:
+            raise InputError("times from 0 on that grow are needed", where="at")
+    end = float(times[-1]) if times is not None else 0.0
+    if task.until is not None:
+        end = evaluate(task.until, known)
+        if end <= 0:
+            raise InputError(f"a time above 0 is needed, not {end:g}", where="until")
+        if times is not None and times[-1] > end:
+            raise InputError(f"the time {times[-1]:g} lies behind the end {end:g}", where="at")
+        if times is not None and times[-1] < end:
+            times = np.append(times, end)
+    if task.poses is not None:
+        times = np.linspace(0.0, end, task.poses) if task.poses > 1 else np.array([end])
+    return end, times
+
+
+def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
+    known = {name: model.p[i] for i, name in enumerate(model.p_names)}
+    known = {n: symbol for n, symbol in known.items() if n in model.mechanism.parameters}
+    known[TIME] = loads.time
+    laws = []
+    for i, driver in enumerate(task.drivers or ()):
+        text: Any = driver.law if driver.law is not None else (driver.at or (0.0,))[0]
+        try:
+            value = SX(build(text, known, FUNCTIONS)) if isinstance(text, str) else SX(text)
+        except MechdaeError as problem:
+            raise problem.inside(f"drivers[{i}].law") from None
+        laws.append(Law(coordinate(model.mechanism, driver.coordinate), value))
+    return laws
+
+
+def _without_friction(mechanism: Mechanism, task: Motion) -> list[str]:
+    """Return what is assumed about friction.
+
+    Raises
+    ------
+    UnavailableError
+        A joint has friction and the task does not leave it out.
+    """
+    values = mechanism.values()
+    found = [name for name, joint in mechanism.joints.items() if _rubs(joint, values)]
+    if not found:
+        return []
+    if task.friction == "none":
+        return [f"friction of {', '.join(found)} is left out, as the task asks"]
+    raise UnavailableError(
+        f"friction in motion is not computed by this version: joints {', '.join(found)}",
+        where="friction",
+        hint='friction = "none" leaves it out',
+    )
+
+
+def _rubs(joint: Joint, values: dict[str, float]) -> bool:
+    keys = ("friction", "friction_static", "mesh_loss")
+    return any(values.get(f"{joint.name}.{key}", 0.0) != 0 for key in keys)
+
+
+def idle(setup: Setup) -> list[tuple[str, str]]:
+    """Return the free coordinates without inertia, constraint and force: nothing moves them."""
+    released = setup.plain
+    kernel = Kernel(released, setup.model.p_values, setup.sizes(released), setup.length)
+    M, f, J, _ = kernel.parts(kernel.t, kernel.x, kernel.v, kernel.signs)
+    found = []
+    for i, name in enumerate(released.names):
+        own: list[Any] = [*SX(M[:, i]).nonzeros(), *SX(J[:, i]).nonzeros(), SX(f)[i]]
+        if all(entry.is_zero() for entry in own):
+            found.append(name)
+    return found

@@ -1,0 +1,212 @@
+"""A task of motion from start to result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.motion.checks import check_inertia, check_rest, check_start
+from mechdae.analysis.motion.events import Crossings, Reversals
+from mechdae.analysis.motion.integrate import Integrator, Nodes
+from mechdae.analysis.motion.observe import Observer, States
+from mechdae.analysis.motion.passages import Passages
+from mechdae.analysis.motion.ranges import Ranges
+from mechdae.analysis.motion.report import Run, report
+from mechdae.analysis.motion.setup import Setup, idle, setup
+from mechdae.analysis.motion.start import Start, start
+from mechdae.analysis.motion.stiffness import Stiffness
+from mechdae.describe.problem import Problem
+from mechdae.describe.tasks import Motion
+from mechdae.errors import InputError
+from mechdae.results import Result
+
+MOST = 2_000_000
+"""States that are kept."""
+CROWD = 20
+"""Reversals so near each other that the motion does not go on."""
+CLOSE = 1e-6
+"""Share of the whole time that is near."""
+
+
+@dataclass
+class Kept:
+    """States of output as they are found: time, x, v, works, signs."""
+
+    rows: list[tuple[Any, Any, Any, Any, Any]] = field(default_factory=list)
+    count: int = 0
+
+    def add(self, t: Any, x: Any, v: Any, w: Any, signs: Any) -> None:
+        """Add states (n, .)."""
+        t = np.atleast_1d(np.asarray(t, float))
+        self.count += len(t)
+        if self.count > MOST:
+            raise InputError(
+                f"more than {MOST} states would be kept", hint="name the times: at = [...] or poses"
+            )
+        signs = np.broadcast_to(np.asarray(signs, float), (len(t), len(signs)))
+        self.rows.append((t, *(np.atleast_2d(part) for part in (x, v, w)), signs))
+
+    def stacked(self) -> tuple[Any, ...]:
+        """Return all of them."""
+        return tuple(np.concatenate(parts) for parts in zip(*self.rows, strict=True))
+
+
+def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any]:
+    """Return what a motion is computed with, its start, free coordinates and their rates.
+
+    Raises
+    ------
+    InputError, UnavailableError
+        What the task asks for is wrong, or friction in motion.
+    AssemblyError, InconsistentStartError, SingularMassError
+        There is no start.
+    """
+    whole = setup(problem, task)
+    begin = start(whole)
+    whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
+    r = whole.released
+    x, v = begin.q[r.free], begin.qd[r.free]
+    check_start(whole, begin)
+    whole.kernel.scale(0.0, x, v, np.zeros(len(whole.loads.slips)))
+    check_inertia(whole, x, v)
+    return whole, begin, x, v
+
+
+def motion(problem: Problem, name: str, task: Motion) -> Result:
+    """Return the result of a task of motion.
+
+    Raises
+    ------
+    InputError, SolveError
+        As `motion_start`.
+    """
+    whole, begin, x, v = motion_start(problem, task)
+    integrator = Integrator(whole)
+    run = Run(whole, begin, integrator, Passages(whole, integrator))
+    run.crossings, run.reversals = Crossings(whole, integrator), Reversals(whole, integrator)
+    run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
+    check_rest(whole, integrator, x, v)
+    kept = Kept()
+    _integrate(run, kept, x, v)
+    _keep_last(kept, run)
+    run.states = _states(whole, integrator, kept)
+    observer = Observer(whole)
+    run.first_energy = _energy(observer, x, v)
+    return report(problem, name, task, run, observer)
+
+
+def _energy(observer: Observer, x: Any, v: Any) -> float:
+    """Return the energy of the start."""
+    setup = observer.setup
+    rest, signs = np.zeros((1, len(x))), np.zeros((1, len(setup.loads.slips)))
+    none = np.zeros((1, 0))
+    state = States(np.zeros(1), x[None, :], v[None, :], rest, none, none, signs)
+    kinetic, stores = observer.energies(state)
+    return float(kinetic[0] + sum(own[0] for own in stores.values()))
+
+
+def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
+    setup, integrator = run.setup, run.integrator
+    lay, times = integrator.layout, setup.times
+    signs, stuck = run.reversals.first(0.0, x, v)
+    state = integrator.first(0.0, x, v, np.zeros(lay.works), signs)
+    if times is None or times[0] == 0.0:
+        kept.add(0.0, x, v, np.zeros(lay.works), signs)
+    while not stuck:
+        turned = None
+        for nodes in integrator.steps(state, signs):
+            turned = run.reversals.look(nodes)
+            nodes = _until(nodes, None if turned is None else turned[0], lay)
+            stop = run.crossings.look(nodes)
+            if stop is not None:
+                nodes, turned = _until(nodes, stop.state, lay), None
+                run.stopped = stop
+            run.passages.look(nodes)
+            run.stiffness.look(nodes)
+            run.ranges.look(nodes)
+            _keep(kept, nodes, integrator, times)
+            run.last = nodes.states[-1]
+            run.last_signs = nodes.signs
+            if stop is not None or turned is not None:
+                break
+            if nodes.stalled:
+                run.stalled = True
+        if turned is None:
+            return
+        after, k = turned
+        t = float(lay.of(after, "t"))
+        x, v, w = (after[lay[part]] for part in ("x", "v", "w"))
+        new, stuck = run.reversals.settled(t, x, v, signs, np.array([k]))
+        run.reversals.found.append((t, run.reversals.names[k], float(new[k])))
+        recent = [entry for entry in run.reversals.found if t - entry[0] <= CLOSE * setup.end]
+        if len(recent) >= CROWD:
+            run.fault = (
+                f"{CROWD} reversals of {run.reversals.names[k]} within {CLOSE * setup.end:.2g} s "
+                f"before t = {t:.9g} s: the motion does not go on"
+            )
+            return
+        signs = new
+        h = float(after[lay["h"]][0])
+        state = integrator.first(t, x, v, w, signs, h)
+        trials = after[lay["trials"]]
+        state[lay["trials"]] = trials
+    where = f"t = {float(run.last[0]):.9g} s" if run.last is not None else "the start"
+    run.stuck = True
+    run.fault = (
+        f"from {where} on {', '.join(stuck)} holds the mechanism at rest; sticking is not "
+        "computed by this version"
+    )
+
+
+def _until(nodes: Nodes, state: Any, lay: Any) -> Nodes:
+    """Return the accepted steps up to a state inside one of them."""
+    if state is None:
+        return nodes
+    before = nodes.states[:, lay["t"]][:, 0] < state[lay["t"]][0]
+    states = np.vstack([nodes.states[before], state[None, :]])
+    return Nodes(states, nodes.signs)
+
+
+def _keep(kept: Kept, nodes: Nodes, integrator: Integrator, times: Any) -> None:
+    """Keep the states of output inside accepted steps."""
+    lay, states = integrator.layout, nodes.states
+    if len(states) < 2:
+        return
+    first, last = float(lay.of(states[0], "t")), float(lay.of(states[-1], "t"))
+    if times is None:
+        own = states[1:]
+        t, x, v, w = (lay.of(own, part) for part in ("t", "x", "v", "w"))
+        kept.add(t, x, v, w, nodes.signs)
+        return
+    inside = times[(times > first) & (times <= last)]
+    if len(inside):
+        kept.add(inside, *integrator.between(nodes, inside), nodes.signs)
+
+
+def _keep_last(kept: Kept, run: Run) -> None:
+    """Keep the state at which a motion ended early, where it was no time of output."""
+    if run.last is None:
+        return
+    lay = run.integrator.layout
+    t, x, v, w = (lay.of(run.last, part) for part in ("t", "x", "v", "w"))
+    if t < run.setup.end and (not kept.rows or kept.rows[-1][0][-1] < t):
+        kept.add(t, x, v, w, run.last_signs)
+
+
+def _states(setup: Setup, integrator: Integrator, kept: Kept) -> States:
+    """Return the states of output with accelerations and multipliers computed again."""
+    if not kept.rows:
+        raise InputError("no time of output was reached", where="at")
+    t, x, v, w, signs = kept.stacked()
+    a, lam = np.empty_like(x), np.empty((len(t), setup.kernel.m))
+    same = (signs == signs[:1]).all(axis=1)
+    rest = np.arange(len(t))
+    while len(rest):
+        same = (signs[rest] == signs[rest[0]]).all(axis=1)
+        rows = rest[same]
+        a[rows], lam[rows] = integrator.rates(t[rows, None], x[rows], v[rows], signs[rows[0]])
+        rest = rest[~same]
+    integrator.rhs += len(t)
+    return States(t, x, v, a, lam, w, signs)

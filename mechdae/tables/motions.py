@@ -1,0 +1,87 @@
+"""What to know about a motion under forces, below its table."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mechdae.results import Result
+
+MOST = 12
+"""Events, works and named values that are shown."""
+
+
+def motion_facts(result: Result) -> list[str]:
+    """Return the state at the end, counts of work, the energy audit and events."""
+    summary = result.summary
+    lines = [f"  end       t = {summary['end']:.12g} s"]
+    for name, (value, rate) in list(summary["state"].items())[:MOST]:
+        unit = result.unit("outputs", name, "value")
+        units = f" {unit}, {unit}/s" if unit else ""
+        rate_text = f"   rate {rate: .15g}" if rate == rate else ""
+        lines.append(f"    {name:10} {value: .15g}{rate_text}{units}")
+    for name, value in summary["multipliers"].items():
+        if name in result.outputs:
+            lines.append(f"    {name:10} {value: .15g}")
+    equations = summary["coordinates"], summary["constraints"], summary["eliminated"]
+    lines.append(
+        "  equations {} coordinates, {} constraints ({} eliminated)".format(*equations)
+        + f", {_freedoms(summary['freedoms'])}"
+    )
+    if summary["superfluous_equations"]:
+        count = summary["superfluous_equations"]
+        lines.append(f"  redundant {count} equation(s) superfluous: not every reaction is unique")
+    lines.append(
+        f"  steps     {summary['steps']}, {summary['rejected']} rejected, {summary['rhs']} "
+        f"right-hand sides at tolerance {summary['tolerance']:g}"
+    )
+    lines.append(
+        f"  drift     {summary['drift']:.1e} of a length of the mechanism, speeds "
+        f"{summary['drift_of_speeds']:.1e}"
+    )
+    energy = result.scalars["energy"]
+    lines.append(
+        f"  energy    {energy[0]:.12g} J at first, {energy[-1]:.12g} J at the end; "
+        f"balance {result.checks['energy']:.1e} of what moves"
+    )
+    for name, work in list(result.work.items())[:MOST]:
+        lines.append(f"  work      {name}: {work[-1]:.12g} J")
+    lines += [_event(event) for event in result.events[:MOST]]
+    if len(result.events) > MOST:
+        lines.append(f"  events    {MOST} of {len(result.events)} shown; --json prints all")
+    return lines
+
+
+def equilibrium_facts(result: Result) -> list[str]:
+    """Return stability and small motions of an equilibrium."""
+    summary = result.summary
+    lines = [
+        f"  {summary['stable']}, {_freedoms(summary['freedoms'])}; {summary['residual']:.1e} of "
+        f"the loads is left after {summary['iterations']} steps"
+    ]
+    for mode in summary.get("modes", [])[:MOST]:
+        real, swing = mode["eigenvalue"]
+        shape = ", ".join(f"{name} {value[0]:.4g}" for name, value in mode["shape"].items())
+        if swing:
+            text = f"{mode['frequency']:.9g} Hz, damping ratio {mode['damping']:.6g}"
+        else:
+            text = f"exp({real:.9g} t)"
+        lines.append(f"  small motion {text}: {shape}")
+    return lines
+
+
+def _freedoms(count: int) -> str:
+    return "1 freedom" if count == 1 else f"{count} freedoms"
+
+
+def _event(event: dict[str, Any]) -> str:
+    place = f"t = {event['time']:.12g} s"
+    if event["kind"] == "singular":
+        what = (
+            f"the rank of the constraints drops by {event['rank_drop']}, continued by inertia; "
+            "the branch is not unique"
+        )
+    elif event["kind"] == "reversal":
+        what = f"the speed of {event['load']} vanishes"
+    else:
+        what = f"{event['name']} = {event['value']:g}, going {event['direction']}"
+    return f"  {event['kind']:9} {place}: {what}"
