@@ -29,7 +29,7 @@ MOST = 14
 """Rows that are drawn; what is left is counted in one more."""
 ROW = 20.0
 """Height of a row [pt]."""
-BARS = 0.42
+BARS = 0.3
 """Share of the width that bars take where reasons stand beside them."""
 THICK = 0.62
 REJECTED, LOST = "////", "xxxx"
@@ -51,7 +51,7 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     """Draw the distinct optima of a synthesis, best first, with the starts that ended there.
 
     Designs are filled in the colour of their class; optima that their sweep rejected are
-    hatched, with the reason; those that are not reported, being too far from the best, are
+    hatched, with the first reason; those that are not reported, being too far from the best, are
     empty. The last rows are the starts that reached no optimum, by the word of the solver.
 
     Parameters
@@ -132,7 +132,8 @@ def rows_of(result: Any, words: Words) -> list[Row]:
     for own in summary["rejected"]:
         value, kind, hits = _nearest(clusters, own["objective"])
         hits = 1 if exact else hits
-        text = said(value, hits, kind, "; ".join(own["reasons"]))
+        first, *more = own["reasons"]
+        text = said(value, hits, kind, f"{first}; …" if more else first)
         ranked.append((value, Row("rejected", "\N{MULTIPLICATION SIGN}", kind, hits, text)))
     for value, kind, hits in () if exact else clusters[looked:]:
         text = said(value, hits, kind, words("not reported"))

@@ -7,25 +7,24 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
 from mechdae.draw.graphs.frame import Entry, Frame
-from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.scene import Array
 from mechdae.draw.synthesis.convergence import MARKS
 from mechdae.draw.synthesis.found import Found, check_kind, chosen, found_of, title_of
 from mechdae.draw.synthesis.line import deviation
 from mechdae.draw.synthesis.output import errors_of, scale_of_errors, unit_text
+from mechdae.draw.synthesis.parts import divided
+from mechdae.draw.synthesis.paths import RING, draw_paths
+from mechdae.draw.synthesis.targets import Targets
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
-ROOM = 30.0
-"""Free border around paths [pt]."""
 HEIGHT, BELOW = 330.0, 100.0
 SHARE = 0.33
 """Share of the height that errors below paths take, with their gap."""
@@ -93,57 +92,16 @@ def _head(designs: Sequence[Found], what: str, words: Words) -> tuple[str, str]:
 
 def _paths(designs: Sequence[Found], goal: Visits, ax: Axes | None, words: Words) -> Axes:
     """Draw the paths of a point, or of a body's origin, over the targets; below, the errors."""
-    targets = np.array(goal.targets)[:, :2]
-    paths = [own.places(own.motion, goal.what)[0] for own in designs]
-    ring: dict[str, Any] = {
-        "marker": "o",
-        "linestyle": "",
-        "markersize": 5.0,
-        "markeredgewidth": 1.3,
-        "markerfacecolor": style.PAPER,
-        "markeredgecolor": style.INK,
-    }
-    key = [*_key(designs, words), Entry(words("target"), line=ring)]
+    wanted = np.array(goal.targets)[:, :2]
+    paths = [own.path(goal.what) for own in designs]
+    key = [*_key(designs, words), Entry(words("target"), line=RING)]
     title, subtitle = _head(designs, words("path of", goal.what), words)
     frame = Frame(ax, 1, title, subtitle, key, height=HEIGHT + BELOW)
-    panel, k = frame.panels[0], frame.k
-    lower = _divided(panel)
-    _at_targets(designs, lower, words)
-    scale = scale_of("m", [targets])
-    _equal(panel, k, [scale(own) for own in (targets, *paths)], scale(targets))
-    places = Places(frame, panel)
-    for index, path in enumerate(paths):
-        shown = scale(path)
-        panel.plot(
-            *shown.T,
-            color=_color(index),
-            linestyle=_dash(index),
-            linewidth=1.5 * k,
-            zorder=3,
-            gid=f"path-{index + 1}",
-        )
-        places.keep(*shown.T)
-    ring["markersize"] = 5.0 * k
-    panel.plot(*scale(targets).T, **ring, zorder=4, gid="targets")
-    middle = targets.mean(axis=0)
-    for number, target in enumerate(targets, 1):
-        away = (target - middle) / max(float(np.hypot(*(target - middle))), 1e-300)
-        x, y = scale(target)
-        for sign in (1.0, -1.0):
-            if places.write(x, y, str(number), style.INK, away=(sign * away[0], sign * away[1])):
-                break
-    frame.label(panel, f"x [{scale.unit}]", f"y [{scale.unit}]")
+    panel = frame.panels[0]
+    _at_targets(designs, divided(panel, SHARE), words)
+    looks = [{"color": _color(k), "linestyle": _dash(k)} for k in range(len(paths))]
+    draw_paths(frame, panel, paths, looks, Targets(wanted, wanted))
     return panel
-
-
-def _divided(panel: Axes) -> Axes:
-    """Return axes below a panel, in its place, and make it as much lower."""
-    figure = panel.get_figure(root=True)
-    assert isinstance(figure, Figure)
-    box = panel.get_position()
-    low, gap = 0.74 * SHARE * box.height, 0.26 * SHARE * box.height
-    panel.set_position((box.x0, box.y0 + low + gap, box.width, box.height - low - gap))
-    return figure.add_axes((box.x0, box.y0, box.width, low))
 
 
 def _at_targets(designs: Sequence[Found], ax: Axes, words: Words) -> None:
@@ -164,27 +122,9 @@ def _at_targets(designs: Sequence[Found], ax: Axes, words: Words) -> None:
             gid=f"errors-{index + 1}",
         )
     panel.xaxis.set_major_locator(MaxNLocator(integer=True))
-    panel.set_ylim(0.0, None)
+    panel.set_ylim(0.0, 1.08 * float(small(np.concatenate(errors)).max()) or 1.0)
     panel.margins(x=0.02)
     frame.label(panel, words("target"), f"{words('error')} [{unit_text(small, power)}]")
-
-
-def _equal(panel: Axes, k: float, curves: Sequence[Array], targets: Array) -> None:
-    """Set equal scales on both axes: paths that run far away do not shrink the targets."""
-    everything = np.vstack(curves)
-    everything = everything[np.isfinite(everything).all(axis=1)]
-    most = 2.0 * float(np.ptp(targets, axis=0).max())
-    low = np.maximum(everything.min(axis=0), targets.min(axis=0) - most)
-    high = np.minimum(everything.max(axis=0), targets.max(axis=0) + most)
-    box = panel.get_window_extent()
-    figure = panel.get_figure(root=True)
-    assert isinstance(figure, Figure)
-    size = np.array([box.width, box.height]) * 72.0 / figure.dpi
-    unit = float(((high - low) / np.maximum(size - 2 * ROOM * k, 20.0)).max()) or 1.0
-    middle = (low + high) / 2
-    panel.set_xlim(*(middle[0] + np.array([-0.5, 0.5]) * size[0] * unit))
-    panel.set_ylim(*(middle[1] + np.array([-0.5, 0.5]) * size[1] * unit))
-    panel.set_aspect("equal", adjustable="datalim")
 
 
 def _errors(

@@ -11,14 +11,28 @@ from mechdae.describe.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
 from mechdae.draw.diagram import View, draw_pose, extent
 from mechdae.draw.figure import new_axes
+from mechdae.draw.graphs.frame import Frame
 from mechdae.draw.scene import Array, Scene, read_scene
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.synthesis import line, output
 from mechdae.draw.synthesis.found import TURN, Found, check_kind, chosen, found_of
-from mechdae.draw.synthesis.targets import Targets, draw_path, draw_swing, draw_targets
+from mechdae.draw.synthesis.parts import above_and_below
+from mechdae.draw.synthesis.paths import draw_paths
+from mechdae.draw.synthesis.targets import (
+    Targets,
+    draw_dots,
+    draw_path,
+    draw_swing,
+    draw_targets,
+    enlarged,
+)
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
+SMALL = 100.0
+"""Targets that take less of the picture are drawn once more, enlarged [unit of the sheet]."""
+BELOW, SHARE = 250.0, 0.45
+"""Height of that in a new figure [pt], and its share of given axes."""
 STILL = 1e-9
 """Swing or share of the mechanism's size below which a link stands still."""
 
@@ -71,42 +85,62 @@ def draw(
         return line.draw(found, goal, ax, labels, words)
     axes = new_axes() if ax is None else ax
     if isinstance(goal, Visits):
-        _visits(found, goal, axes, labels, words)
-    else:
-        _swinging(found, axes, labels, words)
+        return _visits(found, goal, ax, labels, words)
+    axes = new_axes() if ax is None else ax
+    _swinging(found, axes, labels, words)
     return axes
 
 
-def _visits(found: Found, goal: Visits, axes: Axes, labels: bool, words: Words) -> None:
-    """Draw the diagram at the first target, with all targets."""
+def _visits(found: Found, goal: Visits, ax: Axes | None, labels: bool, words: Words) -> Axes:
+    """Draw the diagram at the first target, with all targets; small ones once more below."""
     scene = read_scene(found.motion)
-    path, _ = found.places(found.motion, goal.what)
-    reached, _ = found.places(found.at(found.data["at"], (goal.what,)), goal.what)
+    path = found.path(goal.what)
+    reached = found.places(found.at(found.data["at"], (goal.what,)), goal.what)
     rows = np.array(goal.targets)
     targets = Targets(rows[:, :2], reached, rows[:, 2] if goal.is_motion else None)
+    low, high, size = extent(scene, 0, True, 0)
+    low = np.minimum(low, targets.wanted.min(axis=0))
+    high = np.maximum(high, targets.wanted.max(axis=0))
+    lower = None
+    if _share(targets.wanted, high - low) < SMALL:
+        axes, lower = above_and_below(ax, BELOW, SHARE)
+    else:
+        axes = new_axes() if ax is None else ax
 
     def overlay(sheet: Sheet) -> str:
         draw_path(sheet, path, f"path-{goal.what}")
-        return draw_targets(sheet, targets, words)
+        if lower is None:
+            return draw_targets(sheet, targets, words)
+        draw_dots(sheet, targets)
+        frame = Frame(lower, 1, "", "")
+        look = {"color": style.WHEEL}
+        factor = draw_paths(
+            frame, frame.panels[0], [path], [look], targets, style.ARROW, errors=True
+        )
+        return enlarged(factor, words)
 
-    low, high, size = extent(scene, 0, True, 0)
     errors = np.abs(np.array(found.data["errors"], float))
     worst = int(np.argmax(errors))
-    length = words.amount(float(errors[worst]), "m")
     facts = [found.name(words), *found.facts(words)]
-    facts.insert(2, words("largest at a target", length, worst + 1))
+    facts.insert(
+        2, words("largest at a target", words.amount(float(errors[worst]), "m"), worst + 1)
+    )
     view = View(
         labels=labels,
         loads=False,
-        bounds=(
-            np.minimum(low, targets.wanted.min(axis=0)),
-            np.maximum(high, targets.wanted.max(axis=0)),
-            size,
-        ),
+        bounds=(low, high, size),
         subtitle="  ·  ".join(facts),
         overlay=overlay,
     )
     draw_pose(axes, scene, found.motion, 0, view, style.LIGHT, words)
+    return axes
+
+
+def _share(targets: Array, spans: Array) -> float:
+    """Return how large the targets become in a new figure [unit of the sheet]."""
+    room = np.array(style.AREA) - 2 * style.MARGIN - (0.0, style.STRIP)
+    size = float(np.ptp(targets, axis=0).max())
+    return size * float((room / np.maximum(spans, 1e-300)).min())
 
 
 def _swinging(found: Found, axes: Axes, labels: bool, words: Words) -> None:

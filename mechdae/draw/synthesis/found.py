@@ -25,6 +25,8 @@ SOLVER = ("mechdae.analysis.solve", "solve")
 """Designs are problems of their own, solved when they are drawn: found by name."""
 PATH = "path"
 """Task of a design's problem that moves it."""
+SMOOTH = 1441
+"""Poses of a path that is drawn: where a link turns fast they are far apart."""
 FINE = 721
 """Poses of an interval that a goal looks at."""
 TURN = 2 * np.pi
@@ -120,6 +122,13 @@ class Found:
         """The design over its whole sweep; it starts at the first target."""
         return self._solved(self.problem.tasks[PATH])
 
+    def path(self, what: str) -> Array:
+        """Return the path of a point, or of a body's origin, over the whole sweep, smooth."""
+        task = self.problem.tasks[PATH]
+        assert isinstance(task, Sweep)
+        fine = replace(task, poses=SMOOTH, outputs=(what,), derivatives=0)
+        return self.places(self._solved(fine), what)
+
     def at(self, values: Any, outputs: tuple[str, ...]) -> Result:
         """Return the poses at driver values."""
         driver = Driver(self.asked.driver, at=tuple(float(value) for value in values))
@@ -151,12 +160,12 @@ class Found:
             given = low + (given - low) % TURN
         return given
 
-    def places(self, found: Result, what: str) -> tuple[Array, Array | None]:
-        """Return where a point is, or the origin of a body with its angle."""
+    def places(self, found: Result, what: str) -> Array:
+        """Return where a point is, or the origin of a body."""
         if "." in what:
-            return np.asarray(found.points[what].position, float), None
-        scene = read_scene(found)
-        return scene.origins[what], scene.angles[what]
+            place: Array = np.asarray(found.points[what].position, float)
+            return place
+        return read_scene(found).origins[what]
 
     def series(self, found: Result, text: str) -> Array:
         """Return the values of a coordinate."""

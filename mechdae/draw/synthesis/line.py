@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from mechdae.describe.goals import StraightLine
 from mechdae.draw import style
 from mechdae.draw.diagram import View, draw_pose, extent
-from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Frame
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.scene import Array, read_scene
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.draw.synthesis.found import Found
 from mechdae.draw.synthesis.output import scale_of_errors, unit_text, worst_text
+from mechdae.draw.synthesis.parts import above_and_below
 from mechdae.draw.synthesis.targets import draw_path
 from mechdae.draw.words import Words
 
@@ -23,16 +22,14 @@ BELOW = 150.0
 """Height of the deviation with its labels in a new figure [pt]."""
 SHARE = 0.3
 """Share of given axes that the deviation takes."""
-SIDE = 52.0
-"""Room for the labels of the deviation [pt]."""
 
 
 def draw(found: Found, goal: StraightLine, ax: Axes | None, labels: bool, words: Words) -> Axes:
     """Draw the diagram at the beginning of the line, and the deviation along it."""
-    upper, lower = _places(ax)
+    upper, lower = above_and_below(ax, BELOW, SHARE)
     along, errors, places = deviation(found, goal)
     scene = read_scene(found.motion)
-    path, _ = found.places(found.motion, goal.point)
+    path = found.path(goal.point)
 
     def overlay(sheet: Sheet) -> str:
         draw_path(sheet, path, f"path-{goal.point}", style.LINE)
@@ -80,33 +77,8 @@ def draw(found: Found, goal: StraightLine, ax: Axes | None, labels: bool, words:
 
 def deviation(found: Found, goal: StraightLine) -> tuple[Array, Array, Array]:
     """Return way along the line, deviation from it, and the places of the point."""
-    places, _ = found.places(found.at(found.interval, (goal.point,)), goal.point)
+    places = found.places(found.at(found.interval, (goal.point,)), goal.point)
     errors = np.array(found.data["errors"], float)
     # the deviation bends nothing: the way is that between the ends
     way = unit(places[-1] - places[0])
     return (places - places[0]) @ way, errors, places
-
-
-def _places(ax: Axes | None) -> tuple[Axes, Axes]:
-    """Return axes for the diagram and for the deviation, in a new figure or in the given place."""
-    if ax is None:
-        upper = new_axes()
-        figure = upper.get_figure(root=True)
-        assert isinstance(figure, Figure)
-        width, height = style.FIGURE
-        tall = height + BELOW / 72
-        box = upper.get_position()
-        figure.set_size_inches(width, tall)
-        share = height / tall
-        upper.set_position((box.x0, 1 - (1 - box.y0) * share, box.width, box.height * share))
-        left = SIDE / 72 / width
-        lower = figure.add_axes(
-            (left, 38.0 / 72 / tall, 1 - left - 14.0 / 72 / width, (BELOW - 42.0) / 72 / tall)
-        )
-        return upper, lower
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
-    box = ax.get_position()
-    ax.set_position((box.x0, box.y0 + SHARE * box.height, box.width, (1 - SHARE) * box.height))
-    lower = figure.add_axes((box.x0, box.y0, box.width, 0.82 * SHARE * box.height))
-    return ax, lower

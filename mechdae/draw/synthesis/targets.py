@@ -13,8 +13,8 @@ from mechdae.draw.scene import Array
 from mechdae.draw.sheet import Sheet, arc, font, ink, unit
 from mechdae.draw.words import Words
 
-RING = 3.0
-"""Radius of a target."""
+RING, DOT = 3.0, 1.2
+"""Radius of a target, and of one that is also drawn enlarged elsewhere."""
 LONGEST = 15.0
 """Length that errors are enlarged to, at most."""
 APART = 0.6
@@ -54,6 +54,25 @@ def draw_path(sheet: Sheet, places: Array, gid: str, width: float = style.BAR * 
     sheet.keep(points[::3], style.PATH)
 
 
+def draw_dots(sheet: Sheet, targets: Targets) -> None:
+    """Draw targets so small that they do not hide the path."""
+    for k, place in enumerate(sheet.at(targets.wanted)):
+        sheet.circle(
+            place,
+            DOT,
+            fill=style.ARROW,
+            edge=style.ARROW,
+            gid=f"target-{k + 1}",
+            weight=style.PATH,
+        )
+
+
+def enlarged(factor: float, words: Words) -> str:
+    """Return what targets look like and how errors are enlarged."""
+    note = f"\N{WHITE CIRCLE} {words('target')}"
+    return f"{note}, {words('errors enlarged', words.number(factor))}" if factor > 1 else note
+
+
 def draw_targets(sheet: Sheet, targets: Targets, words: Words) -> str:
     """Draw rings with numbers and the lines of the errors; return their scale in words."""
     wanted = sheet.at(targets.wanted)
@@ -78,10 +97,7 @@ def draw_targets(sheet: Sheet, targets: Targets, words: Words) -> str:
                 weight=style.PATH,
             )
     _number(sheet, wanted)
-    note = f"\N{WHITE CIRCLE} {words('target')}"
-    if factor > 1:
-        note += f", {words('errors enlarged', words.number(factor))}"
-    return note
+    return enlarged(factor, words)
 
 
 def enlargement(gaps: Array, places: Array) -> float:

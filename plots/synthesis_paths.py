@@ -1,0 +1,26 @@
+"""Designs of four-bars for a heart without a full turn, over its points."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+import mechdae as md
+from mechdae.draw import save
+from mechdae.synthesis.synthesize import synthesize
+
+
+def figure() -> Figure:
+    """Return the figure."""
+    problem = md.load("p-heart20-free")
+    task = replace(problem.tasks["design"], constraints=[])
+    result = synthesize(problem, "design", task, starts=20)
+    drawn = md.plot(result, "compare").get_figure(root=True)
+    assert isinstance(drawn, Figure)
+    return drawn
+
+
+if __name__ == "__main__":
+    save(figure(), Path(__file__).with_suffix(".svg"))

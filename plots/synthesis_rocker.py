@@ -1,0 +1,25 @@
+"""A crank-rocker for a swing and a time ratio, with both extreme positions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+import mechdae as md
+from mechdae.draw import save
+from mechdae.synthesis.synthesize import synthesize
+
+
+def figure() -> Figure:
+    """Return the figure."""
+    problem = md.load("rocker-50-1-15")
+    task = problem.tasks["design"]
+    result = synthesize(problem, "design", task, starts=4)
+    drawn = md.plot(result).get_figure(root=True)
+    assert isinstance(drawn, Figure)
+    return drawn
+
+
+if __name__ == "__main__":
+    save(figure(), Path(__file__).with_suffix(".svg"))
