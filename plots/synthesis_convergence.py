@@ -8,14 +8,13 @@ from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.draw import save
-from mechdae.synthesis.synthesize import synthesize
 
 
 def figure() -> Figure:
     """Return the figure."""
     problem = md.load("c5-ellipse10-free")
     task = problem.tasks["design"]
-    result = synthesize(problem, "design", task, starts=40)
+    result = md.synthesize(problem, task, starts=40)
     drawn = md.plot(result, "convergence").get_figure(root=True)
     assert isinstance(drawn, Figure)
     return drawn

@@ -9,14 +9,13 @@ from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.draw import save
-from mechdae.synthesis.synthesize import synthesize
 
 
 def figure() -> Figure:
     """Return the figure."""
     problem = md.load("p-heart20-free")
     task = replace(problem.tasks["design"], constraints=[])
-    result = synthesize(problem, "design", task, starts=20)
+    result = md.synthesize(problem, task, starts=20)
     drawn = md.plot(result, "compare").get_figure(root=True)
     assert isinstance(drawn, Figure)
     return drawn

@@ -8,14 +8,13 @@ from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.draw import save
-from mechdae.synthesis.synthesize import synthesize
 
 
 def figure() -> Figure:
     """Return the figure."""
     problem = md.load("straight-180-1-4")
     task = problem.tasks["design"]
-    result = synthesize(problem, "design", task, starts=6)
+    result = md.synthesize(problem, task, starts=6)
     drawn = md.plot(result).get_figure(root=True)
     assert isinstance(drawn, Figure)
     return drawn

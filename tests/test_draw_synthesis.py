@@ -29,6 +29,7 @@ STARTS = {
     "straight-180-1-4": 3,
     "rocker-50-1-15": 8,
     "c1-infeasible": 3,
+    "burmester5-public": 4,
 }
 SOLVED: dict[str, md.Result] = {}
 
@@ -141,6 +142,29 @@ def test_poses_of_a_body_have_directions() -> None:
         assert np.allclose(found[f"target-{k}"].center, row[:2], atol=1e-9)
         start, end = found[f"direction-{k}"].get_xydata()
         assert np.arctan2(*(end - start)[::-1]) == pytest.approx(row[2], abs=1e-9)
+
+
+def test_solutions_with_defects_say_so() -> None:
+    """Five poses exactly, in any order: the path reaches all of them; others change the branch."""
+    result = solved("burmester5-public")
+    sound = [k for k, own in enumerate(result.data["designs"]) if not own["defects"]]
+    assert 0 < len(sound) < len(result.data["designs"])
+    axes = md.plot(result)
+    path = gids(axes)["path-coupler"].get_xydata()
+    for k in range(1, 6):
+        place = np.array(gids(axes)[f"target-{k}"].center)
+        assert np.hypot(*(path - place).T).min() < 5e-3
+    assert not any(str(gid).startswith("error-") for gid in gids(axes))
+    axes = md.plot(result, "design", design=len(sound))
+    assert f"rejected: {result.data['designs'][len(sound)]['defects'][0]}" in words_of(axes)
+    found = gids(md.plot(result, "compare"))
+    assert sum(str(gid).startswith("path-") for gid in found) == len(sound)
+    rows = census.rows_of(result, Words())
+    assert [row.what for row in rows].count("design") == len(sound)
+    assert rows[len(sound)].what == "rejected"
+    none = replace(result, data={"designs": result.data["designs"][len(sound) :]})
+    with pytest.raises(InputError, match="all designs are rejected"):
+        md.plot(none, "compare")
 
 
 def test_function_is_the_wanted_one() -> None:

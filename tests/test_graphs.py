@@ -98,7 +98,7 @@ def test_every_problem_in_every_kind_that_applies(name: str) -> None:
         if any("loss" in own for own in result.joints.values()):
             assert_readable(md.plot(result, "losses"))
         drawn += 1
-    assert drawn
+    assert drawn or set(kinds) == {"synthesis"}  # test_draw_synthesis.py draws designs
 
 
 # -- numbers ---------------------------------------------------------------------------------------

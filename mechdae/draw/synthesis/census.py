@@ -81,8 +81,13 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     rows = rows_of(result, words)
     classes = list(dict.fromkeys(run["class"] for run in summary["runs"]))
     shown = {row.kind for row in rows}
-    facts = [words("census", summary["starts"], summary["distinct"], len(summary["rejected"]))]
-    if not result.data["designs"]:
+    designs = result.data["designs"]
+    lost = len(summary["rejected"]) + sum(bool(own.get("defects")) for own in designs)
+    if "solutions" in summary:
+        facts = [words("census solutions", summary["solutions"], lost)]
+    else:
+        facts = [words("census", summary["starts"], summary["distinct"], lost)]
+    if not designs:
         facts.insert(0, words("none found"))
     facts.append(objective_text(result, words))
     colours = {name: style.SERIES[k % len(style.SERIES)] for k, name in enumerate(classes)}
@@ -117,16 +122,19 @@ def rows_of(result: Any, words: Words) -> list[Row]:
 
     rows = [
         Row(
-            "design",
+            "rejected" if own.get("defects") else "design",
             str(k),
             own.get("class", "any"),
             own["hits"],
-            said(own["objective"], own["hits"], own.get("class", "any")),
+            said(
+                own["objective"], own["hits"], own.get("class", "any"), *own.get("defects", ())[:1]
+            ),
         )
         for k, own in enumerate(designs, 1)
     ]
     clusters = clusters_of(summary["runs"], sense_of(result))
     looked = len(designs) + len(summary["rejected"])
+    # exact designs share the objective zero, which tells nothing about their starts
     exact = all(value == 0.0 for value, _, _ in clusters)
     ranked: list[tuple[float, Row]] = []
     for own in summary["rejected"]:

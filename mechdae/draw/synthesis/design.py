@@ -95,8 +95,11 @@ def _visits(found: Found, goal: Visits, ax: Axes | None, labels: bool, words: Wo
     """Draw the diagram at the first target, with all targets; small ones once more below."""
     scene = read_scene(found.motion)
     path = found.path(goal.what)
-    reached = found.places(found.at(found.data["at"], (goal.what,)), goal.what)
     rows = np.array(goal.targets)
+    if found.defects:  # it does not move through its targets
+        reached = rows[:, :2]
+    else:
+        reached = found.places(found.at(found.data["at"], (goal.what,)), goal.what)
     targets = Targets(rows[:, :2], reached, rows[:, 2] if goal.is_motion else None)
     low, high, size = extent(scene, 0, True, 0)
     low = np.minimum(low, targets.wanted.min(axis=0))
@@ -119,12 +122,12 @@ def _visits(found: Found, goal: Visits, ax: Axes | None, labels: bool, words: Wo
         )
         return enlarged(factor, words)
 
-    errors = np.abs(np.array(found.data["errors"], float))
-    worst = int(np.argmax(errors))
     facts = [found.name(words), *found.facts(words)]
-    facts.insert(
-        2, words("largest at a target", words.amount(float(errors[worst]), "m"), worst + 1)
-    )
+    if not found.defects:
+        errors = np.abs(np.array(found.data["errors"], float))
+        worst = int(np.argmax(errors))
+        length = words.amount(float(errors[worst]), "m")
+        facts.insert(2, words("largest at a target", length, worst + 1))
     view = View(
         labels=labels,
         loads=False,

@@ -60,7 +60,7 @@ def _counted(result: Any) -> list[Mapping[str, Any]]:
 
 
 def chosen(result: Any, design: int | None) -> list[int]:
-    """Return the index of a design, the best one by default; of none, all.
+    """Return the index of a design; without a wish those of all that have no defects.
 
     Raises
     ------
@@ -73,7 +73,13 @@ def chosen(result: Any, design: int | None) -> list[int]:
             result.fault or "no design was found", hint="kinds that show why: census, convergence"
         )
     if design is None:
-        return list(range(count))
+        sound = [k for k, own in enumerate(result.data["designs"]) if not own.get("defects")]
+        if not sound:
+            raise InputError(
+                result.fault or "all designs are rejected",
+                hint="design draws each of them, census says why",
+            )
+        return sound
     if isinstance(design, bool) or not isinstance(design, int) or not -count <= design < count:
         raise InputError(
             f"there is no design {design}", where="design",
@@ -123,11 +129,28 @@ class Found:
         return self._solved(self.problem.tasks[PATH])
 
     def path(self, what: str) -> Array:
-        """Return the path of a point, or of a body's origin, over the whole sweep, smooth."""
+        """Return the path of a point, or of a body's origin, over the whole sweep, smooth.
+
+        Without a full turn it reaches all targets, in whatever order they are visited.
+        """
         task = self.problem.tasks[PATH]
         assert isinstance(task, Sweep)
+        if task.all_drivers[0].at is not None:
+            return self.places(self.motion, what)
         fine = replace(task, poses=SMOOTH, outputs=(what,), derivatives=0)
-        return self.places(self._solved(fine), what)
+        if self.asked.full_turn:
+            return self.places(self._solved(fine), what)
+        start, at = float(self.data["at"][0]), self.data["at"]
+        drivers = [
+            Driver(self.asked.driver, from_=start, to=end)
+            for end in (float(min(at)), float(max(at)))
+            if end != start
+        ]
+        parts = [
+            self.places(self._solved(replace(fine, driver=driver)), what) for driver in drivers
+        ]
+        path: Array = np.vstack([parts[0][::-1], *parts[1:]])
+        return path
 
     def at(self, values: Any, outputs: tuple[str, ...]) -> Result:
         """Return the poses at driver values."""
@@ -181,9 +204,16 @@ class Found:
         shown: Array = np.asarray(values, float)
         return shown
 
+    @property
+    def defects(self) -> list[str]:
+        """What is wrong with a solution of an exact goal that is reported all the same."""
+        return list(self.data.get("defects", ()))
+
     def name(self, words: Words) -> str:
-        """Return which design it is, with its class."""
+        """Return which design it is, with its class, or what is wrong with it."""
         parts = [words("design of", self.index + 1, self.count)]
+        if self.defects:
+            parts.append(f"{words('rejected')}: {self.defects[0]}")
         if self.data.get("class", "any") != "any":
             parts.append(class_name(self.data["class"], words))
         return "  ·  ".join(parts)
