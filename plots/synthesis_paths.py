@@ -1,8 +1,7 @@
-"""Designs of four-bars for a heart without a full turn, over its points."""
+"""Designs of four-bars for a heart, over its points."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -14,8 +13,8 @@ from mechdae.draw import save
 def figure() -> Figure:
     """Return the figure."""
     problem = md.load("p-heart20-free")
-    task = replace(problem.tasks["design"], constraints=[])
-    result = md.synthesize(problem, task, starts=20)
+    task = problem.tasks["design"]
+    result = md.synthesize(problem, task, starts=12)
     drawn = md.plot(result, "compare").get_figure(root=True)
     assert isinstance(drawn, Figure)
     return drawn

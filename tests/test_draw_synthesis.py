@@ -350,6 +350,23 @@ def test_rejected_optima_are_hatched_with_their_reason() -> None:
     assert_readable(axes)
 
 
+def test_rejected_optima_of_much_the_same_value_count_once() -> None:
+    result = solved("rocker-50-1-15")
+    values = [0.8, 0.8, 0.8, 0.79998, 0.5]
+    runs = [
+        {"class": "any", "status": "Solve_Succeeded", "objective": v, "iterations": 9}
+        for v in values
+    ]
+    rejected = [{"objective": v, "reasons": ["it jams"]} for v in (0.799999, 0.79999)]
+    summary = {**result.summary, "runs": runs, "starts": 5, "rejected": rejected}
+    rows = census.rows_of(replace(result, summary=summary, data={"designs": []}), Words())
+    assert [(row.what, row.hits) for row in rows] == [
+        ("rejected", 3),
+        ("rejected", 1),
+        ("further", 1),
+    ]
+
+
 def test_many_optima_are_counted_in_one_row() -> None:
     result = solved("rocker-50-1-15")
     runs = [

@@ -137,8 +137,9 @@ def rows_of(result: Any, words: Words) -> list[Row]:
     # exact designs share the objective zero, which tells nothing about their starts
     exact = all(value == 0.0 for value, _, _ in clusters)
     ranked: list[tuple[float, Row]] = []
+    rest = list(clusters)
     for own in summary["rejected"]:
-        value, kind, hits = _nearest(clusters, own["objective"])
+        value, kind, hits = _nearest(rest, own["objective"])
         hits = 1 if exact else hits
         first, *more = own["reasons"]
         text = said(value, hits, kind, f"{first}; …" if more else first)
@@ -186,10 +187,12 @@ def status_text(status: str, words: Words) -> str:
     return words(status) if status in known else status.replace("_", " ").lower()
 
 
-def _nearest(clusters: Sequence[tuple[float, str, int]], value: float) -> tuple[float, str, int]:
+def _nearest(clusters: list[tuple[float, str, int]], value: float) -> tuple[float, str, int]:
+    """Return the optimum nearest to an objective, and take it out of the list."""
     if not clusters:
         return value, "any", 1
-    _, kind, hits = min(clusters, key=lambda own: abs(own[0] - value))
+    k = min(range(len(clusters)), key=lambda k: abs(clusters[k][0] - value))
+    _, kind, hits = clusters.pop(k)
     return value, kind, hits
 
 
