@@ -103,7 +103,7 @@ def test_every_problem_in_every_kind_that_applies(name: str) -> None:
         assert_readable(md.plot(result, "curves"))
         assert_readable(md.plot(result, "coupler"))
         drawn += 1
-    assert drawn
+    assert drawn or set(kinds) == {"synthesis"}  # test_draw_synthesis.py draws designs
 
 
 # -- numbers ---------------------------------------------------------------------------------------

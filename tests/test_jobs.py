@@ -432,14 +432,15 @@ def test_solve_uses_the_files_own_starts_and_seed(capsys, path, reference) -> No
     assert found == reference
 
 
-def test_show_tells_what_is_searched_and_plot_where_designs_are(capsys, path) -> None:
+def test_show_tells_what_is_searched_and_plot_draws_the_best(capsys, path, tmp_path) -> None:
     code, out, _ = run(capsys, "show", str(path))
     assert code == 0
     free = "6 free parameters: r1, r2, r3, r4, r_cx, r_cy"
     assert f"design: synthesis, goal path, 12 starts, {free}" in out
-    code, _, err = run(capsys, "plot", str(path), "--task", "design")
-    assert code == 2
-    assert "design-1.toml" in err
+    words = ["plot", str(path), "--task", "design", "--out", str(tmp_path)]
+    code, out, err = run(capsys, *words)
+    assert (code, err) == (0, "")
+    assert out.strip().endswith("-design-design.svg")
 
 
 def test_none_found_is_exit_code_1(capsys, path, tmp_path, monkeypatch) -> None:

@@ -10,7 +10,7 @@ from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Driven, Sweep
 from mechdae.errors import InputError
 
-DEFAULT = {"reactions": "curves", "motion": "curves", "study": "map"}
+DEFAULT = {"reactions": "curves", "motion": "curves", "study": "map", "synthesis": "design"}
 """Kind of picture by kind of task; of all others the diagram."""
 FIRST = {
     "losses": ("reactions",),
@@ -20,6 +20,8 @@ FIRST = {
 }
 """Kinds of tasks that a kind of picture is drawn of, the first that the problem has."""
 GRAPHS = tuple(FIRST)
+DESIGNS = ("design", "compare", "convergence", "census")
+"""Kinds of pictures of a synthesis."""
 MEASURED = {
     "transmission_angle": "transmission",
     "tangent": "curve",
@@ -44,7 +46,8 @@ def task_for(problem: Problem, name: str | None, kind: str | None) -> str:
     drawn = [n for n, task in problem.tasks.items() if task.available]
     if not drawn:
         raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
-    for wanted in FIRST.get(kind or "", ("sweep",)):
+    usual = ("synthesis",) if kind in DESIGNS else ("sweep",)
+    for wanted in FIRST.get(kind or "", usual):
         found = [own for own in drawn if problem.tasks[own].kind == wanted]
         lines = [own for own in found if kind in GRAPHS and _moves(problem.tasks[own])]
         if found:
@@ -56,6 +59,31 @@ def _moves(task: Any) -> bool:
     """Return whether a driver of the task takes several values."""
     drivers = task.all_drivers if isinstance(task, Driven) else ()
     return any(own.at is None or len(own.at) > 1 for own in drivers)
+
+
+def check_suits(problem: Problem, name: str, kind: str, mode: str | None) -> None:
+    """Refuse kinds of pictures that a synthesis does not have, and those of one for other tasks.
+
+    Raises
+    ------
+    InputError
+        Says which kinds there are.
+    """
+    place = f"tasks.{name}"
+    own = problem.task(name).kind
+    if own == "synthesis":
+        if kind not in DESIGNS:
+            raise InputError(
+                f"a synthesis has designs, no poses to draw as '{kind}'",
+                where=place,
+                hint=f"--kind {', '.join(DESIGNS)}",
+            )
+        if mode is not None:
+            raise InputError("a synthesis starts on no assembly mode", where="--mode")
+    elif kind in DESIGNS:
+        raise InputError(
+            f"'{kind}' is a picture of a synthesis, this is a task of kind '{own}'", where=place
+        )
 
 
 def options_for(kind: str, paths: Sequence[str], polar: bool) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from mechdae.errors import UnavailableError, UnknownName
+from mechdae.errors import InputError, UnavailableError, UnknownName
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,12 +23,18 @@ KINDS = {
     "coupler": "mechdae.draw.graphs.coupler",
     "losses": "mechdae.draw.graphs.losses",
     "map": "mechdae.draw.graphs.map",
+    "design": "mechdae.draw.synthesis.design",
+    "compare": "mechdae.draw.synthesis.compare",
+    "convergence": "mechdae.draw.synthesis.convergence",
+    "census": "mechdae.draw.synthesis.census",
 }
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
 LATER = ("page",)
+OF_SYNTHESES = ("design", "compare", "convergence", "census")
+"""Kinds of pictures of a synthesis; others have poses."""
 
 
-def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: Any) -> Any:
+def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options: Any) -> Any:
     """Draw a result.
 
     Parameters
@@ -41,7 +47,10 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
         ``"plans"``: velocities, accelerations and forces of one pose as vector polygons, see
         `mechdae.draw.plans.draw`; ``"curves"``: series against the driver or time, see
         `mechdae.draw.graphs.curves.draw`; ``"coupler"``: paths of points and hodographs;
-        ``"losses"``: losses by joint; ``"map"``: a study over its parameters.
+        ``"losses"``: losses by joint; ``"map"``: a study over its parameters. Of a synthesis
+        ``"design"``: a design with its targets, see `mechdae.draw.synthesis.design.draw`;
+        ``"compare"``: all designs; ``"convergence"``: the starts; ``"census"``: the optima.
+        Without it the diagram, of a synthesis the best design; of one without designs the census.
     ax
         Axes to draw in; without it a new figure is made. No window is opened.
     **options
@@ -58,11 +67,21 @@ def plot(result: Any, kind: str = "diagram", ax: Axes | None = None, **options: 
         A kind that this version does not draw.
     UnknownName
         Not a kind of picture.
+    InputError
+        A kind that does not suit the result.
     """
+    synthesis = getattr(result, "kind", "") == "synthesis"
+    if kind is None:
+        kind = "diagram" if not synthesis else "design" if result.data["designs"] else "census"
     if kind in LATER:
         raise UnavailableError(f"pictures of kind '{kind}' are not drawn by this version")
     if kind not in KINDS:
         raise UnknownName("kind of picture", str(kind), [*KINDS, *LATER])
+    if synthesis and kind not in OF_SYNTHESES:
+        raise InputError(
+            f"a synthesis has designs, no poses to draw as '{kind}'",
+            hint=f"{', '.join(OF_SYNTHESES)}; or solve the problem of a design and draw that",
+        )
     return importlib.import_module(KINDS[kind]).draw(result, ax, **options)
 
 
@@ -75,4 +94,4 @@ def save(picture: Axes | Figure | Animation, path: str | Path) -> Path:
     return written
 
 
-__all__ = ["KINDS", "LATER", "plot", "save"]
+__all__ = ["KINDS", "LATER", "OF_SYNTHESES", "plot", "save"]

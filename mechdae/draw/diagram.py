@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,7 +42,7 @@ def draw(
     *,
     pose: int | None = None,
     traces: bool = True,
-    ghosts: int = 0,
+    ghosts: int | Sequence[int] = 0,
     labels: bool = True,
     loads: bool = True,
     dark: bool = False,
@@ -64,7 +64,7 @@ def draw(
     traces
         Whether the paths of the moving points are drawn, of more than a few poses.
     ghosts
-        Number of other poses drawn faintly.
+        Number of other poses drawn faintly, or which ones.
     labels
         Whether joints have letters and links numbers.
     loads
@@ -112,16 +112,22 @@ class View:
         The force that has the longest arrow [N]; without it the largest of the pose.
     memory, scale
         See `Sheet`.
+    subtitle
+        In place of driver value, task and pose.
+    overlay
+        Draws more between links and labels, and returns what is to be noted below.
     """
 
     traces: bool = True
-    ghosts: int = 0
+    ghosts: int | Sequence[int] = 0
     labels: bool = True
     loads: bool = True
     bounds: tuple[Array, Array, float] | None = None
     peak: float | None = None
     memory: dict[str, Array] | None = None
     scale: float | Callable[[float], float] | None = None
+    subtitle: str = ""
+    overlay: Callable[[Sheet], str] | None = None
 
 
 def has_paths(result: Any, scene: Scene) -> bool:
@@ -139,7 +145,7 @@ def draw_pose(
     words: Words,
 ) -> None:
     """Draw one pose of a result whose placements are known, see `draw`."""
-    low, high, size = view.bounds or extent(scene, pose, view.traces, view.ghosts)
+    low, high, size = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory)
     if view.traces:
         _draw_traces(sheet, scene)
@@ -156,11 +162,12 @@ def draw_pose(
     marks: list[Mark] = []
     if view.loads:
         marks = draw_loads(sheet, scene, result, pose, places, words, view.peak)
-    _draw_frame(sheet, scene, result, pose, words)
+    extra = view.overlay(sheet) if view.overlay is not None else ""
+    _draw_frame(sheet, scene, result, pose, words, extra)
     if view.labels:
         draw_labels(sheet, scene, pose, places, links, marks)
     values = [value_text(result, entry, pose, words) for entry in drivers]
-    write_titles(sheet, result, values, pose, words)
+    write_titles(sheet, result, values, pose, words, view.subtitle)
 
 
 def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
@@ -236,8 +243,10 @@ def _thinned(points: Array) -> Array:
     return thinned
 
 
-def _others(scene: Scene, pose: int, ghosts: int) -> list[int]:
-    """Return up to `ghosts` other assembled poses, evenly spread."""
+def _others(scene: Scene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
+    """Return up to `ghosts` other assembled poses, evenly spread, or those that are named."""
+    if not isinstance(ghosts, int):
+        return [choose_pose(scene, "", other) for other in ghosts]
     rest = [index for index in scene.assembled() if index != pose]
     if ghosts <= 0 or not rest:
         return []
@@ -368,7 +377,9 @@ def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
     return arms
 
 
-def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int, words: Words) -> None:
+def _draw_frame(
+    sheet: Sheet, scene: Scene, result: Any, pose: int, words: Words, extra: str = ""
+) -> None:
     """Draw the scale bar and the note on what is not drawn."""
     length = nice_length(0.2 * float(sheet.size[0]) / sheet.metre)
     bar = length * sheet.metre
@@ -380,7 +391,7 @@ def _draw_frame(sheet: Sheet, scene: Scene, result: Any, pose: int, words: Words
     spot = start - (5.0 + (high - low)[0] / 2, 0.0)
     sheet.text(spot, text, chosen, style.FAINT, "scale-text")
     sheet.box((spot[0] - (high - low)[0] / 2 - 3.0, 2.0), (sheet.size[0], 18.0))
-    note = note_text(scene, result, pose, words)
+    note = "; ".join(text for text in (note_text(scene, result, pose, words), extra) if text)
     if note:
         room = float(spot[0] - (high - low)[0] / 2 - 14.0)
         note, chosen = fitted(note, style.NOTE, room, style.NOTE_FONT)
@@ -456,9 +467,14 @@ def in_lines(text: str, size: float, room: float, families: list[str]) -> list[s
 
 
 def write_titles(
-    sheet: Sheet, result: Any, values: list[str], pose: int, words: Words = ENGLISH
+    sheet: Sheet,
+    result: Any,
+    values: list[str],
+    pose: int,
+    words: Words = ENGLISH,
+    subtitle: str = "",
 ) -> None:
-    """Write the title and, below it, the driver's value and the pose."""
+    """Write the title and, below it, the driver's value and the pose, or what is given."""
     title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
     count = len(result.status)
     parts = [*values, str(getattr(result, "task", "") or "")]
@@ -468,7 +484,7 @@ def write_titles(
         parts.append(words("pose of", pose + 1, count))
     room = float(sheet.size[0]) - 8.0
     lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
-    subtitle = "  ·  ".join(part for part in parts if part)
+    subtitle = subtitle or "  ·  ".join(part for part in parts if part)
     rows = [(subtitle, style.SUBTITLE, 8.0, style.FAINT, "subtitle")]
     if len(lines) == 1:
         rows.append((title, style.TITLE, 24.0, style.INK, "title"))

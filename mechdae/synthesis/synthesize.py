@@ -81,6 +81,15 @@ def synthesize(
         "ipopt": {word: statuses.count(word) for word in dict.fromkeys(statuses)},
         "iterations": sum(found.iterations for found in optima),
         "objectives": [float(c.found.objective) * search.objective_unit for c in candidates],
+        "runs": [
+            {
+                "class": search.kinds[kind] or "any", "status": found.status,
+                "objective": search.claimed(found.objective)
+                if found.violation <= FEASIBLE and np.isfinite(found.objective) else None,
+                "iterations": found.iterations,
+            }
+            for (kind, _), found in zip(jobs, optima, strict=True)
+        ],
         "seconds": {
             "build": built, "starts": drawn, "solve": solved,
             "whole": time.process_time() - began,

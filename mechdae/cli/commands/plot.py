@@ -8,13 +8,23 @@ from typing import Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
-from mechdae.cli.pictures import DEFAULT, GRAPHS, options_for, prepared, task_for
+from mechdae.cli.pictures import (
+    DEFAULT,
+    DESIGNS,
+    GRAPHS,
+    check_suits,
+    options_for,
+    prepared,
+    task_for,
+)
 from mechdae.cli.progress import progress
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
 STYLED = ("diagram", "animation")
 """Kinds with dark paper and words in other languages."""
+NAMED = (*STYLED, *DESIGNS)
+"""Kinds with words in other languages."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,8 +35,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kind",
         metavar="K",
-        help="diagram, animation, plans, curves, coupler, losses, map (default: diagram of a sweep "
-        "or of modes, curves of reactions, map of a study; diagram with --pose, --dark, --lang)",
+        help="diagram, animation, plans, curves, coupler, losses, map; of a synthesis design, "
+        "compare, convergence, census (default: diagram of a sweep or of modes, curves of "
+        "reactions, map of a study, design of a synthesis; diagram with --pose, --dark, --lang)",
     )
     parser.add_argument(
         "--of", action="append", default=[], metavar="PATH", help="what graphs show; repeatable"
@@ -39,6 +50,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     parser.add_argument("--pose", type=int, metavar="K", help="number of the pose drawn, from 0")
+    parser.add_argument(
+        "--design", type=int, metavar="K", help="number of the design drawn, 1: the best"
+    )
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
     parser.add_argument("--format", metavar="F", help=f"{', '.join(FORMATS)}; animations gif")
     parser.add_argument("--dark", action="store_true", help="colours for dark paper")
@@ -59,7 +73,8 @@ def run(options: argparse.Namespace) -> int:
     name = task_for(problem, options.task, options.kind)
     study = problem.task(name).kind == "study"
     usual = DEFAULT.get(problem.task(name).kind, "diagram")
-    posed = options.pose is not None or (not study and _styled(options))
+    poses = problem.task(name).kind not in ("study", "synthesis")
+    posed = options.pose is not None or (poses and _styled(options))
     kind = options.kind or ("diagram" if posed else usual)
     if kind not in KINDS:
         plot(None, kind)  # says which kinds there are
@@ -69,24 +84,28 @@ def run(options: argparse.Namespace) -> int:
             where=f"tasks.{name}",
             hint=f"--task {problem.tasks[name].of} with --set",  # type: ignore[attr-defined]
         )
-    if problem.task(name).kind == "synthesis":
-        raise InputError(
-            "designs are drawn from their own problem files", where=f"tasks.{name}",
-            hint=f"mechdae synthesize {options.problem} --out DIR; mechdae plot DIR/{name}-1.toml",
-        )  # fmt: skip
+    check_suits(problem, name, kind, options.mode)
     extra = options_for(kind, options.of, options.polar)
     word = f"{kind}-polar" if options.polar else kind
     if options.which is not None:
         if kind != "plans":
             raise InputError("only plans have --which", hint="--kind plans")
         extra["which"] = word = options.which
+    if options.design is not None:
+        if kind != "design" or options.design < 1:
+            raise InputError("a number from 1, for --kind design", where="--design")
+        extra["design"] = options.design - 1
+        word = f"{word}-{options.design}"
     if options.pose is not None:
-        if kind in GRAPHS:
+        if kind in (*GRAPHS, *DESIGNS):
             raise InputError(f"{kind} shows all poses", where="--pose")
         extra["pose"] = options.pose
     problem = prepared(problem, name, kind, options.of)
     result = solve(problem, name, mode=None if study else options.mode)
-    if kind not in GRAPHS:
+    if kind == "design" and not options.kind and not result.data["designs"]:
+        kind = word = "census"
+        extra = {}
+    if kind not in (*GRAPHS, *DESIGNS):
         result = _with_all_bodies(problem, result, options.mode)
     picture = plot(result, kind, **extra, **_style(options, kind))
     folder = Path(options.out)
@@ -114,11 +133,12 @@ def _style(options: argparse.Namespace, kind: str) -> dict[str, Any]:
     """Return the options of colours and words that were asked for."""
     asked = {"dark": options.dark} if options.dark else {}
     asked |= {"lang": options.lang} if options.lang != "en" else {}
-    if asked and kind not in STYLED:
+    kinds = STYLED if options.dark else NAMED
+    if asked and kind not in kinds:
         raise InputError(
             f"pictures of kind '{kind}' have no such option",
             where=f"--{' --'.join(asked)}",
-            hint=f"kinds that have: {', '.join(STYLED)}",
+            hint=f"kinds that have: {', '.join(kinds)}",
         )
     return asked
 

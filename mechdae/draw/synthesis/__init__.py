@@ -1,0 +1,1 @@
+"""Pictures of syntheses: designs, their comparison, how the starts converged, the census."""
