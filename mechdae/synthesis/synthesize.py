@@ -84,7 +84,7 @@ def synthesize(
         "runs": [
             {
                 "class": search.kinds[kind] or "any", "status": found.status,
-                "objective": search.claimed(found.objective)
+                "objective": search.shown(found.objective)
                 if found.violation <= FEASIBLE and np.isfinite(found.objective) else None,
                 "iterations": found.iterations,
             }
