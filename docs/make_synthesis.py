@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import platform
 import statistics
@@ -157,8 +158,9 @@ def _evolved(name: str) -> dict[str, Any] | None:
     if case is None:
         return None
     found = evolve(case, seed=0)
+    value = math.degrees(found.value) if "function" in listed()[name]["kind"] else found.value
     return {
-        "value": found.value, "evaluations": found.evaluations,
+        "value": value, "evaluations": found.evaluations,
         "seconds": round(found.seconds, 2), "x": found.x,
     }  # fmt: skip
 
@@ -175,10 +177,10 @@ def _say(what: str, record: dict[str, Any] | None) -> None:
 # -- the table -------------------------------------------------------------------------------------
 
 
-HEAD = """
-| problem | unit | published | known before | ours | against known | seeds at the bar | s | DE | DE s | DE s by ours |
-|---|---|---|---|---|---|---|---|---|---|---|
-"""
+COLUMNS = (
+    "problem", "unit", "published", "known before", "ours", "against known", "seeds at the bar",
+    "s", "DE", "DE s", "DE s by ours",
+)  # fmt: skip
 
 
 def table(data: dict[str, Any]) -> str:
@@ -229,7 +231,8 @@ def table(data: dict[str, Any]) -> str:
         sentence("The bar is reached by fewer than 19 of 20 seeds", missed),
         sentence("Differential evolution is as good or better", equal),
     ]
-    return HEAD.lstrip("\n") + "\n".join(lines) + "\n\n" + "\n".join(f"- {w}" for w in words) + "\n"
+    head = ["| " + " | ".join(COLUMNS) + " |", "|---" * len(COLUMNS) + "|"]
+    return "\n".join([*head, *lines, "", *[f"- {text}" for text in words]]) + "\n"
 
 
 def compared(value: float, other: float, sense: int, limit: float) -> str:
