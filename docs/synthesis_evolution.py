@@ -21,6 +21,8 @@ from closure_fourbar import TURN, rrr, wrapped
 
 SHARE, GENERATIONS = 15, 2000
 """Population for each variable, and how many generations are run."""
+SLACK = 1e-2
+"""Sum of violations that a finer grid may find between the nodes."""
 WORSE = 1e3
 """What a violation of its own size adds to the objective, in sizes of the targets."""
 
@@ -213,10 +215,11 @@ def function(case: dict[str, Any]) -> Case:
     """Links a, b, c on a ground of 1 and where the scales begin; largest error at 41 nodes."""
     box = [[0.1, 8.0]] * 3 + [[-np.pi, np.pi]] * 2
     nodes = (1 - np.cos(np.pi * np.arange(41) / 40)) / 2
-    return Case(np.array(box), _function(case, nodes), _function(case, np.linspace(0, 1, 721)))
+    fine = np.linspace(0, 1, 721)
+    return Case(np.array(box), _function(case, nodes), _function(case, fine, SLACK))
 
 
-def _function(case: dict[str, Any], share: Any) -> Callable[[Any], Any]:
+def _function(case: dict[str, Any], share: Any, slack: float = 0.0) -> Callable[[Any], Any]:
     ranges = np.radians([case["delta_phi_deg"], case["delta_psi_deg"]])
     share_in, share_out = scales(case, share)
 
@@ -231,7 +234,7 @@ def _function(case: dict[str, Any], share: Any) -> Callable[[Any], Any]:
             weak = np.maximum(0.05 - sine, 0).sum(axis=1)
             for sense in (1, -1):
                 error = np.abs(wrapped(psi - end - sense * ranges[1] * share_out)).max(axis=1)
-                best = np.minimum(best, np.where(weak > 0, 10 * (1 + weak), error))
+                best = np.minimum(best, np.where(weak > slack, 10 * (1 + weak), error))
         return np.where(miss > 0, WORSE * (1 + miss), best)
 
     return objective
@@ -240,10 +243,10 @@ def _function(case: dict[str, Any], share: Any) -> Callable[[Any], Any]:
 def straight(case: dict[str, Any]) -> Case:
     """Ratios to the crank, coupler point, where the half turn begins, turn of the line."""
     box = [[np.log(0.2), np.log(30.0)]] * 3 + [[-30.0, 30.0]] * 2 + [[0, TURN], [-2e-3, 2e-3]]
-    return Case(np.array(box), _straight(case, 61), _straight(case, 721))
+    return Case(np.array(box), _straight(case, 61), _straight(case, 721, SLACK))
 
 
-def _straight(case: dict[str, Any], nodes: int) -> Callable[[Any], Any]:
+def _straight(case: dict[str, Any], nodes: int, slack: float = 0.0) -> Callable[[Any], Any]:
     most = float(case["id"].rsplit("_", 1)[1])
     theta0 = np.linspace(0, np.pi, nodes)
 
@@ -267,7 +270,7 @@ def _straight(case: dict[str, Any], nodes: int) -> Callable[[Any], Any]:
             beyond += np.maximum(0.34 - sine, 0).sum(axis=1)
             beyond += np.maximum(-np.diff(line.real, axis=1), 0).sum(axis=1)
             own = np.ptp(line.imag, axis=1) / 2 / stroke
-            best = np.minimum(best, np.where(beyond > 0, 10 * (1 + beyond), own))
+            best = np.minimum(best, np.where(beyond > slack, 10 * (1 + beyond), own))
         return np.where(lost > 0, WORSE * (1 + lost), best)
 
     return objective

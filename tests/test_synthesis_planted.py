@@ -664,3 +664,31 @@ def test_a_design_is_a_problem_that_solves(tmp_path):
     (tmp_path / "design.toml").write_text(best["problem"])
     again = md.load(tmp_path / "design.toml")
     assert md.solve(again, "path").fault is None
+
+
+def test_targets_in_any_order():
+    targets = places(PLANT, AT)[[3, 0, 5, 1, 6, 2, 4]]
+    goal = {"kind": "path", "point": "coupler.P", "targets": targets, "timing": "any"}
+    found, _ = designs(four([goal]), starts=12)
+    assert found[0]["objective"] <= EXACT * size2(targets)
+    verdict = judged(linkage(found[0]["parameters"]), found[0]["at"], targets, ordered=False)
+    assert verdict.defects == ()
+
+
+def test_minimax_and_least_squares_each_win_by_their_measure():
+    generator = np.random.default_rng(4)
+    targets = places(PLANT, AT) + generator.uniform(-0.05, 0.05, (len(AT), 2))
+    goal = {"kind": "path", "point": "coupler.P", "targets": targets, "at": AT}
+    found = {
+        measure: designs(four([{**goal, "measure": measure}]))[0][0]
+        for measure in ("minimax", "least-squares")
+    }
+    errors = {
+        measure: judged(linkage(design["parameters"]), AT, targets).errors
+        for measure, design in found.items()
+    }
+    assert found["minimax"]["objective"] == pytest.approx(errors["minimax"].max(), rel=1e-6)
+    squares = {measure: float(np.sum(e**2)) for measure, e in errors.items()}
+    assert found["least-squares"]["objective"] == pytest.approx(squares["least-squares"], rel=1e-6)
+    assert errors["minimax"].max() < errors["least-squares"].max() * (1 - 1e-3)
+    assert squares["least-squares"] < squares["minimax"] * (1 - 1e-3)
