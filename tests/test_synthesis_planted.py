@@ -692,3 +692,89 @@ def test_minimax_and_least_squares_each_win_by_their_measure():
     assert found["least-squares"]["objective"] == pytest.approx(squares["least-squares"], rel=1e-6)
     assert errors["minimax"].max() < errors["least-squares"].max() * (1 - 1e-3)
     assert squares["least-squares"] < squares["minimax"] * (1 - 1e-3)
+
+
+TURN_OF_FOUR = """
+[tasks.turn]
+kind = "sweep"
+driver = { coordinate = "A0.angle", from_deg = 0, to_deg = 360, speed = 1.0 }
+poses = 181
+measures = ["transmission"]
+"""
+
+
+def least_angle(r1, r2, r3, r4):
+    """Return the least transmission angle over a turn: at the shortest and the longest diagonal."""
+    cosines = [np.abs(r3**2 + r4**2 - (r1 + s * r2) ** 2) / (2 * r3 * r4) for s in (1, -1)]
+    return np.arccos(np.clip(np.maximum(*cosines), 0, 1))
+
+
+def test_transmission_angle_alone():
+    goal = {"kind": "maximise", "of": "turn/joints/B/transmission_angle"}
+    free = {"r2": [1.0, 2.0], "r3": [3.0, 4.0], "r4": [2.5, 3.5]}
+    best = designs(four([goal], free=free, tasks=TURN_OF_FOUR))[0][0]
+    p = best["parameters"]
+    r2, r3, r4 = np.meshgrid(*[np.linspace(*free[n], 41) for n in ("r2", "r3", "r4")])
+    assert best["objective"] == pytest.approx(least_angle(4.0, p["r2"], p["r3"], p["r4"]), abs=1e-7)
+    assert best["objective"] >= least_angle(4.0, r2, r3, r4).max() - 1e-9
+
+
+def test_path_and_transmission_angle_weighed():
+    targets = places(PLANT, AT)
+    weight = 0.1
+    goals = [
+        {"kind": "path", "point": "coupler.P", "targets": targets, "at": AT},
+        {"kind": "maximise", "of": "turn/joints/B/transmission_angle", "weight": weight},
+    ]
+    best = designs(four(goals, tasks=TURN_OF_FOUR))[0][0]
+    p = best["parameters"]
+    f = judged(linkage(p), AT, targets).f
+    angle = least_angle(p["r1"], p["r2"], p["r3"], p["r4"])
+    assert best["goals"] == pytest.approx([f, angle], rel=1e-6)
+    assert best["objective"] == pytest.approx(f - weight * angle, rel=1e-6)
+    # better than the plant, which is exact but has no better an angle
+    own = least_angle(PLANT["r1"], PLANT["r2"], PLANT["r3"], PLANT["r4"])
+    assert best["objective"] < -weight * own - 1e-4
+
+
+def test_speed_of_the_rocker_stays_below_a_limit():
+    # the rocker's rate for one radian a second of the crank, by the closed form of the four-bar
+    def fastest(p):
+        theta = np.linspace(0, TURN, 20_001)
+        psi = np.unwrap(linkage(p).moved(theta, (1,))[0]["output"])
+        return float(np.abs(np.gradient(psi, theta)).max())
+
+    targets = places(PLANT, AT)
+    most = 0.95 * fastest(PLANT)
+    goal = {"kind": "path", "point": "coupler.P", "targets": targets, "at": AT}
+    limit = {
+        "kind": "limit",
+        "of": "turn/bodies/rocker/angular_velocity",
+        "max": most,
+        "min": -most,
+    }
+    best = designs(four([goal], [TURNED, limit], tasks=TURN_OF_FOUR))[0][0]
+    p = best["parameters"]
+    assert fastest(p) <= most * (1 + 4e-3)
+    assert best["objective"] > 1e-9
+    assert judged(linkage(p), AT, targets).f == pytest.approx(best["objective"], rel=1e-6)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_path_of_a_mechanism_that_a_slide_drives(scale):
+    plant = {name: value * scale for name, value in SLIDING.items()}
+    B, C = slid(plant, np.radians([20, 45, 70, 95, 120, 145]))
+    z = B + complex(plant["px"], plant["py"]) * (C - B) / plant["l"]
+    targets = np.stack([z.real, z.imag], axis=1)
+    bounds = around(plant, least=0.2 * scale)
+    goal = {"kind": "path", "point": "rod.P", "targets": targets, "timing": "free"}
+    best = designs(problem(BARE, begun(plant, bounds), "guide.slide", [goal], bounds))[0][0]
+    p = best["parameters"]
+    assert best["objective"] <= EXACT * size2(targets)
+    # the crank's pin at these slides, on the same side
+    C = np.array(best["at"]) + 1j * p["e"]
+    B = rrr(0j * C, C, p["r"], p["l"], -1)[0], rrr(0j * C, C, p["r"], p["l"], 1)[0]
+    miss = [np.abs(b + complex(p["px"], p["py"]) * (C - b) / p["l"] - z).max() for b in B]
+    assert min(miss) <= 1e-7 * scale
+    steps = np.diff(best["at"])
+    assert (steps < 0).all() or (steps > 0).all()
