@@ -148,7 +148,7 @@ def _run(name: str, task: str, seed: int) -> dict[str, Any]:
     asked = problem.tasks[task]
     assert isinstance(asked, Synthesis)
     result = synthesize(problem, task, asked, seed=seed)
-    reported = result.data["designs"]
+    reported = [design for design in result.data["designs"] if not design["defects"]]
     judged = [synthesis_verdicts.verdict(name, task, design) for design in reported]
     unsound = [
         {"rank": k, "defects": list(own.defects), "parameters": design["parameters"]}

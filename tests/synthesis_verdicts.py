@@ -1,7 +1,7 @@
 """Every kind of design of the benchmark cases, judged by closures that share no code with it.
 
 ``verdict(name, task, design)`` gives the objective in the unit of the bar and the defects; a
-design whose report differs from what the closure says has one too.
+design whose report differs from what the closure says has one too. Judge those that declare none.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def verdict(name, task, design):
         value, reported, defects = geared(case, design)
     else:
         value, reported, defects = path(case, design)
-    defects = [*defects, *outside(name, task, design), *design["defects"]]
+    defects = [*defects, *outside(name, task, design)]
     share = LINE if kind.startswith("straight") else AGREES
     if not abs(value - reported) <= share * abs(value) + floor(case):
         defects.append(f"reported {reported:.9g}, the closure says {value:.9g}")
