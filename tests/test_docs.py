@@ -197,8 +197,10 @@ def test_problems_named_exist() -> None:
 
 
 @pytest.mark.parametrize(
-    ("page", "least"), [("docs/python.md", 8), ("docs/measures.md", 1), ("docs/sensitivity.md", 2)]
-)
+    ("page", "least"),
+    [("docs/python.md", 8), ("docs/measures.md", 1), ("docs/sensitivity.md", 2),
+     ("docs/synthesis.md", 4)],
+)  # fmt: skip
 def test_python_blocks_run_and_print_what_is_shown(page, least, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (ROOT / page).read_text(encoding="utf-8")
@@ -325,6 +327,38 @@ def test_gallery_shows_every_picture() -> None:
 
 def test_speed_page_is_what_was_measured(capsys) -> None:
     spec = importlib.util.spec_from_file_location("make_speed", ROOT / "docs/make_speed.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.main(["--check"]) == 0, capsys.readouterr().out
+
+
+# -- synthesis -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("block", fences("docs/synthesis.md", "toml"))
+def test_goals_and_limits_shown_are_those_of_the_problems(block: str) -> None:
+    import tomllib
+
+    from mechdae.describe.demand import demand
+    from mechdae.describe.problem import from_dict
+
+    name = re.fullmatch(r"# ([\w-]+)(, instead)?", block.split("\n")[0])
+    assert name is not None
+    path = library.find(name[1])
+    whole = tomllib.loads(path.read_text(encoding="utf-8"))
+    (task,) = tomllib.loads(block)["tasks"].values()
+    if name[2] is None:
+        assert {key: whole["tasks"]["design"][key] for key in task} == task
+        return
+    if "goals" in task:
+        del whole["tasks"]["design"]["goal"]
+    whole["tasks"]["design"] |= task
+    problem = from_dict(whole, name[1])
+    assert demand(problem, problem.tasks["design"]).goals
+
+
+def test_table_of_synthesis_is_what_was_measured(capsys) -> None:
+    spec = importlib.util.spec_from_file_location("make_synthesis", ROOT / "docs/make_synthesis.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     assert module.main(["--check"]) == 0, capsys.readouterr().out

@@ -287,6 +287,10 @@ def _box(mechanism: Mechanism, entry: Mapping[str, Any], place: str) -> Box:
     for point in points:
         if point not in known:
             raise UnknownName("point", str(point), known, where=f"{place}.points")
+    if not points:
+        raise InputError("no point is named", where=f"{place}.points")
+    if "x" not in entry and "y" not in entry:
+        raise InputError("'x' or 'y' is needed", where=place)
     ends: list[Bounds] = []
     for axis in ("x", "y"):
         if axis not in entry:

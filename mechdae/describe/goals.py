@@ -225,6 +225,9 @@ def _visits(mechanism: Mechanism, table: Mapping[str, Any], place: str, kind: st
     else:
         what = _body(mechanism, table, place)
         rows = rows_of(mechanism, table.get("poses"), 3, 2, f"{place}.poses")
+    if len({row[:2] for row in rows}) == 1:
+        key = "targets" if kind == "path" else "poses"
+        raise InputError("all targets are at one place", where=f"{place}.{key}")
     measure = word_of(
         table.get("measure", "least-squares"), MEASURES, "measure", f"{place}.measure"
     )

@@ -78,7 +78,7 @@ class Linear:
             return d, places
         n, k = u.shape
         m = len(self.places)
-        flat = [x.reshape(n * k, -1), u.reshape(-1, 1), np.repeat(d, k, axis=0)]
+        flat = [x.reshape(n * k, x.shape[-1]), u.reshape(-1, 1), np.repeat(d, k, axis=0)]
         slopes = Batch(self._function, ())(*flat)[0]
         # columns of a dense Jacobian lie one after another
         A = slopes.reshape(n, k, m, self.width).transpose(0, 1, 3, 2)[:, :, :2]

@@ -119,7 +119,9 @@ class Nlp:
         """Return z from values by name, within the bounds; zeros where there is no value."""
         low, high = self.bounds[:2]
         parts = [
-            np.ravel(values.get(name, np.zeros(symbol.numel())))
+            np.ravel(values.get(name, 0.0)) * np.ones(symbol.numel())
+            if symbol.numel()
+            else np.zeros(0)
             for name, (symbol, *_) in self._variables.items()
         ]
         z: Any = np.clip(np.nan_to_num(np.concatenate(parts) / self.scale), low, high)

@@ -160,7 +160,7 @@ class Similar:
     def at(self, d: Any, u: Any, x: Any) -> tuple[Any, Any]:
         """Return foot p and direction e of the point's body (n, k) at poses of neutral designs."""
         n, k = u.shape
-        flat = [x.reshape(n * k, -1), u.reshape(-1, 1), np.repeat(d, k, axis=0)]
+        flat = [x.reshape(n * k, x.shape[-1]), u.reshape(-1, 1), np.repeat(d, k, axis=0)]
         slopes, values = Batch(self._function, ())(*flat)
         p = (values[:, 0] + 1j * values[:, 1]).reshape(n, k)
         if self.offsets is None:

@@ -117,6 +117,16 @@ class Space:
         place = self.poses.model.p_names.index(name)
         return parameters_of(self.poses.model, self.names, d)[place]
 
+    @property
+    def turned(self) -> bool:
+        """Whether the driver is an angle, not a slide."""
+        return bool(self.poses.scene.drivers[0].is_angle)
+
+    @property
+    def way(self) -> float:
+        """One of the driver: a radian, or the size of the mechanism."""
+        return 1.0 if self.turned else self.size
+
     # -- poses ---------------------------------------------------------------------------------
 
     @cached_property
@@ -179,10 +189,18 @@ class Space:
             )  # fmt: skip
         return k
 
-    def _boxes(self, nlp: Nlp, values: Any) -> None:
+    def _boxes(self, nlp: Nlp, values: Any, around: tuple[Any, Any] | None = None) -> None:
+        """Keep points in their boxes, between nodes of a turn too: `around` are its neighbours.
+
+        A parabola through three nodes is at most an eighth of their second difference beyond the
+        middle one.
+        """
         for box in self.asked.boxes:
             for point in box.points:
                 place = self.poses.part(values, point) / self.size
+                if around is not None:
+                    last, after = (self.poses.part(other, point) / self.size for other in around)
+                    place = place - (last - 2 * place + after) / 8
                 low, high = (np.array([box.x[k], box.y[k]]) / self.size for k in (0, 1))
                 nlp.constrain(f"box of {point}", place, low, high, self.size)
 
@@ -268,10 +286,13 @@ class Space:
     def _turned(self, nlp: Nlp, d: Any, sigma: Any) -> None:
         """Add a whole turn of the driver."""
         x = self.pose_variables(nlp, "turn", self.NODES)
+        every = []
         for k, u in enumerate(self.circle):
             F, branch, values = self.poses.function(x[:, k], u, d)
+            every.append(values)
             nlp.constrain("closure", F / self.units)
             if not self.single_loop:
                 nlp.constrain("determinants over the turn", sigma * branch, 1e-3, np.inf)
                 self._transmission(nlp, branch, sigma, turned=True)
-            self._boxes(nlp, values)
+        for k, values in enumerate(every):
+            self._boxes(nlp, values, (every[k - 1], every[(k + 1) % self.NODES]))

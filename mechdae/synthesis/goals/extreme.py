@@ -96,9 +96,12 @@ class Extreme(Goal):
             nlp.constrain(f"limit of {self.asked.path}", space.cosines(d), -most, most)
             return SX(0)
         if self.exactly:
+            # one pose, to begin the sweeps with
+            x = space.pose_variables(nlp, self.own("x"), 1)
+            space.at(nlp, x[:, 0], self.quantity.nodes[0], d, sigma)
             angle = nlp.variable(self.own("worst"), 1, 0.0, np.pi / 2)
-            nlp.constrain("transmission", space.cosines(d) - ca.cos(angle), -np.inf, 0.0)
-            nlp.constrain("transmission", space.cosines(d) + ca.cos(angle), 0.0, np.inf)
+            nlp.constrain("least", space.cosines(d) - ca.cos(angle), -np.inf, 0.0)
+            nlp.constrain("least", space.cosines(d) + ca.cos(angle), 0.0, np.inf)
             return -angle
         nodes = self.quantity.nodes
         x = space.pose_variables(nlp, self.own("x"), len(nodes))
@@ -177,7 +180,8 @@ class Extreme(Goal):
         return own if self.asked.path == "summary/efficiency" else own * self.unit
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
-        return self.quantity.nodes, self.poses_of(values)
+        x = self.poses_of(values)
+        return self.quantity.nodes[: len(x)], x
 
     # -- starts ------------------------------------------------------------------------------
 
@@ -199,7 +203,10 @@ class Extreme(Goal):
             on, poses, _ = spread.followed(d[i], x[i, 0], float(coarse[0]), nodes)
             if on and np.isfinite(found[i]):
                 own = {self.own("worst"): [self.sense * found[i]]}
-                yield Drawn(d[i], own, {}, nodes, poses, sigma[i], float(found[i]))
+                if self.exactly:
+                    own, poses = {self.own("worst"): [0.5]}, poses[:1]
+                at = nodes[: len(poses)]
+                yield Drawn(d[i], own, {}, at, poses, sigma[i], float(found[i]))
 
     def _rough(self, rows: Any) -> float:
         if self.asked.path in MEANS:
@@ -213,7 +220,10 @@ class Extreme(Goal):
 
     def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
         if self.exactly:
-            return {self.own("worst"): [0.5]}, {}
+            _, x, _ = spread.followed(
+                drawn.d, drawn.x[0], float(drawn.u[0]), self.quantity.nodes[:1]
+            )
+            return {self.own("x"): x, self.own("worst"): [0.5]}, {}
         nodes = self.quantity.nodes
         _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), nodes)
         rows = [np.array(self._at_pose(x[k], nodes[k], drawn.d)).ravel() for k in range(len(nodes))]

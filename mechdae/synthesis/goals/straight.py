@@ -25,7 +25,7 @@ SX = ca.SX
 SAMPLES = 40_000
 COARSE = 13
 FINE = 721
-BACK = 1e-3
+BACK = 1e-5
 """Share of the stroke by which the point may move back between the nodes."""
 LEAST = 0.05
 """Least stroke in sizes of the mechanism: a point that stays is no line."""
@@ -74,6 +74,9 @@ class Straight(Goal):
             nlp.constrain("stroke", stroke - length / space.size)
         ahead = ca.vertcat(*along[1:]) - ca.vertcat(*along[:-1])
         nlp.constrain("straight on", ahead, 0.0, np.inf)
+        # the speed at both ends, by a parabola: nothing turns back beside the last node
+        nlp.constrain("straight on", 3 * ahead[0] - ahead[1], 0.0, np.inf)
+        nlp.constrain("straight on", 3 * ahead[-1] - ahead[-2], 0.0, np.inf)
         lines = ca.vertcat(*across)
         nlp.constrain("deviation", (lines - worst * stroke) * 1e3, -np.inf, 0.0)
         nlp.constrain("deviation", (lines + worst * stroke) * 1e3, 0.0, np.inf)
@@ -96,6 +99,8 @@ class Straight(Goal):
         u = first[:, None] + self.asked.arc * np.linspace(0, 1, COARSE)
         kept, x, _, values = spread.moved(d, u, generator)
         d, first, u = d[kept], first[kept], u[kept]
+        if not len(d):
+            return
         places = space.poses.part(values, self.asked.point)
         if similar.offsets is not None:
             d, places = self._offset(similar, d, u, x)

@@ -32,6 +32,8 @@ MANY = 100_000
 """The same where most of what is drawn does not turn and is dropped early."""
 ORDER = 1e-3
 """Least step of the driver between targets in order [rad]."""
+SLIDES = 5.0
+"""A driver that slides is drawn from so many sizes of the targets to both sides."""
 EXACT = 1e-9
 """Error of an exact target, relative to the spread of the targets."""
 
@@ -81,8 +83,9 @@ class Visits(Goal):
         targets = ca.reshape(nlp.parameter(self.own("targets"), self.targets), -1, k)
         steps = nlp.parameter(self.own("programme"), self.steps)
         free = asked.timing in ("free", "any")
-        start = nlp.variable(self.own("start"), int(asked.timing == "steps"), -WIDE, WIDE)
-        own = nlp.variable(self.own("u"), k if free else 0, -WIDE, WIDE)
+        wide, way = WIDE * space.way, space.way
+        start = nlp.variable(self.own("start"), int(asked.timing == "steps"), -wide, wide, way)
+        own = nlp.variable(self.own("u"), k if free else 0, -wide, wide, way)
         x = space.pose_variables(nlp, self.own("x"), k)
         worst = nlp.variable(self.own("worst"), int(self.minimax), 0.0, np.inf)
         u, term = [], SX(0)
@@ -105,8 +108,9 @@ class Visits(Goal):
                 term += float(self.weights[i]) * ca.sumsqr(gap)
         if asked.timing == "free":
             gaps = [sense * (u[i + 1] - u[i]) for i in range(k - 1)]
-            nlp.constrain("order", ca.vertcat(*gaps), ORDER, np.inf)
-            nlp.constrain("order", sense * (u[-1] - u[0]), -np.inf, TURN - ORDER)
+            nlp.constrain("order", ca.vertcat(*gaps) / way, ORDER, np.inf)
+            if space.turned:
+                nlp.constrain("order", sense * (u[-1] - u[0]), -np.inf, TURN - ORDER)
         return worst if self.minimax else term
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -141,7 +145,7 @@ class Visits(Goal):
                     )  # fmt: skip
                     yield from (self._of_four_bar(start, starts) for start in drawn)
                 return
-        yield from self._any(generator, count)
+        yield from self._any(kind, generator, count)
 
     def _solutions(self, found: list[Any], starts: FourBarStarts) -> Iterable[Drawn]:
         """Yield the solutions that move well; the others are kept with their faults."""
@@ -170,7 +174,7 @@ class Visits(Goal):
             own[self.own("start")] = u[:1] - sense * self.steps[0]
         return own, {self.own("sense"): sense}
 
-    def _any(self, generator: Any, count: int) -> Iterable[Drawn]:
+    def _any(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
         """Yield starts of any mechanism: designs drawn in the box, moved along the programme."""
         spread = Spread(self.space)
         similar = None if self.asked.is_motion else Similar(self.space, self.asked.what)
@@ -180,19 +184,27 @@ class Visits(Goal):
         d = spread.designs(generator, count_of, None if similar is None else similar.lengths)
         if similar is not None:
             d = similar.neutral(d)
+        d = d[spread.turning(d, kind)]
+        count_of = len(d)
+        if not count_of:
+            return
         sense = generator.choice((-1.0, 1.0), count_of)
-        first = generator.uniform(0, TURN, count_of)
+        first = self._spread(generator, count_of)
         if self.asked.timing == "absolute":
             u = np.broadcast_to(self.steps, (count_of, self.count))
         elif self.asked.timing == "steps":
             u = first[:, None] + sense[:, None] * self.steps
         elif self.asked.timing == "any":
-            u = generator.uniform(0, TURN, (count_of, self.count))
+            u = self._spread(generator, (count_of, self.count))
         else:
             gaps = generator.dirichlet(np.ones(self.count), count_of) * TURN
+            if not self.space.turned:
+                gaps *= self.space.way * generator.uniform(0.05, 1, (count_of, 1))
             u = first[:, None] + sense[:, None] * np.cumsum(gaps, axis=1)
         kept, x, sigma, values = spread.moved(d, u, generator)
         d, u, sense = d[kept], u[kept], sense[kept]
+        if not len(d):
+            return
         beyond = 0.0
         if similar is not None:
             d, x, places, beyond = similar.fitted(d, u, x, self.targets, self.weights)
@@ -205,6 +217,12 @@ class Visits(Goal):
         for i in spread.distinct(d, np.argsort(f, kind="stable"), count):
             own, given = self._own(u[i], float(sense[i]))
             yield Drawn(d[i], own, given, u[i], x[i], sigma[i], float(f[i]))
+
+    def _spread(self, generator: Any, shape: Any) -> Any:
+        """Return driver values: within a turn, or some sizes to both sides."""
+        if self.space.turned:
+            return generator.uniform(0, TURN, shape)
+        return generator.uniform(-SLIDES, SLIDES, shape) * self.space.way
 
     def _squares(self, places: Any) -> Any:
         """Return the (dimensionless) weighted sum of squares of places (n, k, 2 or 3)."""
@@ -261,7 +279,7 @@ class Visits(Goal):
             return []
         gaps = np.diff(at) * design.given[self.own("sense")]
         whole = abs(at[-1] - at[0])
-        if (gaps <= 0).any() or whole >= TURN:
+        if (gaps <= 0).any() or (self.space.turned and whole >= TURN):
             return ["the targets are not visited in order within a turn"]
         return []
 
