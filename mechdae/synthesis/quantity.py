@@ -79,7 +79,17 @@ class Quantity:
             raise UnknownName(
                 "path of a goal", asked.path, ["points/", "bodies/", "joints/", "efforts/", *MEANS]
             )
-        measures = (*(base.measures or ()), "transmission") if self.transmission else ()
+        if self.transmission and "transmission" not in (base.measures or ()):
+            raise InputError(
+                f"task '{asked.task}' does not measure transmission angles",
+                where=place,
+                hint='measures = ["transmission"] in that task',
+            )
+        if isinstance(base, Reactions) and base.direction != "driver" and asked.path in MEANS:
+            raise UnavailableError(
+                "means over a cycle that the loads drive are no goals yet", where=place
+            )
+        measures = base.measures or ()
         wanted = replace(
             base, derivatives=0 if self.transmission else max(2, base.derivatives),
             measures=measures,

@@ -14,7 +14,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.goals import Extreme as Asked
-from mechdae.describe.tasks import Reactions
 from mechdae.errors import InputError, MechdaeError
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
@@ -153,19 +152,12 @@ class Extreme(Goal):
                 for k in (0, 1)
             )
             if self.asked.path == "summary/efficiency":
-                return self._efficiency(loss, power)
+                return 1 - loss / power
             return (loss if self.asked.path == "summary/loss" else power) / self.unit
         if self.asked.reduce == "rms":
             parts = [w * ca.sumsqr(row) for w, row in zip(weights, rows, strict=True)]
             return ca.sqrt(sum(parts, SX(0)) / self.unit**2 + 1e-16)
         return sum((w * self._mean_of(r) for w, r in zip(weights, rows, strict=True)), SX(0))
-
-    def _efficiency(self, loss: Any, power: Any) -> Any:
-        """Return useful by spent power; without coupling the power is the useful one."""
-        task = self.quantity.base
-        if isinstance(task, Reactions) and task.friction != "coupled":
-            return power / (power + loss)
-        return 1 - loss / power
 
     def _mean_of(self, row: Any) -> Any:
         if row.numel() == 1:
@@ -212,7 +204,7 @@ class Extreme(Goal):
         if self.asked.path in MEANS:
             loss, power = rows.mean(axis=0)
             if self.asked.path == "summary/efficiency":
-                return float(self._efficiency(loss, power))
+                return float(1 - loss / power)
             return float((loss if self.asked.path == "summary/loss" else power) / self.unit)
         size = rows[:, 0] if rows.shape[1] == 1 else np.hypot(rows[:, 0], rows[:, 1])
         size = size / (1.0 if self.quantity.transmission else self.unit)
