@@ -15,7 +15,7 @@ def figure() -> Figure:
     """Return the figure."""
     problem = md.load("p-heart20-free")
     task = replace(problem.tasks["design"], constraints=[])
-    result = md.synthesize(problem, task, starts=20)
+    result = md.synthesize(problem, task, starts=8)
     drawn = md.plot(result, "census").get_figure(root=True)
     assert isinstance(drawn, Figure)
     return drawn

@@ -84,11 +84,10 @@ def synthesize(
         "runs": [
             {
                 "class": search.kinds[kind] or "any", "status": found.status,
-                "objective": search.shown(found.objective)
-                if found.violation <= FEASIBLE and np.isfinite(found.objective) else None,
+                "objective": _reported(search, problems[kind], found, start),
                 "iterations": found.iterations,
             }
-            for (kind, _), found in zip(jobs, optima, strict=True)
+            for (kind, start), found in zip(jobs, optima, strict=True)
         ],
         "seconds": {
             "build": built, "starts": drawn, "solve": solved,
@@ -110,6 +109,15 @@ def synthesize(
         summary=summary, fault=fault, definition=task,
         data={"designs": kept},
     )  # fmt: skip
+
+
+def _reported(search: Search, nlp: Nlp, found: Optimum, start: Seed) -> float | None:
+    """Return the objective of an optimum as it is reported, None where constraints are missed."""
+    if found.violation > FEASIBLE or not np.isfinite(found.objective):
+        return None
+    if len(search.goals) == 1:
+        return search.shown(found.objective)
+    return search.claimed(nlp.terms_at(found.z, start.given))
 
 
 def planned(search: Search, problems: Sequence[Nlp], count: int, seed: int) -> list[list[Seed]]:
