@@ -123,6 +123,12 @@ def problems(poses=POSES):
         tasks = {key: task for key, task in problem.tasks.items() if task.available}
         chosen = [key for key, task in tasks.items() if task.kind == "sweep"]
         chosen += [key for key, task in tasks.items() if task.kind in ("reactions", "modes")]
+        chosen += [key for key, task in tasks.items() if task.kind == "motion"]
+        if not chosen:  # a synthesis alone: the mechanism it starts from, from its sketch on
+            driver = next(iter(tasks.values())).driver["coordinate"]
+            sweep = md.Sweep(md.Driver(driver, from_=1.0, to=1.0 + 2 * np.pi), poses=poses)
+            yield name, count(md.solve(problem, sweep))
+            continue
         from_to = chosen and getattr(tasks[chosen[0]], "poses", None) is not None
         yield name, count(md.solve(problem, chosen[0], **({"poses": poses} if from_to else {})))
 

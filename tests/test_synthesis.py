@@ -241,8 +241,8 @@ def test_five_poses_have_four_dyads():
 def test_the_gear_ratio_of_a_five_bar_is_found():
     problem = md.load("gear5-g1")
     task = problem.tasks["design"]
-    free = {**task.free, "i": {"ratios": [-2, -1, 1]}}
-    best = synthesize(problem, "design", replace(task, free=free), starts=90).data["designs"][0]
+    free = {**task.free, "i": {"ratios": [-2, -1]}}
+    best = synthesize(problem, "design", replace(task, free=free), starts=60).data["designs"][0]
     assert best["objective"] <= cases()["gear5-g1"]["bar"]["f_max"]
     assert best["parameters"]["i"] == -2
 
