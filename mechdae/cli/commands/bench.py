@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("problem", nargs="?", metavar="P", help="default: the standard works")
     parser.add_argument("--quick", action="store_true", help="fewer poses and repeats")
-    parser.add_argument("--out", metavar="DIR", help="write bench.json and bench.svg there")
+    parser.add_argument("--out", metavar="DIR", help="write bench.json and pictures there")
 
 
 def _design_task(problem: Problem | None) -> str | None:
@@ -32,9 +32,10 @@ def run(options: argparse.Namespace) -> int:
 
     problem = load(options.problem) if options.problem else None
     design = _design_task(problem)
+    kinds = set() if problem is None else {task.kind for task in problem.tasks.values()}
     if problem is None:
         works = bench.standard()
-    elif design is None or any(task.kind == "sweep" for task in problem.tasks.values()):
+    elif "sweep" in kinds or not kinds & {"synthesis", "motion"}:
         works = [bench.work_of(problem)]
     else:
         works = []
@@ -54,6 +55,10 @@ def run(options: argparse.Namespace) -> int:
         spread = jobs.measure(problem, design, starts)
         print(jobs.table(spread))
         records += spread
+    released = []
+    if problem is not None and "motion" in kinds:
+        released = _motion(problem, options)
+        records += released
     if not options.problem:
         message("measuring chains of four-bars", options.quiet)
         loops = chain.QUICK_LOOPS if options.quick else chain.LOOPS
@@ -77,4 +82,23 @@ def run(options: argparse.Namespace) -> int:
 
             picture = save(draw(moving), folder / "bench.svg")
             message(f"written: {picture}", options.quiet)
+        if released:
+            from mechdae.draw import save
+            from mechdae.draw.precision import draw as draw_motion
+
+            picture = save(draw_motion(released), folder / "bench-motion.svg")
+            message(f"written: {picture}", options.quiet)
     return 0
+
+
+def _motion(problem: Problem, options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Measure the first task of motion, print and return the records."""
+    from mechdae.bench import motions
+
+    work = motions.work_of(problem)
+    assert work is not None
+    message(f"measuring {work.name}", options.quiet)
+    tolerances = motions.QUICK_TOLERANCES if options.quick else motions.TOLERANCES
+    records, notes = motions.measure(work, tolerances, repeats=3 if options.quick else 7)
+    print(motions.table(records, notes))
+    return records

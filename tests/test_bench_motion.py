@@ -1,0 +1,138 @@
+"""The measurement of motions: methods, errors and counts, never seconds."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.bench import motions
+from mechdae.cli import main
+from mechdae.describe.problem import from_dict
+from mechdae.errors import InputError
+
+ROOT = Path(__file__).resolve().parent.parent
+KEYS = {"work", "n", "ratio", "yardstick", "error", "seconds", "method", "tolerance", "drift"}
+FREE = ("CVODES Adams", "CVODES BDF", "IDAS")
+
+
+def pendulum(**keys):
+    data = {
+        "schema": 1,
+        "gravity": [0, -9.81],
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {"rod": {"points": {"O": [0, 0]}, "mass": 2.0, "center": [0, -1.5]}},
+        "joints": {"O": {"kind": "revolute", "between": ["ground.O", "rod.O"]}},
+        "tasks": {"swing": {"kind": "motion", "start": {"rod.angle": 1.0}, "until": 2.0}},
+    }
+    return from_dict(data | keys)
+
+
+def test_all_methods_come_to_the_values_of_the_problem() -> None:
+    """Andrews' mechanism against references of 34 digits; DOP853 is the same method with scipy."""
+    work = motions.work_of(md.load("andrews-squeezer"))
+    assert work.reference == "values of the problem"
+    records, notes = motions.measure(work, (1e-8,), repeats=1)
+    assert all(set(record) >= KEYS for record in records)
+    assert records[0]["method"] == motions.OURS
+    assert "first" in records[0]
+    found = {record["method"]: record for record in records}
+    assert found[motions.OURS]["error"] <= 2e-9
+    assert found[motions.OURS]["drift"] <= 1e-15
+    assert found[motions.OURS]["n"] <= 1000
+    for method in (*FREE, "IDAS, index 1"):
+        assert 1e-9 <= found[method]["error"] <= 1e-5, method
+        assert found[method]["n"] >= 400, method
+    assert "x yardstick" in motions.table(records, notes)
+
+
+def test_with_scipy_its_methods_are_measured() -> None:
+    pytest.importorskip("scipy")
+    work = motions.work_of(md.load("car-axis"))
+    records, notes = motions.measure(work, (1e-6, 1e-10), repeats=1)
+    own = [r for r in records if r["method"] == "scipy DOP853"]
+    assert [r["error"] <= 1e4 * r["tolerance"] for r in own] == [True, True]
+    assert own[1]["n"] > own[0]["n"]
+    assert [r["tolerance"] for r in records if r["method"] == "scipy Radau"] == [1e-6]
+    assert notes == []
+
+
+def test_without_scipy_a_note_stands_in_its_place(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "scipy.integrate", None)
+    records, notes = motions.measure(motions.work_of(pendulum()), (1e-8,), repeats=1)
+    assert {record["method"] for record in records} == {motions.OURS, *FREE}
+    assert notes == [motions.NO_SCIPY]
+
+
+def test_an_error_is_seen() -> None:
+    """Without values of the problem a tightened run takes their place; angles count in radians."""
+    work = motions.work_of(pendulum())
+    assert work.reference == "tightened run"
+    end = work.ours(1e-12).x
+    assert work.error(end) <= 1e-11
+    assert work.error(end + 0.01) == pytest.approx(0.01, abs=1e-9)
+    # energy of the swing: the speed at the end from the height alone
+    result = md.solve(pendulum(), "swing")
+    speed = result.bodies["rod"].angular_velocity[-1]
+    wanted = np.sqrt(2 * 9.81 / 1.5 * (np.cos(end[0]) - np.cos(1.0)))
+    assert abs(speed) == pytest.approx(wanted, rel=1e-6)
+
+
+def test_outputs_have_natural_sizes() -> None:
+    """A length counts in lengths of the mechanism: a thousandth of the size, the same error."""
+    errors = []
+    for scale in (1.0, 1e-3):
+        problem = pendulum(
+            gravity=[0, -9.81 * scale],
+            bodies={
+                "rod": {
+                    "points": {"O": [0, 0], "E": [0, -3 * scale]},
+                    "mass": 2.0,
+                    "center": [0, -1.5 * scale],
+                }
+            },
+            outputs={"far": "rod.E.x", "turn": "rod.angle"},
+            expected=[
+                {"task": "swing", "what": "summary/state/far", "value": [0.5 * scale, 0.0]},
+                {"task": "swing", "what": "summary/state/turn", "value": [0.0, 0.0]},
+            ],
+        )
+        work = motions.work_of(problem)
+        errors.append(work.error(np.array([0.7])))
+    assert errors[0] == pytest.approx(errors[1], rel=1e-12)
+    assert errors[0] == pytest.approx(0.7, rel=1e-12)
+
+
+def test_a_resistance_is_refused() -> None:
+    loads = {"brake": {"kind": "resistance", "coordinate": "rod.angle", "positive": 0.5}}
+    with pytest.raises(InputError, match="change their side"):
+        motions.work_of(pendulum(loads=loads))
+
+
+def test_failures_are_told(monkeypatch) -> None:
+    monkeypatch.setattr(motions, "STEPS", 5)
+    records, notes = motions.measure(motions.work_of(pendulum()), (1e-8,), repeats=1)
+    assert not {record["method"] for record in records} & set(FREE)
+    assert sum("TOO_MUCH_WORK" in note for note in notes) == len(FREE)
+
+
+def test_the_command_writes_records_and_a_picture(capsys, tmp_path) -> None:
+    assert main(["bench", "pendulum", "--quick", "--out", str(tmp_path)]) == 0
+    assert "tolerance" in capsys.readouterr().out
+    records = json.loads((tmp_path / "bench.json").read_text(encoding="utf-8"))
+    assert all(set(record) >= KEYS for record in records)
+    assert (tmp_path / "bench-motion.svg").stat().st_size > 5000
+
+
+def test_the_page_is_what_was_measured(capsys) -> None:
+    spec = importlib.util.spec_from_file_location("make", ROOT / "docs/make_motion_speed.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.main(["--check"]) == 0, capsys.readouterr().out
+    for found in module.records().values():
+        assert all(set(record) >= KEYS for record in found.values())
