@@ -238,6 +238,7 @@ def test_a_killed_job_goes_on_to_the_same_answer(path, reference, tmp_path) -> N
     for workers in (2, 1):
         reached += draw.randrange(1, 5)
         with job(path, tmp_path, workers, reached) as process:
+            process.send_signal(signal.SIGSTOP)  # it must not end while it is looked at
             orphans = children(process.pid) if workers == 2 else []
             with pytest.raises(md.InputError, match="another process is working"):
                 md.synthesize(path, out=tmp_path)
