@@ -80,7 +80,7 @@ def check_inertia(setup: Setup, x: Any, v: Any) -> None:
         With the bodies that move in such a freedom.
     """
     k = setup.kernel
-    signs = np.zeros(len(setup.loads.slips))
+    signs = setup.loose
     M, f, J, _ = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
     if not np.isfinite(f).all() or not np.isfinite(M).all():
         loads = ", ".join(setup.loads.wrenches)
@@ -121,7 +121,7 @@ def check_rest(setup: Setup, integrator: Integrator, x: Any, v: Any) -> None:
     k = setup.kernel
     if not k.m:
         return
-    signs = np.zeros(len(setup.loads.slips))
+    signs = setup.loose
     a = integrator.acceleration(0.0, x, v, signs)
     _, _, J, gamma = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
     left = (J @ a - gamma.ravel()) / k.gaps

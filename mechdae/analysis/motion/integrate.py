@@ -66,7 +66,7 @@ class Integrator:
 
     @cached_property
     def _dense(self) -> Batch:
-        return Batch(self.stepper.dense, [5], straight=lambda: None)
+        return Batch(self.stepper.dense, [6], straight=lambda: None)
 
     @cached_property
     def _project(self) -> Batch:
@@ -86,10 +86,12 @@ class Integrator:
 
     def first(self, t: float, x: Any, v: Any, w: Any, signs: Any, h: float = 0.0) -> Any:
         """Return the state that an integration starts from."""
-        a = self.acceleration(t, x, v, signs)
+        self.rhs += 1
+        a, inner = self._rhs(t, x, v, signs)
+        m = inner[len(inner) - self.kernel.rubs :]
         lay = self.layout
         state = np.zeros(lay.size)
-        for name, value in (("t", t), ("x", x), ("v", v), ("a", a), ("w", w)):
+        for name, value in (("t", t), ("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
             state[lay[name]] = value
         omega = float(np.array(self.stepper.frequency(v, a)).ravel()[0])
         span = self.setup.end
@@ -126,7 +128,7 @@ class Integrator:
         place = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(states) - 2)
         used = np.array(sorted(set(place.tolist())), int)
         h = starts[1:] - starts[:-1]
-        parts = [lay.of(states[used], name) for name in ("x", "v", "a")]
+        parts = [lay.of(states[used], name) for name in ("x", "v", "a", "m")]
         inputs = [starts[used][:, None], *parts, h[used][:, None], nodes.signs]
         n = lay.n
         coefficients = self._dense(*inputs)[0].reshape(len(used), 2 * n + lay.works, 7)
@@ -136,7 +138,7 @@ class Integrator:
         share = (times - starts[place]) / h[place]
         found = interpolate(coefficients[rows], first, share)
         x, v, w = found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
-        if self.kernel.m:
+        if self.kernel.m or self.kernel.slips:
             x, v = self._project(times[:, None], x, v, nodes.signs)[:2]
         exact = np.isin(times, starts)
         for k in np.flatnonzero(exact):
@@ -147,15 +149,19 @@ class Integrator:
     def stepped(self, state: Any, h: float, signs: Any) -> Any:
         """Return the state after one step of a given size."""
         lay = self.layout
-        parts = [state[lay[name]] for name in ("t", "x", "v", "a", "w")]
+        parts = [state[lay[name]] for name in ("t", "x", "v", "a", "m", "w")]
         omega = state[lay["omega"]][0]
         self.rhs += STAGES
-        x, v, a, w, *_ = self._step(*parts, h, signs, omega)
+        x, v, a, m, w, *_ = self._step(*parts, h, signs, omega)
         after = state.copy()
-        for name, value in (("x", x), ("v", v), ("a", a), ("w", w)):
+        for name, value in (("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
             after[lay[name]] = value
         after[lay["t"]] = state[lay["t"]] + h
         return after
+
+    def projected(self, t: float, x: Any, v: Any, signs: Any) -> Any:
+        """Return the rates of x on the constraints and with locks."""
+        return self._project(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
 
     def located(self, state: Any, h: float, signs: Any, value: Callable[[Any], float]) -> Any:
         """Return the state inside a step where a value over states vanishes.

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.motion.events import Crossings, Found, Reversals
+from mechdae.analysis.motion.events import Crossings, Found
 from mechdae.analysis.motion.expressions import WithReactions
 from mechdae.analysis.motion.integrate import Integrator
 from mechdae.analysis.motion.observe import Observer, States
@@ -16,6 +16,7 @@ from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
+from mechdae.analysis.motion.sticking import Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
@@ -42,7 +43,7 @@ class Run:
     integrator: Integrator
     passages: Passages
     crossings: Crossings = field(init=False)
-    reversals: Reversals = field(init=False)
+    sticking: Sticking = field(init=False)
     stiffness: Stiffness = field(init=False)
     ranges: Ranges = field(init=False)
     first_energy: float = 0.0
@@ -51,7 +52,7 @@ class Run:
     last_signs: Any = None
     stopped: Found | None = None
     stalled: bool = False
-    stuck: bool = False
+    rests: float | None = None
     fault: str | None = None
 
 
@@ -112,7 +113,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         for i, row in enumerate(rows)
         if row.name not in forced and (row.owner, row.part) not in setup.held
     }
-    notes = setup.notes + expressions.notes + lost + run.stiffness.notes()
+    notes = setup.notes + setup.rubbing.assumptions + expressions.notes + lost + run.stiffness.notes()
     if run.begin.correction > CORRECTED:
         notes.append(
             f"the numbers of the start were corrected by up to {run.begin.correction:.2g} "
@@ -205,6 +206,7 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
         "singular": len(run.passages.found),
         "method": "explicit, Dormand-Prince 8(5,3)",
         "bound": "estimated",
+        **({} if run.rests is None else {"rests_from": run.rests}),
         "not_in_scene": [],
     }
     return summary
@@ -221,8 +223,10 @@ def _events(run: Run) -> tuple[dict[str, Any], ...]:
         entry = {"kind": "crossing", "at": t, "time": t, "name": own.crossing.name}
         entry |= {"of": own.crossing.text, "value": own.crossing.value}
         found.append(entry | {"direction": "up" if own.rises else "down"})
-    for t, name, sign in run.reversals.found:
-        found.append({"kind": "reversal", "at": t, "time": t, "load": name, "sign": sign})
+    loads = run.setup.problem.mechanism.loads
+    for t, name, sign, kind in run.sticking.found:
+        owner = "load" if name in loads else "joint"
+        found.append({"kind": kind, "at": t, "time": t, owner: name, "sign": sign})
     found.sort(key=lambda entry: float(entry["at"]))
     return tuple(entry | {"in_range": True} for entry in found)
 

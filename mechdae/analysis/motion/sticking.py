@@ -1,0 +1,264 @@
+"""Dry friction between events: which slips slide, to which side, and which ones stick.
+
+Signs and locks are fixed over steps. A step ends where a sliding speed vanishes or a
+holding force reaches its limit; there every way to go on is tried for the slips at rest, with the
+coefficients at rest: a slip that starts has to move the way its friction says, one that sticks
+has to be held by a force that friction can give. Where the locks are more than the freedoms, forces are
+not unique; then all stick if nothing can start.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechdae.analysis.motion.checks import freedoms
+from mechdae.analysis.motion.integrate import Integrator, Nodes
+from mechdae.analysis.motion.setup import Setup
+from mechdae.kernels.batch import Batch
+
+RESTS = 1e-9
+"""Speed, as a share of the largest so far, that is none."""
+RANK = 1e-9
+MOST = 6
+"""Slips at rest at once of which all ways to go on are tried."""
+SLACK = 1e-9
+"""Share of its limit by which a force that holds may exceed it by rounding."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """An event of friction: at a state, of a slip; ``released`` from sticking."""
+
+    state: Any
+    slip: int
+    released: bool
+
+
+class NoWay(Exception):
+    """No way to go on fits the laws of friction."""
+
+
+class Sticking:
+    """Watches the slips of a motion.
+
+    Attributes
+    ----------
+    found : list of (t, name, sign, kind)
+        Events: kind "reversal", "stick" or "slip".
+    several : list of (t, number)
+        States at which several ways to go on fit.
+    """
+
+    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+        self.setup, self.integrator = setup, integrator
+        self.kernel = setup.kernel
+        self.slips = setup.released.rubbing.slips
+        self.names = [slip.owner for slip in self.slips]
+        self.k = len(self.slips)
+        self.found: list[tuple[float, str, float, str]] = []
+        self.several: list[tuple[float, int]] = []
+        self._fastest = 0.0
+
+    # -- values --------------------------------------------------------------------------------
+
+    @cached_property
+    def _values(self) -> Batch:
+        return Batch(self.kernel.sticking, [3])
+
+    @cached_property
+    def _locking(self) -> Batch:
+        from casadi import Function, densify, vec
+
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        J, C = k.parts(*at)[2], k.locking(*at)[0]
+        return Batch(Function("both", at, [vec(densify(J)), vec(densify(C))]), [3])
+
+    def values(self, t: Any, x: Any, v: Any, signs: Any) -> list[Any]:
+        """Return speeds, rates, holding forces, least and largest ones, (n, k) each, misses."""
+        return self._values(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs)
+
+    def _jacobians(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
+        k = self.kernel
+        J, C = self._locking(np.array([[t]]), x[None, :], v[None, :], self.setup.loose)
+        J, C = J[0].reshape(k.n, k.m).T, C[0].reshape(k.n, self.k).T
+        return J, C
+
+    def _sizes(self) -> Any:
+        """Return natural sizes of the slips."""
+        return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
+
+    # -- signs ---------------------------------------------------------------------------------
+
+    def signs(self, sides: Any, resting: Any = ()) -> Any:
+        """Return the inputs of dry friction: sides -1, 0 (locked), 1; slips at rest."""
+        sides = np.asarray(sides, float)
+        still = np.zeros(self.k)
+        still[list(resting)] = 1.0
+        return np.concatenate([sides, np.where(sides == 0, 1.0, 0.0), still])
+
+    def sides(self, signs: Any) -> Any:
+        """Return -1, 0 or 1 by slip."""
+        return signs[: self.k]
+
+    def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
+        """Return the inputs of dry friction at the start, and the speeds with locks."""
+        if not self.k:
+            return self.setup.loose, v
+        return self.settled(t, x, v, np.zeros(self.k), None)
+
+    def settled(
+        self, t: float, x: Any, v: Any, sides: Any, turn: Turn | None
+    ) -> tuple[Any, Any]:
+        """Return inputs of dry friction for the way to go on, and the rates of x with its locks.
+
+        Raises
+        ------
+        NoWay
+            No way fits.
+        """
+        speeds = self.values(t, x, v, self.setup.loose)[0][0] / self._sizes()
+        self._fastest = max(self._fastest, float(np.max(np.abs(speeds), initial=0.0)))
+        rest = set(np.flatnonzero(np.abs(speeds) <= RESTS * self._fastest).tolist())
+        rest |= set(np.flatnonzero(sides == 0).tolist()) if turn is not None else set()
+        sides = sides.copy()
+        if turn is None:
+            sides = np.sign(speeds)
+        fixed: set[int] = set()
+        if turn is not None and turn.released:
+            held = self.values(t, x, v, self._last)[2][0]
+            sides[turn.slip] = -np.sign(held[turn.slip])
+            fixed = {turn.slip}
+        elif turn is not None:
+            rest.add(turn.slip)
+        tried = sorted(rest - fixed)
+        chosen = self._way(t, x, v, sides, tried, fixed)
+        locked = [k for k in tried if chosen[k] == 0]
+        signs = self.signs(chosen, locked)
+        self._last = signs
+        if locked:
+            v = self.integrator.projected(t, x, v, signs)
+        return signs, v
+
+    def _way(self, t: float, x: Any, v: Any, sides: Any, rest: list[int], fixed: set[int]) -> Any:
+        """Return sides for the way to go on with some slips at rest."""
+        if not rest:
+            return sides
+        J, C = self._jacobians(t, x, v)
+        basis = freedoms(J, self.kernel.sizes)
+        along = (C * self.kernel.sizes) @ basis / self._sizes()[:, None]
+        moved = np.linalg.norm(along, axis=1) > RANK
+        ways = self._ways(along, rest, moved)
+        good, fallback = [], None
+        for way in ways:
+            own = sides.copy()
+            own[rest] = way
+            locked = [k for k in rest if own[k] == 0]
+            rank = np.linalg.matrix_rank(along[locked], RANK) if locked else 0
+            if rank < len(locked):
+                fallback = own if fallback is None else fallback
+                continue
+            if self._fits(t, x, v, own, rest):
+                good.append((len(locked), own))
+        if good:
+            if len(good) > 1:
+                self.several.append((t, len(good)))
+            return max(good, key=lambda entry: entry[0])[1]
+        if fallback is not None:
+            return fallback
+        raise NoWay
+
+    def _ways(self, along: Any, rest: list[int], moved: Any) -> list[Any]:
+        """Return the sides to be tried for slips at rest."""
+        if along.shape[1] == 1 and moved[rest].all() and len(rest) > 1:
+            forward = np.sign(along[rest, 0])
+            return [np.zeros(len(rest)), forward, -forward]
+        if len(rest) > MOST:
+            raise NoWay
+        return [np.array(way) for way in itertools.product((0.0, 1.0, -1.0), repeat=len(rest))]
+
+    def _fits(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> bool:
+        """Return whether sides agree with what they lead to."""
+        signs = self.signs(sides, rest)
+        _, rates, held, low, high, miss = (part[0] for part in self.values(t, x, v, signs))
+        if not miss[0] < 1e-9:
+            return False
+        for k in rest:
+            if sides[k] == 0:
+                slack = SLACK * max(abs(low[k]), abs(high[k]))
+                if not low[k] - slack <= held[k] <= high[k] + slack:
+                    return False
+            elif not rates[k] * sides[k] > 0:
+                return False
+        return True
+
+    # -- events --------------------------------------------------------------------------------
+
+    def _margins(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return what is left to each event, (n, k): below zero it has happened."""
+        speeds, _, held, low, high, _ = self.values(t, x, v, signs)
+        sides = self.sides(signs)
+        self._fastest = max(
+            self._fastest, float(np.max(np.abs(speeds) / self._sizes(), initial=0.0))
+        )
+        slack = np.minimum(high - held, held - low)
+        slack += SLACK * np.maximum(np.abs(high), np.abs(low))
+        return np.where(sides == 0, slack, speeds * sides)
+
+    def unique(self, t: float, x: Any, v: Any, signs: Any) -> bool:
+        """Return whether the forces of locked slips are unique."""
+        locked = np.flatnonzero(self.sides(signs) == 0)
+        J, C = self._jacobians(t, x, v)
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
+        return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
+
+    def look(self, nodes: Nodes) -> Turn | None:
+        """Return the first event in accepted steps; None for none."""
+        if not self.k or len(nodes.states) < 2:
+            return None
+        lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
+        t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
+        margins = self._margins(t, x, v, signs)
+        sides = self.sides(signs)
+        locked = np.flatnonzero(sides == 0)
+        if len(locked) and not self.unique(float(t[0]), x[0], v[0], signs):
+            margins[:, locked] = 1.0
+        over = margins[1:] < 0
+        if not over.any():
+            return None
+        i = int(np.flatnonzero(over.any(axis=1))[0])
+        first: Turn | None = None
+        for k in np.flatnonzero(over[i]):
+            if margins[i, k] <= 0 and sides[k] != 0 and i > 0:
+                continue
+
+            def value(state: Any, k: int = int(k)) -> float:
+                at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))
+                return float(self._margins(*at, signs)[0, k])
+
+            h = float(t[i + 1] - t[i])
+            state = self.integrator.located(states[i], h, signs, value)
+            if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
+                first = Turn(state, int(k), bool(sides[k] == 0))
+        return first
+
+    def note(self, t: float, turn: Turn, signs: Any) -> None:
+        """Keep an event."""
+        side = float(self.sides(signs)[turn.slip])
+        kind = "slip" if turn.released else "stick" if side == 0 else "reversal"
+        self.found.append((t, self.names[turn.slip], side, kind))
+
+    def final(self, signs: Any, t: float, x: Any, v: Any) -> bool:
+        """Return whether nothing moves any more: all freedoms stick and nothing depends on t."""
+        setup = self.setup
+        if setup.laws or setup.loads.uses_time or not self.k:
+            return False
+        locked = np.flatnonzero(self.sides(signs) == 0)
+        J, C = self._jacobians(t, x, v)
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
+        return bool(np.linalg.matrix_rank(along[locked], RANK) == along.shape[1])
