@@ -28,6 +28,12 @@ MOST = 6
 """Slips at rest at once of which all ways to go on are tried."""
 SLACK = 1e-9
 """Share of its limit by which a force that holds may exceed it by rounding."""
+CLOSE = 1e-13
+"""The same between steps, where the limit is reached."""
+PIECES = 1024
+"""Combinations of contacts that are counted through."""
+SAME = 1e-7
+"""Share of the largest size below which two solutions are one."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +46,7 @@ class Turn:
 
 
 class NoWay(Exception):
-    """No way to go on fits the laws of friction."""
+    """No way to go on fits the laws of friction, or several do: the verdict."""
 
 
 class Sticking:
@@ -63,6 +69,8 @@ class Sticking:
         self.found: list[tuple[float, str, float, str]] = []
         self.several: list[tuple[float, int]] = []
         self._fastest = 0.0
+        self._last = setup.loose
+        self.verdict: tuple[Any, str] | None = None
 
     # -- values --------------------------------------------------------------------------------
 
@@ -141,6 +149,7 @@ class Sticking:
         locked = [k for k in tried if chosen[k] == 0]
         signs = self.signs(chosen, locked)
         self._last = signs
+        self.check(t, x, v, signs)
         if locked:
             v = self.integrator.projected(t, x, v, signs)
         return signs, v
@@ -171,7 +180,10 @@ class Sticking:
             return max(good, key=lambda entry: entry[0])[1]
         if fallback is not None:
             return fallback
-        raise NoWay
+        raise NoWay(
+            f"no way to go on from rest fits the laws of dry friction (F5) of "
+            f"{', '.join(self.names[k] for k in rest)}"
+        )
 
     def _ways(self, along: Any, rest: list[int], moved: Any) -> list[Any]:
         """Return the sides to be tried for slips at rest."""
@@ -179,7 +191,8 @@ class Sticking:
             forward = np.sign(along[rest, 0])
             return [np.zeros(len(rest)), forward, -forward]
         if len(rest) > MOST:
-            raise NoWay
+            names = ", ".join(self.names[k] for k in rest)
+            raise NoWay(f"more than {MOST} slips come to rest at once: {names}")
         return [np.array(way) for way in itertools.product((0.0, 1.0, -1.0), repeat=len(rest))]
 
     def _fits(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> bool:
@@ -197,6 +210,111 @@ class Sticking:
                 return False
         return True
 
+    # -- solutions -----------------------------------------------------------------------------
+
+    @cached_property
+    def _coupling(self) -> Batch:
+        from casadi import Function, vec
+
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        columns, starts, slopes = k.coupling(*at)
+        results = [vec(columns), starts, vec(slopes)]
+        return Batch(Function("coupling", at, results, {"cse": True}), [3])
+
+    def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
+        _, _, slopes = self._coupling(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
+                                      signs)  # fmt: skip
+        n, rubs = len(slopes), self.kernel.rubs
+        slopes = slopes.reshape(n, rubs, -1).transpose(0, 2, 1)
+        K = np.empty((n, rubs, rubs))
+        for j, (place, own) in enumerate(zip(self.kernel.places, self._laws, strict=True)):
+            part = slopes[:, place]
+            norm = np.linalg.norm(part, axis=1) if own == "length" else np.abs(part).max(axis=1)
+            K[:, j] = norm
+        weights = 1 + K.sum(axis=2)
+        return (np.einsum("nij,nj->ni", K, weights) / weights).max(axis=1, initial=0.0)
+
+    @property
+    def _laws(self) -> list[str]:
+        return [feedback.law for feedback in self.setup.released.rubbing.feedbacks]
+
+    def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
+        """Return all sizes of friction that fit their laws, and the accelerations of x with them.
+
+        Sizes that are the largest of linear forms are counted through, lengths of vectors follow by
+        Newton's method from their values without friction.
+        """
+        columns, starts, slopes = (
+            part[0] for part in self._coupling(np.array([[t]]), x[None, :], v[None, :], signs)
+        )
+        rubs, places, laws = self.kernel.rubs, self.kernel.places, self._laws
+        slopes = slopes.reshape(rubs, -1).T
+        columns = columns.reshape(rubs + 1, -1).T
+        pieces = [
+            range(place.stop - place.start) if own == "largest" else (None,)
+            for place, own in zip(places, laws, strict=True)
+        ]
+        found: list[Any] = []
+        for chosen in itertools.islice(itertools.product(*pieces), PIECES):
+            m = np.zeros(rubs)
+            for _ in range(12):
+                value, slope = np.empty(rubs), np.empty((rubs, rubs))
+                for j, (place, own) in enumerate(zip(places, chosen, strict=True)):
+                    forms = starts[place] + slopes[place] @ m
+                    if own is None:
+                        value[j] = np.linalg.norm(forms)
+                        slope[j] = forms @ slopes[place] / max(value[j], 1e-300)
+                    else:
+                        value[j], slope[j] = forms[own], slopes[place][own]
+                try:
+                    m = m - np.linalg.solve(np.eye(rubs) - slope, m - value)
+                except np.linalg.LinAlgError:
+                    break
+            laid = [
+                np.linalg.norm(forms) if own == "length" else forms.max()
+                for forms, own in zip([starts[p] + slopes[p] @ m for p in places], laws, strict=True)
+            ]
+            size = max(float(np.max(np.abs(m))), float(np.max(np.abs(starts), initial=0.0)), 1e-300)
+            if not np.max(np.abs(m - laid)) <= SLACK * size:
+                continue
+            if not any(np.max(np.abs(m - other)) <= SAME * size for other in found):
+                found.append(m)
+        n = self.kernel.n
+        return [(m, columns[:n, 0] + columns[:n, 1:] @ m) for m in found]
+
+    def check(self, t: float, x: Any, v: Any, signs: Any) -> None:
+        """Raise where the laws of friction give no accelerations, or several.
+
+        Raises
+        ------
+        NoWay
+            With the accelerations of each solution, and the friction up to which there is one.
+        """
+        if not self.kernel.rubs:
+            return
+        bound = float(self.contractions(t, x, v, signs)[0])
+        if bound < 1:
+            return
+        found = self.solutions(t, x, v, signs)
+        if len(found) == 1:
+            return
+        joints = list(dict.fromkeys(f.joint for f in self.setup.released.rubbing.feedbacks))
+        names = [".".join(own) for own in self.kernel.released.names]
+        text = f"dry friction of {', '.join(joints)}"
+        share = f"one solution is sure with {1 / bound:.6g} of the coefficients"
+        if not found:
+            raise NoWay(f"jammed (F1): no accelerations fit the {text}; {share}")
+        listed = "; ".join(
+            ", ".join(f"{name} {value:.9g}" for name, value in zip(names, a, strict=True))
+            for _, a in found
+        )
+        raise NoWay(
+            f"{len(found)} solutions (F2) fit the {text}, which does not decide between them: "
+            f"accelerations {listed}; {share}"
+        )
+
     # -- events --------------------------------------------------------------------------------
 
     def _margins(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
@@ -207,7 +325,7 @@ class Sticking:
             self._fastest, float(np.max(np.abs(speeds) / self._sizes(), initial=0.0))
         )
         slack = np.minimum(high - held, held - low)
-        slack += SLACK * np.maximum(np.abs(high), np.abs(low))
+        slack += CLOSE * np.maximum(np.abs(high), np.abs(low))
         return np.where(sides == 0, slack, speeds * sides)
 
     def unique(self, t: float, x: Any, v: Any, signs: Any) -> bool:
@@ -225,6 +343,14 @@ class Sticking:
         t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
         margins = self._margins(t, x, v, signs)
         sides = self.sides(signs)
+        self.verdict = None
+        if self.kernel.rubs and (over := self.contractions(t, x, v, signs) >= 1).any():
+            for i in np.flatnonzero(over):
+                try:
+                    self.check(float(t[i]), x[i], v[i], signs)
+                except NoWay as verdict:
+                    self.verdict = (states[i], str(verdict))
+                    break
         locked = np.flatnonzero(sides == 0)
         if len(locked) and not self.unique(float(t[0]), x[0], v[0], signs):
             margins[:, locked] = 1.0
@@ -234,8 +360,8 @@ class Sticking:
         i = int(np.flatnonzero(over.any(axis=1))[0])
         first: Turn | None = None
         for k in np.flatnonzero(over[i]):
-            if margins[i, k] <= 0 and sides[k] != 0 and i > 0:
-                continue
+            if margins[i, k] < 0 and sides[k] == 0:  # over its limit from the start
+                return Turn(states[i], int(k), True)
 
             def value(state: Any, k: int = int(k)) -> float:
                 at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))

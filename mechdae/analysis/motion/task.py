@@ -113,10 +113,9 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
     lay, times = integrator.layout, setup.times
     try:
         signs, v = sticking.first(0.0, x, v)
-    except NoWay:
-        run.fault = no_way(sticking, 0.0, x, v)
+    except NoWay as verdict:
+        run.fault = f"at t = 0: {verdict}"
         signs = setup.loose
-        state = None
     if times is None or times[0] == 0.0:
         kept.add(0.0, x, v, np.zeros(lay.works), signs)
     if run.fault:
@@ -128,8 +127,11 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             return
         turn = None
         for nodes in integrator.steps(state, signs):
-            turn = sticking.look(nodes)
+            turn, verdict = sticking.look(nodes), sticking.verdict
             nodes = _until(nodes, None if turn is None else turn.state, lay)
+            if verdict is not None and (turn is None or verdict[0][0] < turn.state[0]):
+                nodes, turn = _until(nodes, verdict[0], lay), None
+                run.fault = f"at t = {verdict[0][0]:.9g} s: {verdict[1]}"
             stop = run.crossings.look(nodes)
             if stop is not None:
                 nodes, turn = _until(nodes, stop.state, lay), None
@@ -140,7 +142,7 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             _keep(kept, nodes, integrator, times)
             run.last = nodes.states[-1]
             run.last_signs = nodes.signs
-            if stop is not None or turn is not None:
+            if stop is not None or turn is not None or run.fault:
                 break
             if nodes.stalled:
                 run.stalled = True
@@ -151,8 +153,8 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
         x, v, w = (after[lay[part]] for part in ("x", "v", "w"))
         try:
             signs, v = sticking.settled(t, x, v, sticking.sides(signs), turn)
-        except NoWay:
-            run.fault = no_way(sticking, t, x, v)
+        except NoWay as verdict:
+            run.fault = f"at t = {t:.9g} s: {verdict}"
             return
         sticking.note(t, turn, signs)
         recent = [entry for entry in sticking.found if t - entry[0] <= CLOSE * setup.end]
@@ -182,14 +184,6 @@ def _rest(run: Run, kept: Kept, state: Any, signs: Any) -> None:
     if len(ahead):
         parts = [np.tile(state[lay[part]], (len(ahead), 1)) for part in ("x", "v", "w")]
         kept.add(ahead, *parts, signs)
-
-
-def no_way(sticking: Sticking, t: float, x: Any, v: Any) -> str:
-    """Return the verdict where no way to go on fits the laws of friction."""
-    return (
-        f"at t = {t:.9g} s no accelerations fit the laws of dry friction (F5) of "
-        f"{', '.join(sticking.names)}: the mechanism jams"
-    )
 
 
 def _until(nodes: Nodes, state: Any, lay: Any) -> Nodes:
