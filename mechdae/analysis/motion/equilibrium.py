@@ -114,7 +114,7 @@ def equilibrium(problem: Problem, name: str, task: Equilibrium) -> Result:
 
 
 def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
-    whole = setup(problem, as_motion(task))
+    whole = setup(problem, as_motion(task), moves=False)
     if whole.loads.uses_time:
         raise InputError("it uses t", where=f"loads.{whole.loads.uses_time[0]}")
     begin = start(whole)
@@ -275,7 +275,7 @@ def _report(
     found, lost = expressions.evaluate([part[:, columns] for part in y], None, certified)
     series = {own: Series({"value": found[own]["value"]}) for own in found}
     every = observer.multipliers(state)
-    reactions = {} if observer.meshed else observer.reactions(q, every)
+    reactions = {} if observer.meshed else observer.reactions(state, q, every)
     named["joints"] = with_reactions(named["joints"], reactions, chosen)
     summary["state"] = {own: float(series[own].value[0]) for own in series}
     rows = whole.released.rows

@@ -113,9 +113,13 @@ class Observer:
         """Return the multipliers of all equations, (n, rows)."""
         if not self.r.rows:
             return np.zeros((len(s.t), 0))
+        inner = self._inner(s)
+        return self._multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner, self.p)[0]
+
+    def _inner(self, s: States) -> Any:
         inner = np.zeros((len(s.t), self.setup.kernel.inner))
         inner[:, : s.lam.shape[1]] = s.lam
-        return self._multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner, self.p)[0]
+        return inner
 
     # -- reactions -------------------------------------------------------------------------
 
@@ -129,6 +133,8 @@ class Observer:
     def _reactions(self) -> Batch:
         model, r = self.model, self.r
         lam = SX.sym("lam", len(r.rows))
+        k = self.setup.kernel
+        inner = SX.sym("inner", k.inner)
         rows = ca.vertcat(*[row.expression for row in r.rows])
         gradient = ca.jacobian(rows, model.q)
         columns: list[Wrench] = [{} for _ in r.rows]
@@ -140,16 +146,32 @@ class Observer:
         for name, joint in model.mechanism.joints.items():
             own = [i for i, row in enumerate(r.rows) if row.owner == name and not row.driver]
             wrench = add(*[times(-lam[i], columns[i]) for i in own])
+            for j, feedback in enumerate(r.rubbing.feedbacks):
+                if feedback.joint == name:
+                    slip = r.rubbing.owners[j]
+                    gradient_of = ca.jacobian(r.rubbing.slips[slip].speed, model.velocity)
+                    places = gradient_of.sparsity().get_triplet()[1]
+                    held = dict(zip(places, gradient_of.nonzeros(), strict=True))
+                    wrench = add(
+                        wrench,
+                        times(inner[k.m + k.slips + j], feedback.column),
+                        times(-inner[k.m + slip], held),
+                    )
             ends = model.ends[name]
             if joint.second_body == GROUND:
                 found = [-part for part in on_body(model, wrench, joint.first_body, ends.p2)]
             else:
                 found = list(on_body(model, wrench, joint.second_body, ends.p2))
             results += found
-        function = ca.Function("reactions", [model.q, lam, model.p], [ca.vertcat(*results)])
-        return Batch(function, [2], straight=lambda: None)
+        inputs = [model.q, lam, inner, r.signs, model.p]
+        function = ca.Function("reactions", inputs, [ca.vertcat(*results)])
+        return Batch(function, [4], straight=lambda: None)
 
-    def reactions(self, q: Any, lam: Any) -> dict[str, Any]:
-        """Return force and moment about the second body's point, on the second body, (n, 3)."""
-        flat = self._reactions(q, lam, self.p)[0].reshape(len(q), -1, 3)
+    def reactions(self, s: States, q: Any, lam: Any) -> dict[str, Any]:
+        """Return force and moment about the second body's point, on the second body, (n, 3).
+
+        Friction of the joint is in them.
+        """
+        flat = self._reactions(q, lam, self._inner(s), s.signs, self.p)[0]
+        flat = flat.reshape(len(q), -1, 3)
         return {name: flat[:, k] for k, name in enumerate(self.model.mechanism.joints)}

@@ -53,6 +53,7 @@ class Run:
     stopped: Found | None = None
     stalled: bool = False
     rests: float | None = None
+    undecided: float | None = None
     fault: str | None = None
 
 
@@ -85,7 +86,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     there = np.isfinite(q).all(axis=1)
     found, lost = expressions.evaluate([part[:, columns] for part in y], states.t, there)
     lam = observer.multipliers(states)
-    reactions = {} if observer.meshed else observer.reactions(q, lam)
+    reactions = {} if observer.meshed else observer.reactions(states, q, lam)
     series = {own: dict(found[own]) for own in found}
     if forced:
         if observer.meshed:

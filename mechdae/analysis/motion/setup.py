@@ -116,8 +116,10 @@ class Setup:
         return Stepper(self.kernel, ca.vertcat(*powers) if powers else SX(0, 1), a, m)
 
 
-def setup(problem: Problem, task: Motion) -> Setup:
+def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
     """Return what a task of motion is computed with.
+
+    An equilibrium (`moves` is False) has no friction.
 
     Raises
     ------
@@ -128,7 +130,7 @@ def setup(problem: Problem, task: Motion) -> Setup:
     """
     mechanism = problem.mechanism
     known = evaluate_all(mechanism.parameters)
-    notes = _without_friction(mechanism, task)
+    notes = _without_friction(mechanism, task, moves)
     end, times = _times(task, known)
     tolerance = TOLERANCE if task.tolerance is None else evaluate(task.tolerance, known)
     if not TIGHTEST <= tolerance <= 1e-2:
@@ -185,7 +187,7 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
     return laws
 
 
-def _without_friction(mechanism: Mechanism, task: Motion) -> list[str]:
+def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[str]:
     """Return what is assumed about friction.
 
     Raises
@@ -199,6 +201,12 @@ def _without_friction(mechanism: Mechanism, task: Motion) -> list[str]:
         return []
     if task.friction == "none":
         return [f"friction of {', '.join(found)} is left out, as the task asks"]
+    if not moves:
+        raise UnavailableError(
+            f"with friction in joints {', '.join(found)} many poses are at rest",
+            where="friction",
+            hint='friction = "none" leaves it out',
+        )
     if task.friction == "smooth":
         raise UnavailableError("smoothed friction is not computed", where="friction")
     joints = mechanism.joints

@@ -30,6 +30,10 @@ SLACK = 1e-9
 """Share of its limit by which a force that holds may exceed it by rounding."""
 CLOSE = 1e-13
 """The same between steps, where the limit is reached."""
+STARTS = 1e-12
+"""Share of the acceleration without friction from which a mechanism at rest starts."""
+SOON = 1e-9
+"""Share of the whole time after which forces tell the side of a start that is about to come."""
 PIECES = 1024
 """Combinations of contacts that are counted through."""
 SAME = 1e-7
@@ -145,7 +149,10 @@ class Sticking:
         elif turn is not None:
             rest.add(turn.slip)
         tried = sorted(rest - fixed)
-        chosen = self._way(t, x, v, sides, tried, fixed)
+        again = turn is not None and not turn.released and sides[turn.slip] == 0
+        chosen = self._way(t, x, v, sides, tried)
+        if again and (chosen == sides).all():  # about to start, forces are none yet
+            chosen = self._way(t + SOON * self.setup.end, x, v, sides, tried)
         locked = [k for k in tried if chosen[k] == 0]
         signs = self.signs(chosen, locked)
         self._last = signs
@@ -154,7 +161,7 @@ class Sticking:
             v = self.integrator.projected(t, x, v, signs)
         return signs, v
 
-    def _way(self, t: float, x: Any, v: Any, sides: Any, rest: list[int], fixed: set[int]) -> Any:
+    def _way(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> Any:
         """Return sides for the way to go on with some slips at rest."""
         if not rest:
             return sides
@@ -179,6 +186,12 @@ class Sticking:
                 self.several.append((t, len(good)))
             return max(good, key=lambda entry: entry[0])[1]
         if fallback is not None:
+            if along.shape[1] > 1:
+                names = ", ".join(self.names[k] for k in rest)
+                raise NoWay(
+                    f"{names} come to rest together, more of them than freedoms: the forces that "
+                    "hold them are not unique (F3)"
+                )
             return fallback
         raise NoWay(
             f"no way to go on from rest fits the laws of dry friction (F5) of "
@@ -328,6 +341,27 @@ class Sticking:
         slack += CLOSE * np.maximum(np.abs(high), np.abs(low))
         return np.where(sides == 0, slack, speeds * sides)
 
+    def _starts(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return what is left (n,) until locks of one freedom, more than it needs, give way.
+
+        The accelerations to both sides with friction at rest, over those without friction.
+        """
+        t, x, v = np.atleast_1d(t), np.atleast_2d(x), np.atleast_2d(v)
+        sides = self.sides(signs).copy()
+        locked = np.flatnonzero(sides == 0)
+        J, C = self._jacobians(float(t[0]), x[0], v[0])
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes)
+        ways, worst = np.sign(along[locked, 0]), np.full(len(t), -np.inf)
+        free = self.values(t, x, v, self.setup.loose)[1][:, locked]
+        size = np.max(np.abs(free / self._sizes()[locked]), axis=1, initial=0.0)
+        for direction in (1.0, -1.0):
+            own = sides.copy()
+            own[locked] = direction * ways
+            rates = self.values(t, x, v, self.signs(own, locked))[1][:, locked]
+            rates = rates * own[locked] / self._sizes()[locked]
+            worst = np.maximum(worst, rates.min(axis=1))
+        return STARTS * size - worst
+
     def unique(self, t: float, x: Any, v: Any, signs: Any) -> bool:
         """Return whether the forces of locked slips are unique."""
         locked = np.flatnonzero(self.sides(signs) == 0)
@@ -352,8 +386,10 @@ class Sticking:
                     self.verdict = (states[i], str(verdict))
                     break
         locked = np.flatnonzero(sides == 0)
-        if len(locked) and not self.unique(float(t[0]), x[0], v[0], signs):
+        shared = len(locked) > 0 and not self.unique(float(t[0]), x[0], v[0], signs)
+        if shared:
             margins[:, locked] = 1.0
+            margins[:, locked[0]] = self._starts(t, x, v, signs)
         over = margins[1:] < 0
         if not over.any():
             return None
@@ -361,16 +397,18 @@ class Sticking:
         first: Turn | None = None
         for k in np.flatnonzero(over[i]):
             if margins[i, k] < 0 and sides[k] == 0:  # over its limit from the start
-                return Turn(states[i], int(k), True)
+                return Turn(states[i], int(k), not shared)
 
             def value(state: Any, k: int = int(k)) -> float:
                 at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))
+                if shared and sides[k] == 0:
+                    return float(self._starts(*at, signs)[0])
                 return float(self._margins(*at, signs)[0, k])
 
             h = float(t[i + 1] - t[i])
             state = self.integrator.located(states[i], h, signs, value)
             if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
-                first = Turn(state, int(k), bool(sides[k] == 0))
+                first = Turn(state, int(k), bool(sides[k] == 0) and not shared)
         return first
 
     def note(self, t: float, turn: Turn, signs: Any) -> None:

@@ -92,7 +92,7 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     kept = Kept()
     _integrate(run, kept, x, v)
     _keep_last(kept, run)
-    run.states = _states(whole, integrator, kept)
+    run.states = _states(whole, integrator, kept, run.undecided)
     observer = Observer(whole)
     run.first_energy = _energy(observer, x, v)
     return report(problem, name, task, run, observer)
@@ -114,7 +114,7 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
     try:
         signs, v = sticking.first(0.0, x, v)
     except NoWay as verdict:
-        run.fault = f"at t = 0: {verdict}"
+        run.fault, run.undecided = f"at t = 0: {verdict}", 0.0
         signs = setup.loose
     if times is None or times[0] == 0.0:
         kept.add(0.0, x, v, np.zeros(lay.works), signs)
@@ -131,7 +131,8 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             nodes = _until(nodes, None if turn is None else turn.state, lay)
             if verdict is not None and (turn is None or verdict[0][0] < turn.state[0]):
                 nodes, turn = _until(nodes, verdict[0], lay), None
-                run.fault = f"at t = {verdict[0][0]:.9g} s: {verdict[1]}"
+                run.undecided = float(verdict[0][0])
+                run.fault = f"at t = {run.undecided:.9g} s: {verdict[1]}"
             stop = run.crossings.look(nodes)
             if stop is not None:
                 nodes, turn = _until(nodes, stop.state, lay), None
@@ -154,7 +155,7 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
         try:
             signs, v = sticking.settled(t, x, v, sticking.sides(signs), turn)
         except NoWay as verdict:
-            run.fault = f"at t = {t:.9g} s: {verdict}"
+            run.fault, run.undecided = f"at t = {t:.9g} s: {verdict}", t
             return
         sticking.note(t, turn, signs)
         recent = [entry for entry in sticking.found if t - entry[0] <= CLOSE * setup.end]
@@ -221,14 +222,20 @@ def _keep_last(kept: Kept, run: Run) -> None:
         kept.add(t, x, v, w, run.last_signs)
 
 
-def _states(setup: Setup, integrator: Integrator, kept: Kept) -> States:
-    """Return the states of output with accelerations and multipliers computed again."""
+def _states(
+    setup: Setup, integrator: Integrator, kept: Kept, undecided: float | None
+) -> States:
+    """Return the states of output with accelerations and multipliers computed again.
+
+    Those at the time ``undecided`` have none.
+    """
     if not kept.rows:
         raise InputError("no time of output was reached", where="at")
     t, x, v, w, signs = kept.stacked()
     a, lam = np.empty_like(x), np.empty((len(t), setup.kernel.inner))
-    same = (signs == signs[:1]).all(axis=1)
-    rest = np.arange(len(t))
+    lost = t == undecided
+    a[lost], lam[lost] = np.nan, np.nan
+    rest = np.flatnonzero(~lost)
     while len(rest):
         same = (signs[rest] == signs[rest[0]]).all(axis=1)
         rows = rest[same]

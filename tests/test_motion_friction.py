@@ -1,0 +1,266 @@
+"""Dry friction in motion against closed forms, quadratures and independent equations."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.describe.problem import from_dict
+from mechdae.errors import UnavailableError
+
+G = 9.81
+
+
+def changed(name: str, **keys: Any) -> md.Result:
+    """Return the motion of a predefined problem with other keys of its task."""
+    problem = md.load(name)
+    task = dataclasses.replace(problem.tasks["motion"], **keys)
+    return md.solve(problem.with_task("m", task), "m")
+
+
+def events(result: md.Result, kind: str) -> list[dict[str, Any]]:
+    return [event for event in result.events if event["kind"] == kind]
+
+
+def block(friction: dict[str, float], **more: Any) -> dict[str, Any]:
+    return {
+        "schema": 1,
+        "gravity": [0, -G],
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {"block": {"points": {"P": [0, 0]}, "mass": 1.0}},
+        "joints": {"guide": {"kind": "prismatic", "between": ["ground.O", "block.P"], **friction}},
+        "tasks": {"m": {"kind": "motion", "until": 1.0, "tolerance": 1e-11}},
+        **more,
+    }
+
+
+# -- one slip --------------------------------------------------------------------------------
+
+
+def test_incline_stops_and_rests_without_creep() -> None:
+    result = changed("incline-block", until=1e4)
+    slope = math.radians(20)
+    down = G * (math.sin(slope) + 0.5 * math.cos(slope))
+    (stick,) = events(result, "stick")
+    assert stick["at"] == pytest.approx(2.0 / down, rel=1e-14)
+    assert result.joints["guide"].slide[-1] == pytest.approx(2.0**2 / (2 * down), rel=1e-14)
+    assert np.ptp(result.joints["guide"].slide[1:]) == 0.0
+    assert result.fault is None
+    normal, along = result.joints["guide"].reaction[-1, :2] @ _turned(slope)
+    assert along == pytest.approx(G * math.sin(slope), rel=1e-12)  # what holds it
+    assert normal == pytest.approx(G * math.cos(slope), rel=1e-12)
+
+
+def _turned(slope: float) -> Any:
+    axis = np.array([math.cos(slope), math.sin(slope)])
+    return np.array([[-axis[1], axis[0]], [axis[0], axis[1]]])
+
+
+def test_a_steep_incline_slides_back() -> None:
+    """With tan(slope) > mu the block turns and comes down with g (sin - mu cos)."""
+    data = block({"friction": 0.2, "axis_deg": 30})
+    data["tasks"]["m"] |= {"start_speed": {"guide": {"slide": 2.0}}}
+    result = md.solve(from_dict(data), "m")
+    s, c = 0.5, math.sqrt(0.75)
+    up, down = G * (s + 0.2 * c), G * (s - 0.2 * c)
+    (turn,) = events(result, "reversal")
+    assert turn["at"] == pytest.approx(2 / up, rel=1e-14)
+    assert result.joints["guide"].slide[-1] == pytest.approx(
+        2 / up - down * (1 - 2 / up) ** 2 / 2, rel=1e-13
+    )
+
+
+def test_belt_has_the_period_of_the_closed_form() -> None:
+    result = md.solve(md.load("belt-stick-slip"), "motion")
+    slips = np.array([event["at"] for event in events(result, "slip")])
+    period = 0.66935706234255753696031626
+    assert slips[0] == pytest.approx(0.24525, rel=1e-12)
+    assert len(slips) == 100  # the 101st is at the end
+    assert np.diff(slips) == pytest.approx(period, abs=1e-11)
+    assert slips[-1] == pytest.approx(0.24525 + 99 * period, abs=1e-9)
+    assert result.outputs["x"].value[-1] == pytest.approx(0.04905, abs=1e-9)
+    assert np.max(result.outputs["x"].value) <= 0.0574468592101256061 + 1e-10
+    assert result.checks["energy"] <= 1e-11
+
+
+# -- pins --------------------------------------------------------------------------------------
+
+
+def test_pendulum_with_constant_torque(reference: Path) -> None:
+    data = json.loads((reference / "friction_pendulum_const_torque.json").read_text())
+    result = md.solve(md.load("pendulum-dry-torque"), "motion")
+    turns = [event["at"] for event in result.events]
+    assert [event["kind"] for event in result.events] == ["reversal"] * 10 + ["stick"]
+    assert turns == pytest.approx([float(own["t"]) for own in data["turning_points"]], abs=1e-11)
+    assert result.joints["O"].angle[-1] == pytest.approx(float(data["final_stick"]), abs=1e-11)
+    assert result.summary["rests_from"] == turns[-1]
+
+
+def test_pendulum_with_friction_circle(reference: Path) -> None:
+    data = json.loads((reference / "friction_pendulum_friction_circle.json").read_text())
+    free = md.solve(md.load("pendulum-dry-circle"), "motion")
+    turns = [event for event in free.events if event["kind"] != "crossing"]
+    assert [event["kind"] for event in turns] == ["reversal"] * 12 + ["stick"]
+    times = [event["at"] for event in turns[:8]]
+    angles = changed("pendulum-dry-circle", until=None, at=tuple(times)).joints["O"].angle
+    assert angles == pytest.approx([float(own) for own in data["first_turns"]], abs=1e-10)
+    bottom = events(free, "crossing")[0]["at"]
+    speed = changed("pendulum-dry-circle", until=None, at=(bottom,)).joints["O"]
+    square = speed.angular_velocity[-1] ** 2
+    assert square == pytest.approx(float(data["thetadot2_at_first_bottom_passage"]), rel=1e-10)
+    assert abs(math.tan(free.joints["O"].angle[-1])) <= float(data["kappa"])
+
+
+@pytest.mark.parametrize(("tolerance", "bar"), [(1e-8, 5e-8), (1e-10, 5e-10), (1e-12, 5e-12)])
+def test_coasting_slider_crank(tolerance: float, bar: float) -> None:
+    """Newton-Euler equations for the square of the speed over the crank angle."""
+    result = changed("coasting-slider-crank", tolerance=tolerance)
+    assert result.outputs["turned"].value[-1] == pytest.approx(12.121009647567854, abs=bar)
+    assert result.checks["energy"] <= 1e3 * tolerance
+
+
+# -- several slips -----------------------------------------------------------------------------
+
+
+def test_two_blocks_start_one_after_the_other() -> None:
+    """A pull 10 t on the lower one; both slip at rest's coefficients, then kinetic ones count."""
+    data = block({}, loads={"pull": {"kind": "force", "point": "A.P", "value": ["10*t", 0]}})
+    data["bodies"] = {
+        "A": {"points": {"P": [0, 0]}, "mass": 2.0}, "B": {"points": {"P": [0, 0]}, "mass": 1.0}
+    }  # fmt: skip
+    data["joints"] = {
+        "low": {"kind": "prismatic", "between": ["ground.O", "A.P"],
+                "friction": 0.3, "friction_static": 0.4},
+        "high": {"kind": "prismatic", "between": ["A.P", "B.P"],
+                 "friction": 0.2, "friction_static": 0.25},
+    }  # fmt: skip
+    data["tasks"]["m"]["until"] = 3.0
+    result = md.solve(from_dict(data), "m")
+    first, second = 0.4 * 3 * G / 10, (0.25 + 0.3) * 3 * G / 10
+    assert [(event["kind"], event["joint"]) for event in result.events] == [
+        ("slip", "low"), ("slip", "high")
+    ]  # fmt: skip
+    assert [event["at"] for event in result.events] == pytest.approx([first, second], rel=1e-12)
+
+    def speed(t: float) -> float:
+        return (5 * t * t - 0.9 * G * t) / 3
+
+    def way(t: float) -> float:
+        return (5 * t**3 / 3 - 0.45 * G * t * t) / 3
+
+    left, pull = 3 - second, 10 * second - 0.9 * G - 0.2 * G
+    common = way(second) - way(first) - speed(first) * (second - first)
+    common += (speed(second) - speed(first)) * left
+    lower = common + (pull * left**2 / 2 + 10 * left**3 / 6) / 2
+    upper = common + 0.2 * G * left**2 / 2
+    assert result.joints["low"].slide[-1] == pytest.approx(lower, rel=1e-11)
+    assert result.joints["high"].slide[-1] == pytest.approx(upper - lower, rel=1e-11)
+
+
+def slider_crank(torque: str, **task: Any) -> dict[str, Any]:
+    """A massless-looking drive: rod without mass, heavy slider, friction everywhere."""
+    pin = {"kind": "revolute", "friction": 0.3}
+    return block(
+        {},
+        bodies={
+            "crank": {"points": {"O": [0, 0], "B": [0.1, 0]}, "mass": 1.0, "inertia": 0.01},
+            "rod": {"points": {"B": [0, 0], "C": [0.3, 0]}, "mass": 0.5, "inertia": 0.004},
+            "slider": {"points": {"C": [0, 0]}, "mass": 2.0},
+        },
+        joints={
+            "O": {**pin, "between": ["ground.O", "crank.O"], "pin_radius": 0.02},
+            "B": {**pin, "between": ["crank.B", "rod.B"], "pin_radius": 0.015},
+            "C": {**pin, "between": ["rod.C", "slider.C"], "pin_radius": 0.01},
+            "slide": {"kind": "prismatic", "between": ["ground.O", "slider.C"], "friction": 0.2},
+        },
+        sketch={"crank_deg": 60, "rod_deg": -15},
+        loads={"motor": {"kind": "torque", "body": "crank", "value": torque}},
+        tasks={"m": {"kind": "motion", "start": {"crank": 1.0}, "tolerance": 1e-10, **task}},
+    )
+
+
+def test_a_mechanism_at_rest_starts_when_its_effort_is_reached() -> None:
+    """Four pairs stick with one freedom; the start is where the coupled statics have the torque."""
+    data = slider_crank("2*t - 1.5", until=3.0)
+    result = md.solve(from_dict(data), "m")
+    start = events(result, "reversal")[0]["at"]
+    assert result.joints["O"].angle[0] == 1.0
+    data["loads"] = {}
+    data["tasks"]["r"] = {
+        "kind": "reactions", "friction": "coupled",
+        "driver": {"coordinate": "crank.angle", "at": [1.0], "speed": 1e-9},
+    }  # fmt: skip
+    effort = md.solve(from_dict(data), "r").efforts["crank.angle"][0]
+    assert 2 * start - 1.5 == pytest.approx(effort, rel=1e-9)
+
+
+def test_a_torque_that_grows_from_nothing_starts_at_once() -> None:
+    """Without weights friction is a share of the torque: there is nothing it could hold."""
+    data = slider_crank("5*t", until=0.1)
+    data["gravity"] = [0, 0]
+    result = md.solve(from_dict(data), "m")
+    assert result.fault is None
+    assert result.joints["O"].angle[-1] > 1.0
+
+
+# -- verdicts ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("p", "mu", "side", "accelerations"),
+    [
+        (0.1, 0.15, 1, [4.0625]),
+        (0.1, 0.15, -1, [8.75]),
+        (0.1, 0.4, 1, [3.4615384615384615, -1.6666666666666667]),
+        (0.1, 0.4, -1, []),
+        (0.3, 0.4, 1, []),
+        (0.3, 0.4, -1, [35 / 3, 6.538461538461538]),
+    ],
+)
+def test_eccentric_slider(p: float, mu: float, side: int, accelerations: list[float]) -> None:
+    problem = md.load("eccentric-slider").with_values({"p": p, "mu": mu, "side": side})
+    result = md.solve(problem, "motion")
+    found = result.joints["guide"].slide_acceleration
+    if len(accelerations) == 1:
+        assert result.fault is None
+        assert found == pytest.approx(accelerations[0], rel=1e-13)
+        return
+    assert result.fault is not None
+    assert np.isnan(found).all()  # never one of several
+    assert "0.625 of the coefficients" in result.fault  # L/(2 h) = 0.25 of 0.4
+    if not accelerations:
+        assert "jammed (F1)" in result.fault
+    else:
+        assert "2 solutions (F2)" in result.fault
+        for value in accelerations:
+            assert f"{value:.9g}" in result.fault
+
+
+def test_kinds_that_are_not_computed_are_named() -> None:
+    data = block({"friction": 0.1})
+    data["bodies"]["arm"] = {"points": {"Q": [0, 0]}, "mass": 1.0, "inertia": 1.0}
+    data["joints"]["slot"] = {
+        "kind": "pin-in-slot", "between": ["block.P", "arm.Q"], "friction": 0.1
+    }  # fmt: skip
+    with pytest.raises(UnavailableError, match="joints slot"):
+        md.solve(from_dict(data), "m")
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e3])
+def test_scale_changes_nothing(scale: float) -> None:
+    """The belt with lengths times s and gravity times s: same times, same steps."""
+    problem = md.load("belt-stick-slip")
+    task = dataclasses.replace(problem.tasks["motion"], until=3.0)
+    plain = md.solve(problem.with_task("m", task), "m")
+    values = {"g": G * scale, "v_belt": 0.2 * scale}
+    scaled = md.solve(problem.with_task("m", task).with_values(values), "m")
+    assert [e["at"] for e in scaled.events] == pytest.approx(
+        [e["at"] for e in plain.events], rel=1e-11
+    )
