@@ -42,11 +42,15 @@ SAME = 1e-7
 
 @dataclass(frozen=True)
 class Turn:
-    """An event of friction: at a state, of a slip; ``released`` from sticking."""
+    """An event of friction: at a state, of a slip; ``from_rest`` if it stuck.
+
+    ``released`` tells that its own force has reached the limit.
+    """
 
     state: Any
     slip: int
     released: bool
+    from_rest: bool
 
 
 class NoWay(Exception):
@@ -397,7 +401,7 @@ class Sticking:
         first: Turn | None = None
         for k in np.flatnonzero(over[i]):
             if margins[i, k] < 0 and sides[k] == 0:  # over its limit from the start
-                return Turn(states[i], int(k), not shared)
+                return Turn(states[i], int(k), not shared, True)
 
             def value(state: Any, k: int = int(k)) -> float:
                 at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))
@@ -408,13 +412,15 @@ class Sticking:
             h = float(t[i + 1] - t[i])
             state = self.integrator.located(states[i], h, signs, value)
             if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
-                first = Turn(state, int(k), bool(sides[k] == 0) and not shared)
+                stuck = bool(sides[k] == 0)
+                first = Turn(state, int(k), stuck and not shared, stuck)
         return first
 
     def note(self, t: float, turn: Turn, signs: Any) -> None:
         """Keep an event."""
         side = float(self.sides(signs)[turn.slip])
-        kind = "slip" if turn.released else "stick" if side == 0 else "reversal"
+        kind = "slip" if turn.from_rest else "stick"
+        kind = "reversal" if side != 0 and not turn.from_rest else kind
         self.found.append((t, self.names[turn.slip], side, kind))
 
     def final(self, signs: Any, t: float, x: Any, v: Any) -> bool:
