@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.balance import miss_of, size_of, sizes_by_newton
+from mechdae.kernels.balance import miss_of, sizes_by_newton
 from mechdae.kernels.recovery import recovered
 from mechdae.kernels.sparse import Factor, entries
 from mechdae.model.released import Released

@@ -38,9 +38,9 @@ LARGEST = 1e300
 class Layout:
     """Places in the vector of state.
 
-    ``t``, ``x``, ``v``, ``a``, sizes of friction ``m``, works ``w``, next step ``h``, ``rejected`` (the last trial
-    was), highest frequency ``omega``; then of the last trial: ``accepted``, ``error``, and
-    ``trials`` so far.
+    ``t``, ``x``, ``v``, ``a``, sizes of friction ``m``, works ``w``, next step ``h``,
+    ``rejected`` (the last trial was), highest frequency ``omega``; then of the last trial:
+    ``accepted``, ``error``, and ``trials`` so far.
     """
 
     def __init__(self, n: int, works: int, sized: int = 0) -> None:
@@ -48,8 +48,8 @@ class Layout:
         place = 0
         self._slices: dict[str, slice] = {}
         for name, size in (
-            ("t", 1), ("x", n), ("v", n), ("a", n), ("m", sized), ("w", works), ("h", 1), ("rejected", 1),
-            ("omega", 1), ("accepted", 1), ("error", 1), ("trials", 1),
+            ("t", 1), ("x", n), ("v", n), ("a", n), ("m", sized), ("w", works), ("h", 1),
+            ("rejected", 1), ("omega", 1), ("accepted", 1), ("error", 1), ("trials", 1),
         ):  # fmt: skip
             self._slices[name] = slice(place, place + size)
             place += size
@@ -209,7 +209,7 @@ class Stepper:
 
     @cached_property
     def dense(self) -> Any:
-        """(t, x, v, a, m, h, signs) -> coefficients of the interpolant (2 n + works, 7), by rows."""
+        """(t, x, v, a, m, h, signs) -> the interpolant's coefficients (2 n + works, 7), by rows."""
         k, sym = self.kernel, self.kind.sym
         t, h = sym("t"), sym("h")
         x, v, a = (sym(name, self.n) for name in "xva")

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from mechdae.analysis.motion.expressions import over_states
 from mechdae.analysis.motion.integrate import Integrator, Nodes

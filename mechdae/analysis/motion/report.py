@@ -114,7 +114,9 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         for i, row in enumerate(rows)
         if row.name not in forced and (row.owner, row.part) not in setup.held
     }
-    notes = setup.notes + setup.rubbing.assumptions + expressions.notes + lost + run.stiffness.notes()
+    notes = (
+        setup.notes + setup.rubbing.assumptions + expressions.notes + lost + run.stiffness.notes()
+    )
     if run.begin.correction > CORRECTED:
         notes.append(
             f"the numbers of the start were corrected by up to {run.begin.correction:.2g} "

@@ -3,8 +3,8 @@
 Signs and locks are fixed over steps. A step ends where a sliding speed vanishes or a
 holding force reaches its limit; there every way to go on is tried for the slips at rest, with the
 coefficients at rest: a slip that starts has to move the way its friction says, one that sticks
-has to be held by a force that friction can give. Where the locks are more than the freedoms, forces are
-not unique; then all stick if nothing can start.
+has to be held by a force that friction can give. Where the locks are more than the freedoms,
+forces are not unique; then all stick if nothing can start.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from mechdae.analysis.motion.checks import freedoms
@@ -88,12 +89,10 @@ class Sticking:
 
     @cached_property
     def _locking(self) -> Batch:
-        from casadi import Function, densify, vec
-
         k = self.kernel
         at = [k.t, k.x, k.v, k.signs]
         J, C = k.parts(*at)[2], k.locking(*at)[0]
-        return Batch(Function("both", at, [vec(densify(J)), vec(densify(C))]), [3])
+        return Batch(ca.Function("both", at, [ca.vec(ca.densify(J)), ca.vec(ca.densify(C))]), [3])
 
     def values(self, t: Any, x: Any, v: Any, signs: Any) -> list[Any]:
         """Return speeds, rates, holding forces, least and largest ones, (n, k) each, misses."""
@@ -128,9 +127,7 @@ class Sticking:
             return self.setup.loose, v
         return self.settled(t, x, v, np.zeros(self.k), None)
 
-    def settled(
-        self, t: float, x: Any, v: Any, sides: Any, turn: Turn | None
-    ) -> tuple[Any, Any]:
+    def settled(self, t: float, x: Any, v: Any, sides: Any, turn: Turn | None) -> tuple[Any, Any]:
         """Return inputs of dry friction for the way to go on, and the rates of x with its locks.
 
         Raises
@@ -231,13 +228,11 @@ class Sticking:
 
     @cached_property
     def _coupling(self) -> Batch:
-        from casadi import Function, vec
-
         k = self.kernel
         at = [k.t, k.x, k.v, k.signs]
         columns, starts, slopes = k.coupling(*at)
-        results = [vec(columns), starts, vec(slopes)]
-        return Batch(Function("coupling", at, results, {"cse": True}), [3])
+        results = [ca.vec(columns), starts, ca.vec(slopes)]
+        return Batch(ca.Function("coupling", at, results, {"cse": True}), [3])
 
     def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
         """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
@@ -291,7 +286,9 @@ class Sticking:
                     break
             laid = [
                 np.linalg.norm(forms) if own == "length" else forms.max()
-                for forms, own in zip([starts[p] + slopes[p] @ m for p in places], laws, strict=True)
+                for forms, own in zip(
+                    [starts[p] + slopes[p] @ m for p in places], laws, strict=True
+                )
             ]
             size = max(float(np.max(np.abs(m))), float(np.max(np.abs(starts), initial=0.0)), 1e-300)
             if not np.max(np.abs(m - laid)) <= SLACK * size:
@@ -373,6 +370,19 @@ class Sticking:
         along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
         return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
 
+    def _verdict(self, nodes: Nodes) -> tuple[Any, str] | None:
+        """Return the first state whose accelerations are not unique, and what to say; or None."""
+        if not self.kernel.rubs:
+            return None
+        lay = self.integrator.layout
+        t, x, v = (lay.of(nodes.states, name) for name in ("t", "x", "v"))
+        for place in np.flatnonzero(self.contractions(t, x, v, nodes.signs) >= 1).tolist():
+            try:
+                self.check(float(t[place]), x[place], v[place], nodes.signs)
+            except NoWay as verdict:
+                return nodes.states[place], str(verdict)
+        return None
+
     def look(self, nodes: Nodes) -> Turn | None:
         """Return the first event in accepted steps; None for none."""
         if not self.k or len(nodes.states) < 2:
@@ -381,25 +391,18 @@ class Sticking:
         t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
         margins = self._margins(t, x, v, signs)
         sides = self.sides(signs)
-        self.verdict = None
-        if self.kernel.rubs and (over := self.contractions(t, x, v, signs) >= 1).any():
-            for i in np.flatnonzero(over):
-                try:
-                    self.check(float(t[i]), x[i], v[i], signs)
-                except NoWay as verdict:
-                    self.verdict = (states[i], str(verdict))
-                    break
+        self.verdict = self._verdict(nodes)
         locked = np.flatnonzero(sides == 0)
         shared = len(locked) > 0 and not self.unique(float(t[0]), x[0], v[0], signs)
         if shared:
             margins[:, locked] = 1.0
             margins[:, locked[0]] = self._starts(t, x, v, signs)
-        over = margins[1:] < 0
-        if not over.any():
+        late = margins[1:] < 0
+        if not late.any():
             return None
-        i = int(np.flatnonzero(over.any(axis=1))[0])
+        i = int(np.flatnonzero(late.any(axis=1))[0])
         first: Turn | None = None
-        for k in np.flatnonzero(over[i]):
+        for k in np.flatnonzero(late[i]):
             if margins[i, k] < 0 and sides[k] == 0:  # over its limit from the start
                 return Turn(states[i], int(k), not shared, True)
 

@@ -127,12 +127,12 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             return
         turn = None
         for nodes in integrator.steps(state, signs):
-            turn, verdict = sticking.look(nodes), sticking.verdict
+            turn, lost = sticking.look(nodes), sticking.verdict
             nodes = _until(nodes, None if turn is None else turn.state, lay)
-            if verdict is not None and (turn is None or verdict[0][0] < turn.state[0]):
-                nodes, turn = _until(nodes, verdict[0], lay), None
-                run.undecided = float(verdict[0][0])
-                run.fault = f"at t = {run.undecided:.9g} s: {verdict[1]}"
+            if lost is not None and (turn is None or lost[0][0] < turn.state[0]):
+                nodes, turn = _until(nodes, lost[0], lay), None
+                run.undecided = float(lost[0][0])
+                run.fault = f"at t = {run.undecided:.9g} s: {lost[1]}"
             stop = run.crossings.look(nodes)
             if stop is not None:
                 nodes, turn = _until(nodes, stop.state, lay), None
@@ -183,8 +183,8 @@ def _rest(run: Run, kept: Kept, state: Any, signs: Any) -> None:
     times = np.array([setup.end]) if setup.times is None else setup.times
     ahead = times[times > max(start, kept.rows[-1][0][-1] if kept.rows else -1.0)]
     if len(ahead):
-        parts = [np.tile(state[lay[part]], (len(ahead), 1)) for part in ("x", "v", "w")]
-        kept.add(ahead, *parts, signs)
+        x, v, w = (np.tile(state[lay[part]], (len(ahead), 1)) for part in ("x", "v", "w"))
+        kept.add(ahead, x, v, w, signs)
 
 
 def _until(nodes: Nodes, state: Any, lay: Any) -> Nodes:
@@ -222,9 +222,7 @@ def _keep_last(kept: Kept, run: Run) -> None:
         kept.add(t, x, v, w, run.last_signs)
 
 
-def _states(
-    setup: Setup, integrator: Integrator, kept: Kept, undecided: float | None
-) -> States:
+def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float | None) -> States:
     """Return the states of output with accelerations and multipliers computed again.
 
     Those at the time ``undecided`` have none.
