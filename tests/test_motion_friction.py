@@ -264,3 +264,44 @@ def test_scale_changes_nothing(scale: float, mass: float) -> None:
     times, expected = ([e["at"] for e in result.events] for result in (scaled, plain))
     assert times == pytest.approx(expected, rel=1e-11)
     assert scaled.summary["steps"] == plain.summary["steps"]
+
+
+@pytest.mark.parametrize("dip", [1e-2, 1e-4, 1e-6, -1e-6])
+def test_a_short_dip_of_a_speed_is_not_stepped_over(dip: float) -> None:
+    """On a table that swings, x' = cos t, a block sticks for a moment if it is as fast as that.
+
+    The block slides with x' = 1 - dip against friction that a force balances, so that its speed
+    over the table, 1 - dip - cos t, would fall below zero only around t = 2 pi.
+    """
+    data = block({}, loads={"pull": {"kind": "force", "point": "block.P", "value": [0.1 * G, 0]}})
+    data["bodies"]["table"] = {"points": {"P": [0, 0]}}
+    data["joints"] = {
+        "drive": {"kind": "prismatic", "between": ["ground.O", "table.P"]},
+        "rub": {"kind": "prismatic", "between": ["table.P", "block.P"], "friction": 0.1},
+    }
+    data["tasks"]["m"] |= {
+        "drivers": [{"coordinate": "drive.slide", "law": "sin(t + 3)"}],
+        "start": {"block.P.x": 0}, "start_speed": {"block.P.x": 1 - dip},
+        "until": 6.0, "tolerance": 1e-4,
+    }  # fmt: skip
+    result = md.solve(from_dict(data), "m")
+    if dip < 0:
+        assert result.events == ()
+        return
+    # the table overtakes where cos(t + 3) = 1 - dip; then both forces push the block along
+    first = result.events[0]
+    assert first["at"] == pytest.approx(2 * math.pi - math.acos(1 - dip) - 3, abs=1e-6)
+    assert first["joint"] == "rub"
+
+
+def test_reactions_balance_the_slider() -> None:
+    """Newton's law of the slider, friction in guide and pin: the reactions are all there is."""
+    result = changed("coasting-slider-crank", until=0.5)
+    acceleration = result.points["slider.C"].acceleration
+    force = result.joints["slide"].reaction[:, :2] + result.joints["C"].reaction[:, :2]
+    force += np.array([0.0, -2.0 * G])
+    assert force == pytest.approx(2.0 * acceleration, abs=1e-9)
+    moment = result.joints["C"].reaction[:, 2]
+    rho = 0.01 * 0.2 / math.sqrt(1 + 0.2**2)
+    size = np.linalg.norm(result.joints["C"].reaction[:, :2], axis=1)
+    assert np.abs(moment) == pytest.approx(rho * size, rel=1e-9)

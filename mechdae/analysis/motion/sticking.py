@@ -33,6 +33,12 @@ CLOSE = 1e-13
 """The same between steps, where the limit is reached."""
 STARTS = 1e-12
 """Share of the acceleration without friction from which a mechanism at rest starts."""
+NEAR = 0.2
+"""Speed between two steps, over that at their ends, below which a dip is looked into."""
+SAMPLES = np.arange(1, 8) / 8
+"""Shares of a step at which speeds are looked at."""
+FINER = 6
+"""Times that the neighbourhood of the lowest one is looked at more closely."""
 SOON = 1e-9
 """Share of the whole time after which forces tell the side of a start that is about to come."""
 PIECES = 1024
@@ -397,7 +403,8 @@ class Sticking:
         if shared:
             margins[:, locked] = 1.0
             margins[:, locked[0]] = self._starts(t, x, v, signs)
-        late = margins[1:] < 0
+        dips = self._dips(nodes, margins)
+        late = (margins[1:] < 0) | (dips > 0)
         if not late.any():
             return None
         i = int(np.flatnonzero(late.any(axis=1))[0])
@@ -413,11 +420,83 @@ class Sticking:
                 return float(self._margins(*at, signs)[0, k])
 
             h = float(t[i + 1] - t[i])
-            state = self.integrator.located(states[i], h, signs, value)
+            if dips[i, k] > 0:
+                h *= dips[i, k]
+                if value(self.integrator.stepped(states[i], h, signs)) >= 0:
+                    continue
+            begin = states[i]
+            if margins[i, k] <= 0:
+                begin, h = self._ahead(begin, h, signs, value)
+            state = self.integrator.located(begin, h, signs, value)
             if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
                 stuck = bool(sides[k] == 0)
                 first = Turn(state, int(k), stuck and not shared, stuck)
+        if first is None:  # a dip that stays above zero
+            rest = Nodes(states[i + 1 :], signs)
+            return self.look(rest) if len(rest.states) > 1 else None
         return first
+
+    @cached_property
+    def _speeds(self) -> Batch:
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        return Batch(ca.Function("speeds", at, [k.locking(*at)[2]]), [3])
+
+    def _between(self, before: Any, after: Any, shares: Any, signs: Any) -> Any:
+        """Return speeds of the slips (n, k) inside a step, times their sides.
+
+        Coordinates and rates are cubics, times in laws are exact.
+        """
+        lay, s = self.integrator.layout, np.asarray(shares, float)[:, None]
+        t0, t1 = (float(lay.of(state, "t")) for state in (before, after))
+        h, found = t1 - t0, []
+        for name, rate in (("x", "v"), ("v", "a")):
+            y0, y1 = lay.of(before, name), lay.of(after, name)
+            d0, d1 = h * lay.of(before, rate), h * lay.of(after, rate)
+            bent = (1 - 2 * s) * (y1 - y0) + (s - 1) * d0 + s * d1
+            found.append((1 - s) * y0 + s * y1 + s * (s - 1) * bent)
+        speeds = self._speeds(t0 + s * h, *found, signs)[0]
+        return speeds * self.sides(signs)
+
+    def _dips(self, nodes: Nodes, margins: Any) -> Any:
+        """Return where in each step (n, k) a sliding speed may fall below zero and come back.
+
+        Shares of the step at which it is lowest, 0 where it stays well above zero.
+        """
+        states, signs = nodes.states, nodes.signs
+        shares = np.zeros_like(margins[1:])
+        sliding = np.flatnonzero(self.sides(signs) != 0)
+        for i in range(len(states) - 1):
+            ends = np.minimum(margins[i], margins[i + 1])
+            if not len(sliding) or not (ends[sliding] > 0).any():
+                continue
+            inside = self._between(states[i], states[i + 1], SAMPLES, signs)
+            for k in sliding:
+                top = max(margins[i, k], margins[i + 1, k])
+                j = int(np.argmin(inside[:, k]))
+                if ends[k] <= 0 or inside[j, k] >= min(NEAR * top, ends[k]):
+                    continue
+                low, high = SAMPLES[j] - SAMPLES[0], SAMPLES[j] + SAMPLES[0]
+                for _ in range(FINER):
+                    finer = np.linspace(low, high, 9)
+                    own = self._between(states[i], states[i + 1], finer, signs)[:, k]
+                    place = int(np.argmin(own))
+                    low, high = finer[max(place - 1, 0)], finer[min(place + 1, 8)]
+                shares[i, k] = finer[place]
+        return shares
+
+    def _ahead(self, state: Any, h: float, signs: Any, value: Any) -> tuple[Any, float]:
+        """Return a state inside a step where a speed that begins at zero is above it.
+
+        It comes back to zero in the same step; the second result is what is left of the step. Where
+        no such state is found the first one is returned with nothing left.
+        """
+        for k in range(1, 40):
+            size = h / 2**k
+            found = self.integrator.stepped(state, size, signs)
+            if value(found) > 0:
+                return found, h - size
+        return state, 0.0
 
     def note(self, t: float, turn: Turn, signs: Any) -> None:
         """Keep an event."""
