@@ -18,6 +18,8 @@ LEAST = 1e-13
 """Step, as a share of the whole time, below which the integration gives up."""
 FIRST = 1.25
 """First step over tol^(1/8) / frequency."""
+STILL = 1e-6
+"""Share of the frequency without dry friction below which a state counts as at rest."""
 STAGES = 12
 """Right-hand sides of a trial step."""
 ROOT = 80
@@ -93,12 +95,20 @@ class Integrator:
         state = np.zeros(lay.size)
         for name, value in (("t", t), ("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
             state[lay[name]] = value
-        omega = float(np.array(self.stepper.frequency(v, a)).ravel()[0])
+        omega = self._frequency(v, a)
+        top = omega
+        if (signs != self.setup.loose).any():  # what rests is measured by what would move it
+            self.rhs += 1
+            top = max(omega, self._frequency(v, self._rhs(t, x, v, self.setup.loose)[0]))
+            omega = omega if omega > STILL * top else 0.0
         span = self.setup.end
         natural = FIRST * self.setup.tolerance ** (1 / 8) / omega if omega > 0 else np.inf
         state[lay["h"]] = h or min(natural, span / 10)
-        state[lay["omega"]] = omega if omega > 0 else 1 / span
+        state[lay["omega"]] = top if top > 0 else 1 / span
         return state
+
+    def _frequency(self, v: Any, a: Any) -> float:
+        return float(np.array(self.stepper.frequency(v, a)).ravel()[0])
 
     def steps(self, state: Any, signs: Any) -> Iterator[Nodes]:
         """Yield accepted steps until the end of the motion or a step size of nothing."""

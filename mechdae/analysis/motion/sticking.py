@@ -407,33 +407,40 @@ class Sticking:
         late = (margins[1:] < 0) | (dips > 0)
         if not late.any():
             return None
-        i = int(np.flatnonzero(late.any(axis=1))[0])
-        first: Turn | None = None
-        for k in np.flatnonzero(late[i]):
-            if margins[i, k] < 0 and sides[k] == 0:  # over its limit from the start
-                return Turn(states[i], int(k), not shared, True)
+        for i in np.flatnonzero(late.any(axis=1)).tolist():
+            first = self._first(nodes, i, np.flatnonzero(late[i]), margins[i], dips[i], shared)
+            if first is not None:
+                return first
+        return None  # dips that stay above zero
 
-            def value(state: Any, k: int = int(k)) -> float:
+    def _first(
+        self, nodes: Nodes, i: int, slips: Any, margins: Any, dips: Any, shared: bool
+    ) -> Turn | None:
+        """Return the first event of some slips in a step, None where dips stay above zero."""
+        lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
+        sides = self.sides(signs)
+        first: Turn | None = None
+        for k in slips.tolist():
+            stuck = bool(sides[k] == 0)
+            if margins[k] < 0 and stuck:  # over its limit from the start
+                return Turn(states[i], k, not shared, True)
+
+            def value(state: Any, k: int = k, probed: bool = shared and stuck) -> float:
                 at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))
-                if shared and sides[k] == 0:
+                if probed:
                     return float(self._starts(*at, signs)[0])
                 return float(self._margins(*at, signs)[0, k])
 
-            h = float(t[i + 1] - t[i])
-            if dips[i, k] > 0:
-                h *= dips[i, k]
-                if value(self.integrator.stepped(states[i], h, signs)) >= 0:
+            begin, h = states[i], float(lay.of(states[i + 1], "t") - lay.of(states[i], "t"))
+            if dips[k] > 0:
+                h *= dips[k]
+                if value(self.integrator.stepped(begin, h, signs)) >= 0:
                     continue
-            begin = states[i]
-            if margins[i, k] <= 0:
+            if margins[k] <= 0:
                 begin, h = self._ahead(begin, h, signs, value)
             state = self.integrator.located(begin, h, signs, value)
             if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
-                stuck = bool(sides[k] == 0)
-                first = Turn(state, int(k), stuck and not shared, stuck)
-        if first is None:  # a dip that stays above zero
-            rest = Nodes(states[i + 1 :], signs)
-            return self.look(rest) if len(rest.states) > 1 else None
+                first = Turn(state, k, stuck and not shared, stuck)
         return first
 
     @cached_property
