@@ -235,6 +235,7 @@ def test_eccentric_slider(p: float, mu: float, side: int, accelerations: list[fl
         return
     assert result.fault is not None
     assert np.isnan(found).all()  # never one of several
+    assert result.status[0] == ("ambiguous" if accelerations else "jammed")
     assert "0.625 of the coefficients" in result.fault  # L/(2 h) = 0.25 of 0.4
     if not accelerations:
         assert "jammed (F1)" in result.fault

@@ -16,7 +16,7 @@ from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
-from mechdae.analysis.motion.sticking import Sticking
+from mechdae.analysis.motion.sticking import NoWay, Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
@@ -53,8 +53,13 @@ class Run:
     stopped: Found | None = None
     stalled: bool = False
     rests: float | None = None
-    undecided: float | None = None
     fault: str | None = None
+    undecided: tuple[float, str] = (-1.0, "")
+
+    def verdict(self, t: float, verdict: NoWay) -> None:
+        """Keep why a motion ends where dry friction leaves no accelerations, or several."""
+        self.undecided = (t, verdict.status)
+        self.fault = f"at t = {t:.9g} s: {verdict}"
 
 
 @dataclass(frozen=True)
@@ -102,7 +107,10 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     scalars, work, balance = _energies(run, observer)
     drift, rates = observer.gaps(states, q, v)
     scalars["drift"] = drift
+    status = np.where(there, "ok", "singular").astype("<U11")
+    status[states.t == run.undecided[0]] = run.undecided[1]
     summary = _summary(run, drift, rates)
+    summary["status"] = {own: status.tolist().count(own) for own in dict.fromkeys(status.tolist())}
     kept = [own for own in order if own not in forced]
     summary["state"] = {
         own: [float(series[own].get(word, [np.nan])[-1]) for word in ("value", "rate")]
@@ -135,7 +143,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         task.kind,
         problem.mechanism,
         problem.title,
-        status=np.where(there, "ok", "singular").astype("<U11"),
+        status=status,
         events=_events(run),
         checks={"energy": balance},
         summary=summary,
@@ -193,7 +201,6 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
     setup, work, r = run.setup, run.integrator, run.setup.released
     summary: dict[str, Any] = {
         "poses": len(run.states.t),
-        "status": {"ok": len(run.states.t)},
         "end": float(run.last[0]) if run.last is not None else 0.0,
         "tolerance": setup.tolerance,
         "coordinates": len(r.names),

@@ -61,7 +61,14 @@ class Turn:
 
 
 class NoWay(Exception):
-    """No way to go on fits the laws of friction, or several do: the verdict."""
+    """No way to go on fits the laws of friction, or several do: the verdict.
+
+    ``status`` is that of the state, "jammed" or "ambiguous".
+    """
+
+    def __init__(self, text: str, status: str = "jammed") -> None:
+        super().__init__(text)
+        self.status = status
 
 
 class Sticking:
@@ -85,7 +92,7 @@ class Sticking:
         self.several: list[tuple[float, int]] = []
         self._fastest = 0.0
         self._last = setup.loose
-        self.verdict: tuple[Any, str] | None = None
+        self.verdict: tuple[Any, NoWay] | None = None
 
     # -- values --------------------------------------------------------------------------------
 
@@ -197,7 +204,8 @@ class Sticking:
                 names = ", ".join(self.names[k] for k in rest)
                 raise NoWay(
                     f"{names} come to rest together, more of them than freedoms: the forces that "
-                    "hold them are not unique (F3)"
+                    "hold them are not unique (F3)",
+                    "ambiguous",
                 )
             return fallback
         raise NoWay(
@@ -332,7 +340,8 @@ class Sticking:
         )
         raise NoWay(
             f"{len(found)} solutions (F2) fit the {text}, which does not decide between them: "
-            f"accelerations {listed}; {share}"
+            f"accelerations {listed}; {share}",
+            "ambiguous",
         )
 
     # -- events --------------------------------------------------------------------------------
@@ -376,7 +385,7 @@ class Sticking:
         along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
         return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
 
-    def _verdict(self, nodes: Nodes) -> tuple[Any, str] | None:
+    def _verdict(self, nodes: Nodes) -> tuple[Any, NoWay] | None:
         """Return the first state whose accelerations are not unique, and what to say; or None."""
         if not self.kernel.rubs:
             return None
@@ -386,7 +395,7 @@ class Sticking:
             try:
                 self.check(float(t[place]), x[place], v[place], nodes.signs)
             except NoWay as verdict:
-                return nodes.states[place], str(verdict)
+                return nodes.states[place], verdict
         return None
 
     def look(self, nodes: Nodes) -> Turn | None:

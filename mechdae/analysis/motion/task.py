@@ -92,7 +92,7 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     kept = Kept()
     _integrate(run, kept, x, v)
     _keep_last(kept, run)
-    run.states = _states(whole, integrator, kept, run.undecided)
+    run.states = _states(whole, integrator, kept, run.undecided[0])
     observer = Observer(whole)
     run.first_energy = _energy(observer, x, v)
     return report(problem, name, task, run, observer)
@@ -114,7 +114,7 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
     try:
         signs, v = sticking.first(0.0, x, v)
     except NoWay as verdict:
-        run.fault, run.undecided = f"at t = 0: {verdict}", 0.0
+        run.verdict(0.0, verdict)
         signs = setup.loose
     if times is None or times[0] == 0.0:
         kept.add(0.0, x, v, np.zeros(lay.works), signs)
@@ -131,8 +131,7 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             nodes = _until(nodes, None if turn is None else turn.state, lay)
             if lost is not None and (turn is None or lost[0][0] < turn.state[0]):
                 nodes, turn = _until(nodes, lost[0], lay), None
-                run.undecided = float(lost[0][0])
-                run.fault = f"at t = {run.undecided:.9g} s: {lost[1]}"
+                run.verdict(float(lost[0][0]), lost[1])
             stop = run.crossings.look(nodes)
             if stop is not None:
                 nodes, turn = _until(nodes, stop.state, lay), None
@@ -155,7 +154,7 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
         try:
             signs, v = sticking.settled(t, x, v, sticking.sides(signs), turn)
         except NoWay as verdict:
-            run.fault, run.undecided = f"at t = {t:.9g} s: {verdict}", t
+            run.verdict(t, verdict)
             return
         sticking.note(t, turn, signs)
         recent = [entry for entry in sticking.found if t - entry[0] <= CLOSE * setup.end]
@@ -222,7 +221,7 @@ def _keep_last(kept: Kept, run: Run) -> None:
         kept.add(t, x, v, w, run.last_signs)
 
 
-def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float | None) -> States:
+def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float) -> States:
     """Return the states of output with accelerations and multipliers computed again.
 
     Those at the time ``undecided`` have none.
