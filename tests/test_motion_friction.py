@@ -306,3 +306,17 @@ def test_reactions_balance_the_slider() -> None:
     rho = 0.01 * 0.2 / math.sqrt(1 + 0.2**2)
     size = np.linalg.norm(result.joints["C"].reaction[:, :2], axis=1)
     assert np.abs(moment) == pytest.approx(rho * size, rel=1e-9)
+
+
+def test_friction_on_forces_that_are_not_unique_is_refused() -> None:
+    """Two guides in one line carry a block together: what each of them carries is open."""
+    data = block({"friction": 0.1})
+    data["bodies"]["block"]["points"]["Q"] = [1.0, 0]
+    data["joints"]["other"] = {
+        "kind": "prismatic", "between": ["ground.O", "block.Q"], "friction": 0.3
+    }  # fmt: skip
+    with pytest.raises(md.IndeterminateFrictionError, match="guide, other"):
+        md.solve(from_dict(data), "m")
+    for joint in data["joints"].values():
+        joint["friction"] = 0.0
+    assert md.solve(from_dict(data), "m").fault is None

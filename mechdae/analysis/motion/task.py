@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.motion.checks import check_inertia, check_rest, check_start
+from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.observe import Observer, States
@@ -72,6 +72,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     check_start(whole, begin)
     whole.kernel.scale(0.0, x, v, whole.loose)
     check_inertia(whole, x, v)
+    check_friction(whole, x, v)
     return whole, begin, x, v
 
 
