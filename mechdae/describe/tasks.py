@@ -133,7 +133,7 @@ class Motion(Task):
     ``start`` and ``start_speed`` hold values of coordinates, what they leave open is taken from
     the sketch and moves as little as it can; ``drivers`` follow laws of time or are held. The
     motion is given at the times ``at``, at ``poses`` equal intervals, or at its own steps.
-    ``friction`` is "none" or not computed by this version.
+    ``friction`` "event" (the default) slides and sticks, "none" leaves friction in joints out.
     """
 
     start: Table[Any] | None = key("free", None, doc="coordinate -> value")

@@ -196,9 +196,9 @@ class Balance:
                 laws = [self.feedbacks[k].law for k in own]
                 if sizes is None:
                     first = None if guess is None else [guess[k] for k in own]
-                    m = _newton(laws, start, slope, steps, first)
-                    result.misses.append(_miss(laws, start, slope, m))
-                    result.contractions.append(_contraction(laws, start, slope))
+                    m = sizes_by_newton(laws, start, slope, steps, first)
+                    result.misses.append(miss_of(laws, start, slope, m))
+                    result.contractions.append(contraction_of(laws, start, slope))
                 else:
                     m = [sizes[k] for k in own]
                 for k, size in zip(own, m, strict=True):
@@ -451,7 +451,7 @@ def _forms_at(start: list[Any], slope: list[list[Any]], m: list[Any]) -> list[An
     ]
 
 
-def _newton(
+def sizes_by_newton(
     laws: list[str], start: list[Any], slope: list[list[Any]], steps: int, first: Any = None
 ) -> list[Any]:
     """Return the sizes after some steps of Newton's method, from their values at m = 0."""
@@ -472,7 +472,7 @@ def _newton(
     return m
 
 
-def _miss(laws: list[str], start: list[Any], slope: list[list[Any]], m: list[Any]) -> Any:
+def miss_of(laws: list[str], start: list[Any], slope: list[list[Any]], m: list[Any]) -> Any:
     """Return how far sizes are from their laws, relative to the largest of them."""
     forms = _forms_at(start, slope, m)
     worst, size = SX(0), SX(0)
@@ -482,7 +482,7 @@ def _miss(laws: list[str], start: list[Any], slope: list[list[Any]], m: list[Any
     return worst / ca.fmax(size, 1e-300)
 
 
-def _contraction(laws: list[str], start: list[Any], slope: list[list[Any]]) -> Any:
+def contraction_of(laws: list[str], start: list[Any], slope: list[list[Any]]) -> Any:
     """Return a bound of the contraction of m -> size(L + S m); below 1 there is one solution.
 
     In the norm max |m_j| / w_j with the positive weights w = 1 + K 1.

@@ -18,6 +18,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.kernels.balance import miss_of, sizes_by_newton
+from mechdae.kernels.recovery import recovered
 from mechdae.kernels.sparse import Factor, entries
 from mechdae.model.released import Released
 
@@ -29,6 +31,11 @@ DEFINITE = 1e-9
 """Least eigenvalue of the scaled mass matrix that counts as definite."""
 NEWTON = 2
 """Steps of a projection to the constraints, and of one to their rates."""
+SIZES = 4
+"""Steps of Newton's method for the forces of friction."""
+SOLVED = 1e-9
+"""How far these may be from their laws, relative to the largest: else there is no right-hand
+side, and a step that meets it is rejected."""
 
 
 class Kernel:
@@ -51,6 +58,9 @@ class Kernel:
         self.length = length
         self.p = ca.DM(p)
         self.n, self.m = released.x.numel(), released.phi.numel()
+        self.slips = released.rubbing.count
+        self.rubs = len(released.rubbing.feedbacks)
+        self.inner = self.m + self.slips + self.rubs
         self.t, self.x, self.v, self.signs = (
             released.t,
             released.x,
@@ -93,15 +103,131 @@ class Kernel:
         least = 1e-12 * rows.max(initial=0.0)
         rows = np.where(rows > least, rows, rows.mean() if self.m and rows.any() else 1.0)
         self._eps = EPSILON * rows
+        if self.slips:
+            C = np.array(ca.DM(self.locking(t, x, v, signs)[0]))
+            own = np.sum((C * inverse) ** 2, axis=1)
+            self._lock_sizes = np.where(own > 0, own, 1.0)
         definite = self.n == 0 or np.linalg.eigvalsh(scaled)[0] > DEFINITE
         self._weights = None if definite else 1 / rows
 
     # -- solutions -------------------------------------------------------------------------
 
     @cached_property
-    def rhs(self) -> Any:
-        """(t, x, v, signs) -> x'', lambda."""
+    def locking(self) -> Any:
+        """(t, x, v, signs) -> Jacobian of the slips' speeds, their rates at x'' = 0, speeds."""
+        r = self.released
+        C = ca.jacobian(r.slips, r.v)
+        return self.function("locking", [C, ca.densify(r.rate(r.slips)), ca.densify(r.slips)])
+
+    def _locked(self, M: Any, J: Any, at: list[Any]) -> tuple[_Solver, Any, Any]:
+        """Return the solver with locks, what is locked, and rates of the slips at x'' = 0."""
+        C, rates, _ = self.locking(*at)
+        locks = self.signs[self.slips : 2 * self.slips]
+        C = ca.densify(C)
+        for k in range(self.slips):
+            C[k, :] = C[k, :] * locks[k]
+        sizes = ca.DM(self._lock_sizes)
+        eps = ca.vertcat(ca.DM(self._eps), sizes * (EPSILON * locks + 1 - locks))
+        whole = ca.vertcat(J, ca.sparsify(C))
+        return _Solver(M, whole, eps, self._weights), locks, rates
+
+    @cached_property
+    def coupling(self) -> Any:
+        """(t, x, v, signs) -> solutions without friction in joints and by unit of its sizes.
+
+        A solution is x'', lambda, forces of locks; then linear forms of the feedbacks, stacked, and
+        their slopes by columns.
+        """
+        r, at = self.released, [self.t, self.x, self.v, self.signs]
+        M, f, J, gamma = self.parts(*at)
+        solver, locks, rates = self._locked(M, J, at)
+        if self._weights is not None:
+            f = f + J.T @ (ca.DM(self._weights) * gamma)
+        none = SX.zeros(self.m + self.slips)
+        a, lam = solver.solve(f, ca.vertcat(gamma, -locks * rates))
+        columns = [ca.vertcat(a, lam)]
+        if not self.rubs:
+            return ca.Function("coupling", at, [columns[0], SX(0, 1), SX(0, 0)], {"cse": True})
+        push, applied = SX.sym("push", r.push.numel()), SX.sym("a", self.n)
+        inner = SX.sym("inner", self.m + self.slips)
+        given = push - r.mass @ (r.V @ applied) - r.held_back @ inner[self.m :]
+        every = recovered(r, given, inner[: self.m])
+        forms = ca.vertcat(*[self._form(feedback, every) for feedback in r.rubbing.feedbacks])
+        form = self.function("forms", [forms], [push, applied, inner])
+        base, effects = self.function("pushes", [ca.densify(r.push), r.rubbed])(*at)
+        V = self.function("V", [r.V])(*at)
+        starts, slopes = form(*at, base, a, lam), []
+        for j in range(self.rubs):
+            b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
+            columns.append(ca.vertcat(b, tau))
+            slopes.append(form(*at, ca.densify(effects[:, j]), b, tau))
+        results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
+        return ca.Function("coupling", at, [ca.densify(p) for p in results], {"cse": True})
+
+    def _form(self, feedback: Any, multipliers: Any) -> Any:
+        """Return the linear forms of a feedback for the multipliers of all equations."""
+        own = [
+            i
+            for i, row in enumerate(self.released.rows)
+            if row.owner == feedback.joint and not row.driver
+        ]
+        return feedback.forms @ multipliers[own]
+
+    @property
+    def places(self) -> list[slice]:
+        """Which of the stacked forms belong to each feedback."""
+        found, start = [], 0
+        for feedback in self.released.rubbing.feedbacks:
+            count = feedback.forms.shape[0]
+            found.append(slice(start, start + count))
+            start += count
+        return found
+
+    @cached_property
+    def coupled(self) -> Any:
+        """(t, x, v, signs) -> x'', (lambda, forces of locks, sizes), how far sizes miss laws."""
         at = [self.t, self.x, self.v, self.signs]
+        columns, starts, slopes = self.coupling(*at)
+        total, m, miss = columns[:, 0], SX(0, 1), SX(0)
+        if self.rubs:
+            laws = [feedback.law for feedback in self.released.rubbing.feedbacks]
+            first = [starts[place] for place in self.places]
+            slope = [[slopes[place, j] for j in range(self.rubs)] for place in self.places]
+            found = sizes_by_newton(laws, first, slope, SIZES)
+            miss, m = miss_of(laws, first, slope, found), ca.vertcat(*found)
+            total = total + columns[:, 1:] @ m
+        return ca.Function("coupled", at, [total[: self.n], ca.vertcat(total[self.n :], m), miss])
+
+    @cached_property
+    def sticking(self) -> Any:
+        """(t, x, v, signs) -> what decides between stick and slip, (k,) each, and a number.
+
+        Speeds of the slips, their rates, forces that hold locked ones, the least and the largest
+        that friction can give there; how far sizes miss their laws.
+        """
+        r, at = self.released, [self.t, self.x, self.v, self.signs]
+        a, inner, miss = self.coupled(*at)
+        C, rates, speeds = self.locking(*at)
+        falls, grows = (r.moved(part) for part in r.rubbing.limits)
+        strengths = [r.moved(SX(feedback.strength)) for feedback in r.rubbing.feedbacks]
+        function = self.function("limits", [ca.densify(falls), ca.densify(grows), *strengths])
+        falls, grows, *strengths = function.call(at)
+        high, low = SX(falls), -SX(grows)
+        for j, k in enumerate(r.rubbing.owners):
+            high[k] += strengths[j] * inner[self.m + self.slips + j]
+            low[k] = -high[k]
+        held = -inner[self.m : self.m + self.slips]
+        results = [speeds, C @ a + rates, held, low, high, miss]
+        return ca.Function("sticking", at, [ca.densify(e) for e in results], {"cse": True})
+
+    @cached_property
+    def rhs(self) -> Any:
+        """(t, x, v, signs) -> x'', lambda; forces of locks and sizes of friction after it."""
+        at = [self.t, self.x, self.v, self.signs]
+        if self.slips:
+            a, inner, miss = self.coupled(*at)
+            a = a + ca.if_else(miss < SOLVED, 0, SX.nan()) if self.rubs else a
+            return ca.Function("rhs", at, [ca.densify(a), ca.densify(inner)], {"cse": True})
         M, f, J, gamma = self.parts(*at)
         solver = _Solver(M, J, self._eps, self._weights)
         if self._weights is not None:
@@ -113,17 +239,26 @@ class Kernel:
     def project(self) -> Any:
         """(t, x, v, signs) -> x and v on the constraints, what is left of them."""
         at = [self.t, self.x, self.v, self.signs]
-        if not self.m:
+        if not self.m and not self.slips:
             return ca.Function("project", at, [self.x, self.v, SX(0)])
         M, _, J, _ = self.parts(*at)
-        solver = _Solver(M, J, self._eps, self._weights)
         x, v = self.x, self.v
-        for _ in range(NEWTON):
-            phi = self.place(self.t, x, v, self.signs)[0]
-            x = x - solver.shortest(phi)
+        if self.m:
+            solver = _Solver(M, J, self._eps, self._weights)
+            for _ in range(NEWTON):
+                phi = self.place(self.t, x, v, self.signs)[0]
+                x = x - solver.shortest(phi)
         phi, J, phi_t = self.place(self.t, x, v, self.signs)
+        if self.slips:
+            at_x = [self.t, x, v, self.signs]
+            solver, locks, _ = self._locked(M, J, at_x)
         for _ in range(NEWTON):
-            v = v - solver.shortest(J @ v + phi_t)
+            gap = J @ v + phi_t
+            if self.slips:
+                gap = ca.vertcat(gap, locks * self.locking(self.t, x, v, self.signs)[2])
+            v = v - solver.shortest(gap)
+        if not self.m:
+            return ca.Function("project", at, [x, v, SX(0)], {"cse": True})
         miss = ca.mmax(ca.fabs(phi) / ca.DM(self.gaps))
         return ca.Function("project", at, [x, v, miss], {"cse": True})
 
@@ -142,7 +277,7 @@ class _Solver:
         if weights is not None:
             M = M + J.T @ (ca.diag(ca.DM(weights)) @ J)
         self.mass = Factor(M)
-        self.J, self.eps = J, ca.DM(eps)
+        self.J, self.eps = J, SX(eps)
         halves = [self.mass.forward(entries(J[i, :].T)) for i in range(self.m)]
         scaled = [self.mass.divided(half) for half in halves]
         S = SX(self.m, self.m)
@@ -153,7 +288,7 @@ class _Solver:
                     total = SX(0)
                     for k in sorted(shared):
                         total += scaled[i][k] * halves[j][k]
-                    S[i, j] = total + (float(eps[i]) if i == j else 0)
+                    S[i, j] = total + (self.eps[i] if i == j else 0)
                     S[j, i] = S[i, j]
         self.schur = Factor(S) if self.m else None
 

@@ -38,18 +38,18 @@ LARGEST = 1e300
 class Layout:
     """Places in the vector of state.
 
-    ``t``, ``x``, ``v``, ``a``, works ``w``, next step ``h``, ``rejected`` (the last trial
-    was), highest frequency ``omega``; then of the last trial: ``accepted``, ``error``, and
-    ``trials`` so far.
+    ``t``, ``x``, ``v``, ``a``, sizes of friction ``m``, works ``w``, next step ``h``,
+    ``rejected`` (the last trial was), highest frequency ``omega``; then of the last trial:
+    ``accepted``, ``error``, and ``trials`` so far.
     """
 
-    def __init__(self, n: int, works: int) -> None:
+    def __init__(self, n: int, works: int, sized: int = 0) -> None:
         self.n, self.works = n, works
         place = 0
         self._slices: dict[str, slice] = {}
         for name, size in (
-            ("t", 1), ("x", n), ("v", n), ("a", n), ("w", works), ("h", 1), ("rejected", 1),
-            ("omega", 1), ("accepted", 1), ("error", 1), ("trials", 1),
+            ("t", 1), ("x", n), ("v", n), ("a", n), ("m", sized), ("w", works), ("h", 1),
+            ("rejected", 1), ("omega", 1), ("accepted", 1), ("error", 1), ("trials", 1),
         ):  # fmt: skip
             self._slices[name] = slice(place, place + size)
             place += size
@@ -61,7 +61,7 @@ class Layout:
     def of(self, state: Any, name: str) -> Any:
         """Return a part of states (..., size); numbers lose their axis."""
         part = state[..., self[name]]
-        return part if name in ("x", "v", "a", "w") else part[..., 0]
+        return part if name in ("x", "v", "a", "m", "w") else part[..., 0]
 
 
 class Stepper:
@@ -75,13 +75,17 @@ class Stepper:
         SX (k,) over (t, x, v, ``acceleration``, signs, p), integrated along as works.
     acceleration
         Symbols (n,) of the acceleration that powers may hold.
+    sizes
+        Those of the forces of friction in joints.
     """
 
-    def __init__(self, kernel: Kernel, powers: Any, acceleration: Any) -> None:
+    def __init__(self, kernel: Kernel, powers: Any, acceleration: Any, sizes: Any = None) -> None:
         self.kernel, self.n = kernel, kernel.n
         self.works = powers.numel()
-        self.layout = Layout(self.n, self.works)
-        self.power = kernel.function("power", [ca.densify(powers)], [acceleration])
+        self.layout = Layout(self.n, self.works, kernel.rubs)
+        self.sized = kernel.rubs
+        sizes = sizes if sizes is not None else SX.sym("m", self.sized)
+        self.power = kernel.function("power", [ca.densify(powers)], [acceleration, sizes])
         self.sizes = ca.DM(kernel.sizes) if self.n else ca.DM(0, 1)
 
     @cached_property
@@ -90,21 +94,25 @@ class Stepper:
         return ca.MX if self.kernel.rhs.n_instructions() > UNROLLED else SX
 
     def _stages(
-        self, t: Any, x: Any, v: Any, a: Any, h: Any, signs: Any, count: int
+        self, t: Any, x: Any, v: Any, a: Any, m: Any, h: Any, signs: Any, count: int
     ) -> tuple[list[Any], list[Any], list[Any]]:
         """Return rates of x, v and the works at the stages of a step."""
         rates, slopes = [v], [a]
-        powers = [self.power(t, x, v, signs, a)]
+        powers = [self.power(t, x, v, signs, a, m)]
         for i in range(1, count):
             row = STAGES[i]
             place = x + h * _combined(row, rates)
             rate = v + h * _combined(row, slopes)
             at = t + NODES[i] * h
-            slope = self.kernel.rhs(at, place, rate, signs)[0]
+            slope, inner = self.kernel.rhs(at, place, rate, signs)
             rates.append(rate)
             slopes.append(slope)
-            powers.append(self.power(at, place, rate, signs, slope))
+            powers.append(self.power(at, place, rate, signs, slope, self._sizes(inner)))
         return rates, slopes, powers
+
+    def _sizes(self, inner: Any) -> Any:
+        """Return the sizes of friction among the second results of a right-hand side."""
+        return inner[self.kernel.inner - self.sized :] if self.sized else ca.DM(0, 1)
 
     def _error(self, h: Any, rates: list[Any], slopes: list[Any], omega: Any) -> Any:
         """Return the norm of the error over the natural sizes."""
@@ -119,20 +127,20 @@ class Stepper:
 
     @cached_property
     def step(self) -> Any:
-        """(t, x, v, a, w, h, signs, omega) -> new x, v, a, w, error, miss, frequency."""
+        """(t, x, v, a, m, w, h, signs, omega) -> new x, v, a, m, w, error, miss, frequency."""
         k, sym = self.kernel, self.kind.sym
         t, h, omega = sym("t"), sym("h"), sym("omega")
         x, v, a = (sym(name, self.n) for name in "xva")
-        w, signs = sym("w", self.works), sym("signs", k.signs.numel())
-        rates, slopes, powers = self._stages(t, x, v, a, h, signs, 12)
+        m, w, signs = sym("m", self.sized), sym("w", self.works), sym("signs", k.signs.numel())
+        rates, slopes, powers = self._stages(t, x, v, a, m, h, signs, 12)
         place, rate = (y + h * _combined(STAGES[12], k) for y, k in ((x, rates), (v, slopes)))
         work = w + h * _combined(STAGES[12], powers)
         error = self._error(h, rates, slopes, omega)
         place, rate, miss = k.project(t + h, place, rate, signs)
-        after = k.rhs(t + h, place, rate, signs)[0]
+        after, inner = k.rhs(t + h, place, rate, signs)
         found = self._frequency(rate, after)
-        inputs = [t, x, v, a, w, h, signs, omega]
-        results = [place, rate, after, work, error, miss, found]
+        inputs = [t, x, v, a, m, w, h, signs, omega]
+        results = [place, rate, after, self._sizes(inner), work, error, miss, found]
         return ca.Function("step", inputs, [ca.densify(r) for r in results], {"cse": True})
 
     def _frequency(self, v: Any, a: Any) -> Any:
@@ -154,7 +162,7 @@ class Stepper:
         numbers = self.kind.sym("numbers", 2 + self.kernel.signs.numel())
         end, tol, signs = numbers[0], numbers[1], numbers[2:]
         part = {name: state[lay[name]] for name in lay._slices}
-        t, x, v, a, w = (part[name] for name in ("t", "x", "v", "a", "w"))
+        t, x, v, a, m, w = (part[name] for name in ("t", "x", "v", "a", "m", "w"))
         left = end - t
         near = part["h"] >= left * (1 - 1e-10)
         half = part["h"] > left / 2
@@ -162,8 +170,8 @@ class Stepper:
         omega = self._frequency(v, a)
         top = ca.fmax(part["omega"], omega)
         slowest = ca.fmax(omega, SLOW * top)
-        place, rate, after, work, error, miss, _ = self.step(
-            t, x, v, a, w, h, signs, ca.fmax(slowest, 1e-300)
+        place, rate, after, sizes, work, error, miss, _ = self.step(
+            t, x, v, a, m, w, h, signs, ca.fmax(slowest, 1e-300)
         )
         grain = ROUNDING * (1 + ca.mmax(ca.fabs(x) / self.sizes)) if self.n else ROUNDING
         # fmax leaves nan out, a comparison with nan is false: such a step is not accepted
@@ -177,8 +185,8 @@ class Stepper:
         following = h * factor
         clipped = ca.logic_and(good, h < part["h"])
         following = ca.if_else(clipped, ca.fmax(following, part["h"]), following)
-        kept = ca.vertcat(t, x, v, a, w)
-        moved = ca.vertcat(ca.if_else(near, end, t + h), place, rate, after, work)
+        kept = ca.vertcat(t, x, v, a, m, w)
+        moved = ca.vertcat(ca.if_else(near, end, t + h), place, rate, after, sizes, work)
         chosen = ca.if_else(good, moved, kept)
         done = ca.vertcat(
             chosen, following, ca.if_else(good, 0, 1), top, good, error, part["trials"] + 1
@@ -201,12 +209,13 @@ class Stepper:
 
     @cached_property
     def dense(self) -> Any:
-        """(t, x, v, a, h, signs) -> coefficients of the interpolant (2 n + works, 7), by rows."""
+        """(t, x, v, a, m, h, signs) -> the interpolant's coefficients (2 n + works, 7), by rows."""
         k, sym = self.kernel, self.kind.sym
         t, h = sym("t"), sym("h")
         x, v, a = (sym(name, self.n) for name in "xva")
         signs = sym("signs", k.signs.numel())
-        stages = self._stages(t, x, v, a, h, signs, 16)
+        m = sym("m", self.sized)
+        stages = self._stages(t, x, v, a, m, h, signs, 16)
         change = [h * _combined(STAGES[12], part) for part in stages]
         columns = []
         for part, delta in zip(stages, change, strict=True):
@@ -216,7 +225,7 @@ class Stepper:
             columns.append(ca.horzcat(*own))
         whole = ca.densify(ca.vertcat(*columns))
         results = [ca.vec(whole.T)]
-        return ca.Function("dense", [t, x, v, a, h, signs], results, {"cse": True})
+        return ca.Function("dense", [t, x, v, a, m, h, signs], results, {"cse": True})
 
 
 class Chunk:

@@ -26,12 +26,17 @@ SX = ca.SX
 
 @dataclass(frozen=True)
 class Slip:
-    """A relative speed whose sign a force needs: expression of (q, v), unit "rad" or "m"."""
+    """A relative speed whose sign a force needs: expression of (q, v), unit "rad" or "m".
+
+    ``falls`` and ``grows`` are the magnitudes of a resistance.
+    """
 
     owner: str
     speed: Any
     unit: str
     sign: Any
+    falls: Any = None
+    grows: Any = None
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,8 @@ class Feedback:
         Power lost per unit of size.
     friction
         Whether it vanishes without friction.
+    strength
+        Coefficient, or radius of the friction circle: force or moment per unit of size.
     """
 
     joint: str
@@ -61,6 +68,7 @@ class Feedback:
     column: Wrench
     rate: Any
     friction: bool = True
+    strength: Any = 0.0
 
 
 class Laws:
@@ -76,17 +84,27 @@ class Laws:
         "exact" friction circle r sin(atan f), or r f as "article" 003 has it.
     friction
         Whether there is any.
+    adhesion
+        Whether coefficients at rest count: `resting` chooses them.
 
     Attributes
     ----------
     factor : SX
         Multiplies all coefficients of friction.
+    resting : dict
+        By joint a symbol, 1 where ``friction_static`` takes the place of ``friction``.
     slips : list of Slip
     """
 
     def __init__(
-        self, model: Model, meshes: dict[str, Mesh], radius: str = "exact", friction: bool = True
+        self,
+        model: Model,
+        meshes: dict[str, Mesh],
+        radius: str = "exact",
+        friction: bool = True,
+        adhesion: bool = False,
     ) -> None:
+        self.adhesion, self.resting = adhesion, dict[str, Any]()
         self.model, self.meshes, self.radius, self.friction = model, meshes, radius, friction
         self.factor = SX.sym("factor")
         self.slips: list[Slip] = []
@@ -98,7 +116,7 @@ class Laws:
         found: list[Feedback] = []
         if name in self.meshes:
             found += self._mesh(ends, self.meshes[name])
-        elif self.friction and ends.joint.kind in LAWS and self._given(name, "friction"):
+        elif self.friction and ends.joint.kind in LAWS and self._rubs(name):
             found += LAWS[ends.joint.kind](self, ends)
         return found
 
@@ -106,13 +124,22 @@ class Laws:
         number = self.model.numbers.get(f"{name}.{entry}")
         return number is not None and not (number.is_constant() and float(number) == 0)
 
+    def _rubs(self, name: str) -> bool:
+        adheres = self.adhesion and self._given(name, "friction_static")
+        return adheres or self._given(name, "friction")
+
     def _slip(self, name: str, speed: Any, unit: str) -> Slip:
         slip = Slip(name, speed, unit, SX.sym(f"sign_{name}_{len(self.slips)}"))
         self.slips.append(slip)
         return slip
 
     def _friction(self, name: str) -> Any:
-        return self.factor * self.model.numbers[f"{name}.friction"]
+        sliding = self.model.numbers.get(f"{name}.friction", SX(0))
+        if self.adhesion:
+            sign = self.resting.setdefault(name, SX.sym(f"resting_{name}"))
+            if self._given(name, "friction_static"):
+                sliding += sign * (self.model.numbers[f"{name}.friction_static"] - sliding)
+        return self.factor * sliding
 
     # -- pairs -----------------------------------------------------------------------------
 
@@ -124,7 +151,8 @@ class Laws:
         turning = spin(self.model, joint.second_body) - spin(self.model, joint.first_body)
         slip = self._slip(name, turning, "rad")
         column = couples(self.model, joint.first_body, joint.second_body, -slip.sign * rho)
-        return [Feedback(name, "length", SX.eye(2), column, rho * ca.fabs(turning))]
+        rate = rho * ca.fabs(turning)
+        return [Feedback(name, "length", SX.eye(2), column, rate, strength=rho)]
 
     def prismatic(self, ends: Ends) -> list[Feedback]:
         """F = f |N|, or f (|N1| + |N2|) = f max(|N|, |M| / b) in a guide of length 2 b."""
@@ -149,7 +177,7 @@ class Laws:
         speed = ca.dot(axis, v2 - v1)
         slip, f = self._slip(joint.name, speed, "m"), self._friction(joint.name)
         force = pair(self.model, joint.first_body, joint.second_body, place, -slip.sign * f * axis)
-        return Feedback(joint.name, "largest", forms, force, f * ca.fabs(speed))
+        return Feedback(joint.name, "largest", forms, force, f * ca.fabs(speed), strength=f)
 
     def pin_in_slot(self, ends: Ends) -> list[Feedback]:
         """F = f |N| at the point of the pin's surface that is pressed against the slot."""

@@ -153,9 +153,10 @@ class Loads:
     def resistance(self, load: Resistance) -> Wrench:
         """Against the motion: + while the coordinate falls, - while it grows."""
         c = coordinate(self.model.mechanism, load.coordinate)
-        slip = Slip(load.name, self._speed(c), c.unit, SX.sym(f"sign_{load.name}"))
-        self.slips.append(slip)
         falls, grows = self._number(load, "negative"), self._number(load, "positive")
+        sign = SX.sym(f"sign_{load.name}")
+        slip = Slip(load.name, self._speed(c), c.unit, sign, falls, grows)
+        self.slips.append(slip)
         force = ca.if_else(slip.sign < 0, falls, 0) - ca.if_else(slip.sign > 0, grows, 0)
         return self._on_coordinate(load.coordinate, -force if self.turned else force)
 

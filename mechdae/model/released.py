@@ -7,7 +7,7 @@ so that few coordinates and constraints remain,
 
 with M = V^T M_q V and f = V^T (Q - M_q V' x' - h), V = dq/dx. The multipliers of the constraints
 that are left are those of the whole set; the eliminated ones follow from the balance of
-the eliminated coordinates (`analysis.motion.multipliers`).
+the eliminated coordinates (`kernels.recovery`).
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from mechdae.model.inertia import inertia, kinetic_energy
 from mechdae.model.loads import Loads
 from mechdae.model.model import Model, Row
 from mechdae.model.reduction import eliminate, with_unknowns
+from mechdae.model.rubbing import Rubbing
 from mechdae.model.wrenches import Wrench
 
 SX = ca.SX
@@ -52,6 +53,8 @@ class Released:
         Coordinates that follow the time.
     held
         Coordinates, (body, coordinate), that keep a value since nothing moves them.
+    rubbing
+        Dry friction; without it that of resistances.
 
     Attributes
     ----------
@@ -77,7 +80,9 @@ class Released:
         loads: Loads,
         laws: Sequence[Law] = (),
         held: Mapping[tuple[str, str], float] | None = None,
+        rubbing: Rubbing | None = None,
     ) -> None:
+        self.rubbing = rubbing or Rubbing(model, loads, friction=False)
         self.model, self.loads, self.laws = model, loads, list(laws)
         self.t = loads.time
         self.rows = list(model.rows)
@@ -154,18 +159,33 @@ class Released:
 
     # -- dynamics ----------------------------------------------------------------------------
 
-    @cached_property
+    @property
     def signs(self) -> Any:
-        """Signs of the slips of resistances, inputs that are fixed between events."""
-        slips = self.loads.slips
-        return ca.vertcat(*[slip.sign for slip in slips]) if slips else SX(0, 1)
+        """Inputs of dry friction that are fixed between events."""
+        return self.rubbing.signs
 
     @cached_property
     def slips(self) -> Any:
         """Speeds whose signs are inputs."""
-        slips = self.loads.slips
-        found = ca.vertcat(*[slip.speed for slip in slips]) if slips else SX(0, 1)
-        return self.moved(found)
+        return self.moved(self.rubbing.speeds)
+
+    @cached_property
+    def held_back(self) -> Any:
+        """Generalised forces of locks per unit, at the absolute coordinates, (nq, k)."""
+        columns = ca.jacobian(self.rubbing.speeds, self.model.velocity).T
+        return self.moved(columns)
+
+    @cached_property
+    def rubbed(self) -> Any:
+        """Generalised forces of friction in joints per unit of size, (nq, feedbacks)."""
+        columns = [self.stack(feedback.column) for feedback in self.rubbing.feedbacks]
+        return self.moved(ca.horzcat(*columns))
+
+    @cached_property
+    def losses(self) -> dict[str, Any]:
+        """Power lost per unit of size by joint, over the places of the sizes."""
+        feedbacks = self.rubbing.feedbacks
+        return {own.joint: (j, self.moved(own.rate)) for j, own in enumerate(feedbacks)}
 
     def moved(self, absolute: Any) -> Any:
         """Return an expression over (q, v, t) as one over (x, v, t)."""

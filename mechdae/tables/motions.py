@@ -81,7 +81,11 @@ def _event(event: dict[str, Any]) -> str:
             "the branch is not unique"
         )
     elif event["kind"] == "reversal":
-        what = f"the speed of {event['load']} vanishes"
+        what = f"the speed of {event.get('load') or event['joint']} vanishes"
+    elif event["kind"] == "stick":
+        what = f"{event.get('load') or event['joint']} sticks"
+    elif event["kind"] == "slip":
+        what = f"{event.get('load') or event['joint']} slips"
     else:
         what = f"{event['name']} = {event['value']:g}, going {event['direction']}"
     return f"  {event['kind']:9} {place}: {what}"

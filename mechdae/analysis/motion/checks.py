@@ -10,12 +10,20 @@ import numpy as np
 from mechdae.analysis.motion.integrate import Integrator
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
-from mechdae.errors import InconsistentStartError, SingularMassError, SolveError
+from mechdae.errors import (
+    InconsistentStartError,
+    IndeterminateFrictionError,
+    SingularMassError,
+    SolveError,
+)
 
+SX = ca.SX
 CLOSED = 1e-9
 RANK = 1e-9
 MASSLESS = 1e-12
 """Least eigenvalue of the scaled mass matrix along the freedoms that counts as inertia."""
+ASIDE = 1e-2
+"""Way along the freedoms, over natural sizes, to the pose where a rank is looked at again."""
 OPEN = 1e-6
 """Share of the accelerations by which superfluous equations may contradict each other."""
 
@@ -80,7 +88,7 @@ def check_inertia(setup: Setup, x: Any, v: Any) -> None:
         With the bodies that move in such a freedom.
     """
     k = setup.kernel
-    signs = np.zeros(len(setup.loads.slips))
+    signs = setup.loose
     M, f, J, _ = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
     if not np.isfinite(f).all() or not np.isfinite(M).all():
         loads = ", ".join(setup.loads.wrenches)
@@ -110,6 +118,55 @@ def check_inertia(setup: Setup, x: Any, v: Any) -> None:
     )
 
 
+def check_friction(setup: Setup, x: Any, v: Any) -> None:
+    """Raise for friction on forces that superfluous equations leave open.
+
+    Multipliers that balance without any load must not press where there is friction, at the
+    start and at a pose beside it: a singular pose alone decides nothing.
+
+    Raises
+    ------
+    IndeterminateFrictionError
+        With the joints.
+    """
+    k, r = setup.kernel, setup.released
+    if not k.rubs or not r.rows:
+        return
+    rows = ca.vertcat(*[row.expression for row in r.rows])
+    gradient = ca.densify(r.moved(ca.jacobian(rows, r.model.q)))
+    function = k.function("gradient", [gradient])
+    J = np.array(ca.DM(k.parts(0.0, x, v, setup.loose)[2]))
+    aside = x + ASIDE * k.sizes * freedoms(J, k.sizes).sum(axis=1)
+    for _ in range(4):
+        aside = np.array(k.project(0.0, aside, v, setup.loose)[0]).ravel()
+    sizes = np.array([1.0 if own[1] == "angle" else setup.length for own in r.model.q_names])
+    common: set[str] | None = None
+    for place in (x, aside):
+        G = np.array(ca.DM(function(0.0, place, v, setup.loose))) * sizes
+        norms = np.linalg.norm(G, axis=1, keepdims=True)
+        left, sigma, _ = np.linalg.svd(G / np.where(norms > 0, norms, 1.0))
+        rank = int(np.sum(sigma > RANK * sigma[0]))
+        stress = left[:, rank:] / np.where(norms > 0, norms, 1.0)
+        found = set()
+        for feedback in r.rubbing.feedbacks:
+            own = [i for i, row in enumerate(r.rows) if row.owner == feedback.joint]
+            own = [i for i in own if not r.rows[i].driver]
+            forms = k.function("form", [ca.densify(SX(feedback.forms))])
+            pressed = np.array(ca.DM(forms(0.0, place, v, setup.loose))) @ stress[own]
+            size = np.abs(stress).max(initial=0.0)
+            if pressed.size and np.abs(pressed).max() > OPEN * size:
+                found.add(feedback.joint)
+        common = found if common is None else common & found
+    if common:
+        joints = ", ".join(name for name in r.model.mechanism.joints if name in common)
+        raise IndeterminateFrictionError(
+            f"superfluous equations leave the forces open that press on {joints}: friction (F3) "
+            "that follows from them is not determined",
+            where=f"joints.{sorted(common)[0]}.friction",
+            hint="take away what holds twice, or the friction there",
+        )
+
+
 def check_rest(setup: Setup, integrator: Integrator, x: Any, v: Any) -> None:
     """Raise where superfluous equations contradict each other in their accelerations.
 
@@ -121,7 +178,7 @@ def check_rest(setup: Setup, integrator: Integrator, x: Any, v: Any) -> None:
     k = setup.kernel
     if not k.m:
         return
-    signs = np.zeros(len(setup.loads.slips))
+    signs = setup.loose
     a = integrator.acceleration(0.0, x, v, signs)
     _, _, J, gamma = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
     left = (J @ a - gamma.ravel()) / k.gaps

@@ -56,7 +56,7 @@ class _Statics:
         weights = ca.fabs(r.applied) * ca.DM(lengths)
         self._weight = Call(k.function("weight", [ca.mmax(ca.densify(weights))]))
         self.sizes, self.gaps, self.n, self.m = k.sizes, k.gaps, k.n, k.m
-        self.signs = np.zeros(len(setup.loads.slips))
+        self.signs = setup.loose
 
     def at(self, x: Any, lam: Any) -> list[Any]:
         """Return f, J, phi, stiffness, damping and mass with natural sizes as units."""
@@ -114,7 +114,7 @@ def equilibrium(problem: Problem, name: str, task: Equilibrium) -> Result:
 
 
 def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
-    whole = setup(problem, as_motion(task))
+    whole = setup(problem, as_motion(task), moves=False)
     if whole.loads.uses_time:
         raise InputError("it uses t", where=f"loads.{whole.loads.uses_time[0]}")
     begin = start(whole)
@@ -239,7 +239,7 @@ def _told(whole: Setup, task: Equilibrium, x: Any, count: int) -> tuple[list[str
     r = whole.released
     rows = r.moved(ca.vertcat(*[whole.model.coordinate(c) for c in coordinates]))
     function = whole.kernel.function("told", [ca.densify(ca.jacobian(rows, r.x))])
-    signs = np.zeros(len(whole.loads.slips))
+    signs = whole.loose
     gradient = np.array(function(0.0, x, np.zeros(len(x)), signs))
     if len(coordinates) != count:
         raise InputError(
@@ -261,7 +261,7 @@ def _report(
     model, n = whole.model, len(x)
     observer = Observer(whole)
     still = np.zeros((1, n))
-    signs = np.zeros((1, len(whole.loads.slips)))
+    signs = whole.loose[None, :]
     none = np.zeros((1, 0))
     state = States(np.zeros(1), x[None, :], still, still, lam[None, :], none, signs)
     q, v, a = observer.absolute(state)
@@ -275,7 +275,7 @@ def _report(
     found, lost = expressions.evaluate([part[:, columns] for part in y], None, certified)
     series = {own: Series({"value": found[own]["value"]}) for own in found}
     every = observer.multipliers(state)
-    reactions = {} if observer.meshed else observer.reactions(q, every)
+    reactions = {} if observer.meshed else observer.reactions(state, q, every)
     named["joints"] = with_reactions(named["joints"], reactions, chosen)
     summary["state"] = {own: float(series[own].value[0]) for own in series}
     rows = whole.released.rows

@@ -18,6 +18,8 @@ LEAST = 1e-13
 """Step, as a share of the whole time, below which the integration gives up."""
 FIRST = 1.25
 """First step over tol^(1/8) / frequency."""
+STILL = 1e-6
+"""Share of the frequency without dry friction below which a state counts as at rest."""
 STAGES = 12
 """Right-hand sides of a trial step."""
 ROOT = 80
@@ -66,7 +68,7 @@ class Integrator:
 
     @cached_property
     def _dense(self) -> Batch:
-        return Batch(self.stepper.dense, [5], straight=lambda: None)
+        return Batch(self.stepper.dense, [6], straight=lambda: None)
 
     @cached_property
     def _project(self) -> Batch:
@@ -86,17 +88,27 @@ class Integrator:
 
     def first(self, t: float, x: Any, v: Any, w: Any, signs: Any, h: float = 0.0) -> Any:
         """Return the state that an integration starts from."""
-        a = self.acceleration(t, x, v, signs)
+        self.rhs += 1
+        a, inner = self._rhs(t, x, v, signs)
+        m = inner[len(inner) - self.kernel.rubs :]
         lay = self.layout
         state = np.zeros(lay.size)
-        for name, value in (("t", t), ("x", x), ("v", v), ("a", a), ("w", w)):
+        for name, value in (("t", t), ("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
             state[lay[name]] = value
-        omega = float(np.array(self.stepper.frequency(v, a)).ravel()[0])
+        omega = self._frequency(v, a)
+        top = omega
+        if (signs != self.setup.loose).any():  # what rests is measured by what would move it
+            self.rhs += 1
+            top = max(omega, self._frequency(v, self._rhs(t, x, v, self.setup.loose)[0]))
+            omega = omega if omega > STILL * top else 0.0
         span = self.setup.end
         natural = FIRST * self.setup.tolerance ** (1 / 8) / omega if omega > 0 else np.inf
         state[lay["h"]] = h or min(natural, span / 10)
-        state[lay["omega"]] = omega if omega > 0 else 1 / span
+        state[lay["omega"]] = top if top > 0 else 1 / span
         return state
+
+    def _frequency(self, v: Any, a: Any) -> float:
+        return float(np.array(self.stepper.frequency(v, a)).ravel()[0])
 
     def steps(self, state: Any, signs: Any) -> Iterator[Nodes]:
         """Yield accepted steps until the end of the motion or a step size of nothing."""
@@ -126,7 +138,7 @@ class Integrator:
         place = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(states) - 2)
         used = np.array(sorted(set(place.tolist())), int)
         h = starts[1:] - starts[:-1]
-        parts = [lay.of(states[used], name) for name in ("x", "v", "a")]
+        parts = [lay.of(states[used], name) for name in ("x", "v", "a", "m")]
         inputs = [starts[used][:, None], *parts, h[used][:, None], nodes.signs]
         n = lay.n
         coefficients = self._dense(*inputs)[0].reshape(len(used), 2 * n + lay.works, 7)
@@ -136,7 +148,7 @@ class Integrator:
         share = (times - starts[place]) / h[place]
         found = interpolate(coefficients[rows], first, share)
         x, v, w = found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
-        if self.kernel.m:
+        if self.kernel.m or self.kernel.slips:
             x, v = self._project(times[:, None], x, v, nodes.signs)[:2]
         exact = np.isin(times, starts)
         for k in np.flatnonzero(exact):
@@ -147,15 +159,19 @@ class Integrator:
     def stepped(self, state: Any, h: float, signs: Any) -> Any:
         """Return the state after one step of a given size."""
         lay = self.layout
-        parts = [state[lay[name]] for name in ("t", "x", "v", "a", "w")]
+        parts = [state[lay[name]] for name in ("t", "x", "v", "a", "m", "w")]
         omega = state[lay["omega"]][0]
         self.rhs += STAGES
-        x, v, a, w, *_ = self._step(*parts, h, signs, omega)
+        x, v, a, m, w, *_ = self._step(*parts, h, signs, omega)
         after = state.copy()
-        for name, value in (("x", x), ("v", v), ("a", a), ("w", w)):
+        for name, value in (("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
             after[lay[name]] = value
         after[lay["t"]] = state[lay["t"]] + h
         return after
+
+    def projected(self, t: float, x: Any, v: Any, signs: Any) -> Any:
+        """Return the rates of x on the constraints and with locks."""
+        return self._project(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
 
     def located(self, state: Any, h: float, signs: Any, value: Callable[[Any], float]) -> Any:
         """Return the state inside a step where a value over states vanishes.

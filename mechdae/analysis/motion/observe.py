@@ -12,7 +12,7 @@ import numpy as np
 from mechdae.analysis.motion.setup import Setup
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.batch import Batch
-from mechdae.kernels.blocks import inverse
+from mechdae.kernels.recovery import recovered
 from mechdae.model.wrenches import Wrench, add, on_body, times
 
 SX = ca.SX
@@ -99,48 +99,27 @@ class Observer:
 
     @cached_property
     def _multipliers(self) -> Batch:
-        """(..., a, lambda of what is left) -> multipliers of all equations.
-
-        Those of the eliminated equations balance the eliminated coordinates, block by block; their
-        matrix has constant pivots.
-        """
-        model, r = self.model, self.r
-        a, kept = SX.sym("a", r.x.numel()), SX.sym("lam", len(r.kept))
-        rows = ca.vertcat(*[row.expression for row in r.rows])
-        gradient = ca.sparsify(r.moved(ca.jacobian(rows, model.q)))
+        """(..., a, lambda of what is left, forces of locks, sizes) -> multipliers of all."""
+        r, k = self.r, self.setup.kernel
+        a, inner = SX.sym("a", r.x.numel()), SX.sym("lam", k.inner)
         push = r.push - r.mass @ (r.V @ a)
-        found: dict[int, Any] = dict(zip(r.kept, ca.vertsplit(kept), strict=True))
-        found |= {i: SX(0) for i in r.empty}
-        columns: list[dict[int, Any]] = [{} for _ in range(model.q.numel())]
-        triplet = zip(*gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True)
-        for i, j, entry in triplet:
-            columns[j][i] = entry
-        matrix = gradient[r.gone, r.solved].T if r.gone else SX(0, 0)
-        count, rowperm, colperm, rowblock, colblock, *_ = matrix.sparsity().btf()
-        for k in range(count):
-            places = [r.solved[i] for i in rowperm[rowblock[k] : rowblock[k + 1]]]
-            own = [r.gone[j] for j in colperm[colblock[k] : colblock[k + 1]]]
-            left = []
-            for j in places:
-                total = push[j]
-                for i, entry in columns[j].items():
-                    if i not in own:
-                        total -= entry * found[i]
-                left.append(total)
-            block = SX(len(places), len(own))
-            for row, j in enumerate(places):
-                for column, i in enumerate(own):
-                    block[row, column] = columns[j].get(i, SX(0))
-            values = inverse(block)[0] @ ca.vertcat(*left)
-            found |= {i: values[n] for n, i in enumerate(own)}
-        stacked = ca.vertcat(*[found[i] for i in range(len(r.rows))])
-        return self._batch("multipliers", [stacked], [a, kept])
+        if k.slips:
+            push -= r.held_back @ inner[k.m : k.m + k.slips]
+        if k.rubs:
+            push += r.rubbed @ inner[k.m + k.slips :]
+        return self._batch("multipliers", [recovered(r, push, inner[: k.m])], [a, inner])
 
     def multipliers(self, s: States) -> Any:
         """Return the multipliers of all equations, (n, rows)."""
         if not self.r.rows:
             return np.zeros((len(s.t), 0))
-        return self._multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, s.lam, self.p)[0]
+        inner = self._inner(s)
+        return self._multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner, self.p)[0]
+
+    def _inner(self, s: States) -> Any:
+        inner = np.zeros((len(s.t), self.setup.kernel.inner))
+        inner[:, : s.lam.shape[1]] = s.lam
+        return inner
 
     # -- reactions -------------------------------------------------------------------------
 
@@ -154,6 +133,8 @@ class Observer:
     def _reactions(self) -> Batch:
         model, r = self.model, self.r
         lam = SX.sym("lam", len(r.rows))
+        k = self.setup.kernel
+        inner = SX.sym("inner", k.inner)
         rows = ca.vertcat(*[row.expression for row in r.rows])
         gradient = ca.jacobian(rows, model.q)
         columns: list[Wrench] = [{} for _ in r.rows]
@@ -165,16 +146,32 @@ class Observer:
         for name, joint in model.mechanism.joints.items():
             own = [i for i, row in enumerate(r.rows) if row.owner == name and not row.driver]
             wrench = add(*[times(-lam[i], columns[i]) for i in own])
+            for j, feedback in enumerate(r.rubbing.feedbacks):
+                if feedback.joint == name:
+                    slip = r.rubbing.owners[j]
+                    gradient_of = ca.jacobian(r.rubbing.slips[slip].speed, model.velocity)
+                    places = gradient_of.sparsity().get_triplet()[1]
+                    held = dict(zip(places, gradient_of.nonzeros(), strict=True))
+                    wrench = add(
+                        wrench,
+                        times(inner[k.m + k.slips + j], feedback.column),
+                        times(-inner[k.m + slip], held),
+                    )
             ends = model.ends[name]
             if joint.second_body == GROUND:
                 found = [-part for part in on_body(model, wrench, joint.first_body, ends.p2)]
             else:
                 found = list(on_body(model, wrench, joint.second_body, ends.p2))
             results += found
-        function = ca.Function("reactions", [model.q, lam, model.p], [ca.vertcat(*results)])
-        return Batch(function, [2], straight=lambda: None)
+        inputs = [model.q, lam, inner, r.signs, model.p]
+        function = ca.Function("reactions", inputs, [ca.vertcat(*results)])
+        return Batch(function, [4], straight=lambda: None)
 
-    def reactions(self, q: Any, lam: Any) -> dict[str, Any]:
-        """Return force and moment about the second body's point, on the second body, (n, 3)."""
-        flat = self._reactions(q, lam, self.p)[0].reshape(len(q), -1, 3)
+    def reactions(self, s: States, q: Any, lam: Any) -> dict[str, Any]:
+        """Return force and moment about the second body's point, on the second body, (n, 3).
+
+        Friction of the joint is in them.
+        """
+        flat = self._reactions(q, lam, self._inner(s), s.signs, self.p)[0]
+        flat = flat.reshape(len(q), -1, 3)
         return {name: flat[:, k] for k, name in enumerate(self.model.mechanism.joints)}

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.motion.events import Crossings, Found, Reversals
+from mechdae.analysis.motion.events import Crossings, Found
 from mechdae.analysis.motion.expressions import WithReactions
 from mechdae.analysis.motion.integrate import Integrator
 from mechdae.analysis.motion.observe import Observer, States
@@ -16,6 +16,7 @@ from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
+from mechdae.analysis.motion.sticking import NoWay, Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
@@ -42,7 +43,7 @@ class Run:
     integrator: Integrator
     passages: Passages
     crossings: Crossings = field(init=False)
-    reversals: Reversals = field(init=False)
+    sticking: Sticking = field(init=False)
     stiffness: Stiffness = field(init=False)
     ranges: Ranges = field(init=False)
     first_energy: float = 0.0
@@ -51,8 +52,14 @@ class Run:
     last_signs: Any = None
     stopped: Found | None = None
     stalled: bool = False
-    stuck: bool = False
+    rests: float | None = None
     fault: str | None = None
+    undecided: tuple[float, str] = (-1.0, "")
+
+    def verdict(self, t: float, verdict: NoWay) -> None:
+        """Keep why a motion ends where dry friction leaves no accelerations, or several."""
+        self.undecided = (t, verdict.status)
+        self.fault = f"at t = {t:.9g} s: {verdict}"
 
 
 @dataclass(frozen=True)
@@ -84,7 +91,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     there = np.isfinite(q).all(axis=1)
     found, lost = expressions.evaluate([part[:, columns] for part in y], states.t, there)
     lam = observer.multipliers(states)
-    reactions = {} if observer.meshed else observer.reactions(q, lam)
+    reactions = {} if observer.meshed else observer.reactions(states, q, lam)
     series = {own: dict(found[own]) for own in found}
     if forced:
         if observer.meshed:
@@ -100,7 +107,10 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     scalars, work, balance = _energies(run, observer)
     drift, rates = observer.gaps(states, q, v)
     scalars["drift"] = drift
+    status = np.where(there, "ok", "singular").astype("<U11")
+    status[states.t == run.undecided[0]] = run.undecided[1]
     summary = _summary(run, drift, rates)
+    summary["status"] = {own: status.tolist().count(own) for own in dict.fromkeys(status.tolist())}
     kept = [own for own in order if own not in forced]
     summary["state"] = {
         own: [float(series[own].get(word, [np.nan])[-1]) for word in ("value", "rate")]
@@ -112,7 +122,9 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         for i, row in enumerate(rows)
         if row.name not in forced and (row.owner, row.part) not in setup.held
     }
-    notes = setup.notes + expressions.notes + lost + run.stiffness.notes()
+    notes = (
+        setup.notes + setup.rubbing.assumptions + expressions.notes + lost + run.stiffness.notes()
+    )
     if run.begin.correction > CORRECTED:
         notes.append(
             f"the numbers of the start were corrected by up to {run.begin.correction:.2g} "
@@ -131,7 +143,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         task.kind,
         problem.mechanism,
         problem.title,
-        status=np.where(there, "ok", "singular").astype("<U11"),
+        status=status,
         events=_events(run),
         checks={"energy": balance},
         summary=summary,
@@ -189,7 +201,6 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
     setup, work, r = run.setup, run.integrator, run.setup.released
     summary: dict[str, Any] = {
         "poses": len(run.states.t),
-        "status": {"ok": len(run.states.t)},
         "end": float(run.last[0]) if run.last is not None else 0.0,
         "tolerance": setup.tolerance,
         "coordinates": len(r.names),
@@ -205,6 +216,7 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
         "singular": len(run.passages.found),
         "method": "explicit, Dormand-Prince 8(5,3)",
         "bound": "estimated",
+        **({} if run.rests is None else {"rests_from": run.rests}),
         "not_in_scene": [],
     }
     return summary
@@ -221,8 +233,10 @@ def _events(run: Run) -> tuple[dict[str, Any], ...]:
         entry = {"kind": "crossing", "at": t, "time": t, "name": own.crossing.name}
         entry |= {"of": own.crossing.text, "value": own.crossing.value}
         found.append(entry | {"direction": "up" if own.rises else "down"})
-    for t, name, sign in run.reversals.found:
-        found.append({"kind": "reversal", "at": t, "time": t, "load": name, "sign": sign})
+    loads = run.setup.problem.mechanism.loads
+    for t, name, sign, kind in run.sticking.found:
+        owner = "load" if name in loads else "joint"
+        found.append({"kind": kind, "at": t, "time": t, owner: name, "sign": sign})
     found.sort(key=lambda entry: float(entry["at"]))
     return tuple(entry | {"in_range": True} for entry in found)
 

@@ -23,6 +23,7 @@ from mechdae.kernels.stepper import Stepper
 from mechdae.model.loads import Loads
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.model.released import Law, Released
+from mechdae.model.rubbing import COMPUTED, Rubbing
 
 SX = ca.SX
 TOLERANCE = 1e-9
@@ -55,19 +56,31 @@ class Setup:
     @cached_property
     def plain(self) -> Released:
         """The equations with nothing held."""
-        return Released(self.model, self.loads, self.laws)
+        return Released(self.model, self.loads, self.laws, None, self.rubbing)
 
     @cached_property
     def jointed(self) -> Released:
         """The equations without laws of time."""
-        return Released(self.model, self.loads) if self.laws else self.plain
+        if not self.laws:
+            return self.plain
+        return Released(self.model, self.loads, rubbing=self.rubbing)
 
     @cached_property
     def released(self) -> Released:
         """The equations of motion."""
         if not self.held:
             return self.plain
-        return Released(self.model, self.loads, self.laws, self.held)
+        return Released(self.model, self.loads, self.laws, self.held, self.rubbing)
+
+    @cached_property
+    def rubbing(self) -> Rubbing:
+        """Dry friction of resistances, and of joints unless the task leaves it out."""
+        return Rubbing(self.model, self.loads, self.task.friction != "none")
+
+    @property
+    def loose(self) -> Any:
+        """Inputs of dry friction that neither rubs nor locks."""
+        return np.zeros(self.rubbing.signs.numel())
 
     def sizes(self, released: Released) -> Any:
         """Return natural sizes of the free coordinates: 1 rad, a length, the range of s / 2 pi."""
@@ -88,29 +101,36 @@ class Setup:
     @cached_property
     def works(self) -> list[str]:
         """What does work that is no change of a stored energy."""
-        return [*self.released.powers, *([DRIVERS] if self.laws else [])]
+        rubbing = [f"friction.{joint}" for joint in self.released.losses]
+        return [*self.released.powers, *rubbing, *([DRIVERS] if self.laws else [])]
 
     @cached_property
     def stepper(self) -> Stepper:
         r = self.released
         a = SX.sym("a", r.x.numel())
-        powers = [*r.powers.values(), *([r.driven_power(a)] if self.laws else [])]
-        return Stepper(self.kernel, ca.vertcat(*powers) if powers else SX(0, 1), a)
+        m = SX.sym("m", self.kernel.rubs)
+        lost = [rate * m[j] for j, rate in r.losses.values()]
+        powers = [*r.powers.values(), *[-part for part in lost]]
+        if self.laws:
+            powers.append(r.driven_power(a) + sum(lost, SX(0)))
+        return Stepper(self.kernel, ca.vertcat(*powers) if powers else SX(0, 1), a, m)
 
 
-def setup(problem: Problem, task: Motion) -> Setup:
+def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
     """Return what a task of motion is computed with.
+
+    An equilibrium (`moves` is False) has no friction.
 
     Raises
     ------
     InputError
         Times or a tolerance that mean nothing.
     UnavailableError
-        Friction in a joint, which this version does not compute in motion.
+        Friction in a joint of a kind whose friction is not computed in motion.
     """
     mechanism = problem.mechanism
     known = evaluate_all(mechanism.parameters)
-    notes = _without_friction(mechanism, task)
+    notes = _without_friction(mechanism, task, moves)
     end, times = _times(task, known)
     tolerance = TOLERANCE if task.tolerance is None else evaluate(task.tolerance, known)
     if not TIGHTEST <= tolerance <= 1e-2:
@@ -167,7 +187,7 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
     return laws
 
 
-def _without_friction(mechanism: Mechanism, task: Motion) -> list[str]:
+def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[str]:
     """Return what is assumed about friction.
 
     Raises
@@ -181,11 +201,25 @@ def _without_friction(mechanism: Mechanism, task: Motion) -> list[str]:
         return []
     if task.friction == "none":
         return [f"friction of {', '.join(found)} is left out, as the task asks"]
-    raise UnavailableError(
-        f"friction in motion is not computed by this version: joints {', '.join(found)}",
-        where="friction",
-        hint='friction = "none" leaves it out',
-    )
+    if not moves:
+        raise UnavailableError(
+            f"with friction in joints {', '.join(found)} many poses are at rest",
+            where="friction",
+            hint='friction = "none" leaves it out',
+        )
+    if task.friction == "smooth":
+        raise UnavailableError("smoothed friction is not computed", where="friction")
+    joints = mechanism.joints
+    meshed = any(joint.kind in ("gear", "rack", "belt") for joint in joints.values())
+    other = [own for own in found if joints[own].kind not in COMPUTED or meshed]
+    if other:
+        raise UnavailableError(
+            "friction in motion is computed for revolute, prismatic and curve joints without "
+            f"gears, racks and belts: joints {', '.join(other)}",
+            where="friction",
+            hint='friction = "none" leaves it out',
+        )
+    return []
 
 
 def _rubs(joint: Joint, values: dict[str, float]) -> bool:

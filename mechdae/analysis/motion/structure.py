@@ -15,7 +15,8 @@ def motion_structure(problem: Problem, task: Motion | Equilibrium) -> dict[str, 
     entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
     timed = isinstance(task, Motion)
     try:
-        whole = setup(problem, task if isinstance(task, Motion) else as_motion(task))
+        motion = task if isinstance(task, Motion) else as_motion(task)
+        whole = setup(problem, motion, moves=timed)
         released = whole.released
     except MechdaeError as error:
         return {**entry, "error": str(error)}

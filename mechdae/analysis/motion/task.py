@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.motion.checks import check_inertia, check_rest, check_start
-from mechdae.analysis.motion.events import Crossings, Reversals
+from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
+from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.passages import Passages
@@ -16,6 +16,7 @@ from mechdae.analysis.motion.ranges import Ranges
 from mechdae.analysis.motion.report import Run, report
 from mechdae.analysis.motion.setup import Setup, idle, setup
 from mechdae.analysis.motion.start import Start, start
+from mechdae.analysis.motion.sticking import NoWay, Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Motion
@@ -25,7 +26,7 @@ from mechdae.results import Result
 MOST = 2_000_000
 """States that are kept."""
 CROWD = 20
-"""Reversals so near each other that the motion does not go on."""
+"""Events of friction so near each other that the motion does not go on."""
 CLOSE = 1e-6
 """Share of the whole time that is near."""
 
@@ -69,8 +70,9 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)
-    whole.kernel.scale(0.0, x, v, np.zeros(len(whole.loads.slips)))
+    whole.kernel.scale(0.0, x, v, whole.loose)
     check_inertia(whole, x, v)
+    check_friction(whole, x, v)
     return whole, begin, x, v
 
 
@@ -85,13 +87,13 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     whole, begin, x, v = motion_start(problem, task)
     integrator = Integrator(whole)
     run = Run(whole, begin, integrator, Passages(whole, integrator))
-    run.crossings, run.reversals = Crossings(whole, integrator), Reversals(whole, integrator)
+    run.crossings, run.sticking = Crossings(whole, integrator), Sticking(whole, integrator)
     run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
     check_rest(whole, integrator, x, v)
     kept = Kept()
     _integrate(run, kept, x, v)
     _keep_last(kept, run)
-    run.states = _states(whole, integrator, kept)
+    run.states = _states(whole, integrator, kept, run.undecided[0])
     observer = Observer(whole)
     run.first_energy = _energy(observer, x, v)
     return report(problem, name, task, run, observer)
@@ -100,7 +102,7 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
 def _energy(observer: Observer, x: Any, v: Any) -> float:
     """Return the energy of the start."""
     setup = observer.setup
-    rest, signs = np.zeros((1, len(x))), np.zeros((1, len(setup.loads.slips)))
+    rest, signs = np.zeros((1, len(x))), setup.loose[None, :]
     none = np.zeros((1, 0))
     state = States(np.zeros(1), x[None, :], v[None, :], rest, none, none, signs)
     kinetic, stores = observer.energies(state)
@@ -108,20 +110,32 @@ def _energy(observer: Observer, x: Any, v: Any) -> float:
 
 
 def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
-    setup, integrator = run.setup, run.integrator
+    setup, integrator, sticking = run.setup, run.integrator, run.sticking
     lay, times = integrator.layout, setup.times
-    signs, stuck = run.reversals.first(0.0, x, v)
-    state = integrator.first(0.0, x, v, np.zeros(lay.works), signs)
+    try:
+        signs, v = sticking.first(0.0, x, v)
+    except NoWay as verdict:
+        run.verdict(0.0, verdict)
+        signs = setup.loose
     if times is None or times[0] == 0.0:
         kept.add(0.0, x, v, np.zeros(lay.works), signs)
-    while not stuck:
-        turned = None
+    if run.fault:
+        return
+    state = integrator.first(0.0, x, v, np.zeros(lay.works), signs)
+    while True:
+        if sticking.final(signs, *(lay.of(state, part) for part in ("t", "x", "v"))):
+            _rest(run, kept, state, signs)
+            return
+        turn = None
         for nodes in integrator.steps(state, signs):
-            turned = run.reversals.look(nodes)
-            nodes = _until(nodes, None if turned is None else turned[0], lay)
+            turn, lost = sticking.look(nodes), sticking.verdict
+            nodes = _until(nodes, None if turn is None else turn.state, lay)
+            if lost is not None and (turn is None or lost[0][0] < turn.state[0]):
+                nodes, turn = _until(nodes, lost[0], lay), None
+                run.verdict(float(lost[0][0]), lost[1])
             stop = run.crossings.look(nodes)
             if stop is not None:
-                nodes, turned = _until(nodes, stop.state, lay), None
+                nodes, turn = _until(nodes, stop.state, lay), None
                 run.stopped = stop
             run.passages.look(nodes)
             run.stiffness.look(nodes)
@@ -129,35 +143,48 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             _keep(kept, nodes, integrator, times)
             run.last = nodes.states[-1]
             run.last_signs = nodes.signs
-            if stop is not None or turned is not None:
+            if stop is not None or turn is not None or run.fault:
                 break
             if nodes.stalled:
                 run.stalled = True
-        if turned is None:
+        if turn is None:
             return
-        after, k = turned
+        after = turn.state
         t = float(lay.of(after, "t"))
         x, v, w = (after[lay[part]] for part in ("x", "v", "w"))
-        new, stuck = run.reversals.settled(t, x, v, signs, np.array([k]))
-        run.reversals.found.append((t, run.reversals.names[k], float(new[k])))
-        recent = [entry for entry in run.reversals.found if t - entry[0] <= CLOSE * setup.end]
+        try:
+            signs, v = sticking.settled(t, x, v, sticking.sides(signs), turn)
+        except NoWay as verdict:
+            run.verdict(t, verdict)
+            return
+        sticking.note(t, turn, signs)
+        recent = [entry for entry in sticking.found if t - entry[0] <= CLOSE * setup.end]
         if len(recent) >= CROWD:
+            owners = ", ".join(dict.fromkeys(entry[1] for entry in recent))
             run.fault = (
-                f"{CROWD} reversals of {run.reversals.names[k]} within {CLOSE * setup.end:.2g} s "
-                f"before t = {t:.9g} s: the motion does not go on"
+                f"{CROWD} events of dry friction (F4) of {owners} within "
+                f"{CLOSE * setup.end:.2g} s before t = {t:.9g} s: the motion does not go on"
             )
             return
-        signs = new
         h = float(after[lay["h"]][0])
         state = integrator.first(t, x, v, w, signs, h)
         trials = after[lay["trials"]]
         state[lay["trials"]] = trials
-    where = f"t = {float(run.last[0]):.9g} s" if run.last is not None else "the start"
-    run.stuck = True
-    run.fault = (
-        f"from {where} on {', '.join(stuck)} holds the mechanism at rest; sticking is not "
-        "computed by this version"
-    )
+
+
+def _rest(run: Run, kept: Kept, state: Any, signs: Any) -> None:
+    """Keep the states of a mechanism that rests until the end."""
+    setup, lay = run.setup, run.integrator.layout
+    last = state.copy()
+    last[lay["t"]] = setup.end
+    run.last, run.last_signs = last, signs
+    run.rests = float(lay.of(state, "t"))
+    start = run.rests if run.rests > 0 else -1.0
+    times = np.array([setup.end]) if setup.times is None else setup.times
+    ahead = times[times > max(start, kept.rows[-1][0][-1] if kept.rows else -1.0)]
+    if len(ahead):
+        x, v, w = (np.tile(state[lay[part]], (len(ahead), 1)) for part in ("x", "v", "w"))
+        kept.add(ahead, x, v, w, signs)
 
 
 def _until(nodes: Nodes, state: Any, lay: Any) -> Nodes:
@@ -195,14 +222,18 @@ def _keep_last(kept: Kept, run: Run) -> None:
         kept.add(t, x, v, w, run.last_signs)
 
 
-def _states(setup: Setup, integrator: Integrator, kept: Kept) -> States:
-    """Return the states of output with accelerations and multipliers computed again."""
+def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float) -> States:
+    """Return the states of output with accelerations and multipliers computed again.
+
+    Those at the time ``undecided`` have none.
+    """
     if not kept.rows:
         raise InputError("no time of output was reached", where="at")
     t, x, v, w, signs = kept.stacked()
-    a, lam = np.empty_like(x), np.empty((len(t), setup.kernel.m))
-    same = (signs == signs[:1]).all(axis=1)
-    rest = np.arange(len(t))
+    a, lam = np.empty_like(x), np.empty((len(t), setup.kernel.inner))
+    lost = t == undecided
+    a[lost], lam[lost] = np.nan, np.nan
+    rest = np.flatnonzero(~lost)
     while len(rest):
         same = (signs[rest] == signs[rest[0]]).all(axis=1)
         rows = rest[same]

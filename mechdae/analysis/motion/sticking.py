@@ -1,0 +1,532 @@
+"""Dry friction between events: which slips slide, to which side, and which ones stick.
+
+Signs and locks are fixed over steps. A step ends where a sliding speed vanishes or a
+holding force reaches its limit; there every way to go on is tried for the slips at rest, with the
+coefficients at rest: a slip that starts has to move the way its friction says, one that sticks
+has to be held by a force that friction can give. Where the locks are more than the freedoms,
+forces are not unique; then all stick if nothing can start.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.analysis.motion.checks import freedoms
+from mechdae.analysis.motion.integrate import Integrator, Nodes
+from mechdae.analysis.motion.setup import Setup
+from mechdae.kernels.batch import Batch
+
+RESTS = 1e-9
+"""Speed, as a share of the largest so far, that is none."""
+RANK = 1e-9
+MOST = 6
+"""Slips at rest at once of which all ways to go on are tried."""
+SLACK = 1e-9
+"""Share of its limit by which a force that holds may exceed it by rounding."""
+CLOSE = 1e-13
+"""The same between steps, where the limit is reached."""
+STARTS = 1e-12
+"""Share of the acceleration without friction from which a mechanism at rest starts."""
+NEAR = 0.2
+"""Speed between two steps, over that at their ends, below which a dip is looked into."""
+SAMPLES = np.arange(1, 8) / 8
+"""Shares of a step at which speeds are looked at."""
+FINER = 6
+"""Times that the neighbourhood of the lowest one is looked at more closely."""
+SOON = 1e-9
+"""Share of the whole time after which forces tell the side of a start that is about to come."""
+PIECES = 1024
+"""Combinations of contacts that are counted through."""
+SAME = 1e-7
+"""Share of the largest size below which two solutions are one."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """An event of friction: at a state, of a slip; ``from_rest`` if it stuck.
+
+    ``released`` tells that its own force has reached the limit.
+    """
+
+    state: Any
+    slip: int
+    released: bool
+    from_rest: bool
+
+
+class NoWay(Exception):
+    """No way to go on fits the laws of friction, or several do: the verdict.
+
+    ``status`` is that of the state, "jammed" or "ambiguous".
+    """
+
+    def __init__(self, text: str, status: str = "jammed") -> None:
+        super().__init__(text)
+        self.status = status
+
+
+class Sticking:
+    """Watches the slips of a motion.
+
+    Attributes
+    ----------
+    found : list of (t, name, sign, kind)
+        Events: kind "reversal", "stick" or "slip".
+    several : list of (t, number)
+        States at which several ways to go on fit.
+    """
+
+    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+        self.setup, self.integrator = setup, integrator
+        self.kernel = setup.kernel
+        self.slips = setup.released.rubbing.slips
+        self.names = [slip.owner for slip in self.slips]
+        self.k = len(self.slips)
+        self.found: list[tuple[float, str, float, str]] = []
+        self.several: list[tuple[float, int]] = []
+        self._fastest = 0.0
+        self._last = setup.loose
+        self.verdict: tuple[Any, NoWay] | None = None
+
+    # -- values --------------------------------------------------------------------------------
+
+    @cached_property
+    def _values(self) -> Batch:
+        return Batch(self.kernel.sticking, [3])
+
+    @cached_property
+    def _locking(self) -> Batch:
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        J, C = k.parts(*at)[2], k.locking(*at)[0]
+        return Batch(ca.Function("both", at, [ca.vec(ca.densify(J)), ca.vec(ca.densify(C))]), [3])
+
+    def values(self, t: Any, x: Any, v: Any, signs: Any) -> list[Any]:
+        """Return speeds, rates, holding forces, least and largest ones, (n, k) each, misses."""
+        return self._values(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs)
+
+    def _jacobians(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
+        k = self.kernel
+        J, C = self._locking(np.array([[t]]), x[None, :], v[None, :], self.setup.loose)
+        J, C = J[0].reshape(k.n, k.m).T, C[0].reshape(k.n, self.k).T
+        return J, C
+
+    def _sizes(self) -> Any:
+        """Return natural sizes of the slips."""
+        return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
+
+    # -- signs ---------------------------------------------------------------------------------
+
+    def signs(self, sides: Any, resting: Any = ()) -> Any:
+        """Return the inputs of dry friction: sides -1, 0 (locked), 1; slips at rest."""
+        sides = np.asarray(sides, float)
+        still = np.zeros(self.k)
+        still[list(resting)] = 1.0
+        return np.concatenate([sides, np.where(sides == 0, 1.0, 0.0), still])
+
+    def sides(self, signs: Any) -> Any:
+        """Return -1, 0 or 1 by slip."""
+        return signs[: self.k]
+
+    def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
+        """Return the inputs of dry friction at the start, and the speeds with locks."""
+        if not self.k:
+            return self.setup.loose, v
+        return self.settled(t, x, v, np.zeros(self.k), None)
+
+    def settled(self, t: float, x: Any, v: Any, sides: Any, turn: Turn | None) -> tuple[Any, Any]:
+        """Return inputs of dry friction for the way to go on, and the rates of x with its locks.
+
+        Raises
+        ------
+        NoWay
+            No way fits.
+        """
+        speeds = self.values(t, x, v, self.setup.loose)[0][0] / self._sizes()
+        self._fastest = max(self._fastest, float(np.max(np.abs(speeds), initial=0.0)))
+        rest = set(np.flatnonzero(np.abs(speeds) <= RESTS * self._fastest).tolist())
+        rest |= set(np.flatnonzero(sides == 0).tolist()) if turn is not None else set()
+        sides = sides.copy()
+        if turn is None:
+            sides = np.sign(speeds)
+        fixed: set[int] = set()
+        if turn is not None and turn.released:
+            held = self.values(t, x, v, self._last)[2][0]
+            sides[turn.slip] = -np.sign(held[turn.slip])
+            fixed = {turn.slip}
+        elif turn is not None:
+            rest.add(turn.slip)
+        tried = sorted(rest - fixed)
+        again = turn is not None and not turn.released and sides[turn.slip] == 0
+        chosen = self._way(t, x, v, sides, tried)
+        if again and (chosen == sides).all():  # about to start, forces are none yet
+            chosen = self._way(t + SOON * self.setup.end, x, v, sides, tried)
+        locked = [k for k in tried if chosen[k] == 0]
+        signs = self.signs(chosen, locked)
+        self._last = signs
+        self.check(t, x, v, signs)
+        if locked:
+            v = self.integrator.projected(t, x, v, signs)
+        return signs, v
+
+    def _way(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> Any:
+        """Return sides for the way to go on with some slips at rest."""
+        if not rest:
+            return sides
+        J, C = self._jacobians(t, x, v)
+        basis = freedoms(J, self.kernel.sizes)
+        along = (C * self.kernel.sizes) @ basis / self._sizes()[:, None]
+        moved = np.linalg.norm(along, axis=1) > RANK
+        ways = self._ways(along, rest, moved)
+        good, fallback = [], None
+        for way in ways:
+            own = sides.copy()
+            own[rest] = way
+            locked = [k for k in rest if own[k] == 0]
+            rank = np.linalg.matrix_rank(along[locked], RANK) if locked else 0
+            if rank < len(locked):
+                fallback = own if fallback is None else fallback
+                continue
+            if self._fits(t, x, v, own, rest):
+                good.append((len(locked), own))
+        if good:
+            if len(good) > 1:
+                self.several.append((t, len(good)))
+            return max(good, key=lambda entry: entry[0])[1]
+        if fallback is not None:
+            if along.shape[1] > 1:
+                names = ", ".join(self.names[k] for k in rest)
+                raise NoWay(
+                    f"{names} come to rest together, more of them than freedoms: the forces that "
+                    "hold them are not unique (F3)",
+                    "ambiguous",
+                )
+            return fallback
+        raise NoWay(
+            f"no way to go on from rest fits the laws of dry friction (F5) of "
+            f"{', '.join(self.names[k] for k in rest)}"
+        )
+
+    def _ways(self, along: Any, rest: list[int], moved: Any) -> list[Any]:
+        """Return the sides to be tried for slips at rest."""
+        if along.shape[1] == 1 and moved[rest].all() and len(rest) > 1:
+            forward = np.sign(along[rest, 0])
+            return [np.zeros(len(rest)), forward, -forward]
+        if len(rest) > MOST:
+            names = ", ".join(self.names[k] for k in rest)
+            raise NoWay(f"more than {MOST} slips come to rest at once: {names}")
+        return [np.array(way) for way in itertools.product((0.0, 1.0, -1.0), repeat=len(rest))]
+
+    def _fits(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> bool:
+        """Return whether sides agree with what they lead to."""
+        signs = self.signs(sides, rest)
+        _, rates, held, low, high, miss = (part[0] for part in self.values(t, x, v, signs))
+        if not miss[0] < 1e-9:
+            return False
+        for k in rest:
+            if sides[k] == 0:
+                slack = SLACK * max(abs(low[k]), abs(high[k]))
+                if not low[k] - slack <= held[k] <= high[k] + slack:
+                    return False
+            elif not rates[k] * sides[k] > 0:
+                return False
+        return True
+
+    # -- solutions -----------------------------------------------------------------------------
+
+    @cached_property
+    def _coupling(self) -> Batch:
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        columns, starts, slopes = k.coupling(*at)
+        results = [ca.vec(columns), starts, ca.vec(slopes)]
+        return Batch(ca.Function("coupling", at, results, {"cse": True}), [3])
+
+    def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
+        _, _, slopes = self._coupling(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
+                                      signs)  # fmt: skip
+        n, rubs = len(slopes), self.kernel.rubs
+        slopes = slopes.reshape(n, rubs, -1).transpose(0, 2, 1)
+        K = np.empty((n, rubs, rubs))
+        for j, (place, own) in enumerate(zip(self.kernel.places, self._laws, strict=True)):
+            part = slopes[:, place]
+            norm = np.linalg.norm(part, axis=1) if own == "length" else np.abs(part).max(axis=1)
+            K[:, j] = norm
+        weights = 1 + K.sum(axis=2)
+        return (np.einsum("nij,nj->ni", K, weights) / weights).max(axis=1, initial=0.0)
+
+    @property
+    def _laws(self) -> list[str]:
+        return [feedback.law for feedback in self.setup.released.rubbing.feedbacks]
+
+    def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
+        """Return all sizes of friction that fit their laws, and the accelerations of x with them.
+
+        Sizes that are the largest of linear forms are counted through, lengths of vectors follow by
+        Newton's method from their values without friction.
+        """
+        columns, starts, slopes = (
+            part[0] for part in self._coupling(np.array([[t]]), x[None, :], v[None, :], signs)
+        )
+        rubs, places, laws = self.kernel.rubs, self.kernel.places, self._laws
+        slopes = slopes.reshape(rubs, -1).T
+        columns = columns.reshape(rubs + 1, -1).T
+        pieces = [
+            range(place.stop - place.start) if own == "largest" else (None,)
+            for place, own in zip(places, laws, strict=True)
+        ]
+        found: list[Any] = []
+        for chosen in itertools.islice(itertools.product(*pieces), PIECES):
+            m = np.zeros(rubs)
+            for _ in range(12):
+                value, slope = np.empty(rubs), np.empty((rubs, rubs))
+                for j, (place, own) in enumerate(zip(places, chosen, strict=True)):
+                    forms = starts[place] + slopes[place] @ m
+                    if own is None:
+                        value[j] = np.linalg.norm(forms)
+                        slope[j] = forms @ slopes[place] / max(value[j], 1e-300)
+                    else:
+                        value[j], slope[j] = forms[own], slopes[place][own]
+                try:
+                    m = m - np.linalg.solve(np.eye(rubs) - slope, m - value)
+                except np.linalg.LinAlgError:
+                    break
+            laid = [
+                np.linalg.norm(forms) if own == "length" else forms.max()
+                for forms, own in zip(
+                    [starts[p] + slopes[p] @ m for p in places], laws, strict=True
+                )
+            ]
+            size = max(float(np.max(np.abs(m))), float(np.max(np.abs(starts), initial=0.0)), 1e-300)
+            if not np.max(np.abs(m - laid)) <= SLACK * size:
+                continue
+            if not any(np.max(np.abs(m - other)) <= SAME * size for other in found):
+                found.append(m)
+        n = self.kernel.n
+        return [(m, columns[:n, 0] + columns[:n, 1:] @ m) for m in found]
+
+    def check(self, t: float, x: Any, v: Any, signs: Any) -> None:
+        """Raise where the laws of friction give no accelerations, or several.
+
+        Raises
+        ------
+        NoWay
+            With the accelerations of each solution, and the friction up to which there is one.
+        """
+        if not self.kernel.rubs:
+            return
+        bound = float(self.contractions(t, x, v, signs)[0])
+        if bound < 1:
+            return
+        found = self.solutions(t, x, v, signs)
+        if len(found) == 1:
+            return
+        joints = list(dict.fromkeys(f.joint for f in self.setup.released.rubbing.feedbacks))
+        names = [".".join(own) for own in self.kernel.released.names]
+        text = f"dry friction of {', '.join(joints)}"
+        share = f"one solution is sure with {1 / bound:.6g} of the coefficients"
+        if not found:
+            raise NoWay(f"jammed (F1): no accelerations fit the {text}; {share}")
+        listed = "; ".join(
+            ", ".join(f"{name} {value:.9g}" for name, value in zip(names, a, strict=True))
+            for _, a in found
+        )
+        raise NoWay(
+            f"{len(found)} solutions (F2) fit the {text}, which does not decide between them: "
+            f"accelerations {listed}; {share}",
+            "ambiguous",
+        )
+
+    # -- events --------------------------------------------------------------------------------
+
+    def _margins(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return what is left to each event, (n, k): below zero it has happened."""
+        speeds, _, held, low, high, _ = self.values(t, x, v, signs)
+        sides = self.sides(signs)
+        self._fastest = max(
+            self._fastest, float(np.max(np.abs(speeds) / self._sizes(), initial=0.0))
+        )
+        slack = np.minimum(high - held, held - low)
+        slack += CLOSE * np.maximum(np.abs(high), np.abs(low))
+        return np.where(sides == 0, slack, speeds * sides)
+
+    def _starts(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return what is left (n,) until locks of one freedom, more than it needs, give way.
+
+        The accelerations to both sides with friction at rest, over those without friction.
+        """
+        t, x, v = np.atleast_1d(t), np.atleast_2d(x), np.atleast_2d(v)
+        sides = self.sides(signs).copy()
+        locked = np.flatnonzero(sides == 0)
+        J, C = self._jacobians(float(t[0]), x[0], v[0])
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes)
+        ways, worst = np.sign(along[locked, 0]), np.full(len(t), -np.inf)
+        free = self.values(t, x, v, self.setup.loose)[1][:, locked]
+        size = np.max(np.abs(free / self._sizes()[locked]), axis=1, initial=0.0)
+        for direction in (1.0, -1.0):
+            own = sides.copy()
+            own[locked] = direction * ways
+            rates = self.values(t, x, v, self.signs(own, locked))[1][:, locked]
+            rates = rates * own[locked] / self._sizes()[locked]
+            worst = np.maximum(worst, rates.min(axis=1))
+        return STARTS * size - worst
+
+    def unique(self, t: float, x: Any, v: Any, signs: Any) -> bool:
+        """Return whether the forces of locked slips are unique."""
+        locked = np.flatnonzero(self.sides(signs) == 0)
+        J, C = self._jacobians(t, x, v)
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
+        return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
+
+    def _verdict(self, nodes: Nodes) -> tuple[Any, NoWay] | None:
+        """Return the first state whose accelerations are not unique, and what to say; or None."""
+        if not self.kernel.rubs:
+            return None
+        lay = self.integrator.layout
+        t, x, v = (lay.of(nodes.states, name) for name in ("t", "x", "v"))
+        for place in np.flatnonzero(self.contractions(t, x, v, nodes.signs) >= 1).tolist():
+            try:
+                self.check(float(t[place]), x[place], v[place], nodes.signs)
+            except NoWay as verdict:
+                return nodes.states[place], verdict
+        return None
+
+    def look(self, nodes: Nodes) -> Turn | None:
+        """Return the first event in accepted steps; None for none."""
+        if not self.k or len(nodes.states) < 2:
+            return None
+        lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
+        t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
+        margins = self._margins(t, x, v, signs)
+        sides = self.sides(signs)
+        self.verdict = self._verdict(nodes)
+        locked = np.flatnonzero(sides == 0)
+        shared = len(locked) > 0 and not self.unique(float(t[0]), x[0], v[0], signs)
+        if shared:
+            margins[:, locked] = 1.0
+            margins[:, locked[0]] = self._starts(t, x, v, signs)
+        dips = self._dips(nodes, margins)
+        late = (margins[1:] < 0) | (dips > 0)
+        if not late.any():
+            return None
+        for i in np.flatnonzero(late.any(axis=1)).tolist():
+            first = self._first(nodes, i, np.flatnonzero(late[i]), margins[i], dips[i], shared)
+            if first is not None:
+                return first
+        return None  # dips that stay above zero
+
+    def _first(
+        self, nodes: Nodes, i: int, slips: Any, margins: Any, dips: Any, shared: bool
+    ) -> Turn | None:
+        """Return the first event of some slips in a step, None where dips stay above zero."""
+        lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
+        sides = self.sides(signs)
+        first: Turn | None = None
+        for k in slips.tolist():
+            stuck = bool(sides[k] == 0)
+            if margins[k] < 0 and stuck:  # over its limit from the start
+                return Turn(states[i], k, not shared, True)
+
+            def value(state: Any, k: int = k, probed: bool = shared and stuck) -> float:
+                at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))
+                if probed:
+                    return float(self._starts(*at, signs)[0])
+                return float(self._margins(*at, signs)[0, k])
+
+            begin, h = states[i], float(lay.of(states[i + 1], "t") - lay.of(states[i], "t"))
+            if dips[k] > 0:
+                h *= dips[k]
+                if value(self.integrator.stepped(begin, h, signs)) >= 0:
+                    continue
+            if margins[k] <= 0:
+                begin, h = self._ahead(begin, h, signs, value)
+            state = self.integrator.located(begin, h, signs, value)
+            if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
+                first = Turn(state, k, stuck and not shared, stuck)
+        return first
+
+    @cached_property
+    def _speeds(self) -> Batch:
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        return Batch(ca.Function("speeds", at, [k.locking(*at)[2]]), [3])
+
+    def _between(self, before: Any, after: Any, shares: Any, signs: Any) -> Any:
+        """Return speeds of the slips (n, k) inside a step, times their sides.
+
+        Coordinates and rates are cubics, times in laws are exact.
+        """
+        lay, s = self.integrator.layout, np.asarray(shares, float)[:, None]
+        t0, t1 = (float(lay.of(state, "t")) for state in (before, after))
+        h, found = t1 - t0, []
+        for name, rate in (("x", "v"), ("v", "a")):
+            y0, y1 = lay.of(before, name), lay.of(after, name)
+            d0, d1 = h * lay.of(before, rate), h * lay.of(after, rate)
+            bent = (1 - 2 * s) * (y1 - y0) + (s - 1) * d0 + s * d1
+            found.append((1 - s) * y0 + s * y1 + s * (s - 1) * bent)
+        speeds = self._speeds(t0 + s * h, *found, signs)[0]
+        return speeds * self.sides(signs)
+
+    def _dips(self, nodes: Nodes, margins: Any) -> Any:
+        """Return where in each step (n, k) a sliding speed may fall below zero and come back.
+
+        Shares of the step at which it is lowest, 0 where it stays well above zero.
+        """
+        states, signs = nodes.states, nodes.signs
+        shares = np.zeros_like(margins[1:])
+        sliding = np.flatnonzero(self.sides(signs) != 0)
+        for i in range(len(states) - 1):
+            ends = np.minimum(margins[i], margins[i + 1])
+            if not len(sliding) or not (ends[sliding] > 0).any():
+                continue
+            inside = self._between(states[i], states[i + 1], SAMPLES, signs)
+            for k in sliding:
+                top = max(margins[i, k], margins[i + 1, k])
+                j = int(np.argmin(inside[:, k]))
+                if ends[k] <= 0 or inside[j, k] >= min(NEAR * top, ends[k]):
+                    continue
+                low, high = SAMPLES[j] - SAMPLES[0], SAMPLES[j] + SAMPLES[0]
+                for _ in range(FINER):
+                    finer = np.linspace(low, high, 9)
+                    own = self._between(states[i], states[i + 1], finer, signs)[:, k]
+                    place = int(np.argmin(own))
+                    low, high = finer[max(place - 1, 0)], finer[min(place + 1, 8)]
+                shares[i, k] = finer[place]
+        return shares
+
+    def _ahead(self, state: Any, h: float, signs: Any, value: Any) -> tuple[Any, float]:
+        """Return a state inside a step where a speed that begins at zero is above it.
+
+        It comes back to zero in the same step; the second result is what is left of the step. Where
+        no such state is found the first one is returned with nothing left.
+        """
+        for k in range(1, 40):
+            size = h / 2**k
+            found = self.integrator.stepped(state, size, signs)
+            if value(found) > 0:
+                return found, h - size
+        return state, 0.0
+
+    def note(self, t: float, turn: Turn, signs: Any) -> None:
+        """Keep an event."""
+        side = float(self.sides(signs)[turn.slip])
+        kind = "slip" if turn.from_rest else "stick"
+        kind = "reversal" if side != 0 and not turn.from_rest else kind
+        self.found.append((t, self.names[turn.slip], side, kind))
+
+    def final(self, signs: Any, t: float, x: Any, v: Any) -> bool:
+        """Return whether nothing moves any more: all freedoms stick and nothing depends on t."""
+        setup = self.setup
+        if setup.laws or setup.loads.uses_time or not self.k:
+            return False
+        locked = np.flatnonzero(self.sides(signs) == 0)
+        J, C = self._jacobians(t, x, v)
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
+        return bool(np.linalg.matrix_rank(along[locked], RANK) == along.shape[1])
