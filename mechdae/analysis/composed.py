@@ -19,9 +19,8 @@ from mechdae.analysis.moving import coordinate_columns
 from mechdae.analysis.outputs import RATES
 from mechdae.analysis.setting import Setting
 from mechdae.analysis.statics import Statics
-from mechdae.describe.expression import build, names_in
 from mechdae.errors import UnknownName
-from mechdae.model.model import FUNCTIONS
+from mechdae.model.parameters import parameters_of
 
 SX = ca.SX
 STEPS = 2
@@ -79,7 +78,7 @@ class Composed:
         self.du, self.ddu = SX.sym("du", g.nu), SX.sym("ddu", g.nu)
         self.free = SX.sym("free", len(names))
         self.time = SX.sym("t")
-        self.p = self._parameters()
+        self.p = parameters_of(setting.scene.model, names, self.free)
         count = len(statics.balance.feedbacks) if statics else 0
         self.pieces = SX.sym("pieces", statics.balance.pieces.numel() if statics else 0)
         self.signs = SX.sym("signs", statics.balance.signs.numel() if statics else 0)
@@ -95,31 +94,6 @@ class Composed:
             start += part.numel()
         self.expression = ca.densify(ca.vertcat(*parts)) if parts else SX(0, 1)
         self._origin: Any = None
-
-    def _parameters(self) -> Any:
-        """Return p with the chosen entries as inputs and what depends on them."""
-        model = self.setting.scene.model
-        own = dict(zip(self.names, ca.vertsplit(self.free), strict=True)) if self.names else {}
-        known = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
-        numbers = model.mechanism.parameters
-        done: dict[str, Any] = {}
-
-        def value(name: str) -> Any:
-            if name not in done:
-                number = numbers.get(name)
-                if name in own:
-                    done[name] = own[name]
-                elif isinstance(number, str):
-                    others = {other: value(other) for other in names_in(number)}
-                    done[name] = SX(build(number, others, FUNCTIONS))
-                else:
-                    done[name] = SX(known[name])
-            return done[name]
-
-        for name in self.names:
-            if name not in known:
-                raise UnknownName("parameter", name, known)
-        return ca.vertcat(*[value(name) for name in model.p_names])
 
     # -- kinematics ------------------------------------------------------------------------
 

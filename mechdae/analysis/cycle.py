@@ -23,8 +23,6 @@ from mechdae.errors import InputError
 SAMPLES = 512
 """Places at which kinks are looked for, at least."""
 HALVINGS = 60
-OVERFLOW = 64
-"""Kinks in one sample that are located."""
 NO_POWER = 1e-9
 """Share of the losses below which the power without friction is none: idling, all is lost."""
 ROUNDING = 1e-12

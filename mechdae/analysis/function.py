@@ -178,10 +178,6 @@ class _Built:
             )  # fmt: skip
             require_unique(self.statics, motion, paths)
         self.composed = Composed(self.setting, paths, names, self.statics)
-        model = self.setting.scene.model
-        self.p0 = np.array(
-            [dict(zip(model.p_names, model.p_values, strict=True))[n] for n in names]
-        )
         self.parameters = ca.Function("p", [self.composed.free], [self.composed.p])
 
     def function(self) -> Any:

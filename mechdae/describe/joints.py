@@ -326,8 +326,3 @@ JOINTS: dict[str, type[Joint]] = {
     for joint in (Revolute, Prismatic, PinInSlot, Weld, Gear, Rack, Belt, Distance, Curve)
 }
 SPATIAL = ("cylindrical", "spherical", "universal", "planar", "screw", "spatial")
-
-
-def joint_of(kind: str, **keys: Any) -> Joint:
-    """Return the joint of that kind."""
-    return JOINTS[kind](**keys)

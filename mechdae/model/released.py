@@ -304,11 +304,6 @@ class Released:
         first, second = load.between or ("", "")
         return ca.sqrt(ca.sumsqr(model.point(second) - model.point(first)))
 
-    @property
-    def dampers(self) -> list[str]:
-        """The loads whose power is a dissipation."""
-        return [name for name in self.powers if name in self.stores]
-
     def driven_power(self, acceleration: Any) -> Any:
         """Return the power that the laws put in: rate of the energy less that of the loads."""
         whole = self.push - self.mass @ (self.V @ acceleration)

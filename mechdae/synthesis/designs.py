@@ -102,7 +102,7 @@ def designs(
         if len(kept) == most or (worse and kept[0]["term"] > 0):
             break
         nlp = problems[candidate.kind]
-        if not kept or len(kept) < 2:
+        if len(kept) < 2:
             polished = nlp.polished(candidate.found, candidate.given)
         else:
             polished = candidate.found

@@ -12,8 +12,6 @@ from mechdae.synthesis.projection import Start, closed_loop, screened
 from mechdae.synthesis.space import Space
 
 SX = ca.SX
-FITS = 1e-6
-"""Share by which the lengths of a start may be missed by the free parameters."""
 
 
 class FourBarStarts:
@@ -44,7 +42,7 @@ class FourBarStarts:
         ordered = {"absolute": self._absolute(steps), "steps": steps}
         return screened(
             targets, generator, samples, count, kind, ordered.get(timing), timing,
-            self._fixed_frame(), self._length_limits(),
+            self._fixed_frame(), self.limits(),
         )  # fmt: skip
 
     def posed(self, start: Start) -> tuple[Any, Any, Any, Any]:
@@ -68,10 +66,6 @@ class FourBarStarts:
     def ground(self) -> float:
         """Return the length of the ground line at the values of the file."""
         return float(np.array(self._geometry(self.space.middle)[0]).ravel()[0])
-
-    def limits(self) -> Any:
-        """Return bounds (4, 2) of ground, crank, coupler, rocker."""
-        return self._length_limits()
 
     def described(self, d: Any) -> Start:
         """Return the four-bar of given parameters, without poses."""
@@ -152,7 +146,7 @@ class FourBarStarts:
         x, y, c, s = value.ravel()[4:8]
         return complex(x, y), float(np.arctan2(s, c))
 
-    def _length_limits(self) -> Any:
+    def limits(self) -> Any:
         """Return bounds (4, 2) of ground, crank, coupler, rocker from the corners of the box."""
         ends = [np.array(self._geometry(d)[0]).ravel()[:4] for d in self.space.box.T]
         return np.stack([np.minimum(*ends), np.maximum(*ends)], axis=1)

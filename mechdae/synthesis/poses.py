@@ -10,37 +10,15 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.expression import build, names_in
 from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import UnavailableError
 from mechdae.kernels.blocks import inverse
 from mechdae.kernels.graphs import Graphs
-from mechdae.model.model import FUNCTIONS, Model
+from mechdae.model.model import Model
+from mechdae.model.parameters import parameters_of
 from mechdae.model.reduction import Scene, scene
 
 SX = ca.SX
-
-
-def parameters_of(model: Model, names: Sequence[str], values: Any) -> Any:
-    """Return p (np,) with some entries replaced by `values`; what depends on them follows."""
-    own = dict(zip(names, ca.vertsplit(values), strict=True)) if len(names) else {}
-    known = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
-    numbers = model.mechanism.parameters
-    done: dict[str, Any] = {}
-
-    def value(name: str) -> Any:
-        if name not in done:
-            number = numbers.get(name)
-            if name in own:
-                done[name] = own[name]
-            elif isinstance(number, str):
-                others = {other: value(other) for other in names_in(number)}
-                done[name] = SX(build(number, others, FUNCTIONS))
-            else:
-                done[name] = SX(known[name])
-        return done[name]
-
-    return ca.vertcat(*[value(name) for name in model.p_names])
 
 
 class Poses:

@@ -24,7 +24,7 @@ from mechdae.describe.goals import Extreme
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Reactions, Sweep
 from mechdae.errors import InputError, UnavailableError, UnknownName
-from mechdae.synthesis.poses import parameters_of
+from mechdae.model.parameters import parameters_of
 
 SX = ca.SX
 SMOOTH = 1e-4

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
 from mechdae.describe.demand import Demand, demand
 from mechdae.describe.goals import Extreme as AskedExtreme
 from mechdae.describe.goals import FunctionTargets, Rocker, StraightLine, Visits
@@ -122,7 +121,7 @@ class Search:
         x, u = ca.SX.sym("x", poses.nx), ca.SX.sym("u")
         parts = [ca.vertcat(*poses.function(x, u, d))]
         parts += [
-            goal._at_pose(x, u, d)
+            goal.at_pose(x, u, d)
             for goal in [*self.goals, *self.limits] if isinstance(goal, Extreme)
         ]  # fmt: skip
         parts += [self.space.over_free(poses.model.point(r.point), d) for r in self.asked.regions]
@@ -256,8 +255,3 @@ class Search:
         lead = self.lead
         loop = self.space.loop is not None
         return loop and isinstance(lead, VisitsGoal) and lead.asked.timing == "any"
-
-    @property
-    def is_angle(self) -> bool:
-        """Whether the driver turns."""
-        return coordinate(self.problem.mechanism, self.asked.driver).is_angle

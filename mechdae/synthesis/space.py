@@ -13,9 +13,10 @@ import numpy as np
 
 from mechdae.describe.demand import Demand
 from mechdae.errors import InputError
+from mechdae.model.parameters import parameters_of
 from mechdae.synthesis.loops import FourBar, four_bar
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.poses import Poses, parameters_of
+from mechdae.synthesis.poses import Poses
 
 SX = ca.SX
 TURN = 2 * np.pi

@@ -16,8 +16,8 @@ from mechdae.describe.problem import Problem
 from mechdae.describe.table import Table
 from mechdae.describe.tasks import Driver, Sweep, Synthesis, Task
 from mechdae.errors import MechdaeError
+from mechdae.model.parameters import parameters_of
 from mechdae.results import Result
-from mechdae.synthesis.poses import parameters_of
 from mechdae.synthesis.space import Space
 
 SX = ca.SX

@@ -77,7 +77,7 @@ class Extreme(Goal):
         return self.quantity.transmission and self.space.single_loop and turns and least
 
     @cached_property
-    def _at_pose(self) -> Any:
+    def at_pose(self) -> Any:
         """(x of the whole scene, u, free) -> values."""
         poses = self.space.poses
         x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
@@ -107,7 +107,7 @@ class Extreme(Goal):
         rows = []
         for i, u in enumerate(nodes):
             space.at(nlp, x[:, i], u, d, sigma)
-            rows.append(self._at_pose(x[:, i], u, d))
+            rows.append(self.at_pose(x[:, i], u, d))
         if self.bounds is not None:
             low, high = (self._scaled(bound) for bound in self.bounds)
             if self.asked.reduce in ("mean", "rms") or self.asked.path in MEANS:
@@ -187,7 +187,7 @@ class Extreme(Goal):
         kept, x, sigma, _ = spread.moved(d, u, generator)
         d, found = d[kept], []
         for i in range(min(len(d), 10 * count)):
-            rows = [SX(self._at_pose(x[i, k], coarse[k], d[i])) for k in range(len(coarse))]
+            rows = [SX(self.at_pose(x[i, k], coarse[k], d[i])) for k in range(len(coarse))]
             value = self._rough(np.array([np.array(ca.DM(r)).ravel() for r in rows]))
             found.append(self.sense * value if np.isfinite(value) else np.inf)
         order = np.argsort(found, kind="stable")
@@ -218,7 +218,7 @@ class Extreme(Goal):
             return {self.own("x"): x, self.own("worst"): [0.5]}, {}
         nodes = self.quantity.nodes
         _, x, _ = spread.followed(drawn.d, drawn.x[0], float(drawn.u[0]), nodes)
-        rows = [np.array(self._at_pose(x[k], nodes[k], drawn.d)).ravel() for k in range(len(nodes))]
+        rows = [np.array(self.at_pose(x[k], nodes[k], drawn.d)).ravel() for k in range(len(nodes))]
         worst = self._rough(np.array(rows))
         return {self.own("x"): x, self.own("worst"): [worst]}, {}
 

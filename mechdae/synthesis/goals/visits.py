@@ -7,7 +7,6 @@ every pose is an equation and its branch an inequality.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -246,13 +245,9 @@ class Visits(Goal):
 
     # -- what a design is worth --------------------------------------------------------------
 
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return (self.asked.what,)
-
     def worth(self, design: Design) -> Worth:
         at, _ = self.programme(design.values, design.given)
-        found, defects = design.swept(at, self._names)
+        found, defects = design.swept(at, (self.asked.what,))
         if found is None:
             return Worth(np.inf, np.full(self.count, np.nan), defects)
         defects = defects + self._order(at, design)

@@ -1,0 +1,45 @@
+"""The parameter vector with some of its entries replaced, and what depends on them following."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.expression import build, names_in
+from mechdae.errors import UnknownName
+from mechdae.model.model import FUNCTIONS, Model
+
+SX = ca.SX
+
+
+def parameters_of(model: Model, names: Sequence[str], values: Any) -> Any:
+    """Return p (np,) with some entries replaced by `values` (SX).
+
+    Raises
+    ------
+    UnknownName
+        A name that is no entry of p.
+    """
+    own = dict(zip(names, ca.vertsplit(values), strict=True)) if len(names) else {}
+    known = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
+    for name in own:
+        if name not in known:
+            raise UnknownName("parameter", name, known)
+    numbers = model.mechanism.parameters
+    done: dict[str, Any] = {}
+
+    def value(name: str) -> Any:
+        if name not in done:
+            number = numbers.get(name)
+            if name in own:
+                done[name] = own[name]
+            elif isinstance(number, str):
+                others = {other: value(other) for other in names_in(number)}
+                done[name] = SX(build(number, others, FUNCTIONS))
+            else:
+                done[name] = SX(known[name])
+        return done[name]
+
+    return ca.vertcat(*[value(name) for name in model.p_names])
