@@ -27,7 +27,7 @@ def distribute(works: Mapping[int, Work], supply: Supply, take: Take, window: in
     """Solve starts in a pool and give each optimum to `take` as soon as it is there.
 
     Starts whose worker dies are solved again: in a new pool if the old one broke, after all
-    others, because one of them may be what killed it.
+    others and one by one, because one of them may be what killed it.
 
     Parameters
     ----------
@@ -102,8 +102,11 @@ class _Round:
 
     def _hand_over(self, pool: Pool) -> None:
         while self.broken is None and self.waiting and len(self.flying) < self.window:
+            first = self.waiting[0]
+            if self.flying and any(self.lost[index] for index in (first, *self.flying.values())):
+                return  # what was lost is solved alone: then it is clear which one kills
             try:
-                future = pool.submit(solved, self.works[self.waiting[0]])
+                future = pool.submit(solved, self.works[first])
             except Exception as error:  # whatever the engine calls it
                 self.broken = error
                 return
