@@ -15,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-PROBLEMS = ("chain-of-four-bars",)
+PROBLEMS = ("chain-of-four-bars N=12", "chain-of-four-bars N=15")
 
 
 def timed(function):
@@ -31,7 +31,8 @@ def measure(name, folder, runs):
     from mechdae.draw import save
     from mechdae.draw.figure import new_axes
 
-    problem = md.load(name)
+    name, *sizes = name.split()
+    problem = md.load(name).with_values({k: float(v) for k, v in (s.split("=") for s in sizes)})
     task = next(key for key, task in problem.tasks.items() if task.kind == "sweep")
     result = md.solve(problem, task)
 

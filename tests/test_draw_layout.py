@@ -58,7 +58,7 @@ def test_the_page_keeps_what_follows_its_table():
 
 
 def test_the_work_of_a_large_diagram_is_bounded(monkeypatch):
-    """25 links, 63 labels with some 10 000 places, 400 lines: what was done, not how long."""
+    """25 and 31 links, 63 and 78 labels, 300 lines: what was done, not how long."""
     done = {"places": 0, "fields": 0}
     cost, dearer = Obstacles.cost, Arrangement._dearer
 
@@ -72,12 +72,34 @@ def test_the_work_of_a_large_diagram_is_bounded(monkeypatch):
 
     monkeypatch.setattr(Obstacles, "cost", counted)
     monkeypatch.setattr(Arrangement, "_dearer", followed)
-    ax = md.plot(md.solve("chain-of-four-bars", "turn", poses=25))
-    artists = [own for own in ax.get_children() if own.get_gid() or isinstance(own, Line2D)]
-    assert sum(str(own.get_gid()).startswith(("label-", "number-")) for own in artists) == 63
-    assert len(ax.get_children()) < 300  # 323 and more without hatching in one piece
-    assert done["places"] < 12_000
-    assert done["fields"] < 1_000
+    chain = md.load("chain-of-four-bars")
+    for loops, labels in ((12, 63), (15, 78)):
+        done.update(places=0, fields=0)
+        ax = md.plot(md.solve(chain.with_values({"N": loops}), "turn", poses=25))
+        artists = [own for own in ax.get_children() if own.get_gid() or isinstance(own, Line2D)]
+        assert (
+            sum(str(own.get_gid()).startswith(("label-", "number-")) for own in artists) == labels
+        )
+        assert len(ax.get_children()) < 5 * labels  # many more without hatching in one piece
+        assert done["places"] < 120 * labels
+        assert done["fields"] < 6 * labels
+
+
+def test_many_joints_near_each_other_get_a_larger_figure() -> None:
+    def size(name, **values):
+        ax = md.plot(md.solve(md.load(name).with_values(values), "turn", poses=25))
+        return ax.get_figure(), next(a for a in ax.get_children() if a.get_gid() == "joint-G1-pin")
+
+    usual, pin = size("chain-of-four-bars", N=5)
+    assert usual.get_size_inches().tolist() == [7.0, 5.0]
+    large, same = size("chain-of-four-bars", N=15)
+    assert 10.0 < large.get_size_inches()[0] < 14.0
+    assert large.get_size_inches()[1] == 5.0  # a long mechanism needs no height
+    wide = [own.get_window_extent().width / own.get_figure().dpi for own in (pin, same)]
+    assert wide[0] == pytest.approx(wide[1], rel=0.02)
+    own = usual.add_axes((0, 0, 1, 1))  # axes that are given stay as they are
+    md.plot(md.solve(md.load("chain-of-four-bars").with_values({"N": 15}), "turn"), ax=own)
+    assert usual.get_size_inches().tolist() == [7.0, 5.0]
 
 
 def test_distance_of_a_line_from_a_box_and_from_a_disc():

@@ -32,6 +32,8 @@ FAR = 1.5
 
 STRIDE = 8.0
 """Length of the pieces of a path that labels keep off."""
+HINTED = 0.97
+"""Share of the room that titles take: letters made of pixels are wider than their outlines."""
 LENGTHS = ((1e3, 1e3, "km"), (0.5, 1.0, "m"), (5e-4, 1e-3, "mm"), (0.0, 1e-6, "µm"))
 """Least length, unit, name."""
 
@@ -56,8 +58,9 @@ def draw(
     result
         What `mechdae.solve` returned.
     ax
-        Axes to draw in; without it those of a new figure. Size and place of the axes
-        decide the scale, so they should be final.
+        Axes to draw in; without it those of a new figure, which is larger than others
+        where many joints are near each other. Size and place of the axes decide the
+        scale, so they should be final.
     pose
         Index of the pose, negative from the end; by default the middle assembled pose of
         a sweep, the first of a few.
@@ -94,8 +97,11 @@ def draw(
         raise InputError("a study has no pose to draw", hint="solve the sweep it repeats")
     scene = read_scene(result)
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
-    axes = new_axes(theme) if ax is None else ax
-    view = View(traces and has_paths(result, scene), ghosts, labels, loads, scale=scale)
+    traces = traces and has_paths(result, scene)
+    bounds = extent(scene, index, traces, bool(ghosts))
+    larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
+    axes = new_axes(theme, larger) if ax is None else ax
+    view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger)
     draw_pose(axes, scene, result, index, view, theme, words)
     return axes
 
@@ -110,7 +116,7 @@ class View:
         Corners [m] and size of what is in the picture; without it those of the pose.
     peak
         The force that has the longest arrow [N]; without it the largest of the pose.
-    memory, scale
+    memory, scale, larger
         See `Sheet`.
     subtitle
         In place of driver value, task and pose.
@@ -126,6 +132,7 @@ class View:
     peak: float | None = None
     memory: dict[str, Array] | None = None
     scale: float | Callable[[float], float] | None = None
+    larger: tuple[float, float] = style.USUAL
     subtitle: str = ""
     overlay: Callable[[Sheet], str] | None = None
 
@@ -146,7 +153,7 @@ def draw_pose(
 ) -> None:
     """Draw one pose of a result whose placements are known, see `draw`."""
     low, high, size = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
-    sheet = Sheet(axes, low, high, view.scale, theme, view.memory)
+    sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger)
     if view.traces:
         _draw_traces(sheet, scene)
     for other in _others(scene, pose, view.ghosts):
@@ -168,6 +175,21 @@ def draw_pose(
         draw_labels(sheet, scene, pose, places, links, marks)
     values = [value_text(result, entry, pose, words) for entry in drivers]
     write_titles(sheet, result, values, pose, words, view.subtitle)
+
+
+def _larger(scene: Scene, pose: int, low: Array, high: Array) -> tuple[float, float]:
+    """Return how much larger a new figure is to be so that labels find room between joints."""
+    spots = np.array([scene.place(own.references[0], pose) for own in places_of(scene, pose)])
+    border = np.array([2 * style.MARGIN, 2 * style.MARGIN + style.STRIP])
+    scale = float(((high - low) / (np.array(style.AREA) - border)).max())
+    if len(spots) < style.CROWD or not scale > 0:
+        return style.USUAL
+    gaps = np.hypot(*np.moveaxis(spots[:, None] - spots, -1, 0))
+    np.fill_diagonal(gaps, np.inf)
+    nearest = max(float(np.median(gaps.min(axis=0))) / scale, style.APART / style.LARGEST)
+    sides = (high - low) / scale * max(style.APART / nearest, 1.0) + border
+    width, height = np.maximum(sides / style.AREA, 1.0).tolist()
+    return width, height
 
 
 def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
@@ -482,7 +504,7 @@ def write_titles(
         parts.append(words("mode of", ",".join(result.labels[pose]), pose + 1, count))
     elif count > 1:
         parts.append(words("pose of", pose + 1, count))
-    room = float(sheet.size[0]) - 8.0
+    room = HINTED * (float(sheet.size[0]) - 8.0)
     lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
     subtitle = subtitle or "  ·  ".join(part for part in parts if part)
     rows = [(subtitle, style.SUBTITLE, 8.0, style.FAINT, "subtitle")]

@@ -21,10 +21,13 @@ FORMATS: dict[str, dict[str, Any]] = {
 """Formats with the metadata that would change from one run or version to the next."""
 
 
-def new_axes(theme: style.Theme = style.LIGHT) -> Axes:
-    """Return empty axes below the title strip of a new figure."""
-    width, height = style.FIGURE
-    figure = Figure(figsize=style.FIGURE, dpi=style.DPI, facecolor=theme.paint(style.PAPER))
+def new_axes(theme: style.Theme = style.LIGHT, larger: tuple[float, float] = style.USUAL) -> Axes:
+    """Return empty axes below the title strip of a new figure.
+
+    ``larger`` is how much larger than usual it is in width and height.
+    """
+    width, height = (share * side for share, side in zip(larger, style.FIGURE, strict=True))
+    figure = Figure(figsize=(width, height), dpi=style.DPI, facecolor=theme.paint(style.PAPER))
     FigureCanvasAgg(figure)
     edge = (style.EDGE / 72 / width, style.EDGE / 72 / height)
     top = style.TOP / 72 / height

@@ -115,6 +115,8 @@ class Sheet:
     memory
         Of the sheets of one motion: places chosen in the pose before, by name. What is
         drawn stays there if it can. Without it all places are free.
+    larger
+        How much larger than usual the axes are in width and height: symbols are not.
 
     Attributes
     ----------
@@ -136,13 +138,15 @@ class Sheet:
         scale: float | Callable[[float], float] | None = None,
         theme: style.Theme = style.LIGHT,
         memory: dict[str, Array] | None = None,
+        larger: tuple[float, float] = style.USUAL,
     ) -> None:
         self.ax, self.theme, self.memory = ax, theme, memory
         figure = ax.get_figure(root=True)
         assert figure is not None
         extent = ax.get_window_extent()
         points = np.array([extent.width, extent.height]) * 72.0 / figure.dpi
-        self.k = float(np.clip((points / style.AREA).min(), SMALLEST, LARGEST))
+        share = points / style.AREA / larger
+        self.k = float(np.clip(share.min(), SMALLEST, LARGEST))
         self.size: Array = points / self.k
         self.segments: list[tuple[float, float, float, float, float]] = []
         self.boxes: list[tuple[float, float, float, float, float]] = []

@@ -70,6 +70,13 @@ EDGE: Final = 8.0
 """Free border of the figure [pt]."""
 AREA: Final = (488.0, 306.0)
 """Axes of a new figure [pt]: one unit of the sheet is one point in axes of this size."""
+APART: Final = 24.0
+"""Where many joints are nearer to each other than that, a new figure is larger,"""
+CROWD: Final = 12
+"""if there are so many,"""
+LARGEST: Final = 2.0
+"""up to so many times."""
+USUAL: Final = (1.0, 1.0)
 STRIP: Final = 22.0
 """Strip below the diagram that holds scale bar and note."""
 MARGIN: Final = 34.0

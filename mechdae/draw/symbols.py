@@ -97,7 +97,8 @@ def bridge(sheet: Sheet, center: Array, along: Array, side: Array, gid: str, col
     turn = float(np.arctan2(along[1], along[0]))
     sign = 1.0 if float(normal(along) @ side) > 0 else -1.0
     points = arc(center, 2.1 * style.PIN, turn, turn + sign * np.pi, 16)
-    sheet.line(points, width=0.8 * style.BAR, color=color, z=style.Z_BAR, gid=gid)
+    sheet.line(points, width=0.8 * style.BAR, color=color, z=style.Z_BAR, gid=gid, weight=0)
+    sheet.keep(points[::4])
 
 
 def corner(
