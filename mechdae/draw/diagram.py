@@ -469,7 +469,7 @@ def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[st
     size *= float(np.clip(room / width, 0.75, 1.0)) if width > 0 else 1.0
     chosen = font(size, families)
     keep = len(text)
-    while keep > 3 and (width := float(ink(text[:keep], chosen)[1][0])) > room:
+    while keep > 3 and (width := float(ink(text[:keep], chosen)[1][0])) > 1.001 * room:
         keep = min(keep - 1, int(keep * room / width))
     return (text if keep == len(text) else text[: keep - 1].rstrip() + "…"), chosen
 
