@@ -15,6 +15,9 @@ from functools import cache
 from pathlib import Path
 
 import article_friction
+import article_geared
+import article_seven_link
+import article_text
 import numpy as np
 import pytest
 
@@ -67,8 +70,8 @@ def test_check_reports_a_changed_line(script, monkeypatch, tmp_path, capsys):
 
 
 def test_page_has_every_printed_number_with_its_true_value(script):
-    shown = [row for group in script.PRINTED.values() for row in group]
-    ours = script.quantities(md.solve(SEVEN, "pose"))
+    shown = [row for group in article_seven_link.PRINTED.values() for row in group]
+    ours = article_seven_link.quantities(md.solve(SEVEN, "pose"))
     for row in rows("seed-a-printed.csv"):
         truth = float(row["truth"])
         matching = [
@@ -94,16 +97,16 @@ def test_page_has_every_printed_number_with_its_true_value(script):
     ],
 )
 def test_verdict(script, printed, true, expected):
-    assert script.verdict(printed, true) == expected
+    assert article_text.verdict(printed, true) == expected
 
 
 def test_numbers_of_the_page_do_not_feel_noise(script):
     for value in (0.123456789012, 1.0000000000005, 0.1 + 0.2, 123.4565, 5e-14):
-        assert script.text(value) == script.text(value * (1 + 1e-15))
+        assert article_text.text(value) == article_text.text(value * (1 + 1e-15))
 
 
 def test_largest_crank_turn_over_one_wheel_turn(script):
-    top, bottom, where = script.biggest_turn()
+    top, bottom, where = article_geared.biggest_turn()
     assert top == pytest.approx(3.71548793636650434, abs=1e-12)
     assert bottom == pytest.approx(2.56769737081308213, abs=1e-12)
     assert where == pytest.approx(9.62150285, abs=1e-7)
