@@ -93,8 +93,8 @@ def count(result, **options):
     return row
 
 
-DISC_AIR = 1.0
-"""Room that a number's box has around its disc."""
+DISC_AIR = 1.2
+"""Room that a number's box has around its disc with its line."""
 
 
 def _distance(lines, low, high, disc):

@@ -18,7 +18,9 @@ from mechdae.draw.shapes import Piece, inside
 from mechdae.draw.sheet import Sheet, font, ink, unit
 
 AIR = 2.5
-"""Room kept around letters."""
+"""Room kept around letters,"""
+DISC_AIR = 1.6
+"""and around numbers: half a link's line and half that of the disc."""
 STRANGE = 15.0
 """Cost of a place inside the polygon of another link or behind its bar."""
 STEADY = 0.4
@@ -219,7 +221,7 @@ def _strange(label: layout.Label, name: str, links: Links, anchors: Sequence[Pie
 
 def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, list[Piece]]:
     """Return the places for the number of a link: in a polygon, at bars, block or wheel."""
-    wide = size + 2.8
+    wide = size + 2 * DISC_AIR
     bars = links.bars.get(name, [])
     if name in links.polygons:
         corners = links.polygons[name]

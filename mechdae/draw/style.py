@@ -70,7 +70,7 @@ EDGE: Final = 8.0
 """Free border of the figure [pt]."""
 AREA: Final = (488.0, 306.0)
 """Axes of a new figure [pt]: one unit of the sheet is one point in axes of this size."""
-APART: Final = 24.0
+APART: Final = 27.0
 """Where many joints are nearer to each other than that, a new figure is larger,"""
 CROWD: Final = 12
 """if there are so many,"""
