@@ -565,6 +565,42 @@ def four_bar_tip(u) -> np.ndarray:
     return B + D / L * (along + 1j * np.sqrt(9 - along * along))
 
 
+@pytest.mark.parametrize(("ratio", "comes_back"), [(0.37, False), (-0.5, False), (2.0, True)])
+def test_poses_a_whole_turn_away_with_a_planet(ratio: float, comes_back: bool) -> None:
+    """Crank and rocker are the same there, the planet only if it made whole turns meanwhile."""
+    mechanism = replace(
+        TOGGLE,
+        bodies=[
+            *TOGGLE.bodies.values(),
+            md.Body("wheel", {"B": (0, 0), "P": (1, 0)}),
+            md.Body("hand", {"P": (0, 0), "Q": (1, 0)}),
+        ],
+        joints=[
+            *TOGGLE.joints.values(),
+            md.Revolute("W", "crank.B", "wheel.B"),
+            md.Gear("mesh", "wheel.B", "coupler.B", ratio=ratio, carrier="crank"),
+            md.Weld("P", "wheel.P", "hand.P", turn=0.5),
+        ],
+    )
+    sweep = md.Sweep(md.Driver("crank.angle", from_=0.0, to=6.0), poses=61)
+    result = md.solve(mechanism, sweep)
+    u = result.drivers["crank.angle"].position
+    here, back = u < TOGGLE_LIMIT, u > 2 * np.pi - TOGGLE_LIMIT
+    assert set(result.status[here]) == {"ok"}
+    assert set(result.status[~here & ~back]) == {"unassembled"}
+    assert set(result.status[back]) == {"ok" if comes_back else "unassembled"}
+    plain = md.solve(TOGGLE, sweep)
+    assert np.array_equal(plain.status == "ok", here | back)
+    # the wheel as far as the coupler takes it, without the hand where it is not
+    coupler, wheel = (result.bodies[name].angle for name in ("coupler", "wheel"))
+    gap = np.exp(1j * (coupler - plain.bodies["coupler"].angle)) - 1
+    assert np.abs(gap[here | back]).max() < 1e-13
+    known = here | (back & comes_back)
+    assert np.abs((wheel - u - ratio * (coupler - u))[known]).max() < 1e-13
+    for name in ("wheel", "hand"):
+        assert np.array_equal(np.isfinite(result.bodies[name].angle), known)
+
+
 @pytest.mark.parametrize("angle", [-7.2, -0.3, 13.0, 1000.0])
 def test_a_sketch_turns_away_from_zero(angle: float) -> None:
     C = four_bar_tip(angle)

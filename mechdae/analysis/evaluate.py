@@ -26,6 +26,9 @@ TINY = 1e-17
 HALF_TURN = 1.5
 RETURN = 1e-7
 """Share of a radian or of the mechanism's length within which two poses are the same one."""
+APART = 1e-3
+"""Share above which they are not the same one, however badly they are known."""
+Turned = list[tuple[int, Any, Any]]
 Rates = tuple[Any, ...]
 """Rates of several drivers in time, (n, nd) arrays."""
 
@@ -37,10 +40,12 @@ class Poses:
     ``alive`` (n, groups) tells which groups have a pose, ``at_limit`` (n,) which poses are
     limit positions, ``uncertain`` that a certificate failed, ``singular`` that a group's
     path stops at the pose for another reason than a limit; ``y`` holds outputs and their
-    rates with respect to time.
+    rates with respect to time. ``turned`` tells which groups have poses of the path whole turns
+    away: the group's number, rows and places on the path.
     """
 
     s: Any
+    turned: Turned
     x: Any
     alive: Any
     at_limit: Any
@@ -97,9 +102,10 @@ class Evaluator:
         guess = path.guess(s) if self.graphs.nx else np.zeros((len(s), 0))
         limits = self._limits(path, s)
         stops = self._stops(path, s)
+        turned: Turned = []
         if not alive.all() and path.graphs.turns:
-            self._turn_round(path, s, guess, alive)
-        poses = self._solve(path, s, guess, alive, limits, rates)
+            turned = self._turn_round(path, s, guess, alive)
+        poses = self._solve(path, s, guess, alive, limits, rates, turned)
         poses.singular = stops & ~poses.alive.all(axis=1)
         return poses
 
@@ -129,13 +135,13 @@ class Evaluator:
                         found[int(k)].append(limit)
         return found
 
-    def _turn_round(self, path: Path, s: Any, guess: Any, alive: Any) -> None:
+    def _turn_round(self, path: Path, s: Any, guess: Any, alive: Any) -> Turned:
         """Use poses of the path a whole turn of the driver away, where that is the same pose.
 
         They are on the same circuit, reached by moving the other way round.
         """
         low, high = path.s[0], path.s[-1]
-        found: list[tuple[int, Any, Any]] = []
+        found: Turned = []
         for j, group in enumerate(self.groups):
             rows = np.flatnonzero(~alive[:, j])
             if not rows.size:
@@ -157,13 +163,15 @@ class Evaluator:
             found.append((j, rows, shifted))
         for j, rows, shifted in found:
             alive[rows, j] = self.returns(path, guess[rows], s[rows], shifted)[:, j]
+        self._carry(~alive, alive)
+        return found
 
     def returns(self, path: Path, guess: Any, s: Any, shifted: Any) -> Any:
         """Return which groups are in the same pose at `s` and whole turns away, (n, groups).
 
         Lengths have to agree, and angles but for whole turns, those of eliminated coordinates
         too: a rack on the crank is elsewhere after a turn, and so is a gear whose ratio is not
-        an integer, with all that they carry.
+        an integer, with all that they carry. What carries them may well be back.
 
         Parameters
         ----------
@@ -172,11 +180,12 @@ class Evaluator:
         """
         nothing = np.zeros((len(s), self.graphs.nu))
         rates = () if self.graphs.single else tuple([nothing] * len(self.graphs.driven))
-        kinds, coordinates, users = self.recovered
+        kinds, coordinates, users, owners = self.recovered
         sizes = np.where(self.angles, 1.0, path.constants.scale)
-        values, errors = [], []
+        values, errors, unknowns = [], [], []
         for places in (s, shifted):
             results, _ = self._converged(path, guess, places, rates)
+            unknowns.append(results[0])
             values.append(coordinates(results[0], path.drivers(places), path.constants.p)[0])
             errors.append(results[1] / sizes)
         error = np.maximum(*errors)
@@ -186,15 +195,27 @@ class Evaluator:
         turns = 2 * np.pi * np.round(apart / (2 * np.pi))
         apart -= np.where(kinds == "angle", turns, 0.0)
         result = np.ones((len(s), len(self.groups)), bool)
+        with np.errstate(invalid="ignore"):  # Newton's method may end on another turn
+            far = self.angles & ~(np.abs(unknowns[0] - unknowns[1]) <= HALF_TURN)
+        for i in np.flatnonzero(far.any(axis=0)):
+            result[:, self.column_group[i]] &= ~far[:, i]
         for k in np.flatnonzero(kinds != "s"):  # a point on a closed curve may go round it
-            allowed = RETURN + 4 * error[:, users[k]].max(axis=1, initial=0.0)
-            groups = np.unique(self.column_group[users[k]])
-            result[:, groups] &= (np.abs(apart[:, k]) <= allowed)[:, None]
+            known = 4 * error[:, users[k]].max(axis=1, initial=0.0)
+            allowed = RETURN + np.minimum(known, APART)
+            result[:, owners[k]] &= np.abs(apart[:, k]) <= allowed
+        self._carry(~result, result)
         return result
 
+    def _carry(self, lost: Any, kept: Any) -> None:
+        """Take groups that are `lost` (n, groups) from those `kept`, with all that hang on them."""
+        for j, group in enumerate(self.graphs.scene.groups):
+            for other in group.after:
+                lost[:, j] |= lost[:, self.place[other]]
+        kept &= ~lost
+
     @cached_property
-    def recovered(self) -> tuple[Any, Any, list[list[int]]]:
-        """Kinds of the coordinates of bodies, their values, the unknowns each depends on."""
+    def recovered(self) -> tuple[Any, Any, list[list[int]], list[int]]:
+        """Kinds of coordinates, their values, the unknowns each depends on, places of groups."""
         scene = self.graphs.scene
         coordinates = ca.densify(ca.vertcat(*scene.recover.values()))
         kinds = np.array([name for _, name in scene.recover])
@@ -203,7 +224,12 @@ class Evaluator:
         pattern = ca.jacobian(coordinates, scene.x).sparsity()
         for row, column in zip(*pattern.get_triplet(), strict=True):
             users[row].append(column)
-        return kinds, Batch(function, shared=[2]), users
+        names = scene.model.q_names
+        group_of = {
+            names[c]: self.place[group.index] for group in scene.groups for c in group.columns
+        }
+        owners = [group_of[name] for name in scene.recover]
+        return kinds, Batch(function, shared=[2]), users, owners
 
     def _solve(
         self,
@@ -213,6 +239,7 @@ class Evaluator:
         alive: Any,
         limits: dict[int, list[Limit]],
         rates: Rates,
+        turned: Turned,
     ) -> Poses:
         constants = path.constants
         results, first = self._converged(path, guess, s, rates)
@@ -220,7 +247,7 @@ class Evaluator:
         ordinary[list(limits)] = False
         live = alive[:, self.block_group]
         for _ in range(ATTEMPTS):
-            good = self._good(path, guess, results, first, s)
+            good = self._good(path, guess, results, first, s, turned)
             rows = np.flatnonzero((live & ~good).any(axis=1) & ordinary)
             if not rows.size or not path.insert(s[rows]):
                 break
@@ -233,7 +260,7 @@ class Evaluator:
         at_limit = ~ordinary
         for k, found in limits.items():
             self._put_limit(path, k, s[k], found, alive, results)
-        return self._poses(s, results, alive, at_limit, uncertain, constants)
+        return self._poses(s, turned, results, alive, at_limit, uncertain, constants)
 
     def _converged(self, path: Path, guess: Any, s: Any, rates: Rates) -> tuple[list[Any], Any]:
         """Return the pose kernel's results after as many steps as needed.
@@ -262,7 +289,9 @@ class Evaluator:
             )
         return results, first
 
-    def _good(self, path: Path, guess: Any, results: list[Any], first: Any, s: Any) -> Any:
+    def _good(
+        self, path: Path, guess: Any, results: list[Any], first: Any, s: Any, turned: Turned
+    ) -> Any:
         """Return which blocks are certified to be on the path's branch, (n, nb).
 
         Newton-Kantorovich from the guess, which lies in the proved neighbourhood of the path;
@@ -273,13 +302,21 @@ class Evaluator:
             rounding = path.constants.kappa * results[3] ** 2 * path.constants.rho
         good = (h + rounding <= H_LIMIT) & (first | self.sign_tells)
         if path.sign is not None:
-            good &= np.sign(results[2]) == path.sign_at(s)
+            good &= np.sign(results[2]) == self._signs(path, s, turned)
         with np.errstate(invalid="ignore"):
             far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
             far |= ~(np.abs(results[0]) <= path.constants.size_x)
         if good.shape[1]:
             good &= ~np.logical_or.reduceat(far.T, self.graphs.first, axis=0).T
         return good | self.zones.held(path, s) if path.zones else good
+
+    def _signs(self, path: Path, s: Any, turned: Turned) -> Any:
+        """Return the signs of the blocks' determinants where the poses are on the path, (n, nb)."""
+        signs = path.sign_at(s)
+        for j, rows, shifted in turned:
+            own = np.flatnonzero(self.block_group == j)
+            signs[np.ix_(rows, own)] = path.sign_at(shifted)[:, own]
+        return signs
 
     def _open(self, path: Path, s: Any, results: list[Any]) -> Any:
         """Return which groups have an equation without unknowns that is not met, (n, groups)."""
@@ -299,10 +336,7 @@ class Evaluator:
             return
         for b, j in enumerate(self.block_group):
             lost[:, j] |= uncertain[:, b]
-        for j, group in enumerate(self.graphs.scene.groups):
-            for other in group.after:
-                lost[:, j] |= lost[:, self.place[other]]
-        alive &= ~lost
+        self._carry(lost, alive)
 
     def _call(self, path: Path, guess: Any, s: Any, rates: Rates, consts: Any) -> list[Any]:
         if self.graphs.single:
@@ -348,7 +382,14 @@ class Evaluator:
         return ca.Function("y", [scene.x, scene.u, scene.model.p], [self.outputs.expression])
 
     def _poses(
-        self, s: Any, results: list[Any], alive: Any, at_limit: Any, uncertain: Any, constants: Any
+        self,
+        s: Any,
+        turned: Turned,
+        results: list[Any],
+        alive: Any,
+        at_limit: Any,
+        uncertain: Any,
+        constants: Any,
     ) -> Poses:
         x, error, beta = results[0], results[1], results[3]
         y = list(results[5:])
@@ -364,7 +405,7 @@ class Evaluator:
         condition = np.fmax.reduce(each, axis=1, initial=1.0) if each.shape[1] else np.ones(len(s))
         nowhere = np.zeros(len(s), bool)
         lost = uncertain.any(axis=1)
-        return Poses(s, x, alive, at_limit, lost, nowhere, error, condition, y)
+        return Poses(s, turned, x, alive, at_limit, lost, nowhere, error, condition, y)
 
 
 def _rows(rates: Rates, rows: Any) -> Rates:

@@ -123,8 +123,10 @@ def _crossed(
 def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> Result:
     plan, poses, outputs = setting.plan, run.poses, setting.outputs
     status = _status(poses)
-    doubtful = _ambiguous(run.path, poses.s) & (status == "ok")
-    status[doubtful] = "ambiguous"
+    doubtful = _ambiguous(run.path, poses.s)
+    for _, rows, places in poses.turned:
+        doubtful[rows] |= _ambiguous(run.path, places)
+    status[doubtful & (status == "ok")] = "ambiguous"
     found = run.found
     named: dict[str, Any] = outputs.named(poses.y, found.series)
     named["centres"] = Series(found.centres)
@@ -271,7 +273,7 @@ def _near_crossings(setting: Setting, path: Path) -> list[str]:
 
 
 def _ambiguous(path: Path, s: Any) -> Any:
-    """Return which poses lie behind branches that come too near each other to be told apart."""
+    """Return which places lie behind branches that come too near each other to be told apart."""
     result = np.zeros(len(s), bool)
     for zone in path.zones:
         if not all(crossing.exact for crossing in zone.crossings):

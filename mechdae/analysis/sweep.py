@@ -241,7 +241,7 @@ def _rounds(
     After each round the unknowns are back, `turned` (nx,) further. One round where nothing ever
     comes back, with a note.
     """
-    kinds, coordinates, _ = evaluator.recovered
+    kinds, coordinates, *_ = evaluator.recovered
     s, x = path.origin
     rounds = np.arange(MAX_TURNS // turns + 1)
     u = path.drivers(s + span * rounds)
