@@ -173,6 +173,7 @@ def test_a_mechanism_that_does_not_assemble_is_one(capsys) -> None:
         (["solve", "slider-crank", "--poses", "0"], "above 0"),
         (["solve", "slider-crank", "--poses", "x"], "invalid int"),
         (["solve", "slider-crank", "--mode", "?"], "the modes here are"),
+        (["solve", "slider-crank", "--mode", "-:1"], "the modes here are"),
         (["plot", "slider-crank", "--kind", "diagramm"], "did you mean diagram"),
         (["plot", "slider-crank", "--format", "bmp"], "format"),
         (["new", "fourbar"], "did you mean four-bar"),

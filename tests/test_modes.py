@@ -229,3 +229,66 @@ def test_far_off_sketches_are_noted() -> None:
     notes = md.solve(slip, md.Sweep(md.Driver("crank.angle", from_=0, to=360))).summary["notes"]
     assert any("did you mean crank_deg" in note for note in notes)
     assert any("turns 57.3 times" in note for note in notes)
+
+
+def planet_on_a_block(order: str, ratio: float, block: float) -> md.Mechanism:
+    """A block on the crank's pin slides along an arm, 200 degrees from it, with a planet on it."""
+    block_turn, up = math.radians(200), math.radians(90)
+    arm = math.atan2(1, -3)
+    bodies = {
+        "crank": md.Body("crank", points={"O": (0, 0), "A": (1, 0)}),
+        "arm": md.Body("arm", points={"Q": (0, 0)}),
+        "block": md.Body("block", points={"A": (0, 0)}),
+        "wheel": md.Body("wheel", points={"A": (0, 0), "P": (1, 0)}),
+    }
+    return md.Mechanism(
+        ground=md.Ground(points={"O": (0, 0), "Q": (3, 0)}),
+        bodies=[bodies[name] for name in order.split()],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Revolute("Q", "ground.Q", "arm.Q"),
+            md.Revolute("A", "crank.A", "block.A"),
+            md.Prismatic("guide", "arm.Q", "block.A", axis=0.0, turn=block_turn),
+            md.Revolute("W", "block.A", "wheel.A"),
+            md.Gear("mesh", "wheel.A", "ground.O", ratio=ratio, carrier="block"),
+        ],
+        sketch={"crank": up, "arm": arm, "block": block, "wheel": (1 - ratio) * block},
+    )
+
+
+@pytest.mark.parametrize("order", ["crank arm block wheel", "wheel block arm crank"])
+@pytest.mark.parametrize("ratio", [0.37, 0.5, 0.1 * math.pi])
+@pytest.mark.parametrize("turns", [-2, -1, 0])
+def test_the_body_that_gears_hang_on_decides_about_whole_turns(
+    order: str, ratio: float, turns: int
+) -> None:
+    """Whatever turn its guide is sketched on, and in whatever order bodies are declared."""
+    block = math.atan2(1, -3) + math.radians(200) + 2 * math.pi * turns
+    mechanism = planet_on_a_block(order, ratio, block)
+    result = md.solve(mechanism, md.Sweep(md.Driver("crank.angle", at=[math.pi / 2])))
+    assert "notes" not in result.summary
+    assert result.bodies["block"].angle[0] == pytest.approx(block, abs=1e-14)
+    assert result.bodies["wheel"].angle[0] == pytest.approx((1 - ratio) * block, abs=1e-14)
+
+
+def test_modes_that_differ_by_whole_turns_have_labels_of_their_own() -> None:
+    """The turns are counted from the sketch; each label leads to its own mode."""
+    driver = md.Driver("crank.angle", at=[math.pi / 2])
+    first = math.atan2(1, -3) + math.radians(200)
+    for turns in (0, 3):  # of the sketch
+        block = first + 2 * math.pi * turns
+        mechanism = planet_on_a_block("crank arm block wheel", 0.25, block)
+        modes = md.solve(mechanism, md.Modes(driver))
+        labels = [",".join(label) for label in modes.labels]
+        assert len(set(labels)) == len(labels) == modes.summary["count"] == 8
+        own = md.solve(mechanism, md.Sweep(driver)).summary["mode"][0]
+        for k, label in enumerate(labels):
+            sign, _, number = label.split(",")[0].partition(":")
+            # on the other mode the arm points away from the crank: half a turn back
+            near = block + 2 * math.pi * int(number or 0) - math.pi * (sign != own)
+            assert modes.bodies["block"].angle[k] == pytest.approx(near, abs=1e-12)
+            result = md.solve(mechanism, md.Sweep(driver), mode=label)
+            assert result.summary["mode"] == label
+            for body in ("block", "wheel"):
+                gap = result.bodies[body].angle[0] - modes.bodies[body].angle[k]
+                assert abs(gap) < 1e-12

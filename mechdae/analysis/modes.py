@@ -25,6 +25,7 @@ from mechdae.analysis.plan import Sketch
 from mechdae.analysis.redundant import RedundantSolver
 from mechdae.analysis.search import MOST, Found, Search
 from mechdae.analysis.truss import Truss, truss
+from mechdae.analysis.turns import WholeTurns
 from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.kernels.blocks import BlockGraph
 from mechdae.kernels.graphs import Graphs
@@ -75,6 +76,7 @@ class Assembler:
         self.sketch, self.places = dict(sketch.angles), dict(sketch.places)
         self.p = self.scene.model.p_values
         self.size = mechanism_scale(self.scene.model.mechanism)
+        self.turns = WholeTurns(self.scene, self.sketch, self.p)
         slopes = angle_slopes(self.scene, self.p) if graphs.blocks else {}
         self.solvers = [
             self._solver(graph, slopes, any(self.scene.x_names[i][1] == "s" for i in graph.own))
@@ -193,7 +195,7 @@ class Assembler:
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
                     failure = Failure(group, gap, infinite, starts, at)
                 for solution in solutions:
-                    new = put(start, graph.own, self._nearest_turn(b, solution))
+                    new = put(start, graph.own, self._nearest_turn(b, solution, start, u))
                     ahead.append(self._polish(b, new, u))
             found, missed = self._closed(group, b, ahead, u)
             failure = missed or failure
@@ -225,7 +227,7 @@ class Assembler:
     def _check_freedom(self, group: Group, b: int, x: Any, u: Any) -> None:
         """Raise when a group moves by itself at the pose that Newton's method finds first."""
         graph = self.graphs.blocks[b]
-        sketch = [self._wanted(*self.scene.x_names[i]) for i in graph.own]
+        sketch = [self._wanted(i, x, u) for i in graph.own]
         sizes = natural_sizes(self.scene, self.size)[graph.own]
         found = free_poses(graph, put(x, graph.own, sketch), u, self.p, sizes, self.size)
         if found is None:
@@ -272,17 +274,21 @@ class Assembler:
             ahead = [x]
             for b in self.blocks_of(group):
                 own = self.graphs.blocks[b].own
-                solutions = self._turned(b, np.array([q[self.scene.x_names[i]] for i in own]))
-                ahead = [self._polish(b, put(y, own, s), u) for y in ahead for s in solutions]
+                solution = np.array([q[self.scene.x_names[i]] for i in own])
+                ahead = [
+                    self._polish(b, put(y, own, s), u)
+                    for y in ahead
+                    for s in self._turned(b, solution, y, u)
+                ]
             found += ahead
         return found, closed.proven, None if found else Failure(group, closed.gap)
 
-    def _turned(self, b: int, solution: Any) -> list[Any]:
+    def _turned(self, b: int, solution: Any, x: Any, u: Any) -> list[Any]:
         """Return the solution with all whole turns of its angles that gears tell apart."""
         solver = self.solvers[b]
         counts = [max(round(solver.period(j) / (2 * np.pi)), 1) for j in range(len(solution))]
         turns = itertools.product(*[range(count) for count in counts])
-        return [self._nearest_turn(b, solution + 2 * np.pi * np.array(k)) for k in turns]
+        return [self._nearest_turn(b, solution + 2 * np.pi * np.array(k), x, u) for k in turns]
 
     def _polish(self, b: int, x: Any, u: Any) -> Any:
         """Return x after a few Newton steps in block `b`; kept as it is at a fold."""
@@ -301,24 +307,26 @@ class Assembler:
             result[graph.own] -= step
         return result if np.abs(result - x).max() < 1e-3 else x
 
-    def _nearest_turn(self, b: int, solution: Any) -> Any:
+    def _nearest_turn(self, b: int, solution: Any, x: Any, u: Any) -> Any:
         """Return the solution with whole turns added to come nearest to the sketch."""
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         result = np.array(solution, float)
+        pose = put(x, graph.own, result)
         for j, i in enumerate(graph.own):
             period = solver.period(j)
             if period:
-                wanted = self._wanted(*self.scene.x_names[i])
+                wanted = self._wanted(i, pose, u)
                 result[j] -= period * np.round((result[j] - wanted) / period)
         return result
 
-    def _wanted(self, owner: str, name: str) -> float:
+    def _wanted(self, i: int, x: Any, u: Any) -> float:
         """Return the sketched value of an unknown that has a period, in its absence a middle."""
+        owner, name = self.scene.x_names[i]
         if name == "s":
             middle = sum(self.scene.model.contacts[owner].range) / 2
             places = {c.part: value for c, value in self.places.items() if c.kind == "curve"}
             return places.get(owner, middle)
-        return self.sketch.get(owner, 0.0)
+        return self.turns.wanted(i, x, u) if name == "angle" else self.sketch.get(owner, 0.0)
 
     def _search(self, b: int, x: Any, u: Any, most: int = MOST) -> Any:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
@@ -326,8 +334,8 @@ class Assembler:
         if b not in self._searches:
             sizes = natural_sizes(self.scene, self.size)[graph.own]
             self._searches[b] = Search(solver, self.scene.u, sizes)
-        names = [self.scene.x_names[i] for i in graph.own]
-        hint = [self.sketch.get(body, np.nan) if n == "angle" else np.nan for body, n in names]
+        angles = dict(zip(graph.own, solver.angle, strict=True))
+        hint = [self.turns.start(i, x, u) if angle else np.nan for i, angle in angles.items()]
         z = x[graph.uses] if graph.uses else np.zeros(0)
         found = self._searches[b](z, u, np.array(hint), most)
         self.searched.setdefault(graph.block.group, []).append(found)
@@ -375,10 +383,13 @@ class Assembler:
         return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
 
     def group_labels(self, group: Group, poses: list[Any], u: Any) -> list[str]:
-        """Return the labels of all poses of one group: sign, and rank where it is no dyad."""
+        """Return the labels of all poses of one group: sign, and rank where it is no dyad.
+
+        Whole turns of a dyad's body, which gears tell apart, are counted from the sketch.
+        """
         signs = [self.sign(group, x, u) for x in poses]
         if self._signs_tell(group):
-            return signs
+            return [sign + self._whole(group, x, u) for sign, x in zip(signs, poses, strict=True)]
         first = self.contacts.first if self.contacts.of(group) else self._first_angle
         # a body that only slides has one angle in all modes: then the unknowns tell
         own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
@@ -398,7 +409,7 @@ class Assembler:
                 continue
             sign = self.sign(group, x, u)
             if self._signs_tell(group):
-                labels.append(sign)
+                labels.append(sign + self._whole(group, x, u))
                 continue
             poses, _, _ = self.candidates(group, x, u)
             names = self.group_labels(group, poses, u)
@@ -411,8 +422,18 @@ class Assembler:
             labels.append(names[int(np.argmin(gaps))] if gaps else sign)
         return ",".join(labels)
 
+    def _whole(self, group: Group, x: Any, u: Any) -> str:
+        """Return the whole turns that a pose is away from the sketch as text, if there are any."""
+        numbers = [
+            self.turns.number(i, x, u)
+            for b in self.blocks_of(group)
+            for j, i in enumerate(self.graphs.blocks[b].own)
+            if self.solvers[b].period(j) > 3 * np.pi
+        ]
+        return "".join(f":{number}" for number in numbers) if any(numbers) else ""
+
     def _signs_tell(self, group: Group) -> bool:
-        """Return whether the sign alone tells the modes of a group apart."""
+        """Return whether the sign, with whole turns, tells the modes of a group apart."""
         return group.is_dyad or all(self.solvers[b].linear for b in self.blocks_of(group))
 
     def _first_angle(self, group: Group, x: Any, u: Any) -> float:
@@ -475,9 +496,16 @@ class Assembler:
     def distance(self, group: Group, x: Any, u: Any, unwound: bool = False) -> float:
         """Return how far the group's angles are from the sketch [rad], whole turns if `unwound`."""
         angles = self._angles(group, x, u)
-        gaps = [angles[body] - self.sketch[body] for body in group.bodies if body in self.sketch]
+        bodies = [body for body in group.bodies if body in self.sketch]
+        decided: list[float] = []
+        for i in [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]:
+            if unwound and (own := self.turns.gaps(i, x, u)):
+                decided += own
+                bodies = [body for body in bodies if not self.turns.turned_with(i, body)]
+        gaps = [angles[body] - self.sketch[body] for body in bodies]
         if not unwound:
             gaps = [np.remainder(gap + np.pi, 2 * np.pi) - np.pi for gap in gaps]
+        gaps += decided
         for c, wanted in self.places.items():
             if set(self._bodies(c)) & set(group.bodies):
                 value = self._coordinate(c, x, u)

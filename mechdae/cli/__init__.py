@@ -78,7 +78,7 @@ def _with_labels(words: list[str]) -> list[str]:
             joined
             and joined[-1] == "--mode"
             and word[:1] == "-"
-            and not word.strip("+-,0123456789")
+            and not word.strip("+-,:0123456789")
         ):
             joined[-1] = f"--mode={word}"
         else:
