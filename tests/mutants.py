@@ -212,10 +212,10 @@ def no_sign(monkeypatch):
     def step(self, state, test, det, miss, sign):
         return proved(self, state, test, np.broadcast_to(sign, np.shape(det)), miss, sign)
 
-    def pose(self, path, guess, results, first, s):
+    def pose(self, path, guess, results, first, s, turned):
         results = list(results)
-        results[2] = path.sign_at(s)
-        return good(self, path, guess, results, first, s)
+        results[2] = self._signs(path, s, turned)
+        return good(self, path, guess, results, first, s, turned)
 
     monkeypatch.setattr(Path, "_proved", step)
     monkeypatch.setattr(Evaluator, "_good", pose)
@@ -259,6 +259,39 @@ def lost_mode(monkeypatch):
         return (poses[:1], *rest)
 
     monkeypatch.setattr(Assembler, "candidates", wrong)
+
+
+@mutant(
+    "WholeTurns.number", "whole turns are not counted", "have one label", (("gears", 2800),),
+    modes=True,
+)  # fmt: skip
+def whole_turns_forgotten(monkeypatch):
+    from mechdae.analysis.turns import WholeTurns
+
+    monkeypatch.setattr(WholeTurns, "number", lambda self, i, x, u: 0)
+
+
+@mutant(
+    "WholeTurns._told", "the block's own unknown decides about whole turns", "off by",
+    (("gears", 25642),),
+)  # fmt: skip
+def whole_turns_by_declaration(monkeypatch):
+    from mechdae.analysis.turns import WholeTurns
+
+    monkeypatch.setattr(WholeTurns, "_told", lambda self, i: [])
+
+
+@mutant(
+    "Evaluator.returns", "all groups count as back after a whole turn", "beyond its limit",
+    (("gears", 1907),),
+)  # fmt: skip
+def planet_always_back(monkeypatch):
+    from mechdae.analysis.evaluate import Evaluator
+
+    monkeypatch.setattr(
+        Evaluator, "returns",
+        lambda self, path, guess, s, shifted: np.ones((len(s), len(self.groups)), bool),
+    )  # fmt: skip
 
 
 # -- limits --------------------------------------------------------------------------------

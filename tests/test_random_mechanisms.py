@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from mutants import MUTANTS, no_sign
+from truth.case import TURN
 from truth.drawing import FAMILIES, draw
 from truth.judging import judge, solve
 from truth.modes import mode_faults
@@ -69,6 +70,12 @@ FOUND = {
     "modes that differ by whole turns said not to be told apart": ("gears", 1002),
     "poses a whole turn away with a rack on the crank": ("gears", 320),
     "rates between two branches right behind a switch": ("exact", 31),
+    "a planet where it is not, a whole turn away": ("gears", 1907),
+    "a group whole turns away on one that is not there": ("geared", 34251),
+    "whole turns of a block that a planet hangs on": ("gears", 25642),
+    "values and limits behind branches that nearly cross": ("change", 3722),
+    "poses reached behind a place that the truth does not know": ("change", 11043),
+    "swing of a pinion on a block that runs away": ("gears", 23293),
 }
 
 
@@ -77,6 +84,24 @@ def test_found_before(family, seed):
     case = draw(seed, family)
     verdict = judge(case, solve(case, POSES))
     assert (verdict.faults, verdict.refused, verdict.misnamed) == ([], 0, [])
+
+
+@pytest.mark.parametrize("seed", [3722, 37086])
+def test_behind_branches_that_nearly_cross_nothing_is_ok(seed):
+    """Not even what is reached by turning the other way round."""
+    case = draw(seed, "change")
+    case.crossings = "switch"
+    result = solve(case, POSES)
+    u = result.drivers[case.coordinate].position
+    (at,) = [event["at"] for event in result.events if event["kind"] == "change_point"]
+    ends = [event["at"] for event in result.events if event["kind"] == "limit"]
+    turned = u - TURN * np.sign(case.s0 - at)
+    behind = np.sign(u - at) != np.sign(case.s0 - at)
+    behind |= (turned > min(ends)) & (turned < max(ends))
+    there = np.isin(result.status, ("ok", "ambiguous"))
+    assert there[behind].all()
+    assert set(result.status[behind]) == {"ambiguous"}
+    assert set(result.status[~behind & there]) == {"ok"}
 
 
 def test_labels_of_bodies_that_only_slide():
@@ -118,7 +143,15 @@ def test_values_do_not_depend_on_the_number_of_poses():
             assert np.all(np.isnan(gap) | ~(gap > limit[:, None]))
 
 
-@pytest.mark.parametrize(("family", "seeds"), [("dyads", range(100, 106)), ("triads", (8, 20))])
+@pytest.mark.parametrize(
+    ("family", "seeds"),
+    [
+        ("dyads", range(100, 106)),
+        ("triads", (8, 20)),
+        ("gears", (2800, 20200)),  # modes that differ by whole turns
+        ("geared", (28240,)),
+    ],
+)
 def test_modes(family, seeds):
     assert [text for case in drawn(family, seeds) for text in mode_faults(case)] == []
 

@@ -75,7 +75,7 @@ def mode_faults(case, most=4):
         wrong.append(f"{len(labels)} modes, {count} by trying all signs")
     if count is not None and not proven and all(e.kind not in SYSTEMS for e in case.elements):
         wrong.append("the count of modes is not proven")
-    if countable(case) and len(set(labels)) != len(labels):
+    if len(set(labels)) != len(labels):
         wrong.append(f"two modes have one label: {labels}")
     if countable(case):
         wrong += label_faults(case, mechanism, result)
