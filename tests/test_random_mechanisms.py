@@ -76,6 +76,7 @@ FOUND = {
     "values and limits behind branches that nearly cross": ("change", 3722),
     "poses reached behind a place that the truth does not know": ("change", 11043),
     "swing of a pinion on a block that runs away": ("gears", 23293),
+    "a pinion that is named by another point than its centre": ("gears", 210098),
 }
 
 

@@ -23,6 +23,8 @@ from mechdae.model.reduction import Scene
 
 MAX_DENOMINATOR = 1000
 MAX_DEGREE = 4000
+ROLLS = 1e-11
+"""Share of an equation by which it may miss a straight line: rounding of what cancels."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +90,26 @@ class BlockSolver:
         value = ca.Function("F", [graph.x, graph.z, scene.u, graph.p], [graph.F])
         self._F = value
         self._scale = 0.0
+        self.linear = self.linear or self._rolls()
 
     def period(self, j: int) -> float:
         """Return the period of unknown `j` [rad]; 0 for a length, or where there is none."""
         turns = self.turns[j]
         return 2 * np.pi * turns[0] if self.angle[j] and turns else 0.0
+
+    def _rolls(self) -> bool:
+        """Return whether a single angle enters linearly: a wheel on a rack.
+
+        With the wheel's place told by another point than its centre, sines and cosines cancel.
+        """
+        if self.n != 1 or not self.angle[0] or self.graph.redundant:
+            return False
+        rng, a = np.random.default_rng(1), np.array([0.0, 1.0, 2.3, -4.1, 7.7])
+        z = self.size * rng.uniform(-1, 1, len(self.graph.uses))
+        value = self.F(a[:, None], z, rng.uniform(-1, 1, self._F.size1_in(2)))[:, 0]
+        slope = value[1] - value[0]
+        miss = np.abs(value - value[0] - slope * a).max()
+        return bool(miss <= ROLLS * np.abs(value).max() and abs(slope) > 1e3 * miss)
 
     def F(self, x: Any, z: Any, u: Any) -> Any:
         """Return residuals (k, n) at points `x` (k, n)."""
