@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.bridge import ZONE, Bridge, Builder, Zone
-from mechdae.analysis.crossings import Crossing, CrossingFinder
+from mechdae.analysis.crossings import CrossingFinder
 from mechdae.analysis.curve_ends import CurveEnds
 from mechdae.analysis.cusps import CuspFinder
 from mechdae.analysis.interpolate import near_limit, quintic
@@ -530,7 +530,7 @@ class Path:
                 action = self.on_change_point
                 bridge = self.bridges.build(found, s, state, self._front[up], alive, action)
                 if bridge is not None:
-                    self._pass(bridge, found, ended, up)
+                    self._pass(bridge, ended, up)
                     return True
                 zone /= 2
             return False
@@ -556,14 +556,14 @@ class Path:
                     return False
         return True
 
-    def _pass(self, bridge: Bridge, found: Crossing, ended: set[int], up: bool) -> None:
+    def _pass(self, bridge: Bridge, ended: set[int], up: bool) -> None:
         """Put the nodes of a bridge; a group that is to stop ends at the change point."""
         for s, state in bridge.nodes:
             self._append(s, state, up)
         self.zones.append(bridge.zone)
         self._next_bridge.clear()
         for b in bridge.flipped:
-            self.flips[b].append(found.s)
+            self.flips[b].append(bridge.zone.s)
             self.flips[b].sort()
             self._front[up][b] *= -1
         if bridge.zone.action == "stop":
