@@ -198,9 +198,7 @@ class Builder:
             apart = crossing.still / self.finder.unit
         return float(np.max(np.abs(moved) / size) / np.max(np.abs(apart) / size))
 
-    def _seen_from(
-        self, crossing: Crossing, s: float, state: Any, sense: float
-    ) -> Crossing | None:
+    def _seen_from(self, crossing: Crossing, s: float, state: Any, sense: float) -> Crossing | None:
         """Return a crossing whose branch leads back to the node at s, None if it does not.
 
         What was found from further away may be whole turns off, or on the other branch.
