@@ -40,7 +40,7 @@ class Zone:
 
     ``nodes`` are s, x, x', x'' before, at and behind it, s rising; ``remainder`` (nx,) is by how
     much interpolated unknowns of the crossing blocks may miss solved ones; ``action`` is what
-    the path does there: continue, switch or stop.
+    the path does there: continue, switch or stop; ``up`` tells whether it came with s rising.
     """
 
     s: float
@@ -48,6 +48,7 @@ class Zone:
     nodes: tuple[Any, ...]
     remainder: Any
     action: str
+    up: bool
 
     @property
     def low(self) -> float:
@@ -64,6 +65,17 @@ class Zone:
             return s
         behind = S[2] if S[1] == self.s else S[1]
         return np.where((s > S[1]) & (s < S[2]), behind, s)
+
+    @property
+    def given(self) -> tuple[float, float]:
+        """The interval in which poses come from the expansion.
+
+        Branches that only come near each other bend away from it, and before such a place the
+        equations still decide; behind it no pose is ok.
+        """
+        if all(crossing.exact for crossing in self.crossings):
+            return self.low, self.high
+        return (self.s, self.high) if self.up else (self.low, self.s)
 
     @property
     def blocks(self) -> frozenset[int]:
@@ -168,8 +180,8 @@ class Builder:
             missed = np.maximum(
                 self._missed(first, s, crossing.s, own), self._missed(second, far, crossing.s, own)
             )
-            if not np.all(missed <= noise[own]):
-                return None
+            if c.exact and not np.all(missed <= noise[own]):
+                return None  # otherwise no pose counts: branches that only come near bend away
             remainder[own] = missed
         centre = [(crossing.s, self._state(before, state))]
         if switch:
@@ -178,7 +190,9 @@ class Builder:
         nodes = [(s, state), *centre, (far, landed)][:: int(sense)]
         places = np.array([place for place, _ in nodes])
         parts = [np.array([_parts(node, n)[k] for _, node in nodes]) for k in range(3)]
-        zone = Zone(crossing.s, tuple(crossings), (places, *parts), remainder, action)
+        zone = Zone(
+            crossing.s, tuple(crossings), (places, *parts), remainder, action, bool(sense > 0)
+        )
         return Bridge((*centre, (far, landed)), zone, flipped)
 
     def _signed(self, b: int) -> bool:
