@@ -221,6 +221,58 @@ def no_sign(monkeypatch):
     monkeypatch.setattr(Evaluator, "_good", pose)
 
 
+# -- change points -------------------------------------------------------------------------
+
+
+@mutant(
+    "Builder._missed", "the expansion at a change point is not compared with solved poses",
+    "bound", (("exact", 5420), ("exact", 25169)),
+)  # fmt: skip
+def expansion_not_compared(monkeypatch):
+    from mechdae.analysis.bridge import Builder
+
+    monkeypatch.setattr(
+        Builder, "_missed", lambda self, carried, s, centre, own: np.zeros(len(own))
+    )
+
+
+@mutant(
+    "Builder._missed, Builder._leads_to", "nothing is asked of the way across a change point",
+    "velocity", (("exact", 15640), ("exact", 26124)),
+)  # fmt: skip
+def change_point_not_led_back(monkeypatch):
+    from mechdae.analysis.bridge import Builder
+
+    expansion_not_compared(monkeypatch)
+    monkeypatch.setattr(Builder, "_leads_to", lambda *_: True)
+
+
+@mutant(
+    "ZonePoses.write", "rates next to change points times 1 + 1e-9", "velocity",
+    (("exact", 14016), ("exact", 36304)),
+)  # fmt: skip
+def wrong_rates_next_to_a_change_point(monkeypatch):
+    from mechdae.analysis import zones
+
+    right = zones.quintic_rates
+
+    def wrong(*args):
+        x, v, a = right(*args)
+        return [x, v * (1 + 1e-9), a]
+
+    monkeypatch.setattr(zones, "quintic_rates", wrong)
+
+
+@mutant(
+    "Path._go_back", "change points are crossed from nodes next to them", "acceleration",
+    (("exact", 202631), ("exact", 203373)),
+)  # fmt: skip
+def crossed_from_too_near(monkeypatch):
+    from mechdae.analysis.path import Path
+
+    monkeypatch.setattr(Path, "_go_back", lambda *_: [])
+
+
 # -- labels and modes ------------------------------------------------------------------------
 
 

@@ -105,6 +105,35 @@ def test_poses_as_near_as_can_be() -> None:
     assert np.isnan(result.condition[0]) or result.condition[0] > 1e12
 
 
+@pytest.mark.parametrize("start", [1.0, -2.225440461037537])
+def test_steep_branch_keeps_its_bound(start: float) -> None:
+    """Lengths 8 and 9: 17 times as fast as the crank, over a place as narrow.
+
+    The branch is odd about the change point, and so is what an interpolant misses: at the
+    change point itself nothing is seen of it. Seen from afar the change point is whole turns
+    away. Closed form in 80-bit floats.
+    """
+    a, b, k = 8.0, 9.0, 17
+    rocker = 2 * np.arctan2(-k * np.sin(start / 2), np.cos(start / 2))
+    side = b + a * np.exp(1j * rocker) - a * np.exp(1j * start)
+    sketch = {"crank": start, "coupler": float(np.angle(side)), "rocker": float(rocker)}
+    near = [sign * 10.0**-n for n in np.arange(1.25, 13, 0.25) for sign in (1, -1)]
+    for turns in (0, 1):
+        at = tuple(TURN * turns + v for v in (*near, *np.linspace(-0.05, 0.05, 41)))
+        result = md.solve(four_bar(a, b, a, b, **sketch), md.Sweep(md.Driver("crank.angle", at=at)))
+        u = result.drivers["crank.angle"].position.astype(np.longdouble)
+        c, s = np.cos(u / 2), np.sin(u / 2)
+        size = c * c + k * k * s * s
+        truth = 2 * np.arctan2(-k * s, c), -k / size, k * (k * k - 1) * c * s / (size * size)
+        ours = result.bodies["rocker"]
+        gap = (ours.angle - truth[0]).astype(float)
+        assert set(result.status) == {"ok"}
+        assert np.all(np.abs(gap - TURN * np.round(gap / TURN)) <= result.bound.angle + 1e-15)
+        assert result.bound.angle.max() < 2e-11
+        assert np.abs(ours.angular_velocity - truth[1]).max() < 1e-10 * k
+        assert np.abs(ours.angular_acceleration - truth[2]).max() < 1e-7 * k * k
+
+
 def test_kite_needs_two_turns() -> None:
     """Galloway's mechanism; on the other branch at 0 the crank stands still on the ground."""
     result = sweep(kite(), 0, 2 * TURN, 1441)

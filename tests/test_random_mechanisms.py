@@ -77,6 +77,11 @@ FOUND = {
     "poses reached behind a place that the truth does not know": ("change", 11043),
     "swing of a pinion on a block that runs away": ("gears", 23293),
     "a pinion that is named by another point than its centre": ("gears", 210098),
+    "a change point of a steep branch found whole turns away": ("exact", 15640),
+    "the same where the path goes on along the other branch": ("exact", 26124),
+    "swing over the whole turns of such a change point": ("exact", 13073),
+    "errors of both sides of a change point that cancel at it": ("exact", 5420),
+    "accelerations from nodes too near to a change point": ("exact", 202631),
 }
 
 
@@ -103,6 +108,35 @@ def test_behind_branches_that_nearly_cross_nothing_is_ok(seed):
     assert there[behind].all()
     assert set(result.status[behind]) == {"ambiguous"}
     assert set(result.status[~behind & there]) == {"ok"}
+
+
+@pytest.mark.parametrize("seed", [37, 4682, 9750])
+def test_poses_before_branches_that_nearly_cross(seed):
+    """Branches 1e-8 apart cross up to rounding: the expansion of crossing ones is not theirs."""
+    case = draw(seed, "change")
+    near = [e for e in solve(case, POSES).events if e["kind"] == "change_point"]
+    assert [e["exact"] for e in near] == [False]
+    at = near[0]["at"]
+    before = 10.0 ** -np.arange(1.5, 9, 0.25) * np.sign(case.s0 - at)
+    verdict = judge(case, solve(case, at=[float(s) for s in at + before]))
+    assert verdict.faults == []
+    assert verdict.ok >= 15
+
+
+def test_rates_at_a_switch():
+    """At the very place they are those of one side, whichever; but all of the same side."""
+    case = draw(36304, "exact")
+    result = solve(case, POSES)
+    assert judge(case, result).faults == []
+    u = result.drivers["crank.angle"].position
+    velocity = result.points["b21.p1"].velocity
+    at, behind = (int(np.flatnonzero(u == value)[0]) for value in (0.0, u[u < 0].max()))
+    assert case.crossings == "switch"
+    assert np.linalg.norm(velocity[at] - velocity[behind]) > 10
+    mixed = velocity.copy()
+    mixed[at] = velocity[behind]
+    result.points["b21.p1"].__dict__["_arrays"]["velocity"] = mixed
+    assert "velocity of b21.p1" in judge(case, result).faults[0]
 
 
 def test_labels_of_bodies_that_only_slide():

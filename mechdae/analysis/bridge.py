@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.crossings import Branch, Crossing, CrossingFinder, Piece, piece
+from mechdae.analysis.limits import solve
 from mechdae.analysis.numbers import Constants
 from mechdae.kernels.blocks import ADJUGATE_LIMIT
+from mechdae.kernels.graphs import ROUNDOFF
 
 ZONE = 0.35
 """Distance from the crossing at which its expansion takes over, in largest steps."""
@@ -25,15 +27,20 @@ TOGETHER = 1e-9
 MISS = 0.02
 """Share of the distance of the branches by which the prediction may miss its own."""
 H_LIMIT = 0.2
+SAMPLED = (1 / 3, 2 / 3)
+"""Where, in parts of the way from a node to the crossing, the interpolant is compared."""
+UNSEEN = 2.0
+"""Factor from the largest difference at these places to the largest one in between: that of a
+quintic is K t^3 (1 - t)^3, at t = 1/2 1.42 times what it is at 1/3 and 2/3."""
 
 
 @dataclass(frozen=True, eq=False)
 class Zone:
     """The neighbourhood of a change point where poses come from the branch's expansion.
 
-    ``nodes`` are s, x, x', x'' before, at and behind it, s rising; ``remainder`` (nx,) estimates
-    the error of interpolated unknowns; ``action`` is what the path does there: continue, switch
-    or stop.
+    ``nodes`` are s, x, x', x'' before, at and behind it, s rising; ``remainder`` (nx,) is by how
+    much interpolated unknowns of the crossing blocks may miss solved ones; ``action`` is what
+    the path does there: continue, switch or stop; ``up`` tells whether it came with s rising.
     """
 
     s: float
@@ -41,6 +48,7 @@ class Zone:
     nodes: tuple[Any, ...]
     remainder: Any
     action: str
+    up: bool
 
     @property
     def low(self) -> float:
@@ -57,6 +65,17 @@ class Zone:
             return s
         behind = S[2] if S[1] == self.s else S[1]
         return np.where((s > S[1]) & (s < S[2]), behind, s)
+
+    @property
+    def given(self) -> tuple[float, float]:
+        """The interval in which poses come from the expansion.
+
+        Branches that only come near each other bend away from it, and before such a place the
+        equations still decide; behind it no pose is ok.
+        """
+        if all(crossing.exact for crossing in self.crossings):
+            return self.low, self.high
+        return (self.s, self.high) if self.up else (self.low, self.s)
 
     @property
     def blocks(self) -> frozenset[int]:
@@ -91,7 +110,7 @@ class Builder:
         self, finder: CrossingFinder, step: Any, constants: Constants, weights: Any
     ) -> None:
         self.finder, self.step = finder, step
-        self.kappa, self.weights = constants.kappa, weights
+        self.kappa, self.rho, self.weights = constants.kappa, constants.rho, weights
         self.graphs = finder.graphs
 
     def build(
@@ -109,6 +128,10 @@ class Builder:
         """
         g, n = self.graphs, self.graphs.nx
         sense = np.sign(crossing.s - s)
+        seen = self._seen_from(crossing, s, state, sense)
+        if seen is None:
+            return None
+        crossing = seen
         distance = abs(crossing.s - s)
         far = crossing.s + sense * distance
         _, test, det, miss = self.step(state, s, 2 * sense * distance)
@@ -124,27 +147,20 @@ class Builder:
         living = [b for b in range(g.nb) if alive[b]]
         before = self._centre(living, crossing.s, state, s, known)
         carried = self._carried(s, state, crossing.s, before)
-        remainder = np.zeros(n)
         after = before
         if action == "switch" and any(c.other is None for c in crossings):
             action = "stop"
         switch = action == "switch"
         guess = np.array(carried(far)[0])
-        continued = self._behind(guess, far)
-        if continued is None:
-            return None
-        middle = piece(s, far, _parts(state, n), _parts(continued[0], n))(crossing.s)[0]
-        remainder = np.abs(middle - before[0]) / 16
         if switch:
             known = {c.block: _taylor(c.s, c.x, c.other) for c in crossings if c.other}
             after = self._centre(living, crossing.s, state, s, known)
             ds = far - crossing.s
             guess = after[0] + after[1] * ds + after[2] * ds * ds / 2
-            found = self._behind(guess, far)
-            if found is None:
-                return None
-            continued = found
-        landed, signs, h = continued
+        found = self._behind(guess, far)
+        if found is None:
+            return None
+        landed, signs, h = found
         flipped = () if switch else tuple(b for b in blocks if self._signed(b))
         expected = sign.copy()
         expected[list(flipped)] *= -1
@@ -153,14 +169,20 @@ class Builder:
             if signs[b] != expected[b] or not h[b] <= H_LIMIT:
                 return None
         for c in crossings:
-            own = g.blocks[c.block].own
-            apart = (
-                c.own.slope - c.other.slope if c.other is not None else c.still / self.finder.unit
-            )
-            if not np.max(moved[own] / self._size(c)) <= MISS * distance * np.max(
-                np.abs(apart) / self._size(c)
-            ):
+            if not self._misses(c, moved[g.blocks[c.block].own]) <= MISS * distance:
                 return None
+        first = piece(s, crossing.s, _parts(state, n), before)
+        second = piece(crossing.s, far, after, _parts(landed, n))
+        remainder = np.zeros(n)
+        noise = np.maximum(self._noise(blocks, state, s), self._noise(blocks, landed, far))
+        for c in crossings:
+            own = g.blocks[c.block].own
+            missed = np.maximum(
+                self._missed(first, s, crossing.s, own), self._missed(second, far, crossing.s, own)
+            )
+            if c.exact and not np.all(missed <= noise[own]):
+                return None  # otherwise no pose counts: branches that only come near bend away
+            remainder[own] = missed
         centre = [(crossing.s, self._state(before, state))]
         if switch:
             hair = 4 * np.spacing(max(abs(crossing.s), self.finder.unit))
@@ -168,7 +190,9 @@ class Builder:
         nodes = [(s, state), *centre, (far, landed)][:: int(sense)]
         places = np.array([place for place, _ in nodes])
         parts = [np.array([_parts(node, n)[k] for _, node in nodes]) for k in range(3)]
-        zone = Zone(crossing.s, tuple(crossings), (places, *parts), remainder, action)
+        zone = Zone(
+            crossing.s, tuple(crossings), (places, *parts), remainder, action, bool(sense > 0)
+        )
         return Bridge((*centre, (far, landed)), zone, flipped)
 
     def _signed(self, b: int) -> bool:
@@ -176,8 +200,67 @@ class Builder:
         graph = self.graphs.blocks[b]
         return graph.size <= ADJUGATE_LIMIT and not graph.redundant
 
-    def _size(self, crossing: Crossing) -> Any:
-        return self.finder.columns(crossing.block)
+    def _misses(self, crossing: Crossing, moved: Any) -> float:
+        """Return a distance of its block's unknowns as one along the driver.
+
+        It is where the two branches of the crossing are as far apart.
+        """
+        size = self.finder.columns(crossing.block)
+        if crossing.other is not None:
+            apart = crossing.own.slope - crossing.other.slope
+        else:
+            apart = crossing.still / self.finder.unit
+        return float(np.max(np.abs(moved) / size) / np.max(np.abs(apart) / size))
+
+    def _seen_from(self, crossing: Crossing, s: float, state: Any, sense: float) -> Crossing | None:
+        """Return a crossing whose branch leads back to the node at s, None if it does not.
+
+        What was found from further away may be whole turns off, or on the other branch.
+        """
+        if self._leads_to(crossing, s, state):
+            return crossing
+        again = self.finder.find(crossing.block, s, state, sense, {})
+        if again is None or not again.meant or not self._leads_to(again, s, state):
+            return None
+        return again
+
+    def _leads_to(self, crossing: Crossing, s: float, state: Any) -> bool:
+        x = state[self.graphs.blocks[crossing.block].own]
+        moved = _taylor(crossing.s, crossing.x, crossing.own)(s)[0] - x
+        return self._misses(crossing, moved) <= MISS * abs(s - crossing.s)
+
+    def _noise(self, blocks: list[int], state: Any, s: float) -> Any:
+        """Return bounds (nx,) of what rounding does to the unknowns of some blocks at a node.
+
+        After many turns the last bits of the unknowns themselves, and of the place, count.
+        """
+        g, n = self.graphs, self.graphs.nx
+        x, v, _ = _parts(state, n)
+        u, p, error = self.finder.u(s), self.finder.p, 8 * ROUNDOFF * (np.abs(x) + np.abs(v * s))
+        for b in sorted({k for block in blocks for k in g.ancestors(block)}):
+            graph = g.blocks[b]
+            _, J, Fz = graph.value_at(x, u, p)
+            error[graph.own] += state[3 * n + b] * self.rho[b] * self.weights[b]
+            if graph.uses:
+                error[graph.own] += np.abs(solve(J, Fz)) @ error[graph.uses]
+        return error
+
+    def _missed(self, carried: Piece, s: float, centre: float, own: Any) -> Any:
+        """Return by how much an interpolant between s and a crossing may miss the solution.
+
+        It is compared with poses that are solved for. The whole piece must be looked at: on an
+        odd branch (a parallelogram's) the errors of both sides cancel at the crossing.
+        """
+        n, g = self.graphs.nx, self.graphs
+        worst = np.zeros(len(own))
+        for share in SAMPLED:
+            place = s + share * (centre - s)
+            guess = carried(place)[0]
+            start = np.concatenate([guess, np.zeros(2 * n + g.nb)])
+            solved = self.step(start, place, 0.0)[0][:n]
+            worst = np.fmax(worst, np.abs(solved - guess)[own])
+            worst[~np.isfinite(solved[own])] = np.inf
+        return UNSEEN * worst
 
     def _together(
         self, crossing: Crossing, s: float, state: Any, sense: float, proved: Any, alive: Any
@@ -197,7 +280,7 @@ class Builder:
                 if abs(each.s - crossing.s) < 2 * abs(crossing.s - s):
                     return None, {}
                 continue
-            if not each.meant:
+            if not each.meant or not self._leads_to(each, s, state):
                 return None, {}
             found.append(each)
             own = g.blocks[b].own

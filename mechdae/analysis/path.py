@@ -128,7 +128,7 @@ class Path:
     def begin(self, x: Any, s: float) -> None:
         """Put the first node: a solved pose `x` (nx,) at `s`."""
         g = self.graphs
-        self.origin = (s, x)
+        self.origin, self._began = (s, x), s
         start = np.concatenate([x, np.zeros(2 * g.nx + g.nb)])
         state, _, det, _ = self._step(start, s, 0.0)
         state[: g.nx] = np.where(np.isfinite(state[: g.nx]), state[: g.nx], x)  # singular pose
@@ -227,7 +227,8 @@ class Path:
         if not up and to >= self.s[0]:
             return
         sense = 1.0 if up else -1.0
-        steps = len(self.s) + sense * (to - (self.s[-1] if up else self.s[0])) / self.largest
+        self._began = self.s[-1] if up else self.s[0]
+        steps = len(self.s) + sense * (to - self._began) / self.largest
         if steps > MOST_STEPS and self.followed:
             raise InputError(
                 f"the motion takes {steps:.2g} steps, at most {MOST_STEPS} are followed",
@@ -352,6 +353,7 @@ class Path:
                 self._next_bridge[(b, sense)] = step / 2
                 if self._crosses(b, s, state, sense, rest, ended, up):
                     return self.largest * ZONE
+                s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             if step < self._next_try.get((b, sense), SHRUNK * self.largest):
                 self._next_try[(b, sense)] = step / 4
                 if self._ends_at_fold(b, s, state, sense, rest, ended, up):
@@ -516,33 +518,64 @@ class Path:
             if found is None or not found.meant:
                 continue
             distance = sense * (found.s - s)
-            zone = min(ZONE * self.largest, distance)
+            zone = ZONE * self.largest
             if self.within:
-                zone = min(zone, rest - distance)
+                zone = min(zone, rest - distance - SMALLEST * self.largest)
             if distance - zone >= rest or zone < NEAREST * self.largest:
                 return False
-            for _ in range(NARROWER):
-                place = self._walk(found.s - sense * zone, s, state, sense, ended, up)
-                s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
-                if not place:
-                    return False
-                alive = self._alive(ended)
-                action = self.on_change_point
-                bridge = self.bridges.build(found, s, state, self._front[up], alive, action)
-                if bridge is not None:
-                    self._pass(bridge, found, ended, up)
-                    return True
-                zone /= 2
-            return False
+            taken = self._go_back(found.s - sense * zone, sense, up)
+            crossed = self._bridged(found, zone, sense, ended, up)
+            if not crossed:
+                for node in taken:
+                    if sense * (node[0] - (self.s[-1] if up else self.s[0])) > 0:
+                        self._append(*node, up)
+            return crossed
+        return False
+
+    def _go_back(self, place: float, sense: float, up: bool) -> list[tuple[float, Any]]:
+        """Take away, and return in order, nodes beyond a place: too near to a change point.
+
+        Kept are nodes where this motion began, of other change points, and before the ends of
+        groups: those interpolate.
+        """
+        ends = [end.s for r in self.reach.values() for end in (r.low, r.high) if end is not None]
+        marks = [self._began, self.origin[0], *ends, *[s for z in self.zones for s in z.nodes[0]]]
+        front = self.s[-1] if up else self.s[0]
+        last = max(sense * mark for mark in marks if sense * (front - mark) >= 0)
+        taken: list[tuple[float, Any]] = []
+        k = -1 if up else 0
+        while sense * (self.s[k] - place) > 0 and sense * self.s[k] > last:
+            taken.insert(0, (self.s.pop(k), self.state.pop(k)))
+        self._arrays = None
+        return taken
+
+    def _bridged(
+        self, found: Crossing, zone: float, sense: float, ended: set[int], up: bool
+    ) -> bool:
+        """Go from the last node to `zone` before a change point, or nearer, and across it."""
+        alive, action = self._alive(ended), self.on_change_point
+        for _ in range(NARROWER):
+            s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
+            zone = min(zone, sense * (found.s - s))
+            if zone < NEAREST * self.largest:
+                return False
+            if not self._walk(found.s - sense * zone, s, state, sense, ended, up):
+                return False
+            s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
+            bridge = self.bridges.build(found, s, state, self._front[up], alive, action)
+            if bridge is not None:
+                self._pass(bridge, ended, up)
+                return True
+            zone /= 2
         return False
 
     def _walk(
         self, to: float, s: float, state: Any, sense: float, ended: set[int], up: bool
     ) -> bool:
-        """Follow the path to `to` in proved steps; return whether it was reached."""
+        """Follow the path to `to` in proved steps; return whether it was reached, nearly."""
         alive = self._alive(ended)
         step = sense * (to - s)
-        while (rest := sense * (to - s)) > 0:
+        while (rest := sense * (to - s)) > SMALLEST * self.largest:  # less would be rounding
             step = min(step, rest)
             after, test, det, miss = self._step(state, s, sense * step)
             if self._good(after, test, det, miss, alive, self._front[up]):
@@ -556,14 +589,14 @@ class Path:
                     return False
         return True
 
-    def _pass(self, bridge: Bridge, found: Crossing, ended: set[int], up: bool) -> None:
+    def _pass(self, bridge: Bridge, ended: set[int], up: bool) -> None:
         """Put the nodes of a bridge; a group that is to stop ends at the change point."""
         for s, state in bridge.nodes:
             self._append(s, state, up)
         self.zones.append(bridge.zone)
         self._next_bridge.clear()
         for b in bridge.flipped:
-            self.flips[b].append(found.s)
+            self.flips[b].append(bridge.zone.s)
             self.flips[b].sort()
             self._front[up][b] *= -1
         if bridge.zone.action == "stop":

@@ -25,11 +25,10 @@ def zone_of(zones: list[Zone], s: Any) -> Any:
     """Return the index of the zone that each place lies in, -1 outside of all, (n,)."""
     if not zones:
         return np.full(len(s), -1)
-    lows = np.array([zone.low for zone in zones])
+    lows, highs = np.array([zone.given for zone in zones]).T
     order = np.argsort(lows)
     found = np.searchsorted(lows[order], s) - 1
     index = order[np.maximum(found, 0)]
-    highs = np.array([zone.high for zone in zones])
     return np.where((found >= 0) & (s < highs[index]), index, -1)
 
 

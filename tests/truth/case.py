@@ -76,31 +76,50 @@ class Case:
     def size(self):
         return max(abs(v) for points in self.local.values() for xy in points.values() for v in xy)
 
-    def shaken(self, rng):
-        """Return the case with all numbers changed by at most a relative 2^-53."""
+    def shaken(self, rng, meeting=False, far=0.0):
+        """Return the case with all numbers changed by at most a relative 2^-53.
+
+        With `meeting` those stay on which change points hang, and branches go on to meet. Turns
+        between bodies are changed by 2^-53 of `far`, the size of their angles, which are sums.
+        """
         eps = LD(2.0) ** -53
         other = copy.copy(self)
+        kept = self._meeting_places() if meeting else set()
         other.local = {
             body: {
-                name: tuple(LD(v) + eps * LD(self.size) * LD(rng.uniform(-1, 1)) for v in xy)
+                name: xy
+                if (body, name) in kept
+                else tuple(LD(v) + eps * LD(self.size) * LD(rng.uniform(-1, 1)) for v in xy)
                 for name, xy in points.items()
             }
             for body, points in self.local.items()
         }
 
-        def shake(value):
+        def shake(value, key=None):
             if isinstance(value, float):
-                return LD(value) * (1 + eps * LD(rng.uniform(-1, 1)))
+                size = max(abs(value), float(far)) if key == "turn" and value else abs(value)
+                return LD(value) + eps * LD(size) * LD(rng.uniform(-1, 1))
             if isinstance(value, dict):  # with other numbers branches do not meet any more
-                return {key: shake(item) for key, item in value.items() if key != "meeting"}
+                return {k: shake(item, k) for k, item in value.items() if k != "meeting"}
             return [shake(item) for item in value] if isinstance(value, list) else value
 
         other.elements = []
         for element in self.elements:
             changed = copy.copy(element)
-            changed.data = shake(element.data)
+            if not (meeting and "meeting" in element.data):
+                changed.data = shake(element.data)
             other.elements.append(changed)
         return other
+
+    def _meeting_places(self):
+        """Return the points that make branches meet by their numbers."""
+        places = {("ground", "O"), ("crank", "O"), ("crank", "p2")}
+        for element in self.elements:
+            data = element.data
+            if "meeting" in data:
+                places |= {data[key] for key in ("p", "q", "g") if key in data}
+                places |= {(data[body], p) for body in "ab" for p in ("p0", "p1", "guided")}
+        return places
 
     # -- closure ---------------------------------------------------------------------------
 

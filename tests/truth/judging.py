@@ -22,6 +22,15 @@ EPS = 2.0**-52
 SHAKES = 4
 ZONE_RATES = {1: 1e-10, 2: 1e-7}
 """Share by which rates may be off next to a change point, where they are interpolated."""
+TORN = 2 * EPS
+"""Share of a radian within which a pose may be on either side of a switch: its own last bit and
+that of the place at which the switch is found."""
+OWN = 200 * EPS
+"""Share of the largest rate by which rates may be off where rounding the data changes nothing."""
+LEFT_OPEN = 8 * EPS
+"""Share of the rates, over a group's relative determinant, by which the equations solved for them
+may be left open: by a matrix and its inverse in doubles, so that even rates of a pin that is on
+a known body are off by the condition number."""
 NEAR = 1e-9
 """Share of a radian (or of the length of the mechanism) around a limit that is not judged."""
 EXTREMES = (200, 2000, 20000)
@@ -105,12 +114,12 @@ class Judge:
     def run(self):
         case, verdict = self.case, self.verdict
         self._where()
-        self._truth()
         self.zone = np.zeros(len(self.u), bool)
         self.meetings = [at for element in case.elements for at in element.crossings]
         places = [e["at"] for e in self.result.events if e["kind"] == "change_point"]
         for place in (*self.meetings, *places):
             self.zone |= np.abs(self.u - float(place)) < 0.02 * case.unit
+        self._truth()
         self._statuses()
         self._positions()
         self._angles()
@@ -196,22 +205,14 @@ class Judge:
         return table
 
     def _truth(self):
-        case, u = self.case, self.u
-        rng = np.random.default_rng(1)
-        self.true = self._quantities(case, u)
-        self.spread = {}
-        size = LD(EPS / 2) * np.maximum(np.abs(u), 1 if case.angular else case.size)
-        for _ in range(SHAKES):
-            shaken = self._quantities(
-                case.shaken(rng), np.asarray(u, LD) + size * rng.uniform(-1, 1, len(u))
-            )
-            for key, values in self.true.items():
-                for order in range(3):
-                    d = np.abs(shaken[key][order] - values[order])
-                    if key[0] == "angle" and not order:
-                        d = np.abs(np.exp(1j * shaken[key][0]) - np.exp(1j * values[0]))
-                    known = self.spread.get((key, order), 0)
-                    self.spread[key, order] = np.fmax(known, d.astype(float))
+        u = self._torn()
+        self._loss()
+        self.spread = self._shaken(u, meeting=False)
+        if self.meets:
+            # where branches meet with the numbers given, all others have two branches apart or
+            # none: what such others do next to a change point says nothing about these
+            for key, kept in self._shaken(u, meeting=True).items():
+                self.spread[key] = np.where(self.zone, kept, self.spread[key])
         self.top = {
             (kind, order): np.fmax.reduce(
                 [np.abs(v[order]).astype(float) for k, v in self.true.items() if k[0] == kind],
@@ -222,6 +223,72 @@ class Judge:
             for order in range(3)
             if any(k[0] == kind for k in self.true)
         }
+        # Second rates are quadratic in the first. In a pure translation all of them vanish but
+        # for the squares of the turning that rounding leaves: velocities over a length.
+        self.turning = self.top["point", 1] / self.case.scale + self.top["angle", 1]
+
+    def _shaken(self, u, meeting):
+        """Return {(key, order): largest change} when data are rounded otherwise."""
+        case, rng, spread = self.case, np.random.default_rng(1), {}
+        size = LD(EPS / 2) * np.maximum(np.abs(u), 1 if case.angular else case.size)
+        for _ in range(SHAKES):
+            other = case.shaken(rng, meeting, np.max(np.abs(u)) if case.angular else 0.0)
+            shaken = self._quantities(other, u + size * rng.uniform(-1, 1, len(u)))
+            for key, values in self.true.items():
+                for order in range(3):
+                    d = np.abs(shaken[key][order] - values[order])
+                    if key[0] == "angle" and not order:
+                        d = np.abs(np.exp(1j * shaken[key][0]) - np.exp(1j * values[0]))
+                    known = spread.get((key, order), 0)
+                    spread[key, order] = np.fmax(known, d.astype(float))
+        return spread
+
+    def _loss(self):
+        """Set for each element 1 / its least relative determinant, and those it stands on, (n,)."""
+        self.loss = []
+        discs = self.case.close(self.u).discs
+        for element, disc in zip(self.case.elements, discs, strict=True):
+            own = 1.0 if disc is None else 1 / np.sqrt(disc.c[0].real.astype(float))
+            self.loss.append(
+                np.fmax.reduce([own + 0 * self.u, *(self.loss[k] for k in element.uses)])
+            )
+
+    def _torn(self):
+        """Set the truth; return driver values none of which lies on a switch.
+
+        At a switch the pose is one and the rates are two. Those of one side must be right
+        where the driver's value is the switch up to rounding, and all of the same side.
+        """
+        case, u = self.case, np.asarray(self.u, LD)
+        self.true = self._quantities(case, u)
+        torn = np.zeros(len(u), bool)
+        sides = [u.copy(), u.copy()]
+        for place in self.meetings if case.crossings == "switch" else ():
+            off = 4 * TORN * max(1.0, abs(float(place)))
+            here = np.abs(u - place) <= off / 4
+            torn |= here
+            for side, sign in zip(sides, (-1, 1), strict=True):
+                side[here] = place + sign * off
+        if not torn.any():
+            return u
+        tables = [self._quantities(case, side) for side in sides]
+        errors = [self._missed(table) for table in tables]
+        second = torn & (errors[1] < errors[0])
+        for key, values in self.true.items():
+            for order in range(key[0] != "coriolis", 3):
+                for rows, table in ((torn & ~second, tables[0]), (second, tables[1])):
+                    values[order][rows] = table[key][order][rows]
+        return np.where(second, sides[1], np.where(torn, sides[0], u))
+
+    def _missed(self, table):
+        """Return by how much the velocities of all points miss those of a table, (n,)."""
+        total = np.zeros(len(self.u))
+        for (kind, part), values in table.items():
+            if kind == "point":
+                ours = self.result.points[part].velocity
+                ours = ours[:, 0].astype(LD) + 1j * ours[:, 1].astype(LD)
+                total = np.fmax(total, np.abs(ours - values[1]).astype(float))
+        return total
 
     def _compare(self, what, key, error, bound):
         """Errors of positions at ok poses, against their bound."""
@@ -236,13 +303,18 @@ class Judge:
         if ratio[i] > 1:
             self.say(f"{what} off by {error[i]:.3g}, bound {bound[i]:.3g} at {self.u[i]!r}")
 
-    def _rates(self, what, key, names, series, allowed_size):
+    def _rates(self, what, key, bodies, names, series, allowed_size):
+        """Errors of first and second rates of something on `bodies`."""
+        loss = np.fmax.reduce([self.loss[self.case.maker[b]] for b in bodies if b != "ground"])
         for order, name in zip((1, 2), names, strict=True):
             rate = series[name]
             if rate.ndim == 2:
                 rate = rate[:, 0].astype(LD) + 1j * rate[:, 1].astype(LD)
             error = np.abs(rate - self.true[key][order]).astype(float)
-            allowed = 30 * self.spread[key, order] + 200 * EPS * allowed_size[order]
+            share = OWN + LEFT_OPEN * loss
+            allowed = 30 * self.spread[key, order] + share * allowed_size[order]
+            if order == 2:
+                allowed = allowed + OWN**2 * allowed_size["squares"]
             allowed = allowed + self.zone * ZONE_RATES[order] * allowed_size[order]
             ratio = np.where(self.ok, error / allowed, 0)
             ratio = np.where(np.isnan(ratio) & self.ok & (error != 0), np.inf, ratio)
@@ -280,9 +352,9 @@ class Judge:
             if claimed.any():
                 self.say(f"{part} has values beyond its limit at {self.u[claimed][0]!r}")
             sizes = {order: self.top["point", order] for order in (1, 2)}
-            self._rates(
-                part, (kind, part), ("velocity", "acceleration"), result.points[part], sizes
-            )
+            sizes["squares"] = self.turning**2 * case.scale
+            bodies, names = (part.split(".")[0],), ("velocity", "acceleration")
+            self._rates(part, (kind, part), bodies, names, result.points[part], sizes)
 
     def _angles(self):
         case, result = self.case, self.result
@@ -290,6 +362,7 @@ class Judge:
             order: self.top["angle", order] + self.top["point", order] / case.scale
             for order in (1, 2)
         }
+        sizes["squares"] = self.turning**2
         for (kind, body), values in self.true.items():
             if kind != "angle":
                 continue
@@ -298,7 +371,7 @@ class Judge:
             error = np.abs(turned - 2 * PI * np.round(turned / (2 * PI))).astype(float)
             self._compare(f"angle {body}", (kind, body), error, result.bound.angle)
             names = ("angular_velocity", "angular_acceleration")
-            self._rates(f"angle {body}", (kind, body), names, series, sizes)
+            self._rates(f"angle {body}", (kind, body), (body,), names, series, sizes)
 
     def _joints(self):
         """Slides with their rates, and the Coriolis acceleration."""
@@ -307,6 +380,8 @@ class Judge:
             order: self.top["point", order] + case.scale * self.top["angle", order]
             for order in (1, 2)
         }
+        sizes["squares"] = self.turning**2 * case.scale
+        ends = {name: (a.split(".")[0], b.split(".")[0]) for _, name, a, b, _ in case.joints}
         for (kind, name), values in self.true.items():
             if kind != "slide":
                 continue
@@ -314,11 +389,13 @@ class Judge:
             error = np.abs(series.slide - values[0].real).astype(float)
             self._compare(f"slide {name}", (kind, name), error, result.bound.length)
             names = ("slide_velocity", "slide_acceleration")
-            self._rates(f"slide {name}", (kind, name), names, series, sizes)
+            self._rates(f"slide {name}", (kind, name), ends[name], names, series, sizes)
             key = ("coriolis", name)
             ours = series.coriolis[:, 0].astype(LD) + 1j * series.coriolis[:, 1].astype(LD)
             error = np.abs(ours - self.true[key][0]).astype(float)
-            allowed = 30 * self.spread[key, 0] + 200 * EPS * sizes[1] * self.top["angle", 1]
+            size = sizes[1] * self.top["angle", 1]
+            allowed = 30 * self.spread[key, 0] + OWN * size + OWN**2 * sizes["squares"]
+            allowed = allowed + self.zone * 4 * ZONE_RATES[1] * size  # 2 w v, both interpolated
             bad = self.ok & (error > allowed)
             if bad.any():
                 i = int(np.flatnonzero(bad)[0])
