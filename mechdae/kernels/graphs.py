@@ -572,6 +572,33 @@ class Graphs:
 
     # -- limit positions -------------------------------------------------------------------
 
+    def along(self, b: int) -> Any:
+        """Return one block on a curve of what it depends on.
+
+        (x, u, x', u', consts) -> Newton step, rate, determinant, beta, share by which its
+        equations are open; x' and u' are those of earlier unknowns and of the drivers.
+        """
+        v, du = SX.sym("v", self.nx), SX.sym("du", self.nu)
+        trig = (ca.sin(self.x), ca.cos(self.x))
+        F, _, inv, det, beta = self._solve(b, self.x, self.u, trig)
+        rate = inv @ self.blocks[b].first_rate(self.x, self.u, self.p, v, du, trig)
+        inputs = [self.x, self.u, v, du, self.consts]
+        left = norm((F / self.weights(b)[1])) if self.blocks[b].redundant else SX(0)
+        results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
+        return ca.Function("along", inputs, results, OPTIONS)
+
+    def tube(self, b: int) -> Any:
+        """Return the test of a step of one block on a curve, and its radius: see `_tube`.
+
+        (x, x', away, u, u', drift, [beta, step], consts) -> test, radius.
+        """
+        v, away, numbers = SX.sym("v", self.nx), SX.sym("away", self.nx), SX.sym("numbers", 2)
+        du, drift = SX.sym("du", self.nu), SX.sym("drift", self.nu)
+        beta, step = numbers[0], numbers[1]
+        results = self._tube(b, self.x, v, away, self.u, du, beta, step, drift)
+        inputs = [self.x, v, away, self.u, du, drift, numbers, self.consts]
+        return ca.Function("tube", inputs, [ca.densify(part) for part in results], OPTIONS)
+
     def ancestors(self, b: int) -> list[int]:
         """Return the blocks that block `b` depends on, itself last."""
         wanted = {b}
