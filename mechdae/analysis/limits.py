@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.numbers import Constants, natural_sizes
+from mechdae.kernels.call import Call
 from mechdae.kernels.graphs import Graphs
 
 ITERATIONS = 30
@@ -111,8 +112,9 @@ class LimitFinder:
     def evaluate(self, b: int, y: Any) -> list[Any]:
         """Return what `Graphs.fold` gives of a block at y."""
         if b not in self._functions:
-            self._functions[b] = self.graphs.fold(b)
-        return [np.array(part) for part in self._functions[b](y, self.whole)]
+            self._functions[b] = Call(self.graphs.fold(b))
+        system, slope, J, F_y, bend = self._functions[b](y, self.whole)
+        return [system, slope, J.reshape(-1, self.graphs.blocks[b].size), F_y, bend]
 
     def find(self, b: int, s: float, x: Any, sense: float, largest: float) -> Limit | None:
         """Return the fold of block `b` just ahead of a solved pose, None while there is none.

@@ -185,7 +185,9 @@ class Path:
         size = np.zeros(self.graphs.nx)
         for b, graph in enumerate(self.graphs.blocks):
             reach = self.reach[self.block_group[b]]
-            ends = [end.x[None, :] for end in (reach.low, reach.high) if end and end.kind == "limit"]
+            ends = [
+                end.x[None, :] for end in (reach.low, reach.high) if end and end.kind == "limit"
+            ]
             followed = np.vstack([X[reach.contains(S)], *ends])[:, graph.own]
             size[graph.own] = np.abs(followed).max(axis=0, initial=0.0)
         course = self.graphs.course

@@ -572,6 +572,43 @@ class Graphs:
 
     # -- limit positions -------------------------------------------------------------------
 
+    def turn(self, b: int) -> Any:
+        """Return bounds for a block and its ancestors over a step along a tangent of (x, s).
+
+        (x, x', u, u', |x|, |u|, d, step, p, columns, rows) -> largest |F|, change of the Jacobian
+        in (x, s), its Lipschitz constant where unknowns and drivers stay below |x| and |u|; all in
+        units of the unknowns and s (`columns`) and of the equations (`rows`).
+        """
+        blocks = self.ancestors(b)
+        chain = [i for k in blocks for i in self.blocks[k].own]
+        names = ("v", "du", "size_x", "size_u", "d")
+        v, du, size_x, size_u, d = (
+            SX.sym(name, self.nu if name in ("du", "size_u", "d") else self.nx) for name in names
+        )
+        ds, s, x, u = SX.sym("ds"), SX.sym("s"), self.scene.x, self.scene.u
+        F = ca.vertcat(*[self.blocks[k].F for k in blocks])
+        w, r = SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
+        rows = ca.diag(1 / r)
+        moved, every = ca.substitute(F, u, u + d * s), ca.vertcat(x[chain], s)
+        J = ca.jacobian(moved, every)
+        bent = ca.substitute(ca.jacobian(ca.vec(J), every), s, 0)
+        J = ca.substitute(J, s, 0)
+        straight, rates = ca.vertcat(x, u), ca.vertcat(v, du)
+        along = ca.jtimes(ca.jtimes(F, straight, rates), straight, rates)
+        turned = ca.jtimes(ca.vec(J), straight, rates)
+        moving, sizes = [x, u, v, du, d], [ca.fabs(v), ca.fabs(du), ca.fabs(d)]
+        near = [ca.fabs(self.x) + ds * sizes[0], ca.fabs(self.u) + ds * sizes[1], *sizes]
+        m, n = F.numel(), every.numel()
+        value = ca.substitute(ca.substitute(F, x, self.x), u, self.u)
+        residual = ca.fabs(value) + ds * ds * majorant(along, moving, near)[0] / 2
+        change = ds * ca.reshape(majorant(turned, moving, near)[0], m, n)
+        square, _ = majorant(ca.vec(bent), moving, [size_x, size_u, *sizes])
+        square = ca.reshape(ca.reshape(square, m * n, n) @ ca.diag(w), m, n * n)
+        kappa = norm(rows @ square @ ca.diag(ca.kron(SX.ones(n), w)))
+        inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
+        results = [norm(rows @ residual), norm(rows @ change @ ca.diag(w)), kappa]
+        return ca.Function("turn", inputs, [ca.densify(part) for part in results])
+
     def along(self, b: int) -> Any:
         """Return one block on a curve of what it depends on.
 
@@ -583,7 +620,7 @@ class Graphs:
         F, _, inv, det, beta = self._solve(b, self.x, self.u, trig)
         rate = inv @ self.blocks[b].first_rate(self.x, self.u, self.p, v, du, trig)
         inputs = [self.x, self.u, v, du, self.consts]
-        left = norm((F / self.weights(b)[1])) if self.blocks[b].redundant else SX(0)
+        left = norm(F / self.weights(b)[1]) if self.blocks[b].redundant else SX(0)
         results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
         return ca.Function("along", inputs, results, OPTIONS)
 
@@ -629,7 +666,7 @@ class Graphs:
         bend = ca.jtimes(slope, y[own], w * v)
         whole = ca.vertcat(self.consts, u0, d)
         results = [system, ca.jacobian(system, y), J, ca.jacobian(F, y), bend]
-        return ca.Function("fold", [y, whole], results, OPTIONS)
+        return ca.Function("fold", [y, whole], [ca.densify(part) for part in results], OPTIONS)
 
 
 def _put(vector: Any, positions: list[int], values: Any) -> Any:
