@@ -69,6 +69,13 @@ FOUND = {
     "modes that differ by whole turns said not to be told apart": ("gears", 1002),
     "poses a whole turn away with a rack on the crank": ("gears", 320),
     "rates between two branches right behind a switch": ("exact", 31),
+    "a group lost for a moment just before the limit of an earlier one": ("dyads", 3118),
+    "the same with a triad behind a cylinder": ("triads", 2959),
+    "the same with a platform far away": ("triads", 14101),
+    "a limit behind a pole of an earlier group": ("triads", 19061),
+    "a fold of a platform far away": ("triads", 3215),
+    "a change point missed by a hundredth of a rounding": ("change", 19689),
+    "a limit behind branches that cross within rounding": ("change", 22710),
 }
 
 

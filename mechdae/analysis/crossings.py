@@ -30,7 +30,7 @@ ITERATIONS = 25
 REFINEMENTS = 4
 SEARCH = 8.0
 """How far ahead a crossing may lie, in largest steps of the path."""
-EXACT = 2.0**-76
+EXACT = 2.0**-90
 """Residual in 50 digits up to which the branches cross, in lengths of the mechanism."""
 LESS_EXACT = 64 * float(np.finfo(LONG).eps)
 """The same in 80-bit floats, where 50 digits are not to be had."""
