@@ -588,26 +588,26 @@ class Graphs:
         ds, s, x, u = SX.sym("ds"), SX.sym("s"), self.scene.x, self.scene.u
         F = ca.vertcat(*[self.blocks[k].F for k in blocks])
         w, r = SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
-        rows = ca.diag(1 / r)
         moved, every = ca.substitute(F, u, u + d * s), ca.vertcat(x[chain], s)
         J = ca.jacobian(moved, every)
-        bent = ca.substitute(ca.jacobian(ca.vec(J), every), s, 0)
-        J = ca.substitute(J, s, 0)
+        row, column = map(list, J.sparsity().get_triplet())
+        entries = _column(J.nonzeros())
+        bent = ca.substitute(ca.jacobian(entries, every), s, 0)
+        entry, other = map(list, bent.sparsity().get_triplet())
+        share = w[column] / r[row]
         straight, rates = ca.vertcat(x, u), ca.vertcat(v, du)
         along = ca.jtimes(ca.jtimes(F, straight, rates), straight, rates)
-        turned = ca.jtimes(ca.vec(J), straight, rates)
+        turned = ca.jtimes(ca.substitute(entries, s, 0), straight, rates)
         moving, sizes = [x, u, v, du, d], [ca.fabs(v), ca.fabs(du), ca.fabs(d)]
         near = [ca.fabs(self.x) + ds * sizes[0], ca.fabs(self.u) + ds * sizes[1], *sizes]
-        m, n = F.numel(), every.numel()
         value = ca.substitute(ca.substitute(F, x, self.x), u, self.u)
         residual = ca.fabs(value) + ds * ds * majorant(along, moving, near)[0] / 2
-        change = ds * ca.reshape(majorant(turned, moving, near)[0], m, n)
-        square, _ = majorant(ca.vec(bent), moving, [size_x, size_u, *sizes])
-        square = ca.reshape(ca.reshape(square, m * n, n) @ ca.diag(w), m, n * n)
-        kappa = norm(rows @ square @ ca.diag(ca.kron(SX.ones(n), w)))
+        change = ds * majorant(turned, moving, near)[0]
+        square, _ = majorant(_column(bent.nonzeros()), moving, [size_x, size_u, *sizes])
+        kappa = norm(square * share[entry] * w[other])
         inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
-        results = [norm(rows @ residual), norm(rows @ change @ ca.diag(w)), kappa]
-        return ca.Function("turn", inputs, [ca.densify(part) for part in results])
+        results = [ca.densify(part) for part in (norm(residual / r), norm(change * share), kappa)]
+        return ca.Function("turn", inputs, results)
 
     def along(self, b: int) -> Any:
         """Return one block on a curve of what it depends on.
