@@ -594,7 +594,7 @@ class Graphs:
         entries = _column(J.nonzeros())
         bent = ca.substitute(ca.jacobian(entries, every), s, 0)
         entry, other = map(list, bent.sparsity().get_triplet())
-        share = w[column] / r[row]
+        share = _column([w[j] / r[i] for i, j in zip(row, column, strict=True)])
         straight, rates = ca.vertcat(x, u), ca.vertcat(v, du)
         along = ca.jtimes(ca.jtimes(F, straight, rates), straight, rates)
         turned = ca.jtimes(ca.substitute(entries, s, 0), straight, rates)
@@ -604,7 +604,8 @@ class Graphs:
         residual = ca.fabs(value) + ds * ds * majorant(along, moving, near)[0] / 2
         change = ds * majorant(turned, moving, near)[0]
         square, _ = majorant(_column(bent.nonzeros()), moving, [size_x, size_u, *sizes])
-        kappa = norm(square * share[entry] * w[other])
+        unit = _column([share[i] * w[j] for i, j in zip(entry, other, strict=True)])
+        kappa = norm(square * unit)
         inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
         results = [ca.densify(part) for part in (norm(residual / r), norm(change * share), kappa)]
         return ca.Function("turn", inputs, results)
