@@ -365,6 +365,18 @@ def swallowed_limit_of_a_triad(monkeypatch):
     swallow(monkeypatch)
 
 
+@mutant(
+    "Turning._proved",
+    "every step into a limit position counts as proved",
+    "limit",
+    (("triads", 2959), ("triads", 29737)),
+)
+def hidden_limit(monkeypatch):
+    from mechdae.analysis.turning import Turning
+
+    monkeypatch.setattr(Turning, "_proved", lambda *args: True)
+
+
 def shift(monkeypatch):
     from mechdae.analysis.path import Path
 

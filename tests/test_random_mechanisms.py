@@ -82,6 +82,13 @@ FOUND = {
     "swing over the whole turns of such a change point": ("exact", 13073),
     "errors of both sides of a change point that cancel at it": ("exact", 5420),
     "accelerations from nodes too near to a change point": ("exact", 202631),
+    "a group lost for a moment just before the limit of an earlier one": ("dyads", 3118),
+    "the same with a triad behind a cylinder": ("triads", 2959),
+    "the same with a platform far away": ("triads", 14101),
+    "a limit behind a pole of an earlier group": ("triads", 19061),
+    "a fold of a platform far away": ("triads", 3215),
+    "a change point missed by a hundredth of a rounding": ("change", 19689),
+    "a limit behind branches that cross within rounding": ("change", 22710),
 }
 
 

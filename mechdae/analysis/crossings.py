@@ -20,17 +20,20 @@ import numpy as np
 
 from mechdae.analysis.numbers import Constants, natural_sizes
 from mechdae.kernels.call import Call
-from mechdae.kernels.extended import LONG, evaluate
+from mechdae.kernels.extended import LONG, NoDecimals, decimals, evaluate, exactly
 from mechdae.kernels.graphs import ROUNDOFF, Graphs
 from mechdae.kernels.jets import crossing, jets
 
 NODES_PER_TURN = 128
 """Certified steps of a path in one turn of the driver, at least."""
 ITERATIONS = 25
+REFINEMENTS = 4
 SEARCH = 8.0
 """How far ahead a crossing may lie, in largest steps of the path."""
-EXACT = 64 * float(np.finfo(LONG).eps)
-"""Residual in 80-bit floats up to which the branches cross, in lengths of the mechanism."""
+EXACT = 2.0**-90
+"""Residual in 50 digits up to which the branches cross, in lengths of the mechanism."""
+LESS_EXACT = 64 * float(np.finfo(LONG).eps)
+"""The same in 80-bit floats, where 50 digits are not to be had."""
 MEANT = 8 * ROUNDOFF
 """Residual that numbers rounded to double may leave where a crossing is meant."""
 DOUBTFUL = 1e-10
@@ -260,13 +263,20 @@ class CrossingFinder:
             return None
         if np.linalg.norm(system[:-1]) > DOUBTFUL:
             return None
+        jacobian = slope
         slope = None if behind else v[own] + a[own] * (here - s)
         found = self._branches(b, here, y, z, slope, scaling)
         if found is None:
             return None
         result, size, w = found
-        sharp = [k for k in earlier if k not in known]
-        residual = self._residual(b, here, result.x, whole, sharp, w, scaling)
+        residual = None
+        if g.single and not any(k in known for k in earlier):
+            u, u1, u2, _ = self.drivers(here)
+            driven = (z[1] * unit, z[2] * unit**2, u, u1 * unit, u2 * unit**2)
+            residual = self._precise(b, whole, earlier, y, jacobian, driven, scaling)
+        if residual is None:
+            sharp = [k for k in earlier if k not in known]
+            residual = self._residual(b, here, result.x, whole, sharp, w, scaling)
         if result.excluded:
             residual = 0.0  # the path cannot leave its branch
         return replace(result, residual=residual, gap=float(np.sqrt(2 * residual / size)))
@@ -368,6 +378,46 @@ class CrossingFinder:
                 wide[g.blocks[k].own] -= np.linalg.lstsq(J, value(k).astype(float))[0]
         wide[g.blocks[b].own] = x
         found = float(abs(np.asarray(w, LONG) @ scaling.equations(value(b))))
+        return found if found > LESS_EXACT else 0.0
+
+    def _precise(
+        self,
+        b: int,
+        whole: Any,
+        earlier: list[int],
+        y: Any,
+        slope: Any,
+        driven: tuple[Any, ...],
+        scaling: Scaling,
+    ) -> float | None:
+        """Return |w . F| in 50 digits at the crossing next to y, None where they cannot be had.
+
+        Unknowns of earlier blocks are refined first, and then y itself: `driven` are z', z'' and
+        u, u', u'' of the system of the crossing, `slope` its derivative.
+        """
+        g = self.graphs
+        wide, u = [exactly(value) for value in whole], driven[2]
+        n, function = g.blocks[b].size, self._systems[b].function
+        try:
+            for k in earlier:
+                graph = g.blocks[k]
+                J = graph.value_at(whole, u, self.p)[1]
+                for _ in range(REFINEMENTS):
+                    parts = [[wide[i] for i in graph.own], [wide[i] for i in graph.uses]]
+                    F = decimals(graph.function, [*parts, u, self.p[graph.params]])
+                    for i, step in zip(graph.own, np.linalg.lstsq(J, _floats(F))[0], strict=True):
+                        wide[i] -= exactly(step)
+            z = [wide[i] for i in g.blocks[b].uses]
+            numbers = [z, *driven, self.p, *scaling.vectors]
+            refined = [exactly(value) for value in y]
+            for _ in range(REFINEMENTS):
+                system = decimals(function, [refined, *numbers])
+                change = np.linalg.lstsq(slope, -_floats(system))[0]
+                refined = [a + exactly(step) for a, step in zip(refined, change, strict=True)]
+            system = decimals(function, [refined, *numbers])
+        except NoDecimals:
+            return None
+        found = abs(float(sum(w * F for w, F in zip(refined[n + 1 :], system[:n], strict=True))))
         return found if found > EXACT else 0.0
 
     def _branch(
@@ -396,6 +446,10 @@ class CrossingFinder:
         left, sigma, turned = np.linalg.svd(scaled)
         kept = sigma[:-1]
         return turned[:-1].T @ ((left[:, :-1].T @ right) / kept)
+
+
+def _floats(values: list[Any]) -> Any:
+    return np.array([float(value) for value in values])
 
 
 def piece(a: float, b: float, at_a: Any, at_b: Any) -> Piece:

@@ -6,14 +6,14 @@ path turns back there as s = s* + c sigma^2, x = x* + v sigma + ...
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.numbers import Constants
+from mechdae.analysis.numbers import Constants, natural_sizes
+from mechdae.kernels.call import Call
 from mechdae.kernels.graphs import Graphs
 
 ITERATIONS = 30
@@ -21,8 +21,8 @@ SEARCH = 20.0
 """How far ahead a fold may lie, in largest steps of the path."""
 REGULAR = 1e-4
 """Share of the largest singular value above which a Jacobian is not singular."""
-ROUGH, CLOSE = 0.5, 0.02
-"""Share by which the expansion at a fold may miss the pose the path has reached."""
+ROUGH = 0.5
+"""Share by which the expansion at a fold may miss the pose from which it was found."""
 
 
 REACHED = ("change_point", "end_of_curve")
@@ -65,21 +65,14 @@ class Limit:
         """Whether the pose there is like any other: the end of a curve."""
         return self.kind == "end_of_curve"
 
-    def leads_to(self, x: Any, s: float, tolerance: float, others: Sequence[Any] = ()) -> bool:
-        """Return whether the expansion leads back to the pose `x` at `s`.
-
-        `others` are unknowns of later blocks that have to be led back to as well.
-        """
+    def leads_to(self, x: Any, s: float, tolerance: float) -> bool:
+        """Return whether the expansion of the fold's block leads back to the pose `x` at `s`."""
         own = list(self.own)
-        sigma = np.sign((x - self.x)[own] @ self.v[own])
-        sigma *= np.sqrt(max((s - self.s) / self.c, 0.0))
-        for columns in (own, *others):
-            offset = (x - self.x)[columns]
-            far = float(np.max(np.abs(offset)))
-            miss = np.max(np.abs(offset - self.v[columns] * sigma))
-            if not miss <= tolerance * far or (columns is own and far == 0):
-                return False
-        return True
+        offset = (x - self.x)[own]
+        sigma = np.sign(offset @ self.v[own]) * np.sqrt(max((s - self.s) / self.c, 0.0))
+        far = float(np.max(np.abs(offset)))
+        miss = float(np.max(np.abs(offset - self.v[own] * sigma)))
+        return far > 0 and miss <= tolerance * far
 
 
 class LimitFinder:
@@ -102,7 +95,7 @@ class LimitFinder:
     ) -> None:
         self.graphs, self.whole, self.drivers = graphs, whole, drivers
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
-        self.scale = scale
+        self.scale, self.sizes = scale, natural_sizes(graphs.scene, scale)
         self._functions: dict[int, Any] = {}
         inputs = [graphs.scale, graphs.p]
         self.weights = [
@@ -110,42 +103,43 @@ class LimitFinder:
             for b in range(graphs.nb)
         ]
 
-    def _chain(self, b: int) -> tuple[list[int], list[int]]:
+    def chain(self, b: int) -> tuple[list[int], list[int]]:
         """Return the unknowns of a block and its ancestors, and the block's places among them."""
         g = self.graphs
         chain = [i for k in g.ancestors(b) for i in g.blocks[k].own]
         return chain, [chain.index(i) for i in g.blocks[b].own]
 
-    def _evaluate(self, b: int, y: Any) -> list[Any]:
+    def evaluate(self, b: int, y: Any) -> list[Any]:
+        """Return what `Graphs.fold` gives of a block at y."""
         if b not in self._functions:
-            self._functions[b] = self.graphs.fold(b)
-        return [np.array(part) for part in self._functions[b](y, self.whole)]
+            self._functions[b] = Call(self.graphs.fold(b))
+        system, slope, J, F_y, bend = self._functions[b](y, self.whole)
+        return [system, slope, J.reshape(-1, self.graphs.blocks[b].size), F_y, bend]
 
-    def find(
-        self, b: int, s: float, x: Any, sense: float, largest: float, lost: set[int]
-    ) -> Limit | None:
+    def find(self, b: int, s: float, x: Any, sense: float, largest: float) -> Limit | None:
         """Return the fold of block `b` just ahead of a solved pose, None while there is none.
 
-        `lost` are groups whose unknowns mean nothing any more.
+        Unknowns of blocks that it does not depend on stay those of the pose (see `Turning`).
         """
         g = self.graphs
-        chain, own = self._chain(b)
+        chain, own = self.chain(b)
         count, w = len(chain), self.weights[b]
         y = np.concatenate([x[chain], [s], np.zeros(len(own))])
-        y[count + 1 :] = np.linalg.svd(self._evaluate(b, y)[2] * w)[2][-1]
+        y[count + 1 :] = np.linalg.svd(self.evaluate(b, y)[2] * w)[2][-1]
         if not self._solve(b, y, s, count, 50 * largest):
             return None
         found = float(y[count])
         if not -1e-12 * (1 + abs(s)) <= sense * (found - s) <= SEARCH * largest:
             return None
-        _, slope, J, F_y, bend = self._evaluate(b, y)
+        _, slope, J, F_y, bend = self.evaluate(b, y)
         left = _left_null(J * w)
         push = left @ _push(slope, F_y, count, own, len(J))
         curve, size = float(push @ (left @ bend.ravel())), float(push @ push)
         if size == 0 or curve == 0 or -curve * sense >= 0:
             return None
-        full, rate = self._all_unknowns(b, x, chain, y, lost, y[count + 1 :] * w)
         columns = tuple(g.blocks[b].own)
+        full, rate = x.copy(), np.zeros(g.nx)
+        full[chain], rate[list(columns)] = y[:count], y[count + 1 :] * w
         group = g.blocks[b].block.group
         limit = Limit(found, b, group, "limit", full, columns, rate, -curve / (2 * size))
         return limit if limit.leads_to(x, s, ROUGH) else None
@@ -154,7 +148,7 @@ class LimitFinder:
         """Solve the system of a fold by Newton's method in place; return whether it held."""
         moved = np.inf
         for _ in range(ITERATIONS):
-            system, slope = self._evaluate(b, y)[:2]
+            system, slope = self.evaluate(b, y)[:2]
             size = np.max(np.abs(slope), axis=1)
             size[size == 0] = 1.0
             try:
@@ -169,41 +163,6 @@ class LimitFinder:
                 return True
         return False
 
-    def seen_from(self, limit: Limit, x: Any, lost: set[int]) -> Limit:
-        """Return a fold with the later groups on the branch of the pose `x`, reached next to it.
-
-        From the pose where the fold was first seen, Newton's method may take them elsewhere.
-        """
-        chain, _ = self._chain(limit.block)
-        y = np.concatenate([limit.x[chain], [limit.s]])
-        v = limit.v[list(limit.own)]
-        full, rate = self._all_unknowns(limit.block, x, chain, y, lost, v)
-        return replace(limit, x=full, v=rate)
-
-    def _all_unknowns(
-        self, b: int, x: Any, chain: list[int], y: Any, lost: set[int], v: Any
-    ) -> tuple[Any, Any]:
-        """Return x and dx/dsigma (nx,) at a fold; later blocks by Newton's method."""
-        g = self.graphs
-        result, rate = x.copy(), np.zeros(g.nx)
-        result[chain] = y[: len(chain)]
-        rate[g.blocks[b].own] = v
-        fixed = set(g.ancestors(b))
-        s = float(y[len(chain)])
-        u = self.drivers(np.array([s]))[0]
-        for k, graph in enumerate(g.blocks):
-            if k in fixed or graph.block.group in lost:
-                continue
-            try:
-                for _ in range(12):
-                    F, J, Fz = graph.value_at(result, u, self.p)
-                    result[graph.own] -= solve(J, F)
-                if graph.uses:
-                    rate[graph.own] = -solve(J, Fz @ rate[graph.uses])
-            except np.linalg.LinAlgError:
-                continue
-        return result, rate
-
     def kind(self, b: int, s: float, x: Any) -> str:
         """Return what a singular pose that is no fold is.
 
@@ -211,9 +170,9 @@ class LimitFinder:
         "dead_point": it does not, the group's speed ratio is infinite there;
         "locked": a redundant block is not singular, but its equations are not met beyond.
         """
-        chain, own = self._chain(b)
+        chain, own = self.chain(b)
         y = np.concatenate([x[chain], [s], np.zeros(len(own))])
-        _, slope, J, F_y, _ = self._evaluate(b, y)
+        _, slope, J, F_y, _ = self.evaluate(b, y)
         push = _push(slope, F_y, len(chain), own, len(J))
         if self.graphs.blocks[b].redundant:
             units = self.graphs.blocks[b].block.units

@@ -19,8 +19,9 @@ from mechdae.analysis.crossings import Crossing, CrossingFinder
 from mechdae.analysis.curve_ends import CurveEnds
 from mechdae.analysis.cusps import CuspFinder
 from mechdae.analysis.interpolate import near_limit, quintic
-from mechdae.analysis.limits import CLOSE, Limit, LimitFinder
+from mechdae.analysis.limits import Limit, LimitFinder
 from mechdae.analysis.numbers import Constants
+from mechdae.analysis.turning import Turning
 from mechdae.errors import InputError, SolveError
 from mechdae.kernels.call import Call
 from mechdae.kernels.graphs import Graphs
@@ -111,6 +112,7 @@ class Path:
         self.reach = {index: Reach() for index in self.groups}
         crossings = CrossingFinder(g, self.constants, self.motion, self.largest)
         self.finder = LimitFinder(g, self.whole, self.constants, self.drivers, crossings.unit)
+        self.turning = Turning(g, self.constants, self.finder, self.motion)
         self.bridges = Builder(crossings, self._step, self.constants, self.finder.weights)
         self.zones: list[Zone] = []
         self.curves = CurveEnds(self.graphs, self.constants.p)
@@ -182,7 +184,11 @@ class Path:
         S, X, _, _ = self.arrays()
         size = np.zeros(self.graphs.nx)
         for b, graph in enumerate(self.graphs.blocks):
-            followed = X[self.reach[self.block_group[b]].contains(S)][:, graph.own]
+            reach = self.reach[self.block_group[b]]
+            ends = [
+                end.x[None, :] for end in (reach.low, reach.high) if end and end.kind == "limit"
+            ]
+            followed = np.vstack([X[reach.contains(S)], *ends])[:, graph.own]
             size[graph.own] = np.abs(followed).max(axis=0, initial=0.0)
         course = self.graphs.course
         if course:
@@ -380,7 +386,7 @@ class Path:
                 continue
             self.counts.folds += 1
             x = state[: self.graphs.nx]
-            limit = self.finder.find(k, s, x, sense, self.largest, ended)
+            limit = self.finder.find(k, s, x, sense, self.largest)
             if limit is None:
                 continue
             if self._approach(limit, s, state, sense, rest, ended, up):
@@ -470,10 +476,7 @@ class Path:
             distance = sense * (limit.s - s)
             x = state[: self.graphs.nx]
             if distance <= APPROACH * self.largest:
-                if limit.leads_to(x, s, CLOSE):
-                    self._end(self.finder.seen_from(limit, x, ended), ended, up)
-                    return True
-                return False
+                return self._into(limit, s, x, ended, up)
             if distance > rest:
                 return False
             step = share * distance
@@ -486,17 +489,22 @@ class Path:
                 self.counts.rejected += 1
                 step /= 2
                 if step < 1e-3 * distance:
-                    # the proof is too weak here; the fold's own expansion may still tell,
-                    # of the blocks that are not proved too: they may have folds before it
-                    seen = self.finder.seen_from(limit, x, ended)
-                    if seen.leads_to(x, s, CLOSE, [self.graphs.blocks[b].own for b in bad]):
-                        self._end(seen, ended, up)
-                        return True
-                    return False
+                    # the proof is too weak here, not of what the fold depends on
+                    before = self.graphs.ancestors(limit.block)[:-1]
+                    return not set(before) & set(bad) and self._into(limit, s, x, ended, up)
             share = min(0.6, 1.5 * step / distance)
             self.counts.steps += 1
             s, state, rest = s + sense * step, after, rest - step
             self._append(s, state, up)
+
+    def _into(self, limit: Limit, s: float, x: Any, ended: set[int], up: bool) -> bool:
+        """Record a fold to which all that hangs on it leads from a pose; return whether it does."""
+        hanging = self._hanging(limit.group) - ended
+        blocks = [b for b, group in enumerate(self.block_group) if group in hanging]
+        led = self.turning.lead(limit, s, x, blocks)
+        if led is not None:
+            self._end(led, ended, up)
+        return led is not None
 
     # -- change points -------------------------------------------------------------------
 

@@ -69,6 +69,9 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
                 event["gap"] = limit.gap
             found.append((limit.s, event))
     found += [pair for zone in path.zones for pair in _crossed(setting, path, zone, low, high)]
+    for s, event in found:
+        if _ambiguous(path, np.array([s]), at_them=False)[0]:
+            event["ambiguous"] = True
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
 
 
@@ -272,12 +275,13 @@ def _near_crossings(setting: Setting, path: Path) -> list[str]:
     return notes
 
 
-def _ambiguous(path: Path, s: Any) -> Any:
+def _ambiguous(path: Path, s: Any, at_them: bool = True) -> Any:
     """Return which places lie behind branches that come too near each other to be told apart."""
     result = np.zeros(len(s), bool)
     for zone in path.zones:
         if not all(crossing.exact for crossing in zone.crossings):
-            result |= (s >= zone.s) if zone.s > path.origin[0] else (s <= zone.s)
+            sense = 1.0 if zone.s > path.origin[0] else -1.0
+            result |= (sense * (s - zone.s) >= 0) & (at_them | (s != zone.s))
     return result
 
 

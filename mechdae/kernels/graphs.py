@@ -572,6 +572,71 @@ class Graphs:
 
     # -- limit positions -------------------------------------------------------------------
 
+    def turn(self, b: int) -> Any:
+        """Return bounds for a block and its ancestors over a step along a tangent of (x, s).
+
+        (x, x', u, u', |x|, |u|, d, step, p, columns, rows) -> largest |F|, change of the Jacobian
+        in (x, s), its Lipschitz constant where unknowns and drivers stay below |x| and |u|; all in
+        units of the unknowns and s (`columns`) and of the equations (`rows`).
+        """
+        blocks = self.ancestors(b)
+        chain = [i for k in blocks for i in self.blocks[k].own]
+        names = ("v", "du", "size_x", "size_u", "d")
+        v, du, size_x, size_u, d = (
+            SX.sym(name, self.nu if name in ("du", "size_u", "d") else self.nx) for name in names
+        )
+        ds, s, x, u = SX.sym("ds"), SX.sym("s"), self.scene.x, self.scene.u
+        F = ca.vertcat(*[self.blocks[k].F for k in blocks])
+        w, r = SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
+        moved, every = ca.substitute(F, u, u + d * s), ca.vertcat(x[chain], s)
+        J = ca.jacobian(moved, every)
+        row, column = map(list, J.sparsity().get_triplet())
+        entries = _column(J.nonzeros())
+        bent = ca.substitute(ca.jacobian(entries, every), s, 0)
+        entry, other = map(list, bent.sparsity().get_triplet())
+        share = _column([w[j] / r[i] for i, j in zip(row, column, strict=True)])
+        straight, rates = ca.vertcat(x, u), ca.vertcat(v, du)
+        along = ca.jtimes(ca.jtimes(F, straight, rates), straight, rates)
+        turned = ca.jtimes(ca.substitute(entries, s, 0), straight, rates)
+        moving, sizes = [x, u, v, du, d], [ca.fabs(v), ca.fabs(du), ca.fabs(d)]
+        near = [ca.fabs(self.x) + ds * sizes[0], ca.fabs(self.u) + ds * sizes[1], *sizes]
+        value = ca.substitute(ca.substitute(F, x, self.x), u, self.u)
+        residual = ca.fabs(value) + ds * ds * majorant(along, moving, near)[0] / 2
+        change = ds * majorant(turned, moving, near)[0]
+        square, _ = majorant(_column(bent.nonzeros()), moving, [size_x, size_u, *sizes])
+        unit = _column([share[i] * w[j] for i, j in zip(entry, other, strict=True)])
+        kappa = norm(square * unit)
+        inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
+        results = [ca.densify(part) for part in (norm(residual / r), norm(change * share), kappa)]
+        return ca.Function("turn", inputs, results)
+
+    def along(self, b: int) -> Any:
+        """Return one block on a curve of what it depends on.
+
+        (x, u, x', u', consts) -> Newton step, rate, determinant, beta, share by which its
+        equations are open; x' and u' are those of earlier unknowns and of the drivers.
+        """
+        v, du = SX.sym("v", self.nx), SX.sym("du", self.nu)
+        trig = (ca.sin(self.x), ca.cos(self.x))
+        F, _, inv, det, beta = self._solve(b, self.x, self.u, trig)
+        rate = inv @ self.blocks[b].first_rate(self.x, self.u, self.p, v, du, trig)
+        inputs = [self.x, self.u, v, du, self.consts]
+        left = norm(F / self.weights(b)[1]) if self.blocks[b].redundant else SX(0)
+        results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
+        return ca.Function("along", inputs, results, OPTIONS)
+
+    def tube(self, b: int) -> Any:
+        """Return the test of a step of one block on a curve, and its radius: see `_tube`.
+
+        (x, x', away, u, u', drift, [beta, step], consts) -> test, radius.
+        """
+        v, away, numbers = SX.sym("v", self.nx), SX.sym("away", self.nx), SX.sym("numbers", 2)
+        du, drift = SX.sym("du", self.nu), SX.sym("drift", self.nu)
+        beta, step = numbers[0], numbers[1]
+        results = self._tube(b, self.x, v, away, self.u, du, beta, step, drift)
+        inputs = [self.x, v, away, self.u, du, drift, numbers, self.consts]
+        return ca.Function("tube", inputs, [ca.densify(part) for part in results], OPTIONS)
+
     def ancestors(self, b: int) -> list[int]:
         """Return the blocks that block `b` depends on, itself last."""
         wanted = {b}
@@ -602,7 +667,7 @@ class Graphs:
         bend = ca.jtimes(slope, y[own], w * v)
         whole = ca.vertcat(self.consts, u0, d)
         results = [system, ca.jacobian(system, y), J, ca.jacobian(F, y), bend]
-        return ca.Function("fold", [y, whole], results, OPTIONS)
+        return ca.Function("fold", [y, whole], [ca.densify(part) for part in results], OPTIONS)
 
 
 def _put(vector: Any, positions: list[int], values: Any) -> Any:

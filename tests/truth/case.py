@@ -11,7 +11,7 @@ import mechdae as md
 
 from .elements import CLOSURES, DRIVERS, Element, World
 from .series import LD, PI
-from .tracks import FOLD, SYSTEMS, Track
+from .tracks import FOLD, SYSTEMS, Track, vanishes
 
 TURN = 2 * np.pi
 GRID = 1200
@@ -222,10 +222,10 @@ class Case:
         extra = []
         if fine:
             step = places[1] - places[0]
-            shares = (np.arange(1, 60) / 60.0) ** 3
+            shares = [*(np.arange(1, 60) / 60.0) ** 3, *(60.0**-3 * 0.5 ** np.arange(1, 13))]
             for end, sense in ((a, 1), (b, -1)):
                 if np.isfinite(end):
-                    extra += (end + sense * 2 * step * shares).tolist()
+                    extra += (end + sense * 2 * step * np.array(shares)).tolist()
         extra = [s for s in extra if a < s < b and places[0] < s < places[-1]]
         return np.array(sorted({*kept.tolist(), *extra}))
 
@@ -296,6 +296,9 @@ class Case:
             end = self._look(k, LD(s[i]), LD(s[i + 1]), sense)
             if end is not None:
                 return end
+        last = ends[1 if sense > 0 else 0]
+        if last.kind == "limit" and len(s) > 1 and vanishes(float(last.at), s[-2:], value[-2:]):
+            return End(LD(s[-1]), "doubtful", k)  # between the last place and that limit
         return None
 
     def _look(self, k, a, b, sense):

@@ -457,8 +457,13 @@ class Judge:
         for end, k in self._ends():
             true.setdefault(end.kind, []).append((float(end.at), k, end))
         self.stops = []
+        near_misses = [e["at"] for e in self.result.events if e.get("exact") is False]
         for event in self.result.events:
             kind, at = event["kind"], event["at"]
+            if event.get("ambiguous"):  # whether the motion gets there is left open
+                if not any((at - gap) * (gap - case.s0) > 0 for gap in near_misses):
+                    self.say(f"{kind} at {at!r} left open without a reason")
+                continue
             ours.setdefault(kind, []).append(at)
             known = [place for place, _, _ in true.get(kind, [])]
             if kind == "change_point":

@@ -516,15 +516,27 @@ class Track:
             if not self._cover(chunk, 0):
                 break
         else:
-            return (end[0], "parent")
+            return (end[0], "doubtful" if self._hidden(end) else "parent")
         return self._end(sense, start)
+
+    def _hidden(self, end):
+        """Return whether the determinant seems to vanish between the last node and a fold there.
+
+        Next to the fold of an element before, everything is smooth in the root of the distance.
+        """
+        at, kind = end
+        if kind != "parent" or len(self.s) < 2:
+            return False
+        return vanishes(float(at), self.s[-2:], self.d[-2:])
 
     def _end(self, sense, start):
         here = self.s[-1]
-        if max(abs(self.x[-1][0]), abs(self.x[-1][1] if self.cls.size == 3 else 0)) > (
-            FAR * self.length if self.cls.size == 3 else math.inf
-        ):
-            return (here, "pole")
+        far = FAR * self.length if self.cls.size == 3 else math.inf
+        away = max(abs(self.x[-1][0]), abs(self.x[-1][1] if self.cls.size == 3 else 0)) > far
+        end = self._folds(here, sense, start)  # it may as well fold far away
+        return (here, "pole") if away and end[1] != "limit" else end
+
+    def _folds(self, here, sense, start):
         if len(self.s) < start + 3 and abs(here - self.case.s0) < 1e-9 * self.unit:
             return (here, "doubtful")
         # the square of the determinant against the driver, its last clear approach
@@ -625,6 +637,12 @@ class Track:
             folds = sorted(self.folds.values(), key=lambda f: abs(float(f[0] - value)))
             columns.append(folds[0][1] if folds else np.full(self.cls.size, np.nan))
         return np.array(columns).T
+
+
+def vanishes(at, places, values):
+    """Return whether values at two places change their sign before `at`, linear in the root."""
+    far, near = (math.sqrt(abs(at - s)) for s in places)
+    return not (values[1] + (values[1] - values[0]) * near / (far - near)) * values[1] > 0
 
 
 def extrapolate(t, y, to):
