@@ -143,7 +143,7 @@ class Motion(Task):
     at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
     poses: int | None = key("whole", None, doc="outputs at equal intervals")
     tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
-    method: str | None = key("text", None, choices=("explicit",))
+    method: str | None = key("text", None, choices=("explicit", "bdf", "auto"))
     friction: str | None = key("text", None, choices=("event", "smooth", "none"))
     events: Any = key("free", None, doc="[{coordinate, crosses, name, stop}]")
     outputs: tuple[str, ...] | None = key("names", None)

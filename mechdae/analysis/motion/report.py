@@ -214,7 +214,7 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
         "drift": float(np.max(drift, initial=0.0)),
         "drift_of_speeds": float(np.max(rates, initial=0.0)),
         "singular": len(run.passages.found),
-        "method": "explicit, Dormand-Prince 8(5,3)",
+        "method": work.name,
         "bound": "estimated",
         **({} if run.rests is None else {"rests_from": run.rests}),
         "not_in_scene": [],

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.motion.bdf import Bdf
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
@@ -85,7 +86,8 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
         As `motion_start`.
     """
     whole, begin, x, v = motion_start(problem, task)
-    integrator = Integrator(whole)
+    bdf = task.method in ("bdf", "auto")
+    integrator = Bdf(whole, task.method == "bdf") if bdf else Integrator(whole)
     run = Run(whole, begin, integrator, Passages(whole, integrator))
     run.crossings, run.sticking = Crossings(whole, integrator), Sticking(whole, integrator)
     run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
