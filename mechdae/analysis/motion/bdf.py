@@ -24,9 +24,9 @@ COUNT = 32
 """States of a window."""
 FINE = 0.25
 """Time between two of them, times the frequency."""
-STEPS = 20_000
+STEPS = 2000
 """Steps of CVODES in a window."""
-SHORTER = 8.0
+SHORTER = 4.0
 """By which a window is shortened in which CVODES fails."""
 PROJECTIONS = 6
 STRICT = 0.25
@@ -184,6 +184,8 @@ class Bdf(Integrator):
             if states is None:
                 longest = span / SHORTER
                 if longest < LEAST * end:
+                    state = state.copy()
+                    state[lay["h"]] = span
                     yield Nodes(state[None, :], signs, True)
                     return
                 continue

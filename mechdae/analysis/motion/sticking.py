@@ -63,12 +63,12 @@ class Turn:
 class NoWay(Exception):
     """No way to go on fits the laws of friction, or several do: the verdict.
 
-    ``status`` is that of the state, "jammed" or "ambiguous".
+    ``status`` is that of the state, "jammed" or "ambiguous"; ``code`` and ``facts`` tell more.
     """
 
-    def __init__(self, text: str, status: str = "jammed") -> None:
+    def __init__(self, text: str, status: str = "jammed", code: str = "F5", **facts: Any) -> None:
         super().__init__(text)
-        self.status = status
+        self.status, self.code, self.facts = status, code, facts
 
 
 class Sticking:
@@ -206,11 +206,14 @@ class Sticking:
                     f"{names} come to rest together, more of them than freedoms: the forces that "
                     "hold them are not unique (F3)",
                     "ambiguous",
+                    "F3",
+                    joints=[self.names[k] for k in rest],
                 )
             return fallback
         raise NoWay(
             f"no way to go on from rest fits the laws of dry friction (F5) of "
-            f"{', '.join(self.names[k] for k in rest)}"
+            f"{', '.join(self.names[k] for k in rest)}",
+            joints=[self.names[k] for k in rest],
         )
 
     def _ways(self, along: Any, rest: list[int], moved: Any) -> list[Any]:
@@ -333,7 +336,8 @@ class Sticking:
         text = f"dry friction of {', '.join(joints)}"
         share = f"one solution is sure with {1 / bound:.6g} of the coefficients"
         if not found:
-            raise NoWay(f"jammed (F1): no accelerations fit the {text}; {share}")
+            told = f"jammed (F1): no accelerations fit the {text}; {share}"
+            raise NoWay(told, code="F1", joints=joints, kappa=bound, share=1 / bound, solutions=[])
         listed = "; ".join(
             ", ".join(f"{name} {value:.9g}" for name, value in zip(names, a, strict=True))
             for _, a in found
@@ -342,6 +346,11 @@ class Sticking:
             f"{len(found)} solutions (F2) fit the {text}, which does not decide between them: "
             f"accelerations {listed}; {share}",
             "ambiguous",
+            "F2",
+            joints=joints,
+            kappa=bound,
+            share=1 / bound,
+            solutions=[dict(zip(names, a.tolist(), strict=True)) for _, a in found],
         )
 
     # -- events --------------------------------------------------------------------------------

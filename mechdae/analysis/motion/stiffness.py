@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -81,6 +82,14 @@ class Stiffness:
         if worst[0] * h > BOUND:
             self.found = (float(t), worst[1], worst[0], h)
             self.turned = self.integrator.turn_stiff()
+
+    def events(self) -> list[dict[str, Any]]:
+        """Return the event of it."""
+        if self.found is None:
+            return []
+        t, load, rate, h = self.found
+        event = {"kind": "stiff", "code": "S6", "at": t, "time": t, "load": load, "rate": rate}
+        return [event | {"step": h, "method": "bdf"}]
 
     def notes(self) -> list[str]:
         """Return what to say about it."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.analysis.motion.bdf import Bdf
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
+from mechdae.analysis.motion.endings import Growth, check_dead_start, stalled
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.observe import Observer, States
@@ -62,7 +63,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     ------
     InputError, UnavailableError
         What the task asks for is wrong, or friction in motion.
-    AssemblyError, InconsistentStartError, SingularMassError
+    AssemblyError, InconsistentStartError, InfeasibleMotionError, SingularMassError
         There is no start.
     """
     whole = setup(problem, task)
@@ -71,6 +72,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)
+    check_dead_start(whole, x, v)
     whole.kernel.scale(0.0, x, v, whole.loose)
     check_inertia(whole, x, v)
     check_friction(whole, x, v)
@@ -91,6 +93,7 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     run = Run(whole, begin, integrator, Passages(whole, integrator))
     run.crossings, run.sticking = Crossings(whole, integrator), Sticking(whole, integrator)
     run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
+    run.growth = Growth(whole, integrator)
     check_rest(whole, integrator, x, v)
     kept = Kept()
     _integrate(run, kept, x, v)
@@ -139,6 +142,12 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             if stop is not None:
                 nodes, turn = _until(nodes, stop.state, lay), None
                 run.stopped = stop
+            wild = run.growth.look(nodes)
+            if wild is not None:
+                nodes, turn = _until(nodes, wild, lay), None
+                t = float(lay.of(wild, "t"))
+                event = {"kind": "unbounded", "code": "S7", "at": t, **(run.growth.found or {})}
+                run.end(run.growth.fault(), event)
             run.passages.look(nodes)
             run.stiffness.look(nodes)
             run.ranges.look(nodes)
@@ -148,7 +157,7 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             if stop is not None or turn is not None or run.fault:
                 break
             if nodes.stalled:
-                run.stalled = True
+                run.end(*stalled(setup, integrator, sticking, run.last, nodes.signs))
         if turn is None:
             return
         after = turn.state
@@ -163,10 +172,12 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
         recent = [entry for entry in sticking.found if t - entry[0] <= CLOSE * setup.end]
         if len(recent) >= CROWD:
             owners = ", ".join(dict.fromkeys(entry[1] for entry in recent))
-            run.fault = (
+            fault = (
                 f"{CROWD} events of dry friction (F4) of {owners} within "
                 f"{CLOSE * setup.end:.2g} s before t = {t:.9g} s: the motion does not go on"
             )
+            event = {"kind": "chatter", "code": "F4", "at": t, "time": t, "count": len(recent)}
+            run.end(fault, event | {"joints": list(dict.fromkeys(own[1] for own in recent))})
             return
         h = float(after[lay["h"]][0])
         state = integrator.first(t, x, v, w, signs, h)
