@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.motion.creep import Creep
 from mechdae.analysis.motion.endings import Growth
 from mechdae.analysis.motion.events import Crossings, Found
 from mechdae.analysis.motion.expressions import WithReactions
@@ -49,6 +50,7 @@ class Run:
     stiffness: Stiffness = field(init=False)
     ranges: Ranges = field(init=False)
     growth: Growth = field(init=False)
+    creep: Creep | None = None
     first_energy: float = 0.0
     states: States = field(init=False)
     last: Any = None
@@ -147,6 +149,9 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         if dependent is not None:
             summary["redundant"] = dependent
             notes.append(redundancy_note(dependent))
+    if run.creep is not None:
+        summary["creep"] = run.creep.found
+        notes += run.creep.notes()
     if notes:
         summary["notes"] = notes
     faults = [run.fault] if run.fault else []

@@ -87,7 +87,7 @@ class Sticking:
         self.kernel = setup.kernel
         self.slips = setup.released.rubbing.slips
         self.names = [slip.owner for slip in self.slips]
-        self.k = len(self.slips)
+        self.k = 0 if setup.smooth else len(self.slips)
         self.found: list[tuple[float, str, float, str]] = []
         self.several: list[tuple[float, int]] = []
         self._fastest = 0.0
@@ -409,6 +409,8 @@ class Sticking:
 
     def look(self, nodes: Nodes) -> Turn | None:
         """Return the first event in accepted steps; None for none."""
+        if self.setup.smooth and len(nodes.states) > 1:
+            self.verdict = self._verdict(nodes)
         if not self.k or len(nodes.states) < 2:
             return None
         lay, states, signs = self.integrator.layout, nodes.states, nodes.signs

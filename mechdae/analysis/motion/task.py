@@ -9,6 +9,7 @@ import numpy as np
 
 from mechdae.analysis.motion.bdf import Bdf
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
+from mechdae.analysis.motion.creep import Creep
 from mechdae.analysis.motion.endings import Growth, check_dead_start, stalled
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
@@ -23,6 +24,7 @@ from mechdae.analysis.motion.stiffness import Stiffness
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Motion
 from mechdae.errors import InputError
+from mechdae.kernels.batch import Batch
 from mechdae.results import Result
 
 MOST = 2_000_000
@@ -88,8 +90,8 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
         As `motion_start`.
     """
     whole, begin, x, v = motion_start(problem, task)
-    bdf = task.method in ("bdf", "auto")
-    integrator = Bdf(whole, task.method == "bdf") if bdf else Integrator(whole)
+    method = task.method or ("bdf" if whole.smooth else "explicit")
+    integrator = Integrator(whole) if method == "explicit" else Bdf(whole, method == "bdf")
     run = Run(whole, begin, integrator, Passages(whole, integrator))
     run.crossings, run.sticking = Crossings(whole, integrator), Sticking(whole, integrator)
     run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
@@ -99,6 +101,9 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     _integrate(run, kept, x, v)
     _keep_last(kept, run)
     run.states = _states(whole, integrator, kept, run.undecided[0])
+    if whole.smooth:
+        run.creep = Creep(whole)
+        run.creep.look(run.states.t, run.states.x, run.states.v)
     observer = Observer(whole)
     run.first_energy = _energy(observer, x, v)
     return report(problem, name, task, run, observer)
@@ -253,4 +258,8 @@ def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float) 
         a[rows], lam[rows] = integrator.rates(t[rows, None], x[rows], v[rows], signs[rows[0]])
         rest = rest[~same]
     integrator.rhs += len(t)
+    if setup.smooth:
+        smooth = Batch(setup.kernel.sides, [], straight=lambda: None)
+        signs = signs.copy()
+        signs[:, : setup.rubbing.count] = smooth(t[:, None], x, v, signs)[0]
     return States(t, x, v, a, lam, w, signs)
