@@ -129,7 +129,7 @@ def test_s3_contradictory_start() -> None:
 
 
 def test_s4_a_law_that_goes_on_at_a_dead_point() -> None:
-    """The slider runs out at 0.06 m/s and is at r + l = 0.4 at t = 1: no speed of the crank fits."""
+    """The slider runs out at 0.06 m/s and is at r + l = 0.4 at t = 1: no crank speed fits."""
     result = md.solve(from_dict(slider_crank("0.34 + 0.06*t")), "m")
     (event,) = coded(result, "S4")
     assert event["kind"] == "infeasible"
@@ -274,7 +274,7 @@ def test_f3_friction_on_an_open_force() -> None:
 
 
 def test_f4_events_that_crowd() -> None:
-    """Less friction at rest than in motion: what starts at t = 0.2 cannot go on, again and again."""
+    """Less friction at rest than in motion: what starts at t = 0.2 cannot go on, ever again."""
     data = pushed("10*t")
     data["gravity"] = [0, -10.0]
     data["joints"]["guide"] |= {"friction": 0.4, "friction_static": 0.2}

@@ -36,7 +36,7 @@ def pendulum(damping: float, **task: Any) -> dict[str, Any]:
 
 
 def bobs(damping: float, **task: Any) -> dict[str, Any]:
-    """Two point masses on bars, four coordinates and two constraints, and a damper to the ground."""
+    """Two point masses on bars: four coordinates, two constraints; a damper to the ground."""
     data = pendulum(0.0, **task)
     data["bodies"] = {
         "a": {"points": {"P": [0, 0]}, "mass": 1.0},

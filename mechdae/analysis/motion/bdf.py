@@ -24,11 +24,13 @@ COUNT = 32
 """States of a window."""
 FINE = 0.25
 """Time between two of them, times the frequency."""
-STEPS = 2000
-"""Steps of CVODES in a window."""
+STEPS = 500
+"""Steps of CVODES between two of them."""
 SHORTER = 4.0
 """By which a window is shortened in which CVODES fails."""
 PROJECTIONS = 6
+ROUNDED = 2e-14
+"""Relative tolerance: what rounding leaves of large coordinates."""
 STRICT = 0.25
 """Share of the tolerance that a step may have."""
 
@@ -84,7 +86,7 @@ class Bdf(Integrator):
     def _solver(self, count: int) -> Any:
         tolerance = STRICT * self.setup.tolerance
         options = {
-            "reltol": 1e-15, "abstol": tolerance, "max_num_steps": STEPS,
+            "reltol": ROUNDED, "abstol": tolerance, "max_num_steps": STEPS,
             "disable_internal_warnings": True, "show_eval_warnings": False,
             "quad_err_con": True,
         }  # fmt: skip

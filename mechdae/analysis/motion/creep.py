@@ -74,7 +74,7 @@ class Creep:
 
     def _together(self, t: float, x: Any, way: Any, slow: Any) -> None:
         """Keep the creep of pairs of one freedom: its speed leaves no acceleration."""
-        loose, count = self.setup.loose, len(self.slips)
+        loose = self.setup.loose
         way = way / np.linalg.norm(way / self.kernel.sizes)
         ahead = way / self.kernel.sizes**2
 
@@ -89,11 +89,9 @@ class Creep:
         for _ in range(BISECTIONS):
             middle = (low + high) / 2
             low, high = (middle, high) if pushed(middle) > 0 else (low, middle)
-        speeds, _, _, falls, grows, _ = self._at(self._values, t, x, high * way, loose)
-        signs = loose.copy()
+        speeds, _, _, least, largest, _ = self._at(self._values, t, x, high * way, loose)
         for j in slow.tolist():
-            signs[count + j] = 0.0
-            limit = float(grows[j] if speeds[j] < 0 else -falls[j])
+            limit = float(largest[j] if speeds[j] < 0 else -least[j])
             share = abs(float(np.tanh(speeds[j] / self.setup.widths[j])))
             self._keep(j, t, share * limit, limit)
 

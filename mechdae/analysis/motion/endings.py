@@ -1,4 +1,4 @@
-"""Why a motion ends before its time: dead points of laws, steps of nothing, speeds without bound."""
+"""Why a motion ends early: dead points of laws, steps of nothing, speeds without bound."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ AGAINST = 1e-6
 """Share of what the laws ask for that has to be left for a verdict."""
 AWAY = 1e4
 """Coordinates, in natural sizes, from which speeds are looked at."""
+JAMS = 1e-6
+"""How near to 1 the coupling of friction is where its forces grow without bound."""
 HOPELESS = 1e9
 """Natural sizes that would be run through until the end: no number of steps does that."""
 
@@ -132,9 +134,21 @@ class Growth:
         source = f"; load {own['load']} has put in {own['work']:.3g} J" if "load" in own else ""
         return (
             f"speeds grow without bound (S7): {own['coordinate']} has {own['speed']:.3g} "
-            f"{own['unit']} at t = {own['time']:.9g} s of {self.setup.end:g} s{source}; the states up "
-            "to there are kept. A negative damping does this"
+            f"{own['unit']} at t = {own['time']:.9g} s of {self.setup.end:g} s{source}; the states "
+            "up to there are kept. A negative damping does this"
         )
+
+
+def _jammed(sticking: Sticking, t: float, kappa: float) -> tuple[str, dict[str, Any]]:
+    """Return fault and event of friction that grows without bound."""
+    joints = sticking.joints
+    event = {"kind": "jammed", "code": "F1", "at": t, "time": t, "joints": joints}
+    fault = (
+        f"at t = {t:.9g} s: jammed (F1): dry friction of {', '.join(joints)} and the forces it "
+        f"follows from grow without bound, their coupling is {kappa:.9g} there; the states up to "
+        "there are kept"
+    )
+    return fault, event | {"kappa": kappa, "share": 1 / kappa, "solutions": []}
 
 
 def stalled(
@@ -150,7 +164,8 @@ def stalled(
         event = {"kind": "infeasible", "code": "S4", "residual": dead[0], "residuals": dead[2]}
         fault = f"{error.what}; the states up to there are kept. Try: {error.hint}"
         return fault, {"at": t, "time": t, **event}
-    event = {"kind": "stalled", "code": "S7", "at": t, "time": t, "step": float(h)}
+    event: dict[str, Any] = {"kind": "stalled", "code": "S7", "at": t, "time": t}
+    event["step"] = float(h)
     more = []
     if setup.kernel.m:
         _, sigma, _ = singular_values(setup, t, x, v)
@@ -158,7 +173,10 @@ def stalled(
         event["sigma_min"] = float(kept[-1] / sigma[0]) if len(kept) else 0.0
         more.append(f"least singular value of the constraints {event['sigma_min']:.2g}")
     if setup.kernel.rubs:
-        event["kappa"] = float(sticking.contractions(t, x, v, signs)[0])
+        kappa = float(sticking.contractions(t, x, v, signs)[0])
+        if abs(kappa - 1) <= JAMS:
+            return _jammed(sticking, t, kappa)
+        event["kappa"] = kappa
         more.append(f"coupling of friction {event['kappa']:.3g}")
     if sticking.k:
         event["mode"] = dict(zip(sticking.names, sticking.sides(signs).tolist(), strict=True))

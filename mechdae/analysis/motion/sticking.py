@@ -19,6 +19,7 @@ import numpy as np
 
 from mechdae.analysis.motion.checks import freedoms
 from mechdae.analysis.motion.integrate import Integrator, Nodes
+from mechdae.analysis.motion.onset import onset
 from mechdae.analysis.motion.setup import Setup
 from mechdae.kernels.batch import Batch
 
@@ -136,6 +137,8 @@ class Sticking:
 
     def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
         """Return the inputs of dry friction at the start, and the speeds with locks."""
+        if self.setup.smooth:
+            self.check(t, x, v, self.setup.loose)
         if not self.k:
             return self.setup.loose, v
         return self.settled(t, x, v, np.zeros(self.k), None)
@@ -315,6 +318,11 @@ class Sticking:
         n = self.kernel.n
         return [(m, columns[:n, 0] + columns[:n, 1:] @ m) for m in found]
 
+    @property
+    def joints(self) -> list[str]:
+        """Joints whose friction follows from their reactions."""
+        return list(dict.fromkeys(f.joint for f in self.setup.released.rubbing.feedbacks))
+
     def check(self, t: float, x: Any, v: Any, signs: Any) -> None:
         """Raise where the laws of friction give no accelerations, or several.
 
@@ -331,7 +339,7 @@ class Sticking:
         found = self.solutions(t, x, v, signs)
         if len(found) == 1:
             return
-        joints = list(dict.fromkeys(f.joint for f in self.setup.released.rubbing.feedbacks))
+        joints = self.joints
         names = [".".join(own) for own in self.kernel.released.names]
         text = f"dry friction of {', '.join(joints)}"
         share = f"one solution is sure with {1 / bound:.6g} of the coefficients"
@@ -398,14 +406,7 @@ class Sticking:
         """Return the first state whose accelerations are not unique, and what to say; or None."""
         if not self.kernel.rubs:
             return None
-        lay = self.integrator.layout
-        t, x, v = (lay.of(nodes.states, name) for name in ("t", "x", "v"))
-        for place in np.flatnonzero(self.contractions(t, x, v, nodes.signs) >= 1).tolist():
-            try:
-                self.check(float(t[place]), x[place], v[place], nodes.signs)
-            except NoWay as verdict:
-                return nodes.states[place], verdict
-        return None
+        return onset(self, nodes)
 
     def look(self, nodes: Nodes) -> Turn | None:
         """Return the first event in accepted steps; None for none."""

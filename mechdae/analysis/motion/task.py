@@ -259,7 +259,8 @@ def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float) 
         rest = rest[~same]
     integrator.rhs += len(t)
     if setup.smooth:
-        smooth = Batch(setup.kernel.sides, [], straight=lambda: None)
+        kernel: Any = setup.kernel
+        smooth = Batch(kernel.sides, [], straight=lambda: None)
         signs = signs.copy()
         signs[:, : setup.rubbing.count] = smooth(t[:, None], x, v, signs)[0]
     return States(t, x, v, a, lam, w, signs)
