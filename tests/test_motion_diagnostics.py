@@ -286,3 +286,122 @@ def test_f4_events_that_crowd() -> None:
     assert "(F4) of guide" in (result.fault or "")
     assert result.time[-1] == event["time"]
     assert result.joints["guide"].slide[-1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_f5_no_way_to_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    """700 random pairs of guides at rest had a way; that none is left is put in by hand."""
+    from mechdae.analysis.motion.sticking import Sticking
+
+    monkeypatch.setattr(Sticking, "_fits", lambda *_: False)
+    data = pushed("1.0")
+    data["gravity"] = [0, -10.0]
+    data["joints"]["guide"]["friction"] = 0.4
+    result = md.solve(from_dict(data), "m")
+    (event,) = coded(result, "F5")
+    assert (event["kind"], event["joints"], event["time"]) == ("jammed", ["guide"], 0.0)
+    assert "(F5) of guide" in (result.fault or "")
+
+
+# -- in the middle of a motion -------------------------------------------------------------------
+
+
+def rising(**task: Any) -> dict[str, Any]:
+    """A block on two contacts L = 0.1 apart, mu = 0.4; a weight on it is lifted, 0.1 + 0.1 t.
+
+    The common centre of mass is at 0.1 + 0.025 t above the guide: kappa = 2 mu h/L = 0.8 + 0.2 t.
+    """
+    return {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0], "S": [5, 5]}},
+        "bodies": {
+            "block": {"points": {"A": [0, 0], "F": [0, 0.1]}, "mass": 1.5, "inertia": 0.01,
+                      "center": [0, 0.1]},
+            "weight": {"points": {"W": [0, 0]}, "mass": 0.5, "inertia": 0.01},
+        },
+        "joints": {
+            "guide": {"kind": "prismatic", "between": ["ground.O", "block.A"],
+                      "friction": 0.4, "contact_length": 0.1},
+            "lift": {"kind": "prismatic", "between": ["block.A", "weight.W"], "axis_deg": 90},
+        },
+        "loads": {"push": {"kind": "force", "point": "block.F", "value": [10.0, 0]}},
+        "tasks": {"m": {"kind": "motion", "until": 2.0, "tolerance": 1e-10,
+                        "drivers": [{"coordinate": "lift.slide", "law": "0.1 + 0.1*t"}], **task}},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-10])
+def test_f2_that_begins_in_a_motion_is_located(tolerance: float) -> None:
+    """Pushed along: N = A/(1 + kappa) goes on through kappa = 1, a second one comes from infinity.
+
+    x'' = (P - 2 mu N)/m with N = (h - p) P/(L (1 + kappa)), P = 10, p = 0.1, h = 0.1 + 0.025 t.
+    """
+    result = md.solve(from_dict(rising(start_speed={"guide.slide": 1.0}, tolerance=tolerance)), "m")
+    (event,) = coded(result, "F2")
+    assert event["time"] == pytest.approx(1.0, abs=1e-14)
+    assert event["kappa"] == pytest.approx(1.0, abs=1e-8)
+    assert result.status[-1] == "ambiguous"
+    assert result.time[-1] == event["time"]
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    t = (1 + nodes) / 2
+    slide = (10 - 0.8 * 10 * 0.025 * t / 0.1 / (1.8 + 0.2 * t)) / 2
+    speed = 1 + float(np.sum(weights / 2 * slide))
+    assert result.joints["guide"].slide_velocity[-1] == pytest.approx(speed, rel=1e-9)
+    assert min(own["block.x"] for own in event["solutions"]) < -1e8
+    assert max(own["block.x"] for own in event["solutions"]) == pytest.approx(4.5, rel=1e-9)
+
+
+def test_f2_behind_a_reversal() -> None:
+    """Against the push it stops first, where friction has no bound yet, and comes back."""
+    result = md.solve(from_dict(rising(start_speed={"guide.slide": -5.0})), "m")
+    kinds = [event["kind"] for event in result.events]
+    assert kinds == ["reversal", "ambiguous"]
+    assert result.events[-1]["time"] == pytest.approx(1.0, abs=1e-14)
+
+
+def test_f1_that_begins_in_a_motion() -> None:
+    """The weight is drawn at constant speed: the draw acts at h = 0.1 + 0.1 t above the guide.
+
+    M = F h - 1 with F = 10 + 2 mu M/L: M (1 - 8 h) = 10 h - 1 has no bound at h = 1/8, t = 1/4.
+    """
+    data = rising()
+    data["loads"]["push"]["value"] = [-10.0, 0]
+    data["tasks"]["m"]["drivers"].append({"coordinate": "weight.W.x", "law": "t"})
+    data["bodies"]["rod"] = {"points": {"S": [0, 0]}, "mass": 1.0, "inertia": 1.0,
+                             "center": [0, -1]}  # fmt: skip
+    data["joints"]["S"] = {"kind": "revolute", "between": ["ground.S", "rod.S"]}
+    data["sketch"] = {"rod": 0.3}
+    result = md.solve(from_dict(data), "m")
+    (event,) = coded(result, "F1")
+    assert event["time"] == pytest.approx(0.25, abs=1e-11)
+    assert event["kappa"] == pytest.approx(1.0, abs=1e-6)
+    assert (event["kind"], event["joints"]) == ("jammed", ["guide"])
+    k = int(np.searchsorted(result.time, 0.1))
+    h = 0.1 + 0.1 * result.time[k]
+    moment = abs(result.joints["guide"].reaction[k, 2])
+    assert moment == pytest.approx((10 * h - 1) / (1 - 8 * h), rel=1e-9)
+
+
+def test_a_coupling_above_one_for_a_moment_is_not_stepped_over() -> None:
+    """The weight goes up and down again: kappa = 1 + 2e-7 - 0.2 (t - 1)^2, above 1 for 2e-3 s."""
+    lifted = "0.1 + 0.5*(0.2 + 2e-7 - 0.2*(t - 1)**2)"
+    data = rising(start_speed={"guide.slide": 1.0}, tolerance=1e-6)
+    data["tasks"]["m"]["drivers"][0]["law"] = lifted
+    result = md.solve(from_dict(data), "m")
+    (event,) = coded(result, "F2")
+    assert event["time"] == pytest.approx(1 - 1e-3, abs=1e-9)
+
+
+def test_a_start_from_rest_that_newtons_method_misses() -> None:
+    """P = 8 at p = -0.06, h = 0.15, mu = 0.6: kappa = 1.8, and M = -(h - p) P + kappa |M|.
+
+    It cannot stick, 2 mu |p| < L; it starts along the push with |M| = (h - p) P/(1 + kappa). The
+    other size, (h - p) P/(kappa - 1), pushes back: then both fit, which is F2 and not F5.
+    """
+    problem = md.load("eccentric-slider")
+    values = {"mu": 0.6, "h": 0.15, "p": -0.06, "P": 8.0, "side": 0.0}
+    result = md.solve(problem.with_values(values), "motion")
+    (event,) = [event for event in result.events if "code" in event]
+    assert event["code"] == "F2"
+    found = sorted(own["block.x"] for own in event["solutions"])
+    sizes = [0.21 * 8 / (1.8 - 1), 0.21 * 8 / (1 + 1.8)]
+    assert found == pytest.approx([(8 - 2 * 0.6 * m / 0.1) / 2 for m in sizes], rel=1e-12)

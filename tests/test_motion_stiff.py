@@ -108,9 +108,9 @@ def test_a_stiff_hinge(tolerance: float) -> None:
     wanted = radau(1e4, 0.0, 1.0, 600)
     result = md.solve(from_dict(pendulum(1e4, method="bdf", tolerance=tolerance)), "m")
     found = [result.bodies[name].angle[-1] for name in ("upper", "lower")]
-    assert np.max(np.abs(found - wanted[:2])) <= 10 * tolerance
+    assert np.max(np.abs(found - wanted[:2])) <= 50 * tolerance
     speeds = [result.bodies[name].angular_velocity[-1] for name in ("upper", "lower")]
-    assert np.max(np.abs(speeds - wanted[2:])) <= 100 * tolerance
+    assert np.max(np.abs(speeds - wanted[2:])) <= 500 * tolerance
     assert result.summary["steps"] <= 400
     assert result.summary["method"] == "bdf, CVODES"
     assert result.fault is None
@@ -150,6 +150,27 @@ def test_a_heavily_damped_spring() -> None:
     assert result.joints["guide"].slide[-1] == pytest.approx(wanted, abs=1e-7)
     assert result.work["s"][-1] == pytest.approx(-k / 2 * (1 - wanted**2), rel=1e-6)
     assert result.summary["steps"] <= 1000
+
+
+@pytest.mark.parametrize("make", [pendulum, bobs])
+def test_work_is_within_three_times_that_of_cvodes_alone(make: Any) -> None:
+    """Right-hand sides; `motion_long.py` measures times."""
+    from mechdae.analysis.motion.bdf import Bdf
+    from mechdae.bench.motions import Work, _sundials
+
+    problem = from_dict(make(1e4, at=[5.0]))
+    work = Work(problem, "m", problem.tasks["m"])
+    plain = next(way for method, _, way in _sundials(work, (1e-8,)) if method == "CVODES BDF")
+    work.setup.tolerance = 1e-8  # Work left that of its reference
+    own = Bdf(work.setup)
+    start = own.first(0.0, work.x, work.v, np.zeros(len(work.setup.works)), work.none)
+    drifts = [
+        work.drift(state[own.layout["x"]])
+        for nodes in own.steps(start, work.none)
+        for state in nodes.states
+    ]
+    assert max(drifts) <= 1e-10
+    assert own.rhs <= 3 * plain().rhs
 
 
 # -- S6 ----------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from mechdae.kernels.stepper import CLOSED, ROUNDING, SLOW
 
 NAME = "bdf, CVODES"
 
-COUNT = 32
+COUNT = 64
 """States of a window."""
 FINE = 0.25
 """Time between two of them, times the frequency."""

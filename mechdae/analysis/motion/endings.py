@@ -21,8 +21,6 @@ AGAINST = 1e-6
 """Share of what the laws ask for that has to be left for a verdict."""
 AWAY = 1e4
 """Coordinates, in natural sizes, from which speeds are looked at."""
-JAMS = 1e-6
-"""How near to 1 the coupling of friction is where its forces grow without bound."""
 HOPELESS = 1e9
 """Natural sizes that would be run through until the end: no number of steps does that."""
 
@@ -139,18 +137,6 @@ class Growth:
         )
 
 
-def _jammed(sticking: Sticking, t: float, kappa: float) -> tuple[str, dict[str, Any]]:
-    """Return fault and event of friction that grows without bound."""
-    joints = sticking.joints
-    event = {"kind": "jammed", "code": "F1", "at": t, "time": t, "joints": joints}
-    fault = (
-        f"at t = {t:.9g} s: jammed (F1): dry friction of {', '.join(joints)} and the forces it "
-        f"follows from grow without bound, their coupling is {kappa:.9g} there; the states up to "
-        "there are kept"
-    )
-    return fault, event | {"kappa": kappa, "share": 1 / kappa, "solutions": []}
-
-
 def stalled(
     setup: Setup, integrator: Integrator, sticking: Sticking, state: Any, signs: Any
 ) -> tuple[str, dict[str, Any]]:
@@ -161,9 +147,9 @@ def stalled(
     dead = dead_point(setup, t, x, v, NEAR)
     if dead is not None:
         error = infeasible(t, dead)
-        event = {"kind": "infeasible", "code": "S4", "residual": dead[0], "residuals": dead[2]}
         fault = f"{error.what}; the states up to there are kept. Try: {error.hint}"
-        return fault, {"at": t, "time": t, **event}
+        left = {"residual": dead[0], "residuals": dead[2]}
+        return fault, {"kind": "infeasible", "code": "S4", "at": t, "time": t, **left}
     event: dict[str, Any] = {"kind": "stalled", "code": "S7", "at": t, "time": t}
     event["step"] = float(h)
     more = []
@@ -174,14 +160,13 @@ def stalled(
         more.append(f"least singular value of the constraints {event['sigma_min']:.2g}")
     if setup.kernel.rubs:
         kappa = float(sticking.contractions(t, x, v, signs)[0])
-        if abs(kappa - 1) <= JAMS:
-            return _jammed(sticking, t, kappa)
         event["kappa"] = kappa
-        more.append(f"coupling of friction {event['kappa']:.3g}")
+        more.append(f"coupling of friction {kappa:.3g}")
     if sticking.k:
-        event["mode"] = dict(zip(sticking.names, sticking.sides(signs).tolist(), strict=True))
+        mode = dict(zip(sticking.names, sticking.sides(signs).tolist(), strict=True))
+        event["mode"] = mode
         words = {0.0: "sticks", 1.0: "slides up", -1.0: "slides down"}
-        more += [f"{name} {words[side]}" for name, side in event["mode"].items()]
+        more += [f"{name} {words[side]}" for name, side in mode.items()]
     told = f" ({', '.join(more)})" if more else ""
     fault = (
         f"the step size went to nothing (S7, {float(h):.1g} s) at t = {t:.12g} s of "

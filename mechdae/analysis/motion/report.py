@@ -19,8 +19,9 @@ from mechdae.analysis.motion.ranges import Ranges
 from mechdae.analysis.motion.redundancy import redundancy, redundancy_note
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
-from mechdae.analysis.motion.sticking import NoWay, Sticking
+from mechdae.analysis.motion.sticking import Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
+from mechdae.analysis.motion.verdict import NoWay
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
 from mechdae.describe.coordinates import Selection, selection

@@ -21,6 +21,7 @@ from mechdae.analysis.motion.checks import freedoms
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.onset import onset
 from mechdae.analysis.motion.setup import Setup
+from mechdae.analysis.motion.verdict import NoWay
 from mechdae.kernels.batch import Batch
 
 RESTS = 1e-9
@@ -59,17 +60,6 @@ class Turn:
     slip: int
     released: bool
     from_rest: bool
-
-
-class NoWay(Exception):
-    """No way to go on fits the laws of friction, or several do: the verdict.
-
-    ``status`` is that of the state, "jammed" or "ambiguous"; ``code`` and ``facts`` tell more.
-    """
-
-    def __init__(self, text: str, status: str = "jammed", code: str = "F5", **facts: Any) -> None:
-        super().__init__(text)
-        self.status, self.code, self.facts = status, code, facts
 
 
 class Sticking:
@@ -232,9 +222,23 @@ class Sticking:
     def _fits(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> bool:
         """Return whether sides agree with what they lead to."""
         signs = self.signs(sides, rest)
-        _, rates, held, low, high, miss = (part[0] for part in self.values(t, x, v, signs))
-        if not miss[0] < 1e-9:
-            return False
+        if not self.kernel.rubs or self.contractions(t, x, v, signs)[0] < 1:
+            _, rates, held, low, high, miss = (part[0] for part in self.values(t, x, v, signs))
+            return bool(miss[0] < 1e-9) and self._agrees(sides, rest, rates, held, low, high)
+        for m, _ in self.solutions(t, x, v, signs):  # Newton's method finds one of them at most
+            found = self._values_of(*(np.atleast_2d(own) for own in (t, x, v, signs, m)))
+            if self._agrees(sides, rest, *(part[0] for part in found[1:])):
+                return True
+        return False
+
+    @cached_property
+    def _values_of(self) -> Batch:
+        return Batch(self.kernel.sticking_of, [])
+
+    def _agrees(
+        self, sides: Any, rest: list[int], rates: Any, held: Any, low: Any, high: Any
+    ) -> bool:
+        """Return whether accelerations and forces are what sides of slips at rest need."""
         for k in rest:
             if sides[k] == 0:
                 slack = SLACK * max(abs(low[k]), abs(high[k]))

@@ -14,13 +14,15 @@ from mechdae.analysis.motion.endings import Growth, check_dead_start, stalled
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.observe import Observer, States
+from mechdae.analysis.motion.onset import verdict_ahead
 from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
 from mechdae.analysis.motion.report import Run, report
 from mechdae.analysis.motion.setup import Setup, idle, setup
 from mechdae.analysis.motion.start import Start, start
-from mechdae.analysis.motion.sticking import NoWay, Sticking
+from mechdae.analysis.motion.sticking import Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
+from mechdae.analysis.motion.verdict import NoWay
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Motion
 from mechdae.errors import InputError
@@ -162,7 +164,11 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             if stop is not None or turn is not None or run.fault:
                 break
             if nodes.stalled:
-                run.end(*stalled(setup, integrator, sticking, run.last, nodes.signs))
+                jam = verdict_ahead(sticking, run.last, nodes.signs)
+                if jam is not None:
+                    run.verdict(float(lay.of(run.last, "t")), jam)
+                else:
+                    run.end(*stalled(setup, integrator, sticking, run.last, nodes.signs))
         if turn is None:
             return
         after = turn.state
