@@ -138,10 +138,21 @@ def test_s4_a_law_that_goes_on_at_a_dead_point() -> None:
     assert max(event["residuals"], key=lambda name: abs(event["residuals"][name])) == "C.x"
     assert "dead point" in (result.fault or "")
     assert "0.06 m/s" in (result.fault or "")
-    assert result.time[-1] == event["time"]
+    # speeds grow like 1/sqrt(1 - t): behind the last states they are not met any more
+    assert 1 - 1e-5 < result.time[-1] < event["time"]
+    assert result.summary["drift_of_speeds"] <= 1e-9
     place = np.array([0.1 * np.cos(a) for a in result.bodies["crank"].angle])
     far = np.sqrt(0.09 - (0.1 * np.sin(result.bodies["crank"].angle)) ** 2)
     assert place + far == pytest.approx(0.34 + 0.06 * result.time, abs=1e-9)
+
+
+def test_s4_before_the_first_time_of_output_keeps_a_state() -> None:
+    data = slider_crank("0.34 + 0.06*t")
+    data["tasks"]["m"] |= {"at": [1.5]}
+    result = md.solve(from_dict(data), "m")
+    assert coded(result, "S4")
+    assert len(result.time) == 1
+    assert 0 <= result.time[0] < 1
 
 
 def test_s4_at_the_start() -> None:
@@ -203,6 +214,16 @@ def test_s7_negative_damping_that_explodes(method: str) -> None:
     assert event["work"] == pytest.approx((speed**2 - 1) / 2, rel=1e-5)
 
 
+def test_no_s7_for_a_long_fall_and_a_long_way() -> None:
+    """1e9 lengths and more: v = g t, and a block that just slides on."""
+    fall = md.solve(from_dict(pushed("9.81", until=1e5)), "m")
+    assert fall.fault is None
+    assert fall.joints["guide"].slide[-1] == pytest.approx(9.81 * 1e10 / 2, rel=1e-12)
+    on = md.solve(from_dict(pushed("0", until=1e7, start_speed={"guide.slide": 1e3})), "m")
+    assert on.fault is None
+    assert on.joints["guide"].slide[-1] == pytest.approx(1e10, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     "force", ["1/(0.5 - t)", "1/(0.5 - t)**2", "log(0.5 - t)", "sqrt(0.5 - t)"]
 )
@@ -225,7 +246,7 @@ def test_partial_results_from_the_command_line(
     code = main(["solve", str(path), "--json", "--out", str(tmp_path / "out")])
     printed = json.loads(capsys.readouterr().out)["tasks"]["m"]
     assert code == 1
-    assert printed["time"][-1] == pytest.approx(1.0, abs=1e-8)
+    assert printed["time"][-1] == pytest.approx(1.0, abs=1e-5)
     assert printed["events"][-1]["code"] == "S4"
     assert len(printed["bodies"]["crank"]["angle"]) == len(printed["time"]) > 10
     assert list((tmp_path / "out").glob("*.csv"))

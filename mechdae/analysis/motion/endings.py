@@ -21,6 +21,10 @@ AGAINST = 1e-6
 """Share of what the laws ask for that has to be left for a verdict."""
 AWAY = 1e4
 """Coordinates, in natural sizes, from which speeds are looked at."""
+POWER = 10.0
+"""Growth a t/v from which it is no power of the time."""
+MEETS = 1e-9
+"""Share of the rates of laws of time by which speeds may miss them."""
 HOPELESS = 1e9
 """Natural sizes that would be run through until the end: no number of steps does that."""
 
@@ -58,6 +62,18 @@ def dead_point(
     size = float(np.linalg.norm(rest) * k.gaps[worst])
     units = " rad/s" if r.units[worst] == "rad" else " m/s"
     return size, f"{names[worst]}{units}", {name: own for name, own in found.items() if own}
+
+
+def feasible(setup: Setup, t: Any, x: Any, v: Any, signs: Any) -> Any:
+    """Return which states (n, .) have speeds that meet the constraints and the laws of time."""
+    k = setup.kernel
+    gaps = np.empty(len(t))
+    for i in range(len(t)):
+        _, J, phi_t = (np.array(ca.DM(part)) for part in k.place(t[i], x[i], v[i], signs[i]))
+        asked = np.max(np.abs(phi_t.ravel() / k.gaps), initial=0.0)
+        left = np.max(np.abs((J @ v[i] + phi_t.ravel()) / k.gaps), initial=0.0)
+        gaps[i] = left / max(float(asked), 1e-300)
+    return gaps <= MEETS
 
 
 def check_dead_start(setup: Setup, x: Any, v: Any) -> None:
@@ -109,7 +125,10 @@ class Growth:
             return None
         omega = np.maximum(np.abs(v / sizes), np.sqrt(np.abs(a / sizes))).max(axis=1)
         far = np.abs(x / sizes).max(axis=1)
-        late = (far > AWAY) & (omega * (self.setup.end - t) > HOPELESS)
+        # v = t^k has a t/v = k: only what grows faster than powers has no bound
+        fastest = np.abs(v / sizes).max(axis=1)
+        grows = np.abs(a / sizes).max(axis=1) * t > POWER * fastest
+        late = grows & (far > AWAY) & (omega * (self.setup.end - t) > HOPELESS)
         if not late.any():
             return None
         i = int(np.argmax(late))

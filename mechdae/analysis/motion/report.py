@@ -60,6 +60,7 @@ class Run:
     rests: float | None = None
     fault: str | None = None
     ends: dict[str, Any] | None = None
+    marks: list[tuple[Any, Any]] = field(default_factory=list)
     undecided: tuple[float, str] = (-1.0, "")
 
     def verdict(self, t: float, verdict: NoWay) -> None:

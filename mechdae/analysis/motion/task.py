@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.analysis.motion.bdf import Bdf
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.analysis.motion.creep import Creep
-from mechdae.analysis.motion.endings import Growth, check_dead_start, stalled
+from mechdae.analysis.motion.endings import Growth, check_dead_start, feasible, stalled
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.observe import Observer, States
@@ -102,6 +102,8 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     kept = Kept()
     _integrate(run, kept, x, v)
     _keep_last(kept, run)
+    if run.ends is not None and run.ends["kind"] == "infeasible":
+        _cut(kept, run)
     run.states = _states(whole, integrator, kept, run.undecided[0])
     if whole.smooth:
         run.creep = Creep(whole)
@@ -160,6 +162,8 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             run.ranges.look(nodes)
             _keep(kept, nodes, integrator, times)
             run.last = nodes.states[-1]
+            if setup.laws:
+                run.marks.append((nodes.states[0], nodes.signs))
             run.last_signs = nodes.signs
             if stop is not None or turn is not None or run.fault:
                 break
@@ -244,6 +248,27 @@ def _keep_last(kept: Kept, run: Run) -> None:
     t, x, v, w = (lay.of(run.last, part) for part in ("t", "x", "v", "w"))
     if t < run.setup.end and (not kept.rows or kept.rows[-1][0][-1] < t):
         kept.add(t, x, v, w, run.last_signs)
+
+
+def _cut(kept: Kept, run: Run) -> None:
+    """Drop the last states whose speeds do not meet the constraints: a dead point was passed."""
+    setup, lay = run.setup, run.integrator.layout
+    while kept.rows:
+        t, x, v, w, signs = kept.rows.pop()
+        good = np.logical_and.accumulate(feasible(setup, t, x, v, signs))
+        if good.any():
+            kept.rows.append((t[good], x[good], v[good], w[good], signs[good]))
+            break
+    for state, signs in reversed(run.marks):
+        t, x, v, w = (lay.of(state, part) for part in ("t", "x", "v", "w"))
+        if kept.rows and kept.rows[-1][0][-1] >= t:
+            break
+        if feasible(setup, t[None], x[None], v[None], signs[None])[0]:
+            kept.add(t, x, v, w, signs)
+            break
+    run.last = run.last.copy()
+    for name, part in zip("txvw", kept.rows[-1], strict=False):
+        run.last[lay[name]] = part[-1]
 
 
 def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float) -> States:
