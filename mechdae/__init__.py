@@ -13,7 +13,7 @@ __version__ = "0.5.0"
 _HOMES = {
     "mechdae.errors": "MechdaeError InputError ProblemFileError MechanismError UnknownName "
     "UnavailableError SolveError AssemblyError IndeterminateFrictionError "
-    "InconsistentStartError SingularMassError",
+    "InconsistentStartError InfeasibleMotionError SingularMassError",
     "mechdae.describe.mechanism": "Mechanism Ground Body",
     "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt Distance Curve",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad",

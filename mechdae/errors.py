@@ -11,6 +11,7 @@ MechdaeError
     +-- AssemblyError                no pose: group, joint, gap
     +-- IndeterminateFrictionError   friction on a normal force that is not unique
     +-- InconsistentStartError       positions or speeds of a motion contradict the constraints
+    +-- InfeasibleMotionError        laws of time that go on at a dead point
     +-- SingularMassError            a free coordinate without inertia
 
 A message has three parts: what, where, and what to try. Poses that are not reached are no
@@ -89,6 +90,13 @@ class InconsistentStartError(SolveError):
     """What a motion starts from contradicts the constraints; ``residuals`` by constraint."""
 
     residuals: Mapping[str, float] = MappingProxyType({})
+
+
+class InfeasibleMotionError(SolveError):
+    """Laws of time ask for speeds that no motion has at a dead point; what is left by equation."""
+
+    residuals: Mapping[str, float] = MappingProxyType({})
+    time: float = 0.0
 
 
 class SingularMassError(SolveError):

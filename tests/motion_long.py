@@ -158,6 +158,45 @@ def andrews() -> None:
         )
 
 
+def stiff() -> None:
+    """Double pendulums with a damper of 1e4 over 5 s beside CVODES' BDF without projection."""
+    from test_motion_stiff import bobs, pendulum, radau
+
+    from mechdae.analysis.motion.bdf import Bdf
+    from mechdae.bench.motions import Work, _sundials
+    from mechdae.describe.problem import from_dict
+
+    for name, make in (("hinge", pendulum), ("bars", bobs)):
+        a, b, *_ = radau(*((1e4, 0.0) if name == "hinge" else (0.0, 1e4)), 5.0, 3000)
+        place = [math.sin(a), -math.cos(a), math.sin(a) + math.sin(b), -math.cos(a) - math.cos(b)]
+        wanted = np.array([a, b] if name == "hinge" else place)
+        for tol in (1e-6, 1e-8, 1e-10):
+            problem = from_dict(make(1e4, at=[5.0], tolerance=tol))
+            work = Work(problem, "m", problem.tasks["m"])
+            work.setup.tolerance = tol
+            own, none = Bdf(work.setup), work.none
+            begin = own.first(0.0, work.x, work.v, np.zeros(len(work.setup.works)), none)
+            plain = next(way for m, _, way in _sundials(work, (tol,)) if m == "CVODES BDF")
+            drift, times = 0.0, ([], [])
+            for _ in range(9):
+                start = time.process_time()
+                for nodes in own.steps(begin, none):
+                    x = nodes.states[-1][own.layout["x"]]
+                times[0].append(time.process_time() - start)
+                start = time.process_time()
+                other = plain()
+                times[1].append(time.process_time() - start)
+            for nodes in own.steps(begin, none):
+                drift = max(drift, *(work.drift(s[own.layout["x"]]) for s in nodes.states))
+            ours, theirs = (float(np.median(part)) for part in times)
+            print(
+                f"stiff {name}, tolerance {tol:g}: {1e3 * ours:.2f} ms, error "
+                f"{np.max(np.abs(x - wanted)):.1e}, gap {drift:.1e}; plain CVODES BDF "
+                f"{1e3 * theirs:.2f} ms, error {np.max(np.abs(other.x - wanted)):.1e}, gap "
+                f"{work.drift(other.x):.1e}; ratio {ours / theirs:.2f}"
+            )
+
+
 if __name__ == "__main__":
-    for part in (andrews, pendulum, starts, loops, revolutions):
+    for part in (andrews, pendulum, stiff, starts, loops, revolutions):
         part()

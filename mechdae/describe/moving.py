@@ -146,7 +146,10 @@ def check_motion(mechanism: Mechanism, task: Motion) -> None:
         raise InputError("'until' is missing, the end of the motion", hint="or times: at = [...]")
     if task.poses is not None and (task.until is None or task.at is not None):
         raise InputError("equal intervals need 'until', and no times 'at'", where="poses")
-    for given in (task.until, *(task.at or ()), task.tolerance):
+    for key in ("v_s", "omega_s"):
+        if getattr(task, key) is not None and task.friction != "smooth":
+            raise InputError(f"'{key}' belongs to friction = \"smooth\"", where=key)
+    for given in (task.until, *(task.at or ()), task.tolerance, task.v_s, task.omega_s):
         for used in sorted(names_in(given)) if isinstance(given, str) else ():
             if used not in known:
                 raise UnknownName("parameter", used, known)

@@ -133,7 +133,9 @@ class Motion(Task):
     ``start`` and ``start_speed`` hold values of coordinates, what they leave open is taken from
     the sketch and moves as little as it can; ``drivers`` follow laws of time or are held. The
     motion is given at the times ``at``, at ``poses`` equal intervals, or at its own steps.
-    ``friction`` "event" (the default) slides and sticks, "none" leaves friction in joints out.
+    ``friction`` "event" (the default) slides and sticks, "smooth" creeps: friction grows like
+    tanh(speed / v_s), omega_s for turning pairs; "none" leaves friction in joints out. ``method``
+    "bdf" is for stiff forces, "auto" turns to it where they are.
     """
 
     start: Table[Any] | None = key("free", None, doc="coordinate -> value")
@@ -143,8 +145,10 @@ class Motion(Task):
     at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
     poses: int | None = key("whole", None, doc="outputs at equal intervals")
     tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
-    method: str | None = key("text", None, choices=("explicit",))
+    method: str | None = key("text", None, choices=("explicit", "bdf", "auto"))
     friction: str | None = key("text", None, choices=("event", "smooth", "none"))
+    v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")
+    omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
     events: Any = key("free", None, doc="[{coordinate, crosses, name, stop}]")
     outputs: tuple[str, ...] | None = key("names", None)
 

@@ -205,8 +205,24 @@ class Kernel:
         Speeds of the slips, their rates, forces that hold locked ones, the least and the largest
         that friction can give there; how far sizes miss their laws.
         """
-        r, at = self.released, [self.t, self.x, self.v, self.signs]
+        at = [self.t, self.x, self.v, self.signs]
         a, inner, miss = self.coupled(*at)
+        results = [*self._decisive(a, inner), miss]
+        return ca.Function("sticking", at, [ca.densify(e) for e in results], {"cse": True})
+
+    @cached_property
+    def sticking_of(self) -> Any:
+        """(t, x, v, signs, sizes of friction) -> as `sticking`, without the number."""
+        at, m = [self.t, self.x, self.v, self.signs], SX.sym("m", self.rubs)
+        columns, _, _ = self.coupling(*at)
+        total = columns[:, 0] + columns[:, 1:] @ m
+        results = self._decisive(total[: self.n], ca.vertcat(total[self.n :], m))
+        function = ca.Function("sticking", [*at, m], [ca.densify(e) for e in results])
+        return function
+
+    def _decisive(self, a: Any, inner: Any) -> list[Any]:
+        """Return what decides between stick and slip, for accelerations and what goes with them."""
+        r, at = self.released, [self.t, self.x, self.v, self.signs]
         C, rates, speeds = self.locking(*at)
         falls, grows = (r.moved(part) for part in r.rubbing.limits)
         strengths = [r.moved(SX(feedback.strength)) for feedback in r.rubbing.feedbacks]
@@ -217,8 +233,7 @@ class Kernel:
             high[k] += strengths[j] * inner[self.m + self.slips + j]
             low[k] = -high[k]
         held = -inner[self.m : self.m + self.slips]
-        results = [speeds, C @ a + rates, held, low, high, miss]
-        return ca.Function("sticking", at, [ca.densify(e) for e in results], {"cse": True})
+        return [speeds, C @ a + rates, held, low, high]
 
     @cached_property
     def rhs(self) -> Any:

@@ -157,7 +157,8 @@ class Loads:
         sign = SX.sym(f"sign_{load.name}")
         slip = Slip(load.name, self._speed(c), c.unit, sign, falls, grows)
         self.slips.append(slip)
-        force = ca.if_else(slip.sign < 0, falls, 0) - ca.if_else(slip.sign > 0, grows, 0)
+        side = slip.sign  # between -1 and 1 where friction is smoothed
+        force = ca.if_else(side < 0, -side * falls, 0) - ca.if_else(side > 0, side * grows, 0)
         return self._on_coordinate(load.coordinate, -force if self.turned else force)
 
     def spring(self, load: Spring) -> Wrench:

@@ -6,6 +6,16 @@ from typing import Any
 
 from mechdae.results import Result
 
+ENDS = {
+    "stiff": "load {load} is stiff (S6), its rate is {rate:.3g} 1/s",
+    "infeasible": "a dead point at which the laws of time go on (S4), {residual:.6g} is left",
+    "stalled": "the step size went to nothing (S7), {step:.1g} s",
+    "unbounded": "speeds grow without bound (S7)",
+    "jammed": "no accelerations fit the laws of friction ({code})",
+    "ambiguous": "the laws of friction do not decide ({code})",
+    "chatter": "{count} events of dry friction crowd (F4)",
+}
+"""What ends a motion before its time, or slows it, in words."""
 MOST = 12
 """Events, works and named values that are shown."""
 
@@ -86,6 +96,8 @@ def _event(event: dict[str, Any]) -> str:
         what = f"{event.get('load') or event['joint']} sticks"
     elif event["kind"] == "slip":
         what = f"{event.get('load') or event['joint']} slips"
+    elif event["kind"] in ENDS:
+        what = ENDS[event["kind"]].format(**event)
     else:
         what = f"{event['name']} = {event['value']:g}, going {event['direction']}"
     return f"  {event['kind']:9} {place}: {what}"

@@ -112,7 +112,7 @@ def check_inertia(setup: Setup, x: Any, v: Any) -> None:
     ]
     raise SingularMassError(
         f"nothing that moves with {', '.join(chosen)} has a mass or a moment of inertia, and no "
-        "constraint holds it: its acceleration is not determined",
+        "constraint holds it: its acceleration is not determined (S5)",
         where="bodies",
         hint="give mass and inertia to these bodies, or a driver",
     )

@@ -52,6 +52,20 @@ class Integrator:
         self.layout = self.stepper.layout
         self.accepted = self.rejected = self.rhs = 0
 
+    @property
+    def name(self) -> str:
+        """The method."""
+        return "explicit, Dormand-Prince 8(5,3)"
+
+    @property
+    def implicit(self) -> bool:
+        """Whether stiff forces do not hold the steps."""
+        return False
+
+    def turn_stiff(self) -> bool:
+        """Go on by a method for stiff forces; return whether there is one."""
+        return False
+
     # -- functions -----------------------------------------------------------------------------
 
     @cached_property

@@ -8,16 +8,20 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.motion.creep import Creep
+from mechdae.analysis.motion.endings import Growth
 from mechdae.analysis.motion.events import Crossings, Found
 from mechdae.analysis.motion.expressions import WithReactions
 from mechdae.analysis.motion.integrate import Integrator
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
+from mechdae.analysis.motion.redundancy import redundancy, redundancy_note
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
-from mechdae.analysis.motion.sticking import NoWay, Sticking
+from mechdae.analysis.motion.sticking import Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
+from mechdae.analysis.motion.verdict import NoWay
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
 from mechdae.describe.coordinates import Selection, selection
@@ -46,20 +50,29 @@ class Run:
     sticking: Sticking = field(init=False)
     stiffness: Stiffness = field(init=False)
     ranges: Ranges = field(init=False)
+    growth: Growth = field(init=False)
+    creep: Creep | None = None
     first_energy: float = 0.0
     states: States = field(init=False)
     last: Any = None
     last_signs: Any = None
     stopped: Found | None = None
-    stalled: bool = False
     rests: float | None = None
     fault: str | None = None
+    ends: dict[str, Any] | None = None
+    marks: list[tuple[Any, Any]] = field(default_factory=list)
     undecided: tuple[float, str] = (-1.0, "")
 
     def verdict(self, t: float, verdict: NoWay) -> None:
         """Keep why a motion ends where dry friction leaves no accelerations, or several."""
         self.undecided = (t, verdict.status)
-        self.fault = f"at t = {t:.9g} s: {verdict}"
+        event = {"kind": verdict.status, "code": verdict.code, "at": t, "time": t}
+        self.end(f"at t = {t:.9g} s: {verdict}", event | verdict.facts)
+
+    def end(self, fault: str, event: dict[str, Any]) -> None:
+        """Keep why a motion ends before its time, and the event of it."""
+        self.fault = fault
+        self.ends = event
 
 
 @dataclass(frozen=True)
@@ -133,6 +146,14 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     if setup.held:
         idle = ", ".join(".".join(own) for own in setup.held)
         notes.append(f"nothing moves {idle}: kept as they are in the sketch")
+    if summary["superfluous_equations"]:
+        dependent = redundancy(observer, states, q)
+        if dependent is not None:
+            summary["redundant"] = dependent
+            notes.append(redundancy_note(dependent))
+    if run.creep is not None:
+        summary["creep"] = run.creep.found
+        notes += run.creep.notes()
     if notes:
         summary["notes"] = notes
     faults = [run.fault] if run.fault else []
@@ -214,7 +235,7 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
         "drift": float(np.max(drift, initial=0.0)),
         "drift_of_speeds": float(np.max(rates, initial=0.0)),
         "singular": len(run.passages.found),
-        "method": "explicit, Dormand-Prince 8(5,3)",
+        "method": work.name,
         "bound": "estimated",
         **({} if run.rests is None else {"rests_from": run.rests}),
         "not_in_scene": [],
@@ -225,7 +246,7 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
 def _events(run: Run) -> tuple[dict[str, Any], ...]:
     lay = run.integrator.layout
     found: list[dict[str, Any]] = [
-        {"kind": "singular", "at": t, "time": t, "rank_drop": drop}
+        {"kind": "singular", "code": "S1", "at": t, "time": t, "rank_drop": drop}
         for t, drop in run.passages.found
     ]
     for own in run.crossings.found:
@@ -237,23 +258,22 @@ def _events(run: Run) -> tuple[dict[str, Any], ...]:
     for t, name, sign, kind in run.sticking.found:
         owner = "load" if name in loads else "joint"
         found.append({"kind": kind, "at": t, "time": t, owner: name, "sign": sign})
+    found += run.stiffness.events()
+    found += [run.ends] if run.ends is not None else []
     found.sort(key=lambda entry: float(entry["at"]))
     return tuple(entry | {"in_range": True} for entry in found)
 
 
 def _faults(run: Run, balance: float) -> list[str]:
     faults = run.ranges.faults()
-    if run.stalled:
-        state, lay = run.last, run.integrator.layout
-        h = float(lay.of(state, "h"))
+    if run.passages.found and run.integrator.implicit:
         faults.append(
-            f"the step size went to nothing ({h:.1g} s) at t = {float(lay.of(state, 't')):.12g} s "
-            f"of {run.setup.end:g} s; the states up to there are kept. Forces that grow without "
-            "bound, or a pose no motion leads through, do this"
+            f"the motion passes a singular pose at t = {run.passages.found[0][0]:.9g} s, behind "
+            'which method = "bdf" may be on another branch: try method = "explicit"'
         )
-    if balance > BALANCED:
+    if balance > BALANCED and run.ends is None:
         faults.append(
-            f"the energy balance has a gap of {balance:.1g} of the energies in motion: "
+            f"the energy balance (S8) has a gap of {balance:.1g} of the energies in motion: "
             "a smaller tolerance is needed"
         )
     return faults

@@ -19,6 +19,7 @@ from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Equilibrium, Motion
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.kernels.proximal import Kernel
+from mechdae.kernels.smooth import Smooth
 from mechdae.kernels.stepper import Stepper
 from mechdae.model.loads import Loads
 from mechdae.model.model import FUNCTIONS, Model
@@ -96,7 +97,47 @@ class Setup:
     def kernel(self) -> Kernel:
         """Right-hand side and projection."""
         r = self.released
+        if self.smooth:
+            return Smooth(r, self.model.p_values, self.sizes(r), self.length, self.widths)
         return Kernel(r, self.model.p_values, self.sizes(r), self.length)
+
+    @property
+    def smooth(self) -> bool:
+        """Whether friction is smoothed."""
+        return self.task.friction == "smooth" and self.rubbing.count > 0
+
+    @cached_property
+    def widths(self) -> Any:
+        """Slope speeds of smoothed friction by slip; of a pin without omega_s, v_s over its radius.
+
+        Raises
+        ------
+        InputError
+            The key that is missing, or a speed that is none.
+        """
+        mechanism = self.problem.mechanism
+        known, values = evaluate_all(mechanism.parameters), mechanism.values()
+        given: dict[str, float | None] = {}
+        for key in ("v_s", "omega_s"):
+            number = getattr(self.task, key)
+            given[key] = None if number is None else evaluate(number, known)
+            if number is not None and not 0 < (given[key] or 0.0) < np.inf:
+                raise InputError(f"a speed above 0 is needed, not {given[key]:g}", where=key)
+        found = []
+        for slip in self.rubbing.slips:
+            own = given["omega_s" if slip.unit == "rad" else "v_s"]
+            radius = values.get(f"{slip.owner}.pin_radius", 0.0)
+            if own is None and slip.unit == "rad" and given["v_s"] is not None and radius > 0:
+                own = given["v_s"] / radius
+            if own is None:
+                key = "omega_s" if slip.unit == "rad" else "v_s"
+                raise InputError(
+                    f"smooth friction of {slip.owner} needs '{key}', the speed over which it grows",
+                    where=key,
+                    hint="a thousandth of the speeds of the motion, or less",
+                )
+            found.append(own)
+        return np.array(found)
 
     @cached_property
     def works(self) -> list[str]:
@@ -110,6 +151,9 @@ class Setup:
         a = SX.sym("a", r.x.numel())
         m = SX.sym("m", self.kernel.rubs)
         lost = [rate * m[j] for j, rate in r.losses.values()]
+        if self.smooth:
+            sides = [r.signs[r.rubbing.owners[j]] for j, _ in r.losses.values()]
+            lost = [part * ca.fabs(side) for part, side in zip(lost, sides, strict=True)]
         powers = [*r.powers.values(), *[-part for part in lost]]
         if self.laws:
             powers.append(r.driven_power(a) + sum(lost, SX(0)))
@@ -207,8 +251,6 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
             where="friction",
             hint='friction = "none" leaves it out',
         )
-    if task.friction == "smooth":
-        raise UnavailableError("smoothed friction is not computed", where="friction")
     joints = mechanism.joints
     meshed = any(joint.kind in ("gear", "rack", "belt") for joint in joints.values())
     other = [own for own in found if joints[own].kind not in COMPUTED or meshed]

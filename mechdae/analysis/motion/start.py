@@ -330,7 +330,7 @@ class _Starter:
         worst = sorted(left.items(), key=lambda item: -abs(item[1]))[:6]
         listed = ", ".join(f"{name} {value:.3g}" for name, value in worst)
         error = InconsistentStartError(
-            f"{what}; what is left: {listed}",
+            f"{what} (S3); what is left: {listed}",
             where=key,
             hint="give as many coordinates as the mechanism has freedoms; the others follow",
         )

@@ -19,7 +19,9 @@ import numpy as np
 
 from mechdae.analysis.motion.checks import freedoms
 from mechdae.analysis.motion.integrate import Integrator, Nodes
+from mechdae.analysis.motion.onset import onset
 from mechdae.analysis.motion.setup import Setup
+from mechdae.analysis.motion.verdict import NoWay
 from mechdae.kernels.batch import Batch
 
 RESTS = 1e-9
@@ -60,17 +62,6 @@ class Turn:
     from_rest: bool
 
 
-class NoWay(Exception):
-    """No way to go on fits the laws of friction, or several do: the verdict.
-
-    ``status`` is that of the state, "jammed" or "ambiguous".
-    """
-
-    def __init__(self, text: str, status: str = "jammed") -> None:
-        super().__init__(text)
-        self.status = status
-
-
 class Sticking:
     """Watches the slips of a motion.
 
@@ -87,7 +78,7 @@ class Sticking:
         self.kernel = setup.kernel
         self.slips = setup.released.rubbing.slips
         self.names = [slip.owner for slip in self.slips]
-        self.k = len(self.slips)
+        self.k = 0 if setup.smooth else len(self.slips)
         self.found: list[tuple[float, str, float, str]] = []
         self.several: list[tuple[float, int]] = []
         self._fastest = 0.0
@@ -136,6 +127,8 @@ class Sticking:
 
     def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
         """Return the inputs of dry friction at the start, and the speeds with locks."""
+        if self.setup.smooth:
+            self.check(t, x, v, self.setup.loose)
         if not self.k:
             return self.setup.loose, v
         return self.settled(t, x, v, np.zeros(self.k), None)
@@ -206,11 +199,14 @@ class Sticking:
                     f"{names} come to rest together, more of them than freedoms: the forces that "
                     "hold them are not unique (F3)",
                     "ambiguous",
+                    "F3",
+                    joints=[self.names[k] for k in rest],
                 )
             return fallback
         raise NoWay(
             f"no way to go on from rest fits the laws of dry friction (F5) of "
-            f"{', '.join(self.names[k] for k in rest)}"
+            f"{', '.join(self.names[k] for k in rest)}",
+            joints=[self.names[k] for k in rest],
         )
 
     def _ways(self, along: Any, rest: list[int], moved: Any) -> list[Any]:
@@ -226,9 +222,23 @@ class Sticking:
     def _fits(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> bool:
         """Return whether sides agree with what they lead to."""
         signs = self.signs(sides, rest)
-        _, rates, held, low, high, miss = (part[0] for part in self.values(t, x, v, signs))
-        if not miss[0] < 1e-9:
-            return False
+        if not self.kernel.rubs or self.contractions(t, x, v, signs)[0] < 1:
+            _, rates, held, low, high, miss = (part[0] for part in self.values(t, x, v, signs))
+            return bool(miss[0] < 1e-9) and self._agrees(sides, rest, rates, held, low, high)
+        for m, _ in self.solutions(t, x, v, signs):  # Newton's method finds one of them at most
+            found = self._values_of(*(np.atleast_2d(own) for own in (t, x, v, signs, m)))
+            if self._agrees(sides, rest, *(part[0] for part in found[1:])):
+                return True
+        return False
+
+    @cached_property
+    def _values_of(self) -> Batch:
+        return Batch(self.kernel.sticking_of, [])
+
+    def _agrees(
+        self, sides: Any, rest: list[int], rates: Any, held: Any, low: Any, high: Any
+    ) -> bool:
+        """Return whether accelerations and forces are what sides of slips at rest need."""
         for k in rest:
             if sides[k] == 0:
                 slack = SLACK * max(abs(low[k]), abs(high[k]))
@@ -312,6 +322,11 @@ class Sticking:
         n = self.kernel.n
         return [(m, columns[:n, 0] + columns[:n, 1:] @ m) for m in found]
 
+    @property
+    def joints(self) -> list[str]:
+        """Joints whose friction follows from their reactions."""
+        return list(dict.fromkeys(f.joint for f in self.setup.released.rubbing.feedbacks))
+
     def check(self, t: float, x: Any, v: Any, signs: Any) -> None:
         """Raise where the laws of friction give no accelerations, or several.
 
@@ -328,12 +343,13 @@ class Sticking:
         found = self.solutions(t, x, v, signs)
         if len(found) == 1:
             return
-        joints = list(dict.fromkeys(f.joint for f in self.setup.released.rubbing.feedbacks))
+        joints = self.joints
         names = [".".join(own) for own in self.kernel.released.names]
         text = f"dry friction of {', '.join(joints)}"
         share = f"one solution is sure with {1 / bound:.6g} of the coefficients"
         if not found:
-            raise NoWay(f"jammed (F1): no accelerations fit the {text}; {share}")
+            told = f"jammed (F1): no accelerations fit the {text}; {share}"
+            raise NoWay(told, code="F1", joints=joints, kappa=bound, share=1 / bound, solutions=[])
         listed = "; ".join(
             ", ".join(f"{name} {value:.9g}" for name, value in zip(names, a, strict=True))
             for _, a in found
@@ -342,6 +358,11 @@ class Sticking:
             f"{len(found)} solutions (F2) fit the {text}, which does not decide between them: "
             f"accelerations {listed}; {share}",
             "ambiguous",
+            "F2",
+            joints=joints,
+            kappa=bound,
+            share=1 / bound,
+            solutions=[dict(zip(names, a.tolist(), strict=True)) for _, a in found],
         )
 
     # -- events --------------------------------------------------------------------------------
@@ -389,17 +410,12 @@ class Sticking:
         """Return the first state whose accelerations are not unique, and what to say; or None."""
         if not self.kernel.rubs:
             return None
-        lay = self.integrator.layout
-        t, x, v = (lay.of(nodes.states, name) for name in ("t", "x", "v"))
-        for place in np.flatnonzero(self.contractions(t, x, v, nodes.signs) >= 1).tolist():
-            try:
-                self.check(float(t[place]), x[place], v[place], nodes.signs)
-            except NoWay as verdict:
-                return nodes.states[place], verdict
-        return None
+        return onset(self, nodes)
 
     def look(self, nodes: Nodes) -> Turn | None:
         """Return the first event in accepted steps; None for none."""
+        if self.setup.smooth and len(nodes.states) > 1:
+            self.verdict = self._verdict(nodes)
         if not self.k or len(nodes.states) < 2:
             return None
         lay, states, signs = self.integrator.layout, nodes.states, nodes.signs

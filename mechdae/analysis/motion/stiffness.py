@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -28,11 +29,14 @@ class Stiffness:
     Attributes
     ----------
     found : (t, load, rate, step) or None
+    turned : bool
+        Whether another method goes on from there.
     """
 
     def __init__(self, setup: Setup, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.found: tuple[float, str, float, float] | None = None
+        self.turned = False
         self._ratios: deque[float] = deque(maxlen=STEPS)
 
     @cached_property
@@ -47,7 +51,7 @@ class Stiffness:
 
     def look(self, nodes: Nodes) -> None:
         """Look at accepted steps."""
-        if self.found is not None or len(nodes.states) < 2:
+        if self.found is not None or self.integrator.implicit or len(nodes.states) < 2:
             return
         lay, states = self.integrator.layout, nodes.states
         t, v, a = (lay.of(states, name) for name in ("t", "v", "a"))
@@ -77,14 +81,25 @@ class Stiffness:
             worst = max(worst, (float(max(damping, np.sqrt(stiffness))), load))
         if worst[0] * h > BOUND:
             self.found = (float(t), worst[1], worst[0], h)
+            self.turned = self.integrator.turn_stiff()
+
+    def events(self) -> list[dict[str, Any]]:
+        """Return the event of it."""
+        if self.found is None:
+            return []
+        t, load, rate, h = self.found
+        event = {"kind": "stiff", "code": "S6", "at": t, "time": t, "load": load, "rate": rate}
+        return [event | {"step": h, "method": "bdf"}]
 
     def notes(self) -> list[str]:
         """Return what to say about it."""
         if self.found is None:
             return []
         t, load, rate, h = self.found
+        advice = 'method = "bdf" takes far fewer, and so does a constraint in its place'
+        if self.turned:
+            advice = "from there on the method is bdf"
         return [
             f"stiff (S6) from t = {t:.6g} s on: load {load} has a rate of {rate:.3g} 1/s, much "
-            f"faster than the motion, and holds the steps at {h:.2g} s; a constraint in its place, "
-            "or a softer one, takes far fewer steps"
+            f"faster than the motion, and holds the explicit steps at {h:.2g} s; {advice}"
         ]

@@ -7,20 +7,26 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.motion.bdf import Bdf
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
+from mechdae.analysis.motion.creep import Creep
+from mechdae.analysis.motion.endings import Growth, check_dead_start, feasible, stalled
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.observe import Observer, States
+from mechdae.analysis.motion.onset import verdict_ahead
 from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
 from mechdae.analysis.motion.report import Run, report
 from mechdae.analysis.motion.setup import Setup, idle, setup
 from mechdae.analysis.motion.start import Start, start
-from mechdae.analysis.motion.sticking import NoWay, Sticking
+from mechdae.analysis.motion.sticking import Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
+from mechdae.analysis.motion.verdict import NoWay
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Motion
 from mechdae.errors import InputError
+from mechdae.kernels.batch import Batch
 from mechdae.results import Result
 
 MOST = 2_000_000
@@ -61,7 +67,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     ------
     InputError, UnavailableError
         What the task asks for is wrong, or friction in motion.
-    AssemblyError, InconsistentStartError, SingularMassError
+    AssemblyError, InconsistentStartError, InfeasibleMotionError, SingularMassError
         There is no start.
     """
     whole = setup(problem, task)
@@ -70,6 +76,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)
+    check_dead_start(whole, x, v)
     whole.kernel.scale(0.0, x, v, whole.loose)
     check_inertia(whole, x, v)
     check_friction(whole, x, v)
@@ -85,15 +92,22 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
         As `motion_start`.
     """
     whole, begin, x, v = motion_start(problem, task)
-    integrator = Integrator(whole)
+    method = task.method or ("bdf" if whole.smooth else "explicit")
+    integrator = Integrator(whole) if method == "explicit" else Bdf(whole, method == "bdf")
     run = Run(whole, begin, integrator, Passages(whole, integrator))
     run.crossings, run.sticking = Crossings(whole, integrator), Sticking(whole, integrator)
     run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
+    run.growth = Growth(whole, integrator)
     check_rest(whole, integrator, x, v)
     kept = Kept()
     _integrate(run, kept, x, v)
     _keep_last(kept, run)
+    if run.ends is not None and run.ends["kind"] == "infeasible":
+        _cut(kept, run)
     run.states = _states(whole, integrator, kept, run.undecided[0])
+    if whole.smooth:
+        run.creep = Creep(whole)
+        run.creep.look(run.states.t, run.states.x, run.states.v)
     observer = Observer(whole)
     run.first_energy = _energy(observer, x, v)
     return report(problem, name, task, run, observer)
@@ -137,16 +151,28 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             if stop is not None:
                 nodes, turn = _until(nodes, stop.state, lay), None
                 run.stopped = stop
+            wild = run.growth.look(nodes)
+            if wild is not None:
+                nodes, turn = _until(nodes, wild, lay), None
+                t = float(lay.of(wild, "t"))
+                event = {"kind": "unbounded", "code": "S7", "at": t, **(run.growth.found or {})}
+                run.end(run.growth.fault(), event)
             run.passages.look(nodes)
             run.stiffness.look(nodes)
             run.ranges.look(nodes)
             _keep(kept, nodes, integrator, times)
             run.last = nodes.states[-1]
+            if setup.laws:
+                run.marks.append((nodes.states[0], nodes.signs))
             run.last_signs = nodes.signs
             if stop is not None or turn is not None or run.fault:
                 break
             if nodes.stalled:
-                run.stalled = True
+                jam = verdict_ahead(sticking, run.last, nodes.signs)
+                if jam is not None:
+                    run.verdict(float(lay.of(run.last, "t")), jam)
+                else:
+                    run.end(*stalled(setup, integrator, sticking, run.last, nodes.signs))
         if turn is None:
             return
         after = turn.state
@@ -161,10 +187,12 @@ def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
         recent = [entry for entry in sticking.found if t - entry[0] <= CLOSE * setup.end]
         if len(recent) >= CROWD:
             owners = ", ".join(dict.fromkeys(entry[1] for entry in recent))
-            run.fault = (
+            fault = (
                 f"{CROWD} events of dry friction (F4) of {owners} within "
                 f"{CLOSE * setup.end:.2g} s before t = {t:.9g} s: the motion does not go on"
             )
+            event = {"kind": "chatter", "code": "F4", "at": t, "time": t, "count": len(recent)}
+            run.end(fault, event | {"joints": list(dict.fromkeys(own[1] for own in recent))})
             return
         h = float(after[lay["h"]][0])
         state = integrator.first(t, x, v, w, signs, h)
@@ -222,6 +250,27 @@ def _keep_last(kept: Kept, run: Run) -> None:
         kept.add(t, x, v, w, run.last_signs)
 
 
+def _cut(kept: Kept, run: Run) -> None:
+    """Drop the last states whose speeds do not meet the constraints: a dead point was passed."""
+    setup, lay = run.setup, run.integrator.layout
+    while kept.rows:
+        t, x, v, w, signs = kept.rows.pop()
+        good = np.logical_and.accumulate(feasible(setup, t, x, v, signs))
+        if good.any():
+            kept.rows.append((t[good], x[good], v[good], w[good], signs[good]))
+            break
+    for state, signs in reversed(run.marks):
+        t, x, v, w = (lay.of(state, part) for part in ("t", "x", "v", "w"))
+        if kept.rows and kept.rows[-1][0][-1] >= t:
+            break
+        if feasible(setup, t[None], x[None], v[None], signs[None])[0]:
+            kept.add(t, x, v, w, signs)
+            break
+    run.last = run.last.copy()
+    for name, part in zip("txvw", kept.rows[-1], strict=False):
+        run.last[lay[name]] = part[-1]
+
+
 def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float) -> States:
     """Return the states of output with accelerations and multipliers computed again.
 
@@ -240,4 +289,9 @@ def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float) 
         a[rows], lam[rows] = integrator.rates(t[rows, None], x[rows], v[rows], signs[rows[0]])
         rest = rest[~same]
     integrator.rhs += len(t)
+    if setup.smooth:
+        kernel: Any = setup.kernel
+        smooth = Batch(kernel.sides, [], straight=lambda: None)
+        signs = signs.copy()
+        signs[:, : setup.rubbing.count] = smooth(t[:, None], x, v, signs)[0]
     return States(t, x, v, a, lam, w, signs)

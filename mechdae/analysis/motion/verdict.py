@@ -1,0 +1,16 @@
+"""What is said where the laws of dry friction do not tell how a motion goes on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class NoWay(Exception):
+    """No way to go on fits the laws of friction, or several do: the verdict.
+
+    ``status`` is that of the state, "jammed" or "ambiguous"; ``code`` and ``facts`` tell more.
+    """
+
+    def __init__(self, text: str, status: str = "jammed", code: str = "F5", **facts: Any) -> None:
+        super().__init__(text)
+        self.status, self.code, self.facts = status, code, facts

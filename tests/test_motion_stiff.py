@@ -1,0 +1,265 @@
+"""Stiff forces in motion: CVODES against closed forms and an own Radau method of order 5."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.describe.problem import from_dict
+
+G = 9.81
+
+
+def pendulum(damping: float, **task: Any) -> dict[str, Any]:
+    """A double pendulum with a damper in its second hinge."""
+    return {
+        "schema": 1,
+        "gravity": [0, -G],
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {
+            "upper": {"points": {"O": [0, 0], "P": [0, -1]}, "mass": 1.0, "center": [0, -1]},
+            "lower": {"points": {"P": [0, 0], "Q": [0, -1]}, "mass": 1.0, "center": [0, -1]},
+        },
+        "joints": {
+            "O": {"kind": "revolute", "between": ["ground.O", "upper.O"]},
+            "P": {"kind": "revolute", "between": ["upper.P", "lower.P"]},
+        },
+        "sketch": {"upper": 1.0, "lower": 0.5},
+        "loads": {"damper": {"kind": "spring", "coordinate": "P.angle", "damping": damping}},
+        "tasks": {"m": {"kind": "motion", "at": [1.0], "tolerance": 1e-8, **task}},
+    }
+
+
+def bobs(damping: float, **task: Any) -> dict[str, Any]:
+    """Two point masses on bars: four coordinates, two constraints; a damper to the ground."""
+    data = pendulum(0.0, **task)
+    data["bodies"] = {
+        "a": {"points": {"P": [0, 0]}, "mass": 1.0},
+        "b": {"points": {"Q": [0, 0]}, "mass": 1.0},
+    }
+    data["joints"] = {
+        "near": {"kind": "distance", "between": ["ground.O", "a.P"], "length": 1.0},
+        "far": {"kind": "distance", "between": ["a.P", "b.Q"], "length": 1.0},
+    }
+    places = np.array([math.sin(1), -math.cos(1), math.sin(1) + math.sin(0.5)])
+    data["sketch"] = dict(zip(["a.P.x", "a.P.y", "b.Q.x"], places.tolist(), strict=True))
+    data["sketch"]["b.Q.y"] = -math.cos(1) - math.cos(0.5)
+    data["loads"] = {"damper": {"kind": "spring", "between": ["ground.O", "b.Q"],
+                                "damping": damping}}  # fmt: skip
+    return data
+
+
+# -- an own integration ------------------------------------------------------------------------
+
+ROOT = math.sqrt(6)
+RADAU = np.array(
+    [
+        [(88 - 7 * ROOT) / 360, (296 - 169 * ROOT) / 1800, (-2 + 3 * ROOT) / 225],
+        [(296 + 169 * ROOT) / 1800, (88 + 7 * ROOT) / 360, (-2 - 3 * ROOT) / 225],
+        [(16 - ROOT) / 36, (16 + ROOT) / 36, 1 / 9],
+    ]
+)
+
+
+def rates(y: Any, hinge: float, line: float) -> Any:
+    """Lagrange's equations of two point masses on rods, by hand; y = (a, b, a', b').
+
+    Dampers in the second hinge and along the line from the pivot to the second mass.
+    """
+    a, b, u, w = y
+    k, s = math.cos(a - b), math.sin(a - b)
+    moment = hinge * (w - u)
+    x, z = math.sin(a) + math.sin(b), math.cos(a) + math.cos(b)
+    length = math.hypot(x, z)
+    dx, dz = math.cos(a) * u + math.cos(b) * w, -math.sin(a) * u - math.sin(b) * w
+    pull = -line * (x * dx + z * dz) / length**2
+    first = pull * (x * math.cos(a) - z * math.sin(a)) - s * w * w - 2 * G * math.sin(a) + moment
+    second = pull * (x * math.cos(b) - z * math.sin(b)) + s * u * u - G * math.sin(b) - moment
+    size = 2 - k * k
+    return np.array([u, w, (first - k * second) / size, (2 * second - k * first) / size])
+
+
+def radau(hinge: float, line: float, end: float, steps: int) -> Any:
+    """Radau IIA of order 5 on a grid that begins fine."""
+    y, grid = np.array([1.0, 0.5, 0.0, 0.0]), end * np.linspace(0, 1, steps + 1) ** 3
+    for h in np.diff(grid):
+        shifts = 1e-6 * np.eye(4)
+        J = np.array([rates(y + e, hinge, line) - rates(y - e, hinge, line) for e in shifts]).T
+        inverse = np.linalg.inv(np.eye(12) - h * np.kron(RADAU, J / 2e-6))
+        Z = np.zeros((3, 4))
+        for _ in range(20):
+            left = h * RADAU @ np.array([rates(y + z, hinge, line) for z in Z]) - Z
+            change = (inverse @ left.ravel()).reshape(3, 4)
+            Z = Z + change
+            if np.max(np.abs(change)) < 1e-15:
+                break
+        y = y + Z[2]
+    return y
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
+def test_a_stiff_hinge(tolerance: float) -> None:
+    """Relative rates of 4e4 1/s: the explicit method takes 6000 steps a second."""
+    wanted = radau(1e4, 0.0, 1.0, 600)
+    result = md.solve(from_dict(pendulum(1e4, method="bdf", tolerance=tolerance)), "m")
+    found = [result.bodies[name].angle[-1] for name in ("upper", "lower")]
+    assert np.max(np.abs(found - wanted[:2])) <= 50 * tolerance
+    speeds = [result.bodies[name].angular_velocity[-1] for name in ("upper", "lower")]
+    assert np.max(np.abs(speeds - wanted[2:])) <= 500 * tolerance
+    assert result.summary["steps"] <= 400
+    assert result.summary["method"] == "bdf, CVODES"
+    assert result.fault is None
+    assert result.checks["energy"] <= 1e2 * tolerance
+
+
+def test_a_stiff_damper_whose_direction_turns_and_closed_constraints() -> None:
+    wanted = radau(0.0, 1e4, 1.0, 600)
+    times = [0.1, 0.25, 0.7, 1.0]  # not at equal intervals
+    result = md.solve(from_dict(bobs(1e4, method="bdf", tolerance=1e-10, at=times)), "m")
+    assert (result.summary["coordinates"], result.summary["constraints"]) == (4, 2)
+    assert np.max(result.scalars.drift) <= 1e-14
+    assert result.summary["drift_of_speeds"] <= 1e-12
+    assert result.time.tolist() == times
+    place = result.points["b.Q"].position[-1]
+    x = math.sin(wanted[0]) + math.sin(wanted[1])
+    assert place[0] == pytest.approx(x, abs=1e-8)
+    assert place[1] == pytest.approx(-math.cos(wanted[0]) - math.cos(wanted[1]), abs=1e-8)
+    middle = radau(0.0, 1e4, 0.25, 400)
+    assert result.points["a.P"].position[1][0] == pytest.approx(math.sin(middle[0]), abs=1e-8)
+
+
+def test_a_heavily_damped_spring() -> None:
+    """x'' = -c x' - k x: exponentials with rates of 1e6 and 1e-1 1/s."""
+    c, k = 1e6, 1e5
+    data = pendulum(0.0)
+    data["bodies"] = {"block": {"points": {"P": [0, 0]}, "mass": 1.0}}
+    data["joints"] = {"guide": {"kind": "prismatic", "between": ["ground.O", "block.P"]}}
+    data["loads"] = {"s": {"kind": "spring", "coordinate": "guide.slide",
+                           "stiffness": k, "damping": c}}  # fmt: skip
+    data.pop("sketch")
+    data["gravity"] = [0, 0]
+    data["tasks"]["m"] |= {"start": {"guide": {"slide": 1.0}}, "method": "bdf", "at": [20.0]}
+    result = md.solve(from_dict(data), "m")
+    slow, fast = k / (c / 2 + math.sqrt(c * c / 4 - k)), c / 2 + math.sqrt(c * c / 4 - k)
+    wanted = (fast * math.exp(-slow * 20) - slow * math.exp(-fast * 20)) / (fast - slow)
+    assert result.joints["guide"].slide[-1] == pytest.approx(wanted, abs=1e-7)
+    assert result.work["s"][-1] == pytest.approx(-k / 2 * (1 - wanted**2), rel=1e-6)
+    assert result.summary["steps"] <= 1000
+
+
+@pytest.mark.parametrize("make", [pendulum, bobs])
+def test_work_is_within_three_times_that_of_cvodes_alone(make: Any) -> None:
+    """Right-hand sides; `motion_long.py` measures times."""
+    from mechdae.analysis.motion.bdf import Bdf
+    from mechdae.bench.motions import Work, _sundials
+
+    problem = from_dict(make(1e4, at=[5.0]))
+    work = Work(problem, "m", problem.tasks["m"])
+    plain = next(way for method, _, way in _sundials(work, (1e-8,)) if method == "CVODES BDF")
+    work.setup.tolerance = 1e-8  # Work left that of its reference
+    own = Bdf(work.setup)
+    start = own.first(0.0, work.x, work.v, np.zeros(len(work.setup.works)), work.none)
+    drifts = [
+        work.drift(state[own.layout["x"]])
+        for nodes in own.steps(start, work.none)
+        for state in nodes.states
+    ]
+    assert max(drifts) <= 1e-10
+    assert own.rhs <= 3 * plain().rhs
+
+
+# -- S6 ----------------------------------------------------------------------------------------
+
+
+def test_stiffness_is_found_within_2000_steps_and_proposes_the_key() -> None:
+    result = md.solve(from_dict(pendulum(1e4, at=[0.2])), "m")
+    (event,) = [event for event in result.events if event["kind"] == "stiff"]
+    assert (event["code"], event["load"], event["method"]) == ("S6", "damper", "bdf")
+    k = math.cos(0.5)  # (b - a)'' = -c (3 + 2 k)/(2 - k^2) (b - a)', k = cos(a - b)
+    assert event["rate"] == pytest.approx(1e4 * (3 + 2 * k) / (2 - k * k), rel=0.05)
+    assert any('method = "bdf"' in note for note in result.summary["notes"])
+    until = md.solve(from_dict(pendulum(1e4, at=[event["at"]])), "m")
+    assert until.summary["steps"] + until.summary["rejected"] <= 2000
+
+
+def test_auto_turns_to_the_stiff_method_where_it_is_stiff() -> None:
+    wanted = radau(1e4, 0.0, 1.0, 600)
+    result = md.solve(from_dict(pendulum(1e4, method="auto")), "m")
+    assert result.summary["method"] == "explicit, Dormand-Prince 8(5,3); then bdf, CVODES"
+    assert result.summary["steps"] <= 600
+    assert result.bodies["upper"].angle[-1] == pytest.approx(wanted[0], abs=1e-7)
+    soft = md.solve(from_dict(pendulum(1.0, method="auto")), "m")
+    assert soft.summary["method"] == "explicit, Dormand-Prince 8(5,3)"
+    plain = md.solve(from_dict(pendulum(1.0)), "m")
+    assert soft.bodies["upper"].angle[-1] == plain.bodies["upper"].angle[-1]
+
+
+# -- events and friction -------------------------------------------------------------------------
+
+
+def changed(name: str, **keys: Any) -> md.Result:
+    problem = md.load(name)
+    task = dataclasses.replace(problem.tasks["motion"], method="bdf", **keys)
+    return md.solve(problem.with_task("m", task), "m")
+
+
+def test_crossings_are_located() -> None:
+    problem = md.load("pendulum")
+    task = dataclasses.replace(problem.tasks["curves"], method="bdf", tolerance=1e-10)
+    result = md.solve(problem.with_task("m", task), "m")
+    period = 2.36784194757623744930
+    times = np.array([event["at"] for event in result.events])
+    assert times == pytest.approx([(0.25 + k / 2) * period for k in range(4)], abs=2e-8)
+
+
+def test_dry_friction_sticks_with_bdf() -> None:
+    result = changed("incline-block", until=1e4)
+    slope = math.radians(20)
+    down = G * (math.sin(slope) + 0.5 * math.cos(slope))
+    assert result.summary["rests_from"] == pytest.approx(2.0 / down, rel=1e-9)
+    assert result.joints["guide"].slide[-1] == pytest.approx(2.0 / down, abs=1e-9)
+    assert np.ptp(result.joints["guide"].slide[1:]) == 0.0
+
+
+def test_coasting_slider_crank_with_bdf() -> None:
+    result = changed("coasting-slider-crank", tolerance=1e-8)
+    assert result.outputs["turned"].value[-1] == pytest.approx(12.121009647567854, abs=1e-6)
+    assert result.fault is None
+
+
+def test_a_singular_pose_is_a_fault_with_bdf() -> None:
+    """CVODES does not stay on the motion behind it; the answer is never without a word."""
+    problem = md.load("n-four-bar")
+    task = dataclasses.replace(problem.tasks["motion"], method="bdf", tolerance=1e-9)
+    result = md.solve(problem.with_task("m", task).with_values({"t_end": 1.0}), "m")
+    assert any(event["kind"] == "singular" for event in result.events)
+    assert 'try method = "explicit"' in (result.fault or "")
+
+
+def test_states_are_kept_where_forces_end() -> None:
+    data = pendulum(0.0, method="bdf", until=1.0)
+    data["tasks"]["m"].pop("at")
+    data["loads"] = {"motor": {"kind": "torque", "body": "upper", "value": "sqrt(0.5 - t)"}}
+    result = md.solve(from_dict(data), "m")
+    assert "step size went to nothing" in (result.fault or "")
+    assert result.time[-1] == pytest.approx(0.5, abs=1e-9)
+    assert np.isfinite(result.bodies["lower"].angle).all()
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e3])
+def test_lengths_change_nothing(scale: float) -> None:
+    plain = md.solve(from_dict(bobs(100.0, method="bdf")), "m")
+    data = bobs(100.0, method="bdf")
+    data["gravity"] = [0, -G * scale]
+    for joint in data["joints"].values():
+        joint["length"] = scale
+    data["sketch"] = {name: value * scale for name, value in data["sketch"].items()}
+    result = md.solve(from_dict(data), "m")
+    assert result.summary["steps"] == plain.summary["steps"]
+    gap = result.points["b.Q"].position / scale - plain.points["b.Q"].position
+    assert np.max(np.abs(gap)) <= 1e-12
