@@ -1,262 +1,41 @@
 """Motions against scipy's and casadi's integrators on the same right-hand side.
 
-All integrate x'' of `kernels.proximal`, evaluated by the same virtual machine: scipy through the
-buffer that the package uses itself, CVODES and IDAS as part of casadi's own graph. Where the
-equations allow it, IDAS also solves them as they stand, with accelerations and multipliers as
-algebraic unknowns. Times are of the processor, medians of interleaved runs.
+Times are of the processor, medians of interleaved runs.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
 from statistics import median
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
-from mechdae.analysis.motion.expressions import over_states
-from mechdae.analysis.motion.integrate import Integrator
-from mechdae.analysis.motion.setup import Setup
-from mechdae.analysis.motion.task import motion, motion_start
+from mechdae.analysis.motion.task import motion, prepared
+from mechdae.bench.rubbing import Rubbing
+from mechdae.bench.works import OURS, SCIPY, Work
 from mechdae.bench.yardstick import yardstick
-from mechdae.describe.coordinates import coordinate
-from mechdae.describe.expression import names_in
-from mechdae.describe.named import split_rate
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Motion
-from mechdae.errors import InputError, MechdaeError
 
-SX = ca.SX
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 QUICK_TOLERANCES = (1e-8, 1e-10)
-IMPLICIT = 1e-8
-"""Tightest tolerance of scipy's Radau, whose work grows too fast for more."""
-TIGHT = 1e-13
 POSES = 10_000
 """Poses of the yardstick."""
-STEPS = 200_000
-"""Steps after which SUNDIALS gives up."""
-OURS = "mechdae"
-STATE = "summary/state/"
 NO_SCIPY = (
     "DOP853 and Radau are not measured: scipy is not installed (pip install 'mechdae[bench]')"
 )
-
-
-@dataclass(frozen=True)
-class End:
-    """Where an integration ends, and how many right-hand sides it took."""
-
-    x: Any
-    rhs: int
-
-
-Way = Callable[[], End]
-
-
-class Work:
-    """A task of motion, its kernels and the truth at its end.
-
-    Attributes
-    ----------
-    name : str
-        Problem and task.
-    reference : str
-        What errors are differences to: "values of the problem" or "tightened run".
-
-    Raises
-    ------
-    InputError
-        The task has loads that change their side with a speed: others do not find the events.
-    """
-
-    def __init__(self, problem: Problem, name: str, task: Motion) -> None:
-        self.name = f"{problem.name} {name}"
-        self.problem, self.task, self.key = problem, task, name
-        self.setup, _, self.x, self.v = motion_start(problem, task)
-        if len(self.setup.loads.slips):
-            raise InputError(
-                f"the motion '{name}' has resistances that change their side: an integrator "
-                "without events does not solve it",
-                hint="leave them out, or use a damper, to measure the smooth motion",
-            )
-        self.kernel = self.setup.kernel
-        self.integrator = Integrator(self.setup)
-        self.none = np.zeros(0)
-        self.sizes = self.setup.sizes(self.setup.released)
-        self._outputs, self._wanted, self._units = _expected(self.setup, problem, name)
-        self.reference = "values of the problem" if len(self._wanted) else "tightened run"
-        if not len(self._wanted):
-            self._wanted, self._units = self.ours(TIGHT).x, self.sizes
-
-    @property
-    def end(self) -> float:
-        """The time at the end."""
-        return self.setup.end
-
-    def error(self, x: Any) -> float:
-        """Return the largest error at the end, over natural sizes or what is larger."""
-        found = x if self._outputs is None else self._outputs(self.end, x)
-        found = np.array(ca.DM(found)).ravel()
-        scale = np.maximum(self._units, np.abs(self._wanted))
-        return float(np.max(np.abs(found - self._wanted) / scale, initial=0.0))
-
-    def drift(self, x: Any) -> float:
-        """Return the largest gap of a constraint at the end, over its natural size."""
-        if not self.kernel.m:
-            return 0.0
-        phi = self.kernel.place(self.end, x, np.zeros(len(x)), self.none)[0]
-        return float(np.max(np.abs(np.array(phi).ravel()) / self.kernel.gaps))
-
-    # -- ways ----------------------------------------------------------------------------------
-
-    def ours(self, tolerance: float) -> End:
-        """Integrate with the package."""
-        own = self.integrator
-        self.setup.tolerance = tolerance
-        before = own.rhs
-        works = np.zeros(len(self.setup.works))
-        state = own.first(0.0, self.x, self.v, works, self.none)
-        for nodes in own.steps(state, self.none):
-            if nodes.stalled:
-                raise RuntimeError("the step size went to nothing")
-            state = nodes.states[-1]
-        return End(state[own.layout["x"]].copy(), own.rhs - before)
-
-    def ways(self, tolerances: tuple[float, ...]) -> Iterator[tuple[str, float, Way]]:
-        """Yield method, tolerance and function of each integration."""
-        for tolerance in tolerances:
-            yield OURS, tolerance, partial(self.ours, tolerance)
-        yield from _scipy(self, tolerances)
-        yield from _sundials(self, tolerances)
-
-
-def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any]:
-    """Return the function (t, x) -> named outputs that the problem has values of, values, sizes."""
-    released, model = setup.released, setup.model
-    texts, wanted, units = [], [], []
-    for entry in problem.expected:
-        output = entry.what.removeprefix(STATE)
-        known = entry.task == name and entry.time is None and entry.what.startswith(STATE)
-        if not known or not isinstance(entry.value, list | tuple):
-            continue
-        text = model.mechanism.outputs[output]
-        texts.append(over_states(model, setup.loads, text, {}))
-        wanted.append(float(entry.value[0]))
-        units.append(_size(setup, text))
-    if not texts:
-        return None, np.zeros(0), np.zeros(0)
-    inputs = [model.q, setup.loads.time, model.p]
-    general = ca.Function("outputs", inputs, [ca.vertcat(*texts)])
-    own = [released.t, released.x, model.p]
-    place = ca.Function("place", own, [released.q])
-    t, x = SX.sym("t"), SX.sym("x", released.x.numel())
-    p = ca.DM(model.p_values)
-    at_end = ca.Function("end", [t, x], [general(place(t, x, p), t, p)])
-    return at_end, np.array(wanted), np.array(units)
-
-
-def _size(setup: Setup, text: str) -> float:
-    """Return the natural size of an output: 1 rad if it is made of angles, else a length."""
-    mechanism = setup.model.mechanism
-    for used in names_in(text):
-        if used not in mechanism.parameters:
-            try:
-                if coordinate(mechanism, split_rate(used)[0]).unit != "rad":
-                    return setup.length
-            except MechdaeError:
-                return setup.length
-    return 1.0
-
-
-def _scipy(work: Work, tolerances: tuple[float, ...]) -> Iterator[tuple[str, float, Way]]:
-    """Yield DOP853 and Radau, the latter with the exact Jacobian."""
-    try:
-        from scipy.integrate import solve_ivp
-    except ImportError:
-        return
-    n, none = len(work.x), work.none
-    call = work.integrator._rhs
-    start = np.concatenate([work.x, work.v])
-    least = float(work.sizes.min(initial=1.0))
-
-    def slope(t: float, y: Any) -> Any:
-        return np.concatenate([y[n:], call(t, y[:n], y[n:], none)[0]])
-
-    def jacobian(t: float, y: Any) -> Any:
-        return rates(t, y)[0]
-
-    def way(method: str, tolerance: float, more: dict[str, Any]) -> End:
-        found = solve_ivp(
-            slope, (0.0, work.end), start, method=method, rtol=max(tolerance, 3e-14),
-            atol=tolerance * least, t_eval=[work.end], **more,
-        )  # fmt: skip
-        if not found.success:
-            raise RuntimeError(found.message)
-        return End(found.y[:n, -1], int(found.nfev))
-
-    for tolerance in tolerances:
-        yield "scipy DOP853", tolerance, partial(way, "DOP853", tolerance, {})
-    from mechdae.kernels.call import Call
-
-    t, y, ode = _ode(work)
-    rates = Call(ca.Function("rates", [t, y], [ca.densify(ca.jacobian(ode, y))], {"cse": True}))
-    for tolerance in tolerances:
-        if tolerance >= IMPLICIT:
-            yield "scipy Radau", tolerance, partial(way, "Radau", tolerance, {"jac": jacobian})
-
-
-def _ode(work: Work) -> tuple[Any, Any, Any]:
-    """Return t, y = (x, x') and y'."""
-    n = len(work.x)
-    t, y = SX.sym("t"), SX.sym("y", 2 * n)
-    return t, y, ca.vertcat(y[n:], work.kernel.rhs(t, y[:n], y[n:], SX(0, 1))[0])
-
-
-def _sundials(work: Work, tolerances: tuple[float, ...]) -> Iterator[tuple[str, float, Way]]:
-    """Yield CVODES and IDAS on x'' = ..., and IDAS on the equations as they stand."""
-    n, m, kernel = len(work.x), work.kernel.m, work.kernel
-    t, y, ode = _ode(work)
-    explicit = {"t": t, "x": y, "ode": ode}
-    start = np.concatenate([work.x, work.v])
-    first = np.concatenate(work.integrator._rhs(0.0, work.x, work.v, work.none))
-    least = float(work.sizes.min(initial=1.0))
-    adams = {"linear_multistep_method": "adams"}
-    chosen: list[tuple[str, str, Any, dict[str, Any]]] = [
-        ("CVODES Adams", "cvodes", explicit, adams),
-        ("CVODES BDF", "cvodes", explicit, {}),
-        ("IDAS", "idas", explicit, {}),
-    ]
-    if m:
-        z = SX.sym("z", n + m)
-        M, f, J, gamma = kernel.parts(t, y[:n], y[n:], SX(0, 1))
-        balance = ca.densify(ca.vertcat(M @ z[:n] + J.T @ z[n:] - f, J @ z[:n] - gamma))
-        whole = {"t": t, "x": y, "z": z, "ode": ca.vertcat(y[n:], z[:n]), "alg": balance}
-        chosen.append(("IDAS, index 1", "idas", whole, {}))
-
-    def way(solver: Any, algebraic: bool) -> End:
-        found = solver(x0=start, z0=first) if algebraic else solver(x0=start)
-        return End(np.array(found["xf"])[:n, 0], int(solver.stats()["nfevals"]))
-
-    for method, plugin, equations, more in chosen:
-        for tolerance in tolerances:
-            options = {
-                "reltol": tolerance, "abstol": tolerance * least, "max_num_steps": STEPS,
-                "disable_internal_warnings": True, **more,
-            }  # fmt: skip
-            solver = ca.integrator("solver", plugin, equations, 0.0, work.end, options)
-            yield method, tolerance, partial(way, solver, "z" in equations)
 
 
 def work_of(problem: Problem) -> Work | None:
     """Return the first task of motion of a problem."""
     for name, task in problem.tasks.items():
         if isinstance(task, Motion):
-            return Work(problem, name, task)
+            run, x, v = prepared(problem, task)
+            kind = Rubbing if run.setup.released.rubbing.slips else Work
+            return kind(problem, name, run, x, v)
     return None
 
 
@@ -272,7 +51,7 @@ def measure(
     is a whole task of the package, from the description to the result.
     """
     begin = time.process_time()
-    motion(work.problem, work.key, work.task)
+    motion(work.problem, work.key, work.run.setup.task)
     first = time.process_time() - begin
     ways, ends, notes, tried = [], [], [], set()
     for method, tolerance, way in work.ways(tolerances):
@@ -285,7 +64,7 @@ def measure(
             continue
         ways.append((method, tolerance, way))
         ends.append(end)
-    if "scipy DOP853" not in tried:
+    if not tried & SCIPY:
         notes.append(NO_SCIPY)
     crank = np.linspace(0, 2 * np.pi, POSES)
     times: list[list[float]] = [[] for _ in ways]

@@ -36,8 +36,8 @@ class Crossings:
         self.wanted = crossings(setup.problem.mechanism, setup.task)
         self.found: list[Found] = []
 
-    @cached_property
-    def _function(self) -> Batch:
+    def rows(self) -> list[Any]:
+        """Return what is left to each crossing, over time and state."""
         model, r = self.setup.model, self.setup.released
         rows = []
         for i, crossing in enumerate(self.wanted):
@@ -46,7 +46,11 @@ class Crossings:
             except MechdaeError as problem:
                 raise problem.inside(f"events[{i}]") from None
             rows.append(r.moved(found) - crossing.value)
-        return Batch(self.setup.kernel.function("events", [ca.vertcat(*rows)]), [3])
+        return rows
+
+    @cached_property
+    def _function(self) -> Batch:
+        return Batch(self.setup.kernel.function("events", [ca.vertcat(*self.rows())]), [3])
 
     def values(self, states: Any, signs: Any) -> Any:
         """Return what is left to each crossing, (n, crossings)."""

@@ -83,8 +83,8 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     return whole, begin, x, v
 
 
-def motion(problem: Problem, name: str, task: Motion) -> Result:
-    """Return the result of a task of motion.
+def prepared(problem: Problem, task: Motion) -> tuple[Run, Any, Any]:
+    """Return a run that has not begun, and what it starts from.
 
     Raises
     ------
@@ -99,8 +99,21 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
     run.growth = Growth(whole, integrator)
     check_rest(whole, integrator, x, v)
+    return run, x, v
+
+
+def motion(problem: Problem, name: str, task: Motion) -> Result:
+    """Return the result of a task of motion.
+
+    Raises
+    ------
+    InputError, SolveError
+        As `motion_start`.
+    """
+    run, x, v = prepared(problem, task)
+    whole, integrator = run.setup, run.integrator
     kept = Kept()
-    _integrate(run, kept, x, v)
+    integrate(run, kept, x, v)
     _keep_last(kept, run)
     if run.ends is not None and run.ends["kind"] == "infeasible":
         _cut(kept, run)
@@ -123,7 +136,8 @@ def _energy(observer: Observer, x: Any, v: Any) -> float:
     return float(kinetic[0] + sum(own[0] for own in stores.values()))
 
 
-def _integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
+def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
+    """Integrate a run from its start; keep the states of output."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     lay, times = integrator.layout, setup.times
     try:
