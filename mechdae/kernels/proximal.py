@@ -209,13 +209,18 @@ class Kernel:
         a, inner, miss = self.coupled(*at)
         C, rates, speeds = self.locking(*at)
         falls, grows = (r.moved(part) for part in r.rubbing.limits)
-        strengths = [r.moved(SX(feedback.strength)) for feedback in r.rubbing.feedbacks]
+        feedbacks = r.rubbing.feedbacks
+        rising = [SX(own.strength) for own in feedbacks]
+        falling = [SX(own.strength if own.falling is None else own.falling) for own in feedbacks]
+        strengths = [r.moved(part) for part in (*rising, *falling)]
         function = self.function("limits", [ca.densify(falls), ca.densify(grows), *strengths])
         falls, grows, *strengths = function.call(at)
         high, low = SX(falls), -SX(grows)
         for j, k in enumerate(r.rubbing.owners):
-            high[k] += strengths[j] * inner[self.m + self.slips + j]
-            low[k] = -high[k]
+            if k is not None:
+                size = inner[self.m + self.slips + j]
+                low[k] -= strengths[j] * size
+                high[k] += strengths[len(feedbacks) + j] * size
         held = -inner[self.m : self.m + self.slips]
         results = [speeds, C @ a + rates, held, low, high, miss]
         return ca.Function("sticking", at, [ca.densify(e) for e in results], {"cse": True})

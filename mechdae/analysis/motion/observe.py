@@ -148,15 +148,15 @@ class Observer:
             wrench = add(*[times(-lam[i], columns[i]) for i in own])
             for j, feedback in enumerate(r.rubbing.feedbacks):
                 if feedback.joint == name:
-                    slip = r.rubbing.owners[j]
+                    wrench = add(wrench, times(inner[k.m + k.slips + j], feedback.column))
+            for slip in sorted({own for own in r.rubbing.owners if own is not None}):
+                if r.rubbing.slips[slip].owner == name:
                     gradient_of = ca.jacobian(r.rubbing.slips[slip].speed, model.velocity)
                     places = gradient_of.sparsity().get_triplet()[1]
                     held = dict(zip(places, gradient_of.nonzeros(), strict=True))
-                    wrench = add(
-                        wrench,
-                        times(inner[k.m + k.slips + j], feedback.column),
-                        times(-inner[k.m + slip], held),
-                    )
+                    wrench = add(wrench, times(-inner[k.m + slip], held))
+            if name in r.rubbing.meshes:
+                wrench = add(wrench, r.rubbing.meshes[name].steady)
             ends = model.ends[name]
             if joint.second_body == GROUND:
                 found = [-part for part in on_body(model, wrench, joint.first_body, ends.p2)]
