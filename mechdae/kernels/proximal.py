@@ -121,6 +121,8 @@ class Kernel:
 
     def _locked(self, M: Any, J: Any, at: list[Any]) -> tuple[_Solver, Any, Any]:
         """Return the solver with locks, what is locked, and rates of the slips at x'' = 0."""
+        if not self.slips:
+            return _Solver(M, J, self._eps, self._weights), SX(0, 1), SX(0, 1)
         C, rates, _ = self.locking(*at)
         locks = self.signs[self.slips : 2 * self.slips]
         C = ca.densify(C)
@@ -145,18 +147,20 @@ class Kernel:
             f = f + J.T @ (ca.DM(self._weights) * gamma)
         none = SX.zeros(self.m + self.slips)
         a, lam = solver.solve(f, ca.vertcat(gamma, -locks * rates))
-        columns = [ca.vertcat(a, lam)]
+        columns, ends = [ca.vertcat(a, lam)], [0, self.n, self.n + self.m + self.slips]
         if not self.rubs:
             return ca.Function("coupling", at, [columns[0], SX(0, 1), SX(0, 0)], {"cse": True})
         push, applied = SX.sym("push", r.push.numel()), SX.sym("a", self.n)
         inner = SX.sym("inner", self.m + self.slips)
-        given = push - r.mass @ (r.V @ applied) - r.held_back @ inner[self.m :]
-        every = recovered(r, given, inner[: self.m])
+        lam, held = ca.vertsplit(inner, [0, self.m, self.m + self.slips])
+        given = push - r.mass @ (r.V @ applied)
+        given -= r.held_back @ held if self.slips else 0
+        every = recovered(r, given, lam)
         forms = ca.vertcat(*[self._form(feedback, every) for feedback in r.rubbing.feedbacks])
         form = self.function("forms", [forms], [push, applied, inner])
         base, effects = self.function("pushes", [ca.densify(r.push), r.rubbed])(*at)
         V = self.function("V", [r.V])(*at)
-        starts, slopes = form(*at, base, a, lam), []
+        starts, slopes = form(*at, base, *ca.vertsplit(columns[0], ends)), []
         for j in range(self.rubs):
             b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
             columns.append(ca.vertcat(b, tau))
@@ -171,7 +175,7 @@ class Kernel:
             for i, row in enumerate(self.released.rows)
             if row.owner == feedback.joint and not row.driver
         ]
-        return feedback.forms @ multipliers[own]
+        return self.released.moved(SX(feedback.forms)) @ multipliers[own]
 
     @property
     def places(self) -> list[slice]:
@@ -196,7 +200,8 @@ class Kernel:
             found = sizes_by_newton(laws, first, slope, SIZES)
             miss, m = miss_of(laws, first, slope, found), ca.vertcat(*found)
             total = total + columns[:, 1:] @ m
-        return ca.Function("coupled", at, [total[: self.n], ca.vertcat(total[self.n :], m), miss])
+        a, forces = ca.vertsplit(total, [0, self.n, self.n + self.m + self.slips])
+        return ca.Function("coupled", at, [a, ca.vertcat(forces, m), miss])
 
     @cached_property
     def sticking(self) -> Any:
@@ -229,7 +234,7 @@ class Kernel:
     def rhs(self) -> Any:
         """(t, x, v, signs) -> x'', lambda; forces of locks and sizes of friction after it."""
         at = [self.t, self.x, self.v, self.signs]
-        if self.slips:
+        if self.slips or self.rubs:
             a, inner, miss = self.coupled(*at)
             a = a + ca.if_else(miss < SOLVED, 0, SX.nan()) if self.rubs else a
             return ca.Function("rhs", at, [ca.densify(a), ca.densify(inner)], {"cse": True})

@@ -158,7 +158,7 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
                 continue
             own = [i for i, row in enumerate(r.rows) if row.owner == feedback.joint]
             own = [i for i in own if not r.rows[i].driver]
-            forms = k.function("form", [ca.densify(SX(feedback.forms))])
+            forms = k.function("form", [ca.densify(r.moved(SX(feedback.forms)))])
             pressed = np.array(ca.DM(forms(0.0, place, v, setup.loose))) @ stress[own]
             size = np.abs(stress).max(initial=0.0)
             if pressed.size and np.abs(pressed).max() > OPEN * size:

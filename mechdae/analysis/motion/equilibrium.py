@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.motion.checks import freedoms
+from mechdae.analysis.motion.meshing import meshed
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.report import Whole, evaluated, with_reactions
 from mechdae.analysis.motion.setup import Setup, as_motion, idle, setup
@@ -275,7 +276,7 @@ def _report(
     found, lost = expressions.evaluate([part[:, columns] for part in y], None, certified)
     series = {own: Series({"value": found[own]["value"]}) for own in found}
     every = observer.multipliers(state)
-    reactions = {} if observer.meshed else observer.reactions(state, q, every)
+    reactions = {} if meshed(model) else observer.reactions(state, q, every)
     named["joints"] = with_reactions(named["joints"], reactions, chosen)
     summary["state"] = {own: float(series[own].value[0]) for own in series}
     rows = whole.released.rows

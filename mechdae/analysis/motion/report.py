@@ -91,14 +91,9 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     there = np.isfinite(q).all(axis=1)
     found, lost = expressions.evaluate([part[:, columns] for part in y], states.t, there)
     lam = observer.multipliers(states)
-    reactions = {} if observer.meshed else observer.reactions(states, q, lam)
+    reactions = observer.reactions(states, q, lam)
     series = {own: dict(found[own]) for own in found}
     if forced:
-        if observer.meshed:
-            raise InputError(
-                "reactions beside gears, racks and belts need a task of kind reactions",
-                where=f"outputs.{forced[0]}",
-            )
         values = WithReactions(model, setup.loads, forced)(q, v, a, states.t, reactions)
         series |= {own: {"value": values[:, k]} for k, own in enumerate(forced)}
     order = [own for own in chosen.named if own in series]

@@ -97,6 +97,14 @@ class Setup:
         """Inputs of dry friction that neither rubs nor locks."""
         return np.zeros(self.rubbing.signs.numel())
 
+    @cached_property
+    def force_kernel(self) -> Kernel:
+        """Right-hand side with all forces of teeth, scaled like that of the motion."""
+        if self.loaded is self.released:
+            return self.kernel
+        r = self.loaded
+        return Kernel(r, self.model.p_values, self.sizes(r), self.length)
+
     def sizes(self, released: Released) -> Any:
         """Return natural sizes of the free coordinates: 1 rad, a length, the range of s / 2 pi."""
         contacts = self.model.contacts

@@ -95,8 +95,8 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     kept = Kept()
     _integrate(run, kept, x, v)
     _keep_last(kept, run)
-    run.states = _states(whole, integrator, kept, run.undecided[0])
     observer = Observer(whole)
+    run.states = observer.complete(_states(whole, integrator, kept, run.undecided[0]))
     run.first_energy = _energy(observer, x, v)
     return report(problem, name, task, run, observer)
 
