@@ -284,8 +284,9 @@ class _Solver:
 
     def __init__(self, M: Any, J: Any, eps: Any, weights: Any) -> None:
         self.n, self.m = M.shape[0], J.shape[0]
-        if weights is not None:
-            M = M + J.T @ (ca.diag(ca.DM(weights)) @ J)
+        if weights is not None:  # locks have none
+            held = J[: len(weights), :]
+            M = M + held.T @ (ca.diag(ca.DM(weights)) @ held)
         self.mass = Factor(M)
         self.J, self.eps = J, SX(eps)
         halves = [self.mass.forward(entries(J[i, :].T)) for i in range(self.m)]
