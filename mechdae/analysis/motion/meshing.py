@@ -75,6 +75,16 @@ def real_meshes(released: Released, q: Any, length: float) -> dict[str, Mesh]:
     return {name: Mesh(model, model.ends[name], bool(real[k])) for k, name in enumerate(names)}
 
 
+def about(meshes: dict[str, Mesh]) -> list[str]:
+    """Return what is assumed about gears, racks and belts that have no forces of teeth."""
+    found = []
+    for name, mesh in meshes.items():
+        if mesh.column is None:
+            why = "a belt without radius" if mesh.ends.joint.kind == "belt" else "no real wheels"
+            found.append(f"joint {name}: {why}, its torque is passed on and loads no bearing")
+    return found
+
+
 def _freedoms(G: Any) -> Any:
     """Return a basis (n, k) of the rates that equations leave."""
     norms = np.linalg.norm(G, axis=1, keepdims=True)

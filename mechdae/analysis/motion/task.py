@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
-from mechdae.analysis.motion.meshing import real_meshes
+from mechdae.analysis.motion.meshing import about, real_meshes
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
@@ -69,6 +69,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     begin = start(whole)
     whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
     whole.meshes = real_meshes(whole.plain, begin.q, whole.length)
+    whole.notes += about(whole.meshes)
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)

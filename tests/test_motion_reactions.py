@@ -1,0 +1,154 @@
+"""Reactions along a motion and those of a task of reactions: different code, the same numbers.
+
+Both get the same pose, speeds and accelerations, the task by its driver. The driver has nothing
+to do then.
+"""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.describe.problem import from_dict
+
+PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
+SPEEDS = ("angle", "angular_velocity", "angular_acceleration")
+
+
+def heavy(name: str, mass: float, inertia: float, friction: float, radius: float) -> dict[str, Any]:
+    """Return a predefined mechanism with masses, weights and friction in all joints."""
+    data = tomllib.loads((PROBLEMS / f"{name}.toml").read_text(encoding="utf-8"))
+    data.pop("expected")
+    data |= {"tasks": {}, "loads": {}, "gravity": [0, -9.81]}
+    for k, body in enumerate(data["bodies"].values()):
+        body["mass"], body["inertia"] = mass * (1 + 0.3 * k), inertia * (1 + 0.2 * k)
+        body["center"] = [0.01, 0.005]
+    for joint in data["joints"].values():
+        for key in ("friction", "mesh_loss", "pin_radius"):
+            joint.pop(key, None)
+        if friction and joint["kind"] in ("gear", "rack", "belt"):
+            joint["mesh_loss"] = friction / 3
+        elif friction and joint["kind"] in ("revolute", "prismatic", "pin-in-slot"):
+            joint["friction"] = friction
+            if joint["kind"] != "prismatic":
+                joint["pin_radius"] = radius
+    return data
+
+
+def given(data: dict[str, Any], motion: md.Result, k: int, names: list[str]) -> md.Result:
+    """Return the reactions at the state k of a motion, its freedoms driven by bodies."""
+    data = copy.deepcopy(data)
+    data["sketch"] = {body: float(motion.bodies[body].angle[k]) for body in data["bodies"]}
+    drivers = []
+    for name in names:
+        angle, speed, change = (float(motion.bodies[name][word][k]) for word in SPEEDS)
+        drivers.append({"coordinate": f"{name}.angle", "at": [angle]})
+        drivers[-1] |= {"speed": speed, "acceleration": change}
+    key = {"driver": drivers[0]} if len(drivers) == 1 else {"drivers": drivers}
+    data["tasks"] = {"r": {"kind": "reactions", **key}}
+    return md.solve(from_dict(data), "r")
+
+
+def differences(motion: md.Result, forces: md.Result, k: int) -> float:
+    """Return the largest difference of a reaction over the largest force or moment."""
+    assert forces.fault is None
+    pairs = [(motion.joints[n].reaction[k], own.reaction[0]) for n, own in forces.joints.items()]
+    force = max(np.abs(own[:2]).max() for _, own in pairs)
+    moment = max(abs(own[2]) for _, own in pairs)
+    worst = max(np.abs(found - own)[:2].max() / force for found, own in pairs)
+    if moment:
+        worst = max(worst, *(abs(found - own)[2] / moment for found, own in pairs))
+    efforts = max(abs(effort[0]) for effort in forces.efforts.values())
+    return float(max(worst, efforts / force))
+
+
+CASES = {
+    "jansen-leg": (0.2, 1e-4, 0.004, {"crank": 40.0}, 0.1),
+    "gorshkov-seven-link": (1.0, 1e-2, 0.01, {"crank": -8.0}, 0.14),
+    "quick-return-pin": (1.0, 1e-2, 0.02, {"crank": 8.0}, 0.5),
+    "planetary-gear-train": (0.5, 1e-3, 0.005, {"sun": 50.0}, 0.1),
+    "rack-and-pinion": (0.5, 1e-3, 0.004, {"crank": 20.0}, 0.2),
+    "belt-drive": (0.5, 1e-3, 0.004, {"motor": 20.0}, 0.2),
+    "differential": (0.5, 1e-3, 0.004, {"crank": 10.0, "wheel": 25.0}, 0.2),
+    "geared-five-bar": (0.5, 1e-3, 0.004, {"crank": 20.0}, 0.2),
+}
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1])
+@pytest.mark.parametrize("name", CASES)
+def test_reactions_are_those_of_a_given_motion(name: str, friction: float) -> None:
+    mass, inertia, radius, speeds, until = CASES[name]
+    data = heavy(name, mass, inertia, friction, radius)
+    if name == "belt-drive":
+        data["joints"]["open"] |= {"radius": 0.03, "pretension": 200.0}
+        data["joints"]["cross"] |= {"radius": 0.02}
+    task = {"kind": "motion", "until": until, "poses": 4, "tolerance": 1e-9}
+    task["start_speed"] = {f"{body}.angle": speed for body, speed in speeds.items()}
+    if name == "gorshkov-seven-link":
+        task["start"] = {"crank": 0.6}
+    motion = md.solve(from_dict({**data, "tasks": {"m": task}}), "m")
+    assert motion.fault is None
+    assert set(motion.status) == {"ok"}
+    assert motion.checks["energy"] <= 1e-8
+    rubs = [joint for joint, own in data["joints"].items() if {"friction", "mesh_loss"} & set(own)]
+    assert [own for own in motion.work if own.startswith("friction.")] == [
+        f"friction.{joint}" for joint in rubs
+    ]
+    for k in (0, 1, 3):
+        assert differences(motion, given(data, motion, k, list(speeds)), k) <= 1e-10
+
+
+@pytest.mark.parametrize("name", ["coasting-slider-crank", "slider-crank-friction"])
+def test_slider_cranks(name: str) -> None:
+    """The slider-crank that coasts, and one whose connecting rod has no mass."""
+    data = tomllib.loads((PROBLEMS / f"{name}.toml").read_text(encoding="utf-8"))
+    data.pop("expected")
+    if name == "slider-crank-friction":
+        data["loads"] = {"push": {"kind": "torque", "body": "crank", "value": 2.0}}
+        data["bodies"]["slider"]["mass"], data["bodies"]["crank"]["inertia"] = 1.5, 0.01
+    data["tasks"] = {}
+    task = {"kind": "motion", "until": 0.1, "poses": 5, "start": {"crank": 0.7},
+            "start_speed": {"crank.angle": 15.0}}  # fmt: skip
+    motion = md.solve(from_dict({**data, "tasks": {"m": task}}), "m")
+    assert motion.fault is None
+    for k in range(5):
+        assert differences(motion, given(data, motion, k, ["crank"]), k) <= 1e-10
+
+
+def test_a_differential_of_wheels_that_are_none_passes_its_torque_on() -> None:
+    """Wheels whose centres move apart: no forces of teeth, as in a task of reactions."""
+    data = {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": {
+            "arm": {"points": {"O": [0, 0], "A": [1, 0]}, "mass": 1.0, "inertia": 0.3},
+            "rod": {"points": {"A": [0, 0], "B": [1.5, 0]}, "mass": 1.0, "inertia": 0.2},
+            "wheel": {"points": {"O": [0, 0]}, "inertia": 0.1},
+            "far": {"points": {"B": [0, 0]}, "mass": 0.5, "inertia": 0.1},
+        },
+        "joints": {
+            "O": {"kind": "revolute", "between": ["ground.O", "arm.O"]},
+            "A": {"kind": "revolute", "between": ["arm.A", "rod.A"]},
+            "W": {"kind": "revolute", "between": ["ground.O", "wheel.O"]},
+            "B": {"kind": "revolute", "between": ["rod.B", "far.B"], "friction": 0.1,
+                  "pin_radius": 0.02},
+            "gear": {"kind": "gear", "between": ["wheel.O", "far.B"], "ratio": -2.0,
+                     "mesh_loss": 0.03},
+        },
+        "sketch": {"arm": 0.3, "rod": 1.2, "wheel": 0.0},
+        "gravity": [0, -9.81],
+    }  # fmt: skip
+    names = ["arm", "rod", "wheel"]
+    task = {"kind": "motion", "until": 0.5, "poses": 3,
+            "start_speed": {"arm.angle": 2.0, "rod.angle": -1.0, "wheel.angle": 4.0}}  # fmt: skip
+    motion = md.solve(from_dict({**data, "tasks": {"m": task}}), "m")
+    assert motion.fault is None
+    assert any("gear" in note and "no bearing" in note for note in motion.summary["notes"])
+    for k in range(3):
+        assert differences(motion, given(data, motion, k, names), k) <= 1e-10
