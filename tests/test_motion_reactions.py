@@ -21,23 +21,23 @@ PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
 SPEEDS = ("angle", "angular_velocity", "angular_acceleration")
 
 
-def heavy(name: str, mass: float, inertia: float, friction: float, radius: float) -> dict[str, Any]:
-    """Return a predefined mechanism with masses, weights and friction in all joints."""
+def heavy(name: str, mass: float, inertia: float, radius: float, rubs: list[str]) -> dict[str, Any]:
+    """Return a predefined mechanism with masses, weights and friction in some joints."""
     data = tomllib.loads((PROBLEMS / f"{name}.toml").read_text(encoding="utf-8"))
     data.pop("expected")
     data |= {"tasks": {}, "loads": {}, "gravity": [0, -9.81]}
     for k, body in enumerate(data["bodies"].values()):
         body["mass"], body["inertia"] = mass * (1 + 0.3 * k), inertia * (1 + 0.2 * k)
         body["center"] = [0.01, 0.005]
-    for joint in data["joints"].values():
+    for joint, own in data["joints"].items():
         for key in ("friction", "mesh_loss", "pin_radius"):
-            joint.pop(key, None)
-        if friction and joint["kind"] in ("gear", "rack", "belt"):
-            joint["mesh_loss"] = friction / 3
-        elif friction and joint["kind"] in ("revolute", "prismatic", "pin-in-slot"):
-            joint["friction"] = friction
-            if joint["kind"] != "prismatic":
-                joint["pin_radius"] = radius
+            own.pop(key, None)
+        if joint in rubs and own["kind"] in ("gear", "rack", "belt"):
+            own["mesh_loss"] = 0.03
+        elif joint in rubs:
+            own["friction"] = 0.1
+            if own["kind"] != "prismatic":
+                own["pin_radius"] = radius
     return data
 
 
@@ -68,23 +68,23 @@ def differences(motion: md.Result, forces: md.Result, k: int) -> float:
     return float(max(worst, efforts / force))
 
 
-CASES = {
-    "jansen-leg": (0.2, 1e-4, 0.004, {"crank": 40.0}, 0.1),
-    "gorshkov-seven-link": (1.0, 1e-2, 0.01, {"crank": -8.0}, 0.14),
-    "quick-return-pin": (1.0, 1e-2, 0.02, {"crank": 8.0}, 0.5),
-    "planetary-gear-train": (0.5, 1e-3, 0.005, {"sun": 50.0}, 0.1),
-    "rack-and-pinion": (0.5, 1e-3, 0.004, {"crank": 20.0}, 0.2),
-    "belt-drive": (0.5, 1e-3, 0.004, {"motor": 20.0}, 0.2),
-    "differential": (0.5, 1e-3, 0.004, {"crank": 10.0, "wheel": 25.0}, 0.2),
-    "geared-five-bar": (0.5, 1e-3, 0.004, {"crank": 20.0}, 0.2),
+CASES = {  # mass, inertia, radius of the pins, speeds at the start, end, joints that rub
+    "jansen-leg": (0.2, 1e-4, 0.004, {"crank": 40.0}, 0.1, "O B Cu Ec"),
+    "gorshkov-seven-link": (1.0, 1e-2, 0.01, {"crank": -8.0}, 0.14, "A slot BC guide"),
+    "quick-return-pin": (1.0, 1e-2, 0.02, {"crank": 8.0}, 0.5, "O slot G"),
+    "planetary-gear-train": (0.5, 1e-3, 0.005, {"sun": 50.0}, 0.1, ""),
+    "planetary-gear-loads": (0.5, 1e-3, 0.005, {"sun": 50.0}, 0.1, "O_sun P mesh_sun mesh_ring"),
+    "rack-and-pinion": (0.5, 1e-3, 0.004, {"crank": 20.0}, 0.2, "pin slide fixed top"),
+    "belt-drive": (0.5, 1e-3, 0.004, {"motor": 20.0}, 0.2, "M open cross guide"),
+    "geared-five-bar": (0.5, 1e-3, 0.004, {"crank": 20.0}, 0.2, ""),
+    "differential": (0.5, 1e-3, 0.004, {"crank": 10.0, "wheel": 25.0}, 0.2, "A B mesh"),
 }
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.1])
 @pytest.mark.parametrize("name", CASES)
-def test_reactions_are_those_of_a_given_motion(name: str, friction: float) -> None:
-    mass, inertia, radius, speeds, until = CASES[name]
-    data = heavy(name, mass, inertia, friction, radius)
+def test_reactions_are_those_of_a_given_motion(name: str) -> None:
+    mass, inertia, radius, speeds, until, rubs = CASES[name]
+    data = heavy(name, mass, inertia, radius, rubs.split())
     if name == "belt-drive":
         data["joints"]["open"] |= {"radius": 0.03, "pretension": 200.0}
         data["joints"]["cross"] |= {"radius": 0.02}
@@ -96,10 +96,8 @@ def test_reactions_are_those_of_a_given_motion(name: str, friction: float) -> No
     assert motion.fault is None
     assert set(motion.status) == {"ok"}
     assert motion.checks["energy"] <= 1e-8
-    rubs = [joint for joint, own in data["joints"].items() if {"friction", "mesh_loss"} & set(own)]
-    assert [own for own in motion.work if own.startswith("friction.")] == [
-        f"friction.{joint}" for joint in rubs
-    ]
+    lossy = {own for own in motion.work if own.startswith("friction.")}
+    assert lossy == {f"friction.{joint}" for joint in rubs.split()}
     for k in (0, 1, 3):
         assert differences(motion, given(data, motion, k, list(speeds)), k) <= 1e-10
 
