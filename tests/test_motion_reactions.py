@@ -150,3 +150,72 @@ def test_a_differential_of_wheels_that_are_none_passes_its_torque_on() -> None:
     assert any("gear" in note and "no bearing" in note for note in motion.summary["notes"])
     for k in range(3):
         assert differences(motion, given(data, motion, k, names), k) <= 1e-10
+
+
+def test_what_is_unique_is_what_a_task_of_reactions_says() -> None:
+    """A beam on six cranks: of its 24 reactions single directions and sums."""
+    data = tomllib.loads((PROBLEMS / "five-crank-parallelogram.toml").read_text(encoding="utf-8"))
+    data.pop("expected")
+    data["tasks"]["motion"] |= {"until": 1.0, "poses": 4, "tolerance": 1e-11}
+    motion = md.solve(from_dict(data), "motion")
+    k = 2
+    forces = given(data, motion, k, ["crank0"])
+    assert motion.summary["not_unique"] == forces.summary["not_unique"] != []
+    assert list(motion.unique) == list(forces.unique)
+    for name, own in motion.unique.items():
+        assert np.isnan(motion.joints[name].reaction).all()
+        other = forces.unique[name]
+        c, s = np.cos(motion.bodies["crank0"].angle[k]), np.sin(motion.bodies["crank0"].angle[k])
+        (x, y, m), found = own["directions"][0], own["values"][k, 0]
+        here = np.array([c * x - s * y, s * x + c * y, m])  # one pose stands still in the world
+        sign = np.sign(here @ other["directions"][0])
+        assert here == pytest.approx(sign * other["directions"][0], abs=1e-9)
+        assert found == pytest.approx(sign * other["values"][0, 0], rel=1e-9)
+    pairs = zip(motion.summary["unique_sums"], forces.summary["unique_sums"], strict=True)
+    for own, other in pairs:
+        assert (own["body"], own["joints"]) == (other["body"], other["joints"])
+        assert own["force"][k] == pytest.approx(other["force"][0], rel=1e-9)
+    plain = motion.to_dict()["joints"]["beam0"]
+    assert plain["reaction"][k] == [None] * 3
+
+
+def test_shares_of_superfluous_planets_are_open() -> None:
+    """Two planets between sun and ring: which of them takes how much, rigid teeth do not tell."""
+    teeth = {"kind": "gear", "carrier": "carrier"}
+    bodies = {"sun": {"points": {"O": [0, 0]}, "inertia": 0.01},
+              "carrier": {"points": {"O": [0, 0], "P0": [0.1, 0], "P1": [-0.1, 0]},
+                          "inertia": 0.02}}  # fmt: skip
+    joints = {
+        "O_sun": {"kind": "revolute", "between": ["ground.O", "sun.O"]},
+        "O_carrier": {"kind": "revolute", "between": ["ground.O", "carrier.O"]},
+    }
+    for k in (0, 1):
+        bodies[f"p{k}"] = {"points": {"P": [0, 0]}, "mass": 0.2, "inertia": 1e-4}
+        joints |= {
+            f"P{k}": {"kind": "revolute", "between": [f"carrier.P{k}", f"p{k}.P"]},
+            f"s{k}": {**teeth, "between": ["sun.O", f"p{k}.P"], "ratio": -1.0},
+            f"r{k}": {**teeth, "between": ["ground.O", f"p{k}.P"], "ratio": 1 / 3},
+        }
+    data = {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0]}},
+        "bodies": bodies,
+        "joints": joints,
+        "sketch": {"sun": 0.0, "carrier": 0.0},
+        "loads": {"drive": {"kind": "torque", "body": "sun", "value": 2.0}},
+        "tasks": {"m": {"kind": "motion", "until": 0.1, "poses": 3}},
+    }
+    motion = md.solve(from_dict(data), "m")
+    assert motion.summary["superfluous_equations"] == 1
+    lost = ["O_sun", "O_carrier", "P0", "s0", "r0", "P1", "s1", "r1"]
+    assert sorted(motion.summary["not_unique"]) == sorted(lost)
+    for name in lost:
+        assert np.isnan(motion.joints[name].reaction[:, :2]).any()
+    # kinetic energy over the sun's speed; the carrier has a quarter of it
+    inertia = 0.01 + (0.02 + 2 * 0.2 * 0.01) / 16 + 2 * 1e-4 / 4
+    assert motion.bodies["sun"].angular_acceleration == pytest.approx(2.0 / inertia, rel=1e-12)
+    for joint in ("O_sun", "P0"):
+        data["joints"][joint] |= {"friction": 0.1, "pin_radius": 0.01}
+        with pytest.raises(md.IndeterminateFrictionError, match=joint):
+            md.solve(from_dict(data), "m")
+        del data["joints"][joint]["friction"]

@@ -20,6 +20,7 @@ from mechdae.analysis.motion.sticking import NoWay, Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
+from mechdae.analysis.motion.unique import unique
 from mechdae.describe.coordinates import Selection, selection
 from mechdae.describe.named import reactions_of
 from mechdae.describe.problem import Problem
@@ -92,6 +93,9 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     found, lost = expressions.evaluate([part[:, columns] for part in y], states.t, there)
     lam = observer.multipliers(states)
     reactions = observer.reactions(states, q, lam)
+    sole = unique(observer, states, q, reactions)
+    for k, own in enumerate(reactions.values()):
+        own[sole.lost[:, k]] = np.nan
     series = {own: dict(found[own]) for own in found}
     if forced:
         values = WithReactions(model, setup.loads, forced)(q, v, a, states.t, reactions)
@@ -113,12 +117,13 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     }
     rows = setup.released.rows
     summary["multipliers"] = {own: float(series[own]["value"][-1]) for own in forced} | {
-        row.name: float(lam[-1, i])
+        row.name: float(lam[-1, i]) if sole.multipliers[i] else None
         for i, row in enumerate(rows)
         if row.name not in forced and (row.owner, row.part) not in setup.held
     }
+    summary |= sole.summary
     notes = (
-        setup.notes + setup.rubbing.assumptions + expressions.notes + lost + run.stiffness.notes()
+        sole.notes + setup.notes + setup.rubbing.assumptions + expressions.notes + lost + run.stiffness.notes()
     )
     if run.begin.correction > CORRECTED:
         notes.append(
@@ -147,6 +152,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         time=states.t,
         scalars=Series(scalars),
         work=Series(work),
+        unique=sole.joints,
         **named,
     )
 
