@@ -105,6 +105,27 @@ def _bodies(state: Any, arm: float, side: float, sigma: float | None) -> tuple[A
     return np.array([x, turn]), N, T
 
 
+def _until_an_event(
+    integrate: Any, span: Any, y: Any, arm: float, side: float, sigma: float | None
+) -> Any:
+    def slope(t: float, y: Any) -> Any:
+        return [*y[2:], *_bodies(y, arm, side, sigma)[0]]
+
+    def leaves(t: float, y: Any) -> float:
+        return side * _bodies(y, arm, side, sigma)[1]
+
+    def changes(t: float, y: Any) -> float:
+        if sigma is not None:
+            return sigma * float(y[2] + side * R * y[3])
+        _, N, T = _bodies(y, arm, side, None)
+        return MU * abs(N) - abs(T)
+
+    leaves.terminal = changes.terminal = True
+    leaves.direction = changes.direction = -1
+    numbers = {"rtol": 3e-14, "atol": 1e-15, "max_step": 0.005, "dense_output": True}
+    return integrate.solve_ivp(slope, span, y, "DOP853", events=(leaves, changes), **numbers)
+
+
 def reference(state: Any, arm: float, times: Any) -> tuple[Any, list[tuple[str, float]], int]:
     """Return states at times, what happened, and changes of side, by scipy between events."""
     integrate = pytest.importorskip("scipy.integrate")
@@ -129,24 +150,8 @@ def reference(state: Any, arm: float, times: Any) -> tuple[Any, list[tuple[str, 
     y = np.array(state)
     side, sigma = decide(y, False)
     while True:
-
-        def slope(t: float, y: Any) -> Any:
-            return [*y[2:], *_bodies(y, arm, side, sigma)[0]]
-
-        def leaves(t: float, y: Any) -> float:
-            return side * _bodies(y, arm, side, sigma)[1]
-
-        def changes(t: float, y: Any) -> float:
-            if sigma is not None:
-                return sigma * surface(y, side)
-            _, N, T = _bodies(y, arm, side, None)
-            return MU * abs(N) - abs(T)
-
-        leaves.terminal = changes.terminal = True
-        leaves.direction = changes.direction = -1
         ahead = [own for own in times if own > t]
-        run = integrate.solve_ivp(slope, (t, times[-1]), y, "DOP853", events=(leaves, changes),
-                                  rtol=3e-14, atol=1e-15, max_step=0.005, dense_output=True)  # fmt: skip
+        run = _until_an_event(integrate, (t, times[-1]), y, arm, side, sigma)
         end = run.t[-1]
         found += [run.sol(own) for own in ahead if own <= end]
         if run.status == 0:

@@ -108,6 +108,22 @@ class Rubbing:
         column = times(1 / mesh.tangential, beside)
         return Feedback(name, "largest", mesh.tangential, column, SX(0), friction=False)
 
+    def pressed(self, places: list[int], side: int) -> dict[int, int | None]:
+        """Return which form of the feedbacks of one slot or mesh is the largest on a side.
+
+        They are, by their places: what pushes wheels apart, friction on either side, and what a
+        pair of wheels asks of its bearings.
+        """
+        found: dict[int, int | None] = {}
+        sides = iter((side, -side))
+        for j in places:
+            feedback = self.feedbacks[j]
+            if feedback.friction:
+                found[j] = 1 if next(sides) > 0 else 0
+            else:
+                found[j] = 0 if side > 0 or feedback.forms.numel() == 1 else 1
+        return found
+
     @property
     def frictional(self) -> bool:
         """Whether any joint has friction."""

@@ -18,14 +18,13 @@ from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
 from mechdae.analysis.motion.sticking import NoWay, Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
+from mechdae.analysis.motion.unique import unique
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
-from mechdae.analysis.motion.unique import unique
 from mechdae.describe.coordinates import Selection, selection
 from mechdae.describe.named import reactions_of
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Motion
-from mechdae.errors import InputError
 from mechdae.kernels.batch import Batch
 from mechdae.model.model import Model
 from mechdae.results import Named, Result, Series
@@ -123,7 +122,12 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     }
     summary |= sole.summary
     notes = (
-        sole.notes + setup.notes + setup.rubbing.assumptions + expressions.notes + lost + run.stiffness.notes()
+        sole.notes
+        + setup.notes
+        + setup.rubbing.assumptions
+        + expressions.notes
+        + lost
+        + run.stiffness.notes()
     )
     if run.begin.correction > CORRECTED:
         notes.append(

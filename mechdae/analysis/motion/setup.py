@@ -132,9 +132,7 @@ class Setup:
         r = self.released
         a = SX.sym("a", r.x.numel())
         m = SX.sym("m", self.kernel.rubs)
-        lost = [
-            sum((rate * m[j] for j, rate in own), SX(0)) for own in r.losses.values()
-        ]
+        lost = [sum((rate * m[j] for j, rate in own), SX(0)) for own in r.losses.values()]
         powers = [*r.powers.values(), *[-part for part in lost]]
         if self.laws:
             powers.append(r.driven_power(a) + sum(lost, SX(0)))

@@ -13,6 +13,7 @@ side is idle: it has neither a sign nor a lock until it is pressed.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -166,10 +167,9 @@ class Sticking:
         rest = set(np.flatnonzero(np.abs(speeds) <= RESTS * self._fastest).tolist())
         rest |= set(np.flatnonzero(sides == 0).tolist()) if turn is not None else set()
         sides = sides.copy()
-        idle = np.flatnonzero(sides == IDLE) if turn is not None else []
-        sides[idle] = np.sign(speeds[idle])  # those at rest are tried
         if turn is None:
             sides = np.sign(speeds)
+        sides = np.where(sides == IDLE, np.sign(speeds), sides)  # those at rest are tried
         fixed: set[int] = set()
         if turn is not None and turn.released:
             held = self.values(t, x, v, self._last)[2][0]
@@ -304,8 +304,8 @@ class Sticking:
         results = [ca.vec(columns), starts, ca.vec(slopes)]
         return Batch(ca.Function("coupling", at, results, {"cse": True}), [3])
 
-    def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
-        """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
+    def _growths(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
+        """Return (n, k, k) bounds of how sizes change each other, and weights (n, k) of them."""
         _, _, slopes = self._coupling(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
                                       signs)  # fmt: skip
         n, rubs = len(slopes), self.kernel.rubs
@@ -315,12 +315,47 @@ class Sticking:
             part = slopes[:, place]
             norm = np.linalg.norm(part, axis=1) if own == "length" else np.abs(part).max(axis=1)
             K[:, j] = norm
-        weights = 1 + K.sum(axis=2)
+        return K, 1 + K.sum(axis=2)
+
+    def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
+        K, weights = self._growths(t, x, v, signs)
         return (np.einsum("nij,nj->ni", K, weights) / weights).max(axis=1, initial=0.0)
+
+    def _sure(self, t: float, x: Any, v: Any, signs: Any) -> str:
+        """Return what to say about the share of the coefficients with which one solution is sure.
+
+        Forces of teeth on bearings stay as they are.
+        """
+        K, weights = (part[0] for part in self._growths(t, x, v, signs))
+        rubs = [own.friction for own in self.setup.released.rubbing.feedbacks]
+        given = weights - (K * ~np.array(rubs)) @ weights
+        share = float(np.min(given / np.maximum((K * np.array(rubs)) @ weights, 1e-300)))
+        return f"; one solution is sure with {share:.6g} of the coefficients" if share > 0 else ""
 
     @property
     def _laws(self) -> list[str]:
         return [feedback.law for feedback in self.setup.released.rubbing.feedbacks]
+
+    def _pieces(self) -> Iterator[list[int | None]]:
+        """Yield which form of each feedback is the largest, None for the length of a vector.
+
+        Those of one slot or mesh go together: they follow from the side that is pressed.
+        """
+        rubbing = self.setup.released.rubbing
+        choices: list[list[dict[int, int | None]]] = []
+        for joint in dict.fromkeys(own.joint for own in rubbing.feedbacks):
+            own = [j for j, other in enumerate(rubbing.feedbacks) if other.joint == joint]
+            one = rubbing.feedbacks[own[0]]
+            if len(own) == 1 and one.law == "length":
+                choices.append([{own[0]: None}])
+            elif len(own) == 1:
+                choices.append([{own[0]: piece} for piece in range(one.forms.shape[0])])
+            else:
+                choices.append([rubbing.pressed(own, side) for side in (1, -1)])
+        for chosen in itertools.product(*choices):
+            pieces = {j: piece for part in chosen for j, piece in part.items()}
+            yield [pieces[j] for j in range(len(pieces))]
 
     def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
         """Return all sizes of friction that fit their laws, and the accelerations of x with them.
@@ -334,12 +369,8 @@ class Sticking:
         rubs, places, laws = self.kernel.rubs, self.kernel.places, self._laws
         slopes = slopes.reshape(rubs, -1).T
         columns = columns.reshape(rubs + 1, -1).T
-        pieces = [
-            range(place.stop - place.start) if own == "largest" else (None,)
-            for place, own in zip(places, laws, strict=True)
-        ]
         found: list[Any] = []
-        for chosen in itertools.islice(itertools.product(*pieces), PIECES):
+        for chosen in itertools.islice(self._pieces(), PIECES):
             m = np.zeros(rubs)
             for _ in range(12):
                 value, slope = np.empty(rubs), np.empty((rubs, rubs))
@@ -384,19 +415,20 @@ class Sticking:
         found = self.solutions(t, x, v, signs)
         if len(found) == 1:
             return
-        joints = list(dict.fromkeys(f.joint for f in self.setup.released.rubbing.feedbacks))
+        own = self.setup.released.rubbing.feedbacks
+        joints = list(dict.fromkeys(feedback.joint for feedback in own if feedback.friction))
         names = [".".join(own) for own in self.kernel.released.names]
         text = f"dry friction of {', '.join(joints)}"
-        share = f"one solution is sure with {1 / bound:.6g} of the coefficients"
+        share = self._sure(t, x, v, signs)
         if not found:
-            raise NoWay(f"jammed (F1): no accelerations fit the {text}; {share}")
+            raise NoWay(f"jammed (F1): no accelerations fit the {text}{share}")
         listed = "; ".join(
             ", ".join(f"{name} {value:.9g}" for name, value in zip(names, a, strict=True))
             for _, a in found
         )
         raise NoWay(
             f"{len(found)} solutions (F2) fit the {text}, which does not decide between them: "
-            f"accelerations {listed}; {share}",
+            f"accelerations {listed}{share}",
             "ambiguous",
         )
 
@@ -412,7 +444,7 @@ class Sticking:
         )
         slack = np.minimum(high - held, held - low)
         slack += CLOSE * np.maximum(np.abs(high), np.abs(low))
-        for k in np.flatnonzero(sides == IDLE):
+        for k in np.flatnonzero(sides == IDLE).tolist():
             slack[:, k] = high[:, self._other[k]] - high[:, k] + SLACK * self._strongest
         return np.where((sides == 0) | (sides == IDLE), slack, speeds * sides)
 

@@ -19,7 +19,7 @@ from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.uniqueness import MOST, ZERO, directions, null_space, unique_space
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.batch import Batch
-from mechdae.model.wrenches import Wrench, add, on_body, times
+from mechdae.model.wrenches import Wrench, on_body
 
 SX = ca.SX
 
@@ -42,8 +42,11 @@ class Unique:
 
 @dataclass
 class _Left:
-    """Poses that were looked at, which joints (joints,) are not unique there, the directions that
-    are by joint and pose, and which multipliers (rows,) are."""
+    """What is unique at poses.
+
+    ``chosen`` are the poses, ``lost`` (joints,) tells which reactions are not unique, ``spaces``
+    has the directions that are by joint and pose, ``known`` (rows,) which multipliers are.
+    """
 
     chosen: Any
     lost: Any
@@ -70,7 +73,7 @@ class _Balance:
     def _columns(self) -> list[tuple[str, Wrench]]:
         """The owner of each column, "" for what is no joint's, and its generalised force."""
         found = []
-        for i, row in enumerate(self.r.rows):
+        for row in self.r.rows:
             own = _gradient(row.expression, self.model.q)
             if row.owner in self.meshes and not row.driver:
                 own = self.rubbing.meshes[row.owner].column or own
