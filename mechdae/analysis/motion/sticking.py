@@ -162,10 +162,14 @@ class Sticking:
         NoWay
             No way fits.
         """
-        speeds = self.values(t, x, v, self.setup.loose)[0][0] / self._sizes()
+        free = self.values(t, x, v, self.setup.loose)
+        speeds, pull = (part[0] / self._sizes() for part in free[:2])
         self._fastest = max(self._fastest, float(np.max(np.abs(speeds), initial=0.0)))
         rest = set(np.flatnonzero(np.abs(speeds) <= RESTS * self._fastest).tolist())
         rest |= set(np.flatnonzero(sides == 0).tolist()) if turn is not None else set()
+        natural = np.sqrt(np.max(np.abs(pull), initial=0.0))
+        idle = np.flatnonzero((sides == IDLE) & (np.abs(speeds) <= RESTS * natural))
+        rest |= set(idle.tolist())  # where nothing has moved yet all speeds are rounding
         sides = sides.copy()
         if turn is None:
             sides = np.sign(speeds)
