@@ -255,3 +255,34 @@ def test_a_pin_in_a_slot_sticks_until_its_effort_is_reached(
     assert (moved[-1] - angle) * sense > 0
     held = motion.joints["slot"].reaction[0]
     assert np.isfinite(held).all() == (rubs == "slot")  # one force of friction holds one freedom
+
+
+def test_a_belt_that_goes_slack_is_a_fault() -> None:
+    """The tension of the slack strand is the pretension less half of the difference."""
+    data = {
+        "schema": 1,
+        "ground": {"points": {"O": [0, 0], "C": [0.2, 0]}},
+        "bodies": {"one": {"points": {"O": [0, 0]}, "inertia": 0.02},
+                   "two": {"points": {"C": [0, 0]}, "inertia": 0.05}},
+        "joints": {
+            "O": {"kind": "revolute", "between": ["ground.O", "one.O"]},
+            "C": {"kind": "revolute", "between": ["ground.C", "two.C"]},
+            "belt": {"kind": "belt", "between": ["one.O", "two.C"], "ratio": 2.0, "radius": 0.03,
+                     "pretension": 40.0},
+        },
+        "sketch": {"one": 0.0},
+        "loads": {"drive": {"kind": "torque", "body": "one", "value": "10*t"}},
+        "tasks": {"m": {"kind": "motion", "until": 1.0, "poses": 11}},
+    }  # fmt: skip
+    result = md.solve(from_dict(data), "m")
+    # torque on the second wheel I2 w2', with 2 w2' = w1' and 10 t = I1 w1' + I2 w2'/2
+    force = 10 * result.time * 0.025 / (0.02 + 0.05 / 4) / 0.06
+    sine = (0.03 - 0.06) / 0.2
+    along = 2 * 40.0 * np.sqrt(1 - sine**2)
+    assert result.joints["belt"].reaction[:, 2] == pytest.approx(0.06 * force, rel=1e-12, abs=1e-12)
+    assert np.abs(result.joints["C"].reaction[:, 0]) == pytest.approx(along, rel=1e-12)
+    assert result.joints["C"].reaction[:, 1] == pytest.approx(np.sign(
+        result.joints["C"].reaction[-1, 1]) * np.abs(sine) * force, rel=1e-12, abs=1e-12)  # fmt: skip
+    first = result.time[np.flatnonzero(force > 80)[0]]
+    assert f"belt belt goes slack, first at t = {first:.6g} s" in str(result.fault)
+    assert f"{force[-1] / 2:.6g} N at least" in str(result.fault)

@@ -85,6 +85,25 @@ def about(meshes: dict[str, Mesh]) -> list[str]:
     return found
 
 
+def slack_belts(meshes: dict[str, Mesh], reactions: dict[str, Any], t: Any) -> list[str]:
+    """Return belts whose slack strand would have to push, for reactions (n, 3) at times."""
+    found = []
+    for name, mesh in meshes.items():
+        if not mesh.steady:
+            continue
+        values = mesh.model.mechanism.values()
+        radius, pretension = values[f"{name}.radius"], values[f"{name}.pretension"]
+        need = np.abs(reactions[name][:, 2]) / (2 * radius * values[f"{name}.ratio"])
+        with np.errstate(invalid="ignore"):
+            slack = np.flatnonzero(need > pretension)
+        if len(slack):
+            found.append(
+                f"belt {name} goes slack, first at t = {t[slack[0]]:.6g} s: pretension of "
+                f"{np.nanmax(need):.6g} N at least is needed"
+            )
+    return found
+
+
 def _freedoms(G: Any) -> Any:
     """Return a basis (n, k) of the rates that equations leave."""
     norms = np.linalg.norm(G, axis=1, keepdims=True)

@@ -11,6 +11,7 @@ import numpy as np
 from mechdae.analysis.motion.events import Crossings, Found
 from mechdae.analysis.motion.expressions import WithReactions
 from mechdae.analysis.motion.integrate import Integrator
+from mechdae.analysis.motion.meshing import slack_belts
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
@@ -140,7 +141,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     if notes:
         summary["notes"] = notes
     faults = [run.fault] if run.fault else []
-    faults += _faults(run, balance)
+    faults += slack_belts(setup.meshes, reactions, states.t) + _faults(run, balance)
     return Result(
         problem.name,
         name,

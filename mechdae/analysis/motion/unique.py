@@ -160,7 +160,7 @@ def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> 
     there = np.flatnonzero(np.isfinite(q).all(axis=1))
     always = balance.left(q, there, np.zeros(slips, bool))
     found = Unique(np.tile(always.lost, (n, 1)), always.known)
-    if always.lost.any():
+    if always.lost.any() and reactions:
         _describe(found, balance, always, q, reactions)
     for locked, rows in _alike(s.signs[:, slips : 2 * slips] > 0):
         if not locked.any():
