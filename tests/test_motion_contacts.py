@@ -200,6 +200,22 @@ def test_a_pin_without_radius_rubs_along_the_slot_alone() -> None:
     assert result.bodies["rod"].angular_velocity[-1] == 5.0
 
 
+@pytest.mark.parametrize("scale", [2.0**-20, 2.0**10])
+def test_scale_changes_nothing(scale: float) -> None:
+    """Lengths and gravity times a power of two: the same times in the same steps."""
+    found = []
+    for s in (1.0, scale):
+        data = rod(0.0, 60.0, 0.1 * s)
+        data["gravity"] = [0, -G * s]
+        data["bodies"]["rod"]["points"]["E"] = [0.2 * s, 0]  # a length of the mechanism
+        data["bodies"]["rod"]["inertia"] = INERTIA * s**2
+        data["joints"]["slot"]["pin_radius"] = R * s
+        found.append(md.solve(from_dict(data), "m"))
+    times, expected = ([event["at"] for event in result.events] for result in found[::-1])
+    assert times == pytest.approx(expected, rel=1e-14)
+    assert found[0].summary["steps"] == found[1].summary["steps"]
+
+
 # -- meshes ------------------------------------------------------------------------------------
 
 I1, I2, T2, LOSS, W = 0.02, 0.05, 3.0, 0.04, 30.0

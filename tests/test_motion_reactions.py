@@ -281,8 +281,8 @@ def test_a_belt_that_goes_slack_is_a_fault() -> None:
     along = 2 * 40.0 * np.sqrt(1 - sine**2)
     assert result.joints["belt"].reaction[:, 2] == pytest.approx(0.06 * force, rel=1e-12, abs=1e-12)
     assert np.abs(result.joints["C"].reaction[:, 0]) == pytest.approx(along, rel=1e-12)
-    assert result.joints["C"].reaction[:, 1] == pytest.approx(np.sign(
-        result.joints["C"].reaction[-1, 1]) * np.abs(sine) * force, rel=1e-12, abs=1e-12)  # fmt: skip
+    across = np.abs(result.joints["C"].reaction[:, 1])
+    assert across == pytest.approx(np.abs(sine) * force, rel=1e-12, abs=1e-12)
     first = result.time[np.flatnonzero(force > 80)[0]]
     assert f"belt belt goes slack, first at t = {first:.6g} s" in str(result.fault)
     assert f"{force[-1] / 2:.6g} N at least" in str(result.fault)
