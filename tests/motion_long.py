@@ -163,7 +163,8 @@ def stiff() -> None:
     from test_motion_stiff import bobs, pendulum, radau
 
     from mechdae.analysis.motion.bdf import Bdf
-    from mechdae.bench.motions import Work, _sundials
+    from mechdae.bench.motions import work_of
+    from mechdae.bench.works import _sundials
     from mechdae.describe.problem import from_dict
 
     for name, make in (("hinge", pendulum), ("bars", bobs)):
@@ -172,7 +173,7 @@ def stiff() -> None:
         wanted = np.array([a, b] if name == "hinge" else place)
         for tol in (1e-6, 1e-8, 1e-10):
             problem = from_dict(make(1e4, at=[5.0], tolerance=tol))
-            work = Work(problem, "m", problem.tasks["m"])
+            work = work_of(problem)
             work.setup.tolerance = tol
             own, none = Bdf(work.setup), work.none
             begin = own.first(0.0, work.x, work.v, np.zeros(len(work.setup.works)), none)

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.bench import motions
+from mechdae.bench import motions, works
 from mechdae.cli import main
 from mechdae.describe.problem import from_dict
-from mechdae.errors import InputError
 
 ROOT = Path(__file__).resolve().parent.parent
 KEYS = {"work", "n", "ratio", "yardstick", "error", "seconds", "method", "tolerance", "drift"}
@@ -108,14 +107,30 @@ def test_outputs_have_natural_sizes() -> None:
     assert errors[0] == pytest.approx(0.7, rel=1e-12)
 
 
-def test_a_resistance_is_refused() -> None:
-    loads = {"brake": {"kind": "resistance", "coordinate": "rod.angle", "positive": 0.5}}
-    with pytest.raises(InputError, match="change their side"):
-        motions.work_of(pendulum(loads=loads))
+def test_dry_friction_is_measured_with_its_events() -> None:
+    """The angle at which a crank with friction in four joints stands still, sixteen digits."""
+    pytest.importorskip("scipy")
+    work = motions.work_of(md.load("coasting-slider-crank"))
+    records, notes = motions.measure(work, (1e-8, 1e-10), repeats=1)
+    assert notes == []
+    found = {(record["method"], record["tolerance"]): record for record in records}
+    assert {method for method, _ in found} == {motions.OURS, "scipy DOP853, events"}
+    assert found[motions.OURS, 1e-10]["error"] <= 5e-9 / 12.1
+    assert found["scipy DOP853, events", 1e-10]["error"] <= 5e-9
+    assert work.ours(1e-10).rhs == work.ours(1e-10).rhs  # each run begins without a past
+    assert found[motions.OURS, 1e-10]["drift"] <= 1e-15
+
+
+def test_where_a_pair_sticks_scipy_is_left_out() -> None:
+    pytest.importorskip("scipy")
+    work = motions.work_of(md.load("incline-block"))
+    records, notes = motions.measure(work, (1e-8,), repeats=1)
+    assert [record["method"] for record in records] == [motions.OURS]
+    assert any("sticks" in note for note in notes)
 
 
 def test_failures_are_told(monkeypatch) -> None:
-    monkeypatch.setattr(motions, "STEPS", 5)
+    monkeypatch.setattr(works, "STEPS", 5)
     records, notes = motions.measure(motions.work_of(pendulum()), (1e-8,), repeats=1)
     assert not {record["method"] for record in records} & set(FREE)
     assert sum("TOO_MUCH_WORK" in note for note in notes) == len(FREE)

@@ -122,3 +122,17 @@ def test_the_command_prints_it(capsys, tmp_path) -> None:
     assert "0.498" in out  # sqrt(g)/(2 pi) Hz
     assert main(["show", str(path)]) == 0
     assert "equilibrium, 3 coordinates and 2 equations -> 1 and 0" in capsys.readouterr().out
+
+
+def test_a_beam_that_hangs_on_six_cranks() -> None:
+    """What each crank carries along itself is open, what all of them carry is the weight."""
+    problem = md.load("five-crank-parallelogram")
+    task = md.Equilibrium(start={"crank0": -1.5})
+    result = md.solve(problem.with_task("rest", task), "rest")
+    assert result.bodies["crank3"].angle[0] == pytest.approx(-math.pi / 2, abs=1e-12)
+    assert np.isnan(result.joints["beam2"].reaction).all()
+    assert len(result.summary["not_unique"]) == 12
+    (beam,) = [own for own in result.summary["unique_sums"] if own["body"] == "beam"]
+    assert beam["force"][0] == pytest.approx([0, 6 * 9.81], abs=1e-11)
+    assert result.summary["multipliers"]["beam2.y"] is None
+    assert result.summary["multipliers"]["beam2.x"] == pytest.approx(0, abs=1e-11)

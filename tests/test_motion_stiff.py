@@ -156,10 +156,12 @@ def test_a_heavily_damped_spring() -> None:
 def test_work_is_within_three_times_that_of_cvodes_alone(make: Any) -> None:
     """Right-hand sides; `motion_long.py` measures times."""
     from mechdae.analysis.motion.bdf import Bdf
-    from mechdae.bench.motions import Work, _sundials
+    from mechdae.bench.motions import work_of
+    from mechdae.bench.works import _sundials
 
     problem = from_dict(make(1e4, at=[5.0]))
-    work = Work(problem, "m", problem.tasks["m"])
+    work = work_of(problem)
+    assert work is not None
     plain = next(way for method, _, way in _sundials(work, (1e-8,)) if method == "CVODES BDF")
     work.setup.tolerance = 1e-8  # Work left that of its reference
     own = Bdf(work.setup)

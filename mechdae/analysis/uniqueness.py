@@ -8,7 +8,7 @@ may all be non-unique while a direction between them is.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -104,22 +104,27 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
     if not chosen.size:
         return None
     matrices = maps.at(motion.q[chosen], statics.p)
-    null = [_null_space(B) for B in matrices["columns"]]
+    null = [null_space(B) for B in matrices["columns"]]
     least = min(N.shape[1] for N in null)  # there are more self-stresses at a change point
     kept = [k for k, N in enumerate(null) if N.shape[1] == least]
     chosen, null = chosen[kept], [null[k] for k in kept]
     matrices = {name: own[kept] for name, own in matrices.items()}
     whole = np.ones(len(balance.joints), bool)
     joints: dict[str, Directions] = {}
+
+    def turned(body: str | None) -> Any:
+        place = None if body is None else balance.columns.index(model.places[body, "angle"])
+        return np.zeros(len(motion)) if place is None else motion.q[:, place]
+
     inside = {name for group in statics.scene.redundant for name in group.joints}
     for k, name in enumerate(balance.joints):
         spaces = []
         for C, N in zip(matrices[name], null, strict=True):
-            spaces.append(_unique(C, C @ N))
+            spaces.append(unique_space(C, C @ N))
         whole[k] = all(space.shape[0] == rank for space, rank in spaces)
         if whole[k] and name not in inside:
             continue
-        joints[name] = _directions(model, balance, name, motion, chosen, [s for s, _ in spaces])
+        joints[name] = directions(model, name, turned, chosen, [s for s, _ in spaces])
     _check_friction(statics, matrices, null)
     sums: dict[str, list[str]] = {}
     for body in balance.bodies:
@@ -186,7 +191,7 @@ def _maps(statics: Statics) -> _Maps:
     return _Maps(Batch(function, [1]), {name: part.shape for name, part in parts.items()})
 
 
-def _null_space(B: Any) -> Any:
+def null_space(B: Any) -> Any:
     """Return an orthonormal basis (rows, k) of B x = 0, B equilibrated; unused rows are zero."""
     used = np.flatnonzero(np.abs(B).max(axis=0) > 0)
     scaled = B[:, used]
@@ -205,7 +210,7 @@ def _null_space(B: Any) -> Any:
     return whole
 
 
-def _unique(C: Any, CN: Any) -> tuple[Any, int]:
+def unique_space(C: Any, CN: Any) -> tuple[Any, int]:
     """Return the unique directions (k, 3) among those that a joint's reaction can have."""
     U, values, _ = np.linalg.svd(C)
     rank = int(np.count_nonzero(values > ZERO * max(values[0], 1e-300)))
@@ -240,23 +245,32 @@ def _tidy(rows: Any) -> Any:
     return rows / np.sqrt((rows * rows).sum(axis=1))[:, None]
 
 
-def _directions(
-    model: Any, balance: Any, name: str, motion: Motion, chosen: Any, spaces: list[Any]
+def directions(
+    model: Any, name: str, turned: Callable[[str | None], Any], chosen: Any, spaces: list[Any]
 ) -> Directions:
+    """Return the unique directions of a joint's reaction in the axes in which they stand still.
+
+    Parameters
+    ----------
+    turned
+        Angles of a body at all poses, zeros for None.
+    chosen, spaces
+        Some of the poses, and the directions (k, 3) at each of them in world axes.
+    """
     joint = model.mechanism.joints[name]
-    nothing = np.zeros(len(motion))
+    nothing = turned(None)
     for frame in ("world", joint.second_body, joint.first_body):
         angles = nothing
         if frame in model.mechanism.bodies:
-            angles = motion.q[:, balance.columns.index(model.places[frame, "angle"])]
+            angles = turned(frame)
         elif frame != "world":
             continue
-        turned = [
+        still = [
             np.hstack([_rotated(space[:, :2], -angles[k]), space[:, 2:]])
             for space, k in zip(spaces, chosen, strict=True)
         ]
-        common = _common(turned)
-        if len(common) == min(map(len, turned)):
+        common = _common(still)
+        if len(common) == min(map(len, still)):
             return Directions(frame, _tidy(common), angles)
     return Directions("world", spaces[0][:0], nothing)
 

@@ -34,7 +34,8 @@ def work_of(problem: Problem) -> Work | None:
     for name, task in problem.tasks.items():
         if isinstance(task, Motion):
             run, x, v = prepared(problem, task)
-            kind = Rubbing if run.setup.released.rubbing.slips else Work
+            rubs = run.setup.released.rubbing.slips and not run.setup.smooth
+            kind = Rubbing if rubs else Work
             return kind(problem, name, run, x, v)
     return None
 

@@ -25,6 +25,7 @@ MOST = 10_000
 """Reversals after which scipy gives up."""
 STILL = 1e-9
 """Share of its first value below which what stops a motion counts as zero."""
+STICKS = "a pair sticks: that takes more than an integrator with events"
 
 
 class Rubbing(Work):
@@ -103,7 +104,7 @@ class Rubbing(Work):
             event.terminal, event.direction = True, way
         for _ in range(MOST):
             if (sticking.sides(signs) == 0).any():
-                raise RuntimeError("a pair sticks: that is not for an integrator with events alone")
+                raise RuntimeError(STICKS)
             known = (np.nan, b"", None)
             found = solve_ivp(
                 slope, (t, self.end), y, method="DOP853", rtol=max(tolerance, 3e-14),
@@ -122,4 +123,7 @@ class Rubbing(Work):
             sides = sticking.sides(signs).copy()
             sides[met] *= -1.0
             signs = sticking.signs(sides)
+            rates = sticking.values(t, y[:n], y[n:], signs)[1][0]
+            if (sides[met] * rates[met] <= 0).any():
+                raise RuntimeError(STICKS)
         raise RuntimeError(f"more than {MOST} reversals")

@@ -386,7 +386,10 @@ class Balance:
             parts.append({j: entry * efforts[c.text] for j, entry in entries})
         for k, name in enumerate(self.joints):
             joint, place = model.mechanism.joints[name], model.ends[name].p2
-            if name in self.meshes and self.meshes[name].column is None:
+            lossy = any(self.feedbacks[j].friction for j in self._of_joint[name])
+            if name in self.meshes and (
+                self.meshes[name].column is None or (lossy and joint.kind == "belt")
+            ):
                 parts.append(forces[name])  # a couple on three bodies
                 continue
             fx, fy, moment = reactions[3 * k : 3 * k + 3]

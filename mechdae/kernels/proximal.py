@@ -121,6 +121,8 @@ class Kernel:
 
     def _locked(self, M: Any, J: Any, at: list[Any]) -> tuple[_Solver, Any, Any]:
         """Return the solver with locks, what is locked, and rates of the slips at x'' = 0."""
+        if not self.slips:
+            return _Solver(M, J, self._eps, self._weights), SX(0, 1), SX(0, 1)
         C, rates, _ = self.locking(*at)
         locks = self.signs[self.slips : 2 * self.slips]
         C = ca.densify(C)
@@ -145,18 +147,20 @@ class Kernel:
             f = f + J.T @ (ca.DM(self._weights) * gamma)
         none = SX.zeros(self.m + self.slips)
         a, lam = solver.solve(f, ca.vertcat(gamma, -locks * rates))
-        columns = [ca.vertcat(a, lam)]
+        columns, ends = [ca.vertcat(a, lam)], [0, self.n, self.n + self.m + self.slips]
         if not self.rubs:
             return ca.Function("coupling", at, [columns[0], SX(0, 1), SX(0, 0)], {"cse": True})
         push, applied = SX.sym("push", r.push.numel()), SX.sym("a", self.n)
         inner = SX.sym("inner", self.m + self.slips)
-        given = push - r.mass @ (r.V @ applied) - r.held_back @ inner[self.m :]
-        every = recovered(r, given, inner[: self.m])
+        lam, held = ca.vertsplit(inner, [0, self.m, self.m + self.slips])
+        given = push - r.mass @ (r.V @ applied)
+        given -= r.held_back @ held if self.slips else 0
+        every = recovered(r, given, lam)
         forms = ca.vertcat(*[self._form(feedback, every) for feedback in r.rubbing.feedbacks])
         form = self.function("forms", [forms], [push, applied, inner])
         base, effects = self.function("pushes", [ca.densify(r.push), r.rubbed])(*at)
         V = self.function("V", [r.V])(*at)
-        starts, slopes = form(*at, base, a, lam), []
+        starts, slopes = form(*at, base, *ca.vertsplit(columns[0], ends)), []
         for j in range(self.rubs):
             b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
             columns.append(ca.vertcat(b, tau))
@@ -171,7 +175,7 @@ class Kernel:
             for i, row in enumerate(self.released.rows)
             if row.owner == feedback.joint and not row.driver
         ]
-        return feedback.forms @ multipliers[own]
+        return self.released.moved(SX(feedback.forms)) @ multipliers[own]
 
     @property
     def places(self) -> list[slice]:
@@ -196,7 +200,8 @@ class Kernel:
             found = sizes_by_newton(laws, first, slope, SIZES)
             miss, m = miss_of(laws, first, slope, found), ca.vertcat(*found)
             total = total + columns[:, 1:] @ m
-        return ca.Function("coupled", at, [total[: self.n], ca.vertcat(total[self.n :], m), miss])
+        a, forces = ca.vertsplit(total, [0, self.n, self.n + self.m + self.slips])
+        return ca.Function("coupled", at, [a, ca.vertcat(forces, m), miss])
 
     @cached_property
     def sticking(self) -> Any:
@@ -225,13 +230,18 @@ class Kernel:
         r, at = self.released, [self.t, self.x, self.v, self.signs]
         C, rates, speeds = self.locking(*at)
         falls, grows = (r.moved(part) for part in r.rubbing.limits)
-        strengths = [r.moved(SX(feedback.strength)) for feedback in r.rubbing.feedbacks]
+        feedbacks = r.rubbing.feedbacks
+        rising = [SX(own.strength) for own in feedbacks]
+        falling = [SX(own.strength if own.falling is None else own.falling) for own in feedbacks]
+        strengths = [r.moved(part) for part in (*rising, *falling)]
         function = self.function("limits", [ca.densify(falls), ca.densify(grows), *strengths])
         falls, grows, *strengths = function.call(at)
         high, low = SX(falls), -SX(grows)
         for j, k in enumerate(r.rubbing.owners):
-            high[k] += strengths[j] * inner[self.m + self.slips + j]
-            low[k] = -high[k]
+            if k is not None:
+                size = inner[self.m + self.slips + j]
+                low[k] -= strengths[j] * size
+                high[k] += strengths[len(feedbacks) + j] * size
         held = -inner[self.m : self.m + self.slips]
         return [speeds, C @ a + rates, held, low, high]
 
@@ -239,7 +249,7 @@ class Kernel:
     def rhs(self) -> Any:
         """(t, x, v, signs) -> x'', lambda; forces of locks and sizes of friction after it."""
         at = [self.t, self.x, self.v, self.signs]
-        if self.slips:
+        if self.slips or self.rubs:
             a, inner, miss = self.coupled(*at)
             a = a + ca.if_else(miss < SOLVED, 0, SX.nan()) if self.rubs else a
             return ca.Function("rhs", at, [ca.densify(a), ca.densify(inner)], {"cse": True})
@@ -289,8 +299,9 @@ class _Solver:
 
     def __init__(self, M: Any, J: Any, eps: Any, weights: Any) -> None:
         self.n, self.m = M.shape[0], J.shape[0]
-        if weights is not None:
-            M = M + J.T @ (ca.diag(ca.DM(weights)) @ J)
+        if weights is not None:  # locks have none
+            held = J[: len(weights), :]
+            M = M + held.T @ (ca.diag(ca.DM(weights)) @ held)
         self.mass = Factor(M)
         self.J, self.eps = J, SX(eps)
         halves = [self.mass.forward(entries(J[i, :].T)) for i in range(self.m)]

@@ -28,7 +28,8 @@ SX = ca.SX
 class Slip:
     """A relative speed whose sign a force needs: expression of (q, v), unit "rad" or "m".
 
-    ``falls`` and ``grows`` are the magnitudes of a resistance.
+    ``falls`` and ``grows`` are the magnitudes of a resistance; ``resting`` is a symbol, 1 where
+    ``friction_static`` takes the place of ``friction``.
     """
 
     owner: str
@@ -37,6 +38,7 @@ class Slip:
     sign: Any
     falls: Any = None
     grows: Any = None
+    resting: Any = None
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,10 @@ class Feedback:
         Whether it vanishes without friction.
     strength
         Coefficient, or radius of the friction circle: force or moment per unit of size.
+    falling
+        The same where the speed is negative, None if it does not depend on that.
+    slip
+        The speed whose sign the force has; None for a force that is no friction.
     """
 
     joint: str
@@ -69,6 +75,8 @@ class Feedback:
     rate: Any
     friction: bool = True
     strength: Any = 0.0
+    falling: Any = None
+    slip: Slip | None = None
 
 
 class Laws:
@@ -85,14 +93,12 @@ class Laws:
     friction
         Whether there is any.
     adhesion
-        Whether coefficients at rest count: `resting` chooses them.
+        Whether coefficients at rest count: `Slip.resting` chooses them.
 
     Attributes
     ----------
     factor : SX
         Multiplies all coefficients of friction.
-    resting : dict
-        By joint a symbol, 1 where ``friction_static`` takes the place of ``friction``.
     slips : list of Slip
     """
 
@@ -104,7 +110,7 @@ class Laws:
         friction: bool = True,
         adhesion: bool = False,
     ) -> None:
-        self.adhesion, self.resting = adhesion, dict[str, Any]()
+        self.adhesion = adhesion
         self.model, self.meshes, self.radius, self.friction = model, meshes, radius, friction
         self.factor = SX.sym("factor")
         self.slips: list[Slip] = []
@@ -129,16 +135,17 @@ class Laws:
         return adheres or self._given(name, "friction")
 
     def _slip(self, name: str, speed: Any, unit: str) -> Slip:
-        slip = Slip(name, speed, unit, SX.sym(f"sign_{name}_{len(self.slips)}"))
+        resting = SX.sym(f"resting_{name}_{len(self.slips)}") if self.adhesion else None
+        sign = SX.sym(f"sign_{name}_{len(self.slips)}")
+        slip = Slip(name, speed, unit, sign, resting=resting)
         self.slips.append(slip)
         return slip
 
-    def _friction(self, name: str) -> Any:
+    def _friction(self, slip: Slip) -> Any:
+        name = slip.owner
         sliding = self.model.numbers.get(f"{name}.friction", SX(0))
-        if self.adhesion:
-            sign = self.resting.setdefault(name, SX.sym(f"resting_{name}"))
-            if self._given(name, "friction_static"):
-                sliding += sign * (self.model.numbers[f"{name}.friction_static"] - sliding)
+        if self.adhesion and self._given(name, "friction_static"):
+            sliding += slip.resting * (self.model.numbers[f"{name}.friction_static"] - sliding)
         return self.factor * sliding
 
     # -- pairs -----------------------------------------------------------------------------
@@ -146,13 +153,13 @@ class Laws:
     def revolute(self, ends: Ends) -> list[Feedback]:
         """M = rho |R|, with the radius rho of the friction circle."""
         name, joint = ends.joint.name, ends.joint
-        f, r = self._friction(name), self.model.numbers[f"{name}.pin_radius"]
-        rho = r * f if self.radius == "article" else r * f / ca.sqrt(1 + f * f)
         turning = spin(self.model, joint.second_body) - spin(self.model, joint.first_body)
         slip = self._slip(name, turning, "rad")
+        f, r = self._friction(slip), self.model.numbers[f"{name}.pin_radius"]
+        rho = r * f if self.radius == "article" else r * f / ca.sqrt(1 + f * f)
         column = couples(self.model, joint.first_body, joint.second_body, -slip.sign * rho)
         rate = rho * ca.fabs(turning)
-        return [Feedback(name, "length", SX.eye(2), column, rate, strength=rho)]
+        return [Feedback(name, "length", SX.eye(2), column, rate, strength=rho, slip=slip)]
 
     def prismatic(self, ends: Ends) -> list[Feedback]:
         """F = f |N|, or f (|N1| + |N2|) = f max(|N|, |M| / b) in a guide of length 2 b."""
@@ -167,27 +174,31 @@ class Laws:
                 f"(contact_length would count it)"
             )
         forms = ca.vertcat(forms, -forms)
-        return [self._along(ends, forms, ends.axis(), ends.p2, 1)]
+        return [self._along(ends, forms, ends.axis(), ends.p2)]
 
-    def _along(self, ends: Ends, forms: Any, axis: Any, place: Any, side: int) -> Feedback:
+    def _along(self, ends: Ends, forms: Any, axis: Any, place: Any) -> Feedback:
         """Return friction along an axis at a place, of the size of the largest form."""
         joint = ends.joint
         v2 = velocity(self.model, joint.second_body, place)
         v1 = velocity(self.model, joint.first_body, place)
         speed = ca.dot(axis, v2 - v1)
-        slip, f = self._slip(joint.name, speed, "m"), self._friction(joint.name)
+        slip = self._slip(joint.name, speed, "m")
+        f = self._friction(slip)
         force = pair(self.model, joint.first_body, joint.second_body, place, -slip.sign * f * axis)
-        return Feedback(joint.name, "largest", forms, force, f * ca.fabs(speed), strength=f)
+        rate = f * ca.fabs(speed)
+        return Feedback(joint.name, "largest", forms, force, rate, strength=f, slip=slip)
 
     def pin_in_slot(self, ends: Ends) -> list[Feedback]:
         """F = f |N| at the point of the pin's surface that is pressed against the slot."""
         name = ends.joint.name
+        if not self._given(name, "pin_radius"):
+            return [self._along(ends, ca.vertcat(SX(1), SX(-1)), ends.axis(), ends.p2)]
         r = self.model.numbers.get(f"{name}.pin_radius", SX(0))
         found = []
         for side in (1, -1):  # the multiplier is minus the normal force on the pin
             place = ends.p2 - side * r * ends.normal()
             forms = ca.vertcat(SX(0), SX(-side))
-            found.append(self._along(ends, forms, ends.axis(), place, side))
+            found.append(self._along(ends, forms, ends.axis(), place))
         return found
 
     def curve(self, ends: Ends) -> list[Feedback]:
@@ -198,7 +209,7 @@ class Laws:
         if contact.rolls:
             place = place - ends.number("roller_radius") * ends.first.direction(contact.normal)
         forms = normal_form(ends)
-        return [self._along(ends, ca.vertcat(forms, -forms), tangent_of(ends), place, 1)]
+        return [self._along(ends, ca.vertcat(forms, -forms), tangent_of(ends), place)]
 
     # -- meshes ----------------------------------------------------------------------------
 
@@ -211,11 +222,15 @@ class Laws:
         if not (self.friction and self._given(name, "mesh_loss")):
             return found
         loss = self.factor * self.model.numbers[f"{name}.mesh_loss"]
-        slip = self._slip(name, mesh.turning, "rad")
+        slip = self._slip(name, mesh.rubbing, "rad")
         for side in (1, -1):
             arm, column = mesh.lost(loss, side, slip.sign)
+            rising, falling = (mesh.lost(loss, side, SX(sign))[0] for sign in (1, -1))
             forms = ca.vertcat(SX(0), side * mesh.tangential)
-            found.append(Feedback(name, "largest", forms, column, arm * ca.fabs(mesh.rubbing)))
+            rate = arm * ca.fabs(mesh.rubbing)
+            found.append(
+                Feedback(name, "largest", forms, column, rate, True, rising, falling, slip)
+            )
         return found
 
 

@@ -68,7 +68,7 @@ class Mesh:
         self.tangential = SX(1)
         self.rubbing = self.turning
         self.closing = self.size = SX(0)
-        self._sense = SX(1)
+        self._sense = self._drives = SX(1)
         KINDS[joint.kind](self)
 
     def number(self, entry: str) -> Any:
@@ -87,11 +87,17 @@ class Mesh:
         self.size = ca.fabs(self.turning) * arm + ca.sqrt(
             ca.sumsqr(velocity(self.model, self.second, place))
         )
+        self._drives = self._sense
         if self.real:
             force = pair(self.model, self.first, self.second, place, along)
             self.column = times(self.tangential, force)
             self.apart = pair(self.model, self.first, self.second, place, tangent * away)
             self.rubbing = spin(self.model, self.second) - spin(self.model, self.first)
+            if self.ends.joint.kind == "gear":  # w2 - w1 = (w1 - wc) (1 - ratio) / ratio
+                ratio = self.number("ratio")
+                self._drives = self._sense * ca.sign((1 - ratio) / ratio)
+            else:  # -(w1 - wc)
+                self._drives = -self._sense
 
     def gear(self) -> None:
         """Pitch point P = O1 + (O2 - O1) / (1 - ratio)."""
@@ -153,10 +159,10 @@ class Mesh:
     def lost(self, loss: Any, side: int, sign: Any) -> tuple[Any, Wrench]:
         """Return arm and generalised force of the loss per unit of tangential force.
 
-        `side` is the sign of the multiplier, `sign` that of the first wheel's speed relative to
-        the carrier: they tell which wheel drives, and so which power the share is of.
+        `side` is the sign of the multiplier, `sign` that of the rubbing speed: they tell which
+        wheel drives, and so which power the share is of.
         """
-        driven_by_second = side * sign * self._sense  # +1: the second wheel drives, -1: the first
+        driven_by_second = side * sign * self._drives  # +1: the second wheel drives, -1: the first
         if self.real and self.ends.joint.kind != "belt":
             r1, r2 = self._radii
             inside = self._inside  # -1 external, +1 internal
@@ -165,12 +171,7 @@ class Mesh:
             outer = ca.if_else(inside > 0, ca.if_else(ring_drives, -1, 1), 1)
             drive = ca.if_else(driven_by_second > 0, 1 / r2, 1 / r1)
             arm = loss / (ca.fabs(1 / r1 - inside / r2) - outer * loss * drive)
-            # w2 - w1 = (w1 - wc) (1 - ratio) / ratio, for a rack -(w1 - wc)
-            sense = -sign
-            if self.ends.joint.kind == "gear":
-                ratio = self.number("ratio")
-                sense = sign * ca.sign((1 - ratio) / ratio)
-            return arm, couples(self.model, self.first, self.second, -sense * arm)
+            return arm, couples(self.model, self.first, self.second, -sign * arm)
         share = ca.if_else(driven_by_second > 0, loss, loss / (1 - loss))
         per = 1 / self.tangential
         drag = couple(self.model, self.first, -sign * share * per)

@@ -27,7 +27,7 @@ from mechdae.model.loads import Loads
 from mechdae.model.model import Model, Row
 from mechdae.model.reduction import eliminate, with_unknowns
 from mechdae.model.rubbing import Rubbing
-from mechdae.model.wrenches import Wrench
+from mechdae.model.wrenches import Wrench, add
 
 SX = ca.SX
 
@@ -177,15 +177,18 @@ class Released:
 
     @cached_property
     def rubbed(self) -> Any:
-        """Generalised forces of friction in joints per unit of size, (nq, feedbacks)."""
+        """Generalised forces of friction and bearings per unit of size, (nq, feedbacks)."""
         columns = [self.stack(feedback.column) for feedback in self.rubbing.feedbacks]
         return self.moved(ca.horzcat(*columns))
 
     @cached_property
-    def losses(self) -> dict[str, Any]:
-        """Power lost per unit of size by joint, over the places of the sizes."""
-        feedbacks = self.rubbing.feedbacks
-        return {own.joint: (j, self.moved(own.rate)) for j, own in enumerate(feedbacks)}
+    def losses(self) -> dict[str, list[tuple[int, Any]]]:
+        """By joint its places among the sizes, and the power lost per unit of each."""
+        found: dict[str, list[tuple[int, Any]]] = {}
+        for j, own in enumerate(self.rubbing.feedbacks):
+            if own.friction:
+                found.setdefault(own.joint, []).append((j, self.moved(own.rate)))
+        return found
 
     def moved(self, absolute: Any) -> Any:
         """Return an expression over (q, v, t) as one over (x, v, t)."""
@@ -213,8 +216,8 @@ class Released:
 
     @cached_property
     def applied(self) -> Any:
-        """Generalised force of the loads at the absolute coordinates, (nq,)."""
-        return self.moved(self.stack(self.loads.total))
+        """Generalised force of loads and pretensions at the absolute coordinates, (nq,)."""
+        return self.moved(self.stack(add(self.loads.total, self.rubbing.steady)))
 
     @cached_property
     def push(self) -> Any:

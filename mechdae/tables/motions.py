@@ -39,7 +39,10 @@ def motion_facts(result: Result) -> list[str]:
     )
     if summary["superfluous_equations"]:
         count = summary["superfluous_equations"]
-        lines.append(f"  redundant {count} equation(s) superfluous: not every reaction is unique")
+        text = f"  redundant {count} equation(s) superfluous"
+        if summary.get("not_unique"):
+            text += f"; reactions of {', '.join(summary['not_unique'])} are not unique"
+        lines.append(text)
     lines.append(
         f"  steps     {summary['steps']}, {summary['rejected']} rejected, {summary['rhs']} "
         f"right-hand sides at tolerance {summary['tolerance']:g}"

@@ -133,7 +133,12 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
     if not k.rubs or not r.rows:
         return
     rows = ca.vertcat(*[row.expression for row in r.rows])
-    gradient = ca.densify(r.moved(ca.jacobian(rows, r.model.q)))
+    gradient = SX(ca.jacobian(rows, r.model.q))
+    for name, mesh in r.rubbing.meshes.items():
+        if mesh.column is not None:
+            i = next(i for i, row in enumerate(r.rows) if row.owner == name and not row.driver)
+            gradient[i, :] = r.stack(mesh.column).T
+    gradient = ca.densify(r.moved(gradient))
     function = k.function("gradient", [gradient])
     J = np.array(ca.DM(k.parts(0.0, x, v, setup.loose)[2]))
     aside = x + ASIDE * k.sizes * freedoms(J, k.sizes).sum(axis=1)
@@ -149,9 +154,11 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
         stress = left[:, rank:] / np.where(norms > 0, norms, 1.0)
         found = set()
         for feedback in r.rubbing.feedbacks:
+            if not feedback.friction:
+                continue
             own = [i for i, row in enumerate(r.rows) if row.owner == feedback.joint]
             own = [i for i in own if not r.rows[i].driver]
-            forms = k.function("form", [ca.densify(SX(feedback.forms))])
+            forms = k.function("form", [ca.densify(r.moved(SX(feedback.forms)))])
             pressed = np.array(ca.DM(forms(0.0, place, v, setup.loose))) @ stress[own]
             size = np.abs(stress).max(initial=0.0)
             if pressed.size and np.abs(pressed).max() > OPEN * size:

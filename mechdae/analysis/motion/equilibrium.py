@@ -15,10 +15,12 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.motion.checks import freedoms
+from mechdae.analysis.motion.meshing import meshed
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.report import Whole, evaluated, with_reactions
 from mechdae.analysis.motion.setup import Setup, as_motion, idle, setup
 from mechdae.analysis.motion.start import start
+from mechdae.analysis.motion.unique import unique
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
 from mechdae.describe.coordinates import selection
@@ -275,12 +277,16 @@ def _report(
     found, lost = expressions.evaluate([part[:, columns] for part in y], None, certified)
     series = {own: Series({"value": found[own]["value"]}) for own in found}
     every = observer.multipliers(state)
-    reactions = {} if observer.meshed else observer.reactions(state, q, every)
+    reactions = {} if meshed(model) else observer.reactions(state, q, every)
+    sole = unique(observer, state, q, reactions)
+    for k, own in enumerate(reactions.values()):
+        own[sole.lost[:, k]] = np.nan
     named["joints"] = with_reactions(named["joints"], reactions, chosen)
+    summary |= sole.summary
     summary["state"] = {own: float(series[own].value[0]) for own in series}
     rows = whole.released.rows
     summary["multipliers"] = {
-        row.name: float(every[0, i])
+        row.name: float(every[0, i]) if sole.multipliers[i] else None
         for i, row in enumerate(rows)
         if (row.owner, row.part) not in whole.held
     }
@@ -300,5 +306,6 @@ def _report(
         status=np.array(["ok"], dtype="<U11"),
         summary=summary,
         definition=task,
+        unique=sole.joints,
         **named,
     )

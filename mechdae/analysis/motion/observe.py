@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -41,7 +41,7 @@ class Observer:
     """
 
     def __init__(self, setup: Setup) -> None:
-        self.setup, self.r = setup, setup.released
+        self.setup, self.r, self.kernel = setup, setup.loaded, setup.force_kernel
         self.model = setup.model
         self.p = self.model.p_values
 
@@ -97,10 +97,24 @@ class Observer:
 
     # -- multipliers -----------------------------------------------------------------------
 
+    def complete(self, s: States) -> States:
+        """Return states with the multipliers and sizes of all forces, those of teeth too."""
+        if self.kernel is self.setup.kernel:
+            return s
+        self.kernel.scale(float(s.t[0]), s.x[0], s.v[0], self.setup.loose)
+        rates = Batch(self.kernel.rhs, [3], straight=lambda: None)
+        lam = np.full((len(s.t), self.kernel.inner), np.nan)
+        rest = np.flatnonzero(np.isfinite(s.a).all(axis=1))
+        while len(rest):
+            same = (s.signs[rest] == s.signs[rest[0]]).all(axis=1)
+            rows, rest = rest[same], rest[~same]
+            lam[rows] = rates(s.t[rows, None], s.x[rows], s.v[rows], s.signs[rows[0]])[1]
+        return replace(s, lam=lam)
+
     @cached_property
     def _multipliers(self) -> Batch:
         """(..., a, lambda of what is left, forces of locks, sizes) -> multipliers of all."""
-        r, k = self.r, self.setup.kernel
+        r, k = self.r, self.kernel
         a, inner = SX.sym("a", r.x.numel()), SX.sym("lam", k.inner)
         push = r.push - r.mass @ (r.V @ a)
         if k.slips:
@@ -117,23 +131,17 @@ class Observer:
         return self._multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner, self.p)[0]
 
     def _inner(self, s: States) -> Any:
-        inner = np.zeros((len(s.t), self.setup.kernel.inner))
+        inner = np.zeros((len(s.t), self.kernel.inner))
         inner[:, : s.lam.shape[1]] = s.lam
         return inner
 
     # -- reactions -------------------------------------------------------------------------
 
-    @property
-    def meshed(self) -> bool:
-        """Whether gears, racks or belts load bearings by more than their equation says."""
-        joints = self.model.mechanism.joints.values()
-        return any(joint.kind in ("gear", "rack", "belt") for joint in joints)
-
     @cached_property
     def _reactions(self) -> Batch:
         model, r = self.model, self.r
         lam = SX.sym("lam", len(r.rows))
-        k = self.setup.kernel
+        k = self.kernel
         inner = SX.sym("inner", k.inner)
         rows = ca.vertcat(*[row.expression for row in r.rows])
         gradient = ca.jacobian(rows, model.q)
@@ -148,15 +156,15 @@ class Observer:
             wrench = add(*[times(-lam[i], columns[i]) for i in own])
             for j, feedback in enumerate(r.rubbing.feedbacks):
                 if feedback.joint == name:
-                    slip = r.rubbing.owners[j]
+                    wrench = add(wrench, times(inner[k.m + k.slips + j], feedback.column))
+            for slip in sorted({own for own in r.rubbing.owners if own is not None}):
+                if r.rubbing.slips[slip].owner == name:
                     gradient_of = ca.jacobian(r.rubbing.slips[slip].speed, model.velocity)
                     places = gradient_of.sparsity().get_triplet()[1]
                     held = dict(zip(places, gradient_of.nonzeros(), strict=True))
-                    wrench = add(
-                        wrench,
-                        times(inner[k.m + k.slips + j], feedback.column),
-                        times(-inner[k.m + slip], held),
-                    )
+                    wrench = add(wrench, times(-inner[k.m + slip], held))
+            if name in r.rubbing.meshes:
+                wrench = add(wrench, r.rubbing.meshes[name].steady)
             ends = model.ends[name]
             if joint.second_body == GROUND:
                 found = [-part for part in on_body(model, wrench, joint.first_body, ends.p2)]

@@ -13,14 +13,16 @@ from mechdae.analysis.motion.endings import Growth
 from mechdae.analysis.motion.events import Crossings, Found
 from mechdae.analysis.motion.expressions import WithReactions
 from mechdae.analysis.motion.integrate import Integrator
+from mechdae.analysis.motion.meshing import slack_belts
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
-from mechdae.analysis.motion.redundancy import redundancy, redundancy_note
+from mechdae.analysis.motion.redundancy import dependent_equations, redundancy_note
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
 from mechdae.analysis.motion.sticking import Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
+from mechdae.analysis.motion.unique import unique
 from mechdae.analysis.motion.verdict import NoWay
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
@@ -28,7 +30,6 @@ from mechdae.describe.coordinates import Selection, selection
 from mechdae.describe.named import reactions_of
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Motion
-from mechdae.errors import InputError
 from mechdae.kernels.batch import Batch
 from mechdae.model.model import Model
 from mechdae.results import Named, Result, Series
@@ -104,14 +105,12 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     there = np.isfinite(q).all(axis=1)
     found, lost = expressions.evaluate([part[:, columns] for part in y], states.t, there)
     lam = observer.multipliers(states)
-    reactions = {} if observer.meshed else observer.reactions(states, q, lam)
+    reactions = observer.reactions(states, q, lam)
+    sole = unique(observer, states, q, reactions)
+    for k, own in enumerate(reactions.values()):
+        own[sole.lost[:, k]] = np.nan
     series = {own: dict(found[own]) for own in found}
     if forced:
-        if observer.meshed:
-            raise InputError(
-                "reactions beside gears, racks and belts need a task of kind reactions",
-                where=f"outputs.{forced[0]}",
-            )
         values = WithReactions(model, setup.loads, forced)(q, v, a, states.t, reactions)
         series |= {own: {"value": values[:, k]} for k, own in enumerate(forced)}
     order = [own for own in chosen.named if own in series]
@@ -131,12 +130,18 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     }
     rows = setup.released.rows
     summary["multipliers"] = {own: float(series[own]["value"][-1]) for own in forced} | {
-        row.name: float(lam[-1, i])
+        row.name: float(lam[-1, i]) if sole.multipliers[i] else None
         for i, row in enumerate(rows)
         if row.name not in forced and (row.owner, row.part) not in setup.held
     }
+    summary |= sole.summary
     notes = (
-        setup.notes + setup.rubbing.assumptions + expressions.notes + lost + run.stiffness.notes()
+        sole.notes
+        + setup.notes
+        + setup.rubbing.assumptions
+        + expressions.notes
+        + lost
+        + run.stiffness.notes()
     )
     if run.begin.correction > CORRECTED:
         notes.append(
@@ -147,17 +152,20 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         idle = ", ".join(".".join(own) for own in setup.held)
         notes.append(f"nothing moves {idle}: kept as they are in the sketch")
     if summary["superfluous_equations"]:
-        dependent = redundancy(observer, states, q)
-        if dependent is not None:
-            summary["redundant"] = dependent
-            notes.append(redundancy_note(dependent))
+        dependent = dependent_equations(observer, states, q)
+        if dependent:
+            open_ones = sole.summary.get("not_unique", [])
+            joints = [name for name in setup.model.mechanism.joints if name not in open_ones]
+            redundant = {"equations": dependent, "unique": joints, "not_unique": open_ones}
+            summary["redundant"] = redundant
+            notes.append(redundancy_note(redundant))
     if run.creep is not None:
         summary["creep"] = run.creep.found
         notes += run.creep.notes()
     if notes:
         summary["notes"] = notes
     faults = [run.fault] if run.fault else []
-    faults += _faults(run, balance)
+    faults += slack_belts(setup.meshes, reactions, states.t) + _faults(run, balance)
     return Result(
         problem.name,
         name,
@@ -173,6 +181,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         time=states.t,
         scalars=Series(scalars),
         work=Series(work),
+        unique=sole.joints,
         **named,
     )
 

@@ -22,11 +22,14 @@ from mechdae.kernels.proximal import Kernel
 from mechdae.kernels.smooth import Smooth
 from mechdae.kernels.stepper import Stepper
 from mechdae.model.loads import Loads
+from mechdae.model.meshes import Mesh
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.model.released import Law, Released
-from mechdae.model.rubbing import COMPUTED, Rubbing
+from mechdae.model.rubbing import Rubbing
 
 SX = ca.SX
+SMOOTHED = ("revolute", "prismatic", "curve")
+"""Joints whose friction can be smoothed."""
 TOLERANCE = 1e-9
 TIGHTEST = 1e-14
 DRIVERS = "drivers"
@@ -39,7 +42,7 @@ class Setup:
 
     ``end`` is the last time, ``times`` those of the outputs, None for the steps themselves;
     ``notes`` what was assumed; ``held`` are coordinates
-    that nothing moves.
+    that nothing moves, ``meshes`` gears, racks and belts with the forces of their teeth.
     """
 
     problem: Problem
@@ -53,35 +56,57 @@ class Setup:
     length: float
     notes: list[str] = field(default_factory=list)
     held: dict[tuple[str, str], float] = field(default_factory=dict)
+    meshes: dict[str, Mesh] = field(default_factory=dict)
 
     @cached_property
     def plain(self) -> Released:
-        """The equations with nothing held."""
-        return Released(self.model, self.loads, self.laws, None, self.rubbing)
+        """The equations with nothing held, and without friction in joints."""
+        return Released(self.model, self.loads, self.laws)
 
     @cached_property
     def jointed(self) -> Released:
         """The equations without laws of time."""
-        if not self.laws:
-            return self.plain
-        return Released(self.model, self.loads, rubbing=self.rubbing)
+        return Released(self.model, self.loads) if self.laws else self.plain
 
     @cached_property
     def released(self) -> Released:
         """The equations of motion."""
-        if not self.held:
+        if not self.held and not self.rubbing.feedbacks:
             return self.plain
         return Released(self.model, self.loads, self.laws, self.held, self.rubbing)
 
     @cached_property
     def rubbing(self) -> Rubbing:
-        """Dry friction of resistances, and of joints unless the task leaves it out."""
-        return Rubbing(self.model, self.loads, self.task.friction != "none")
+        """Dry friction of resistances, and of joints unless the task leaves it out.
+
+        Forces of teeth load bearings: they count in the motion if anything rubs.
+        """
+        if self.task.friction != "none":
+            found = Rubbing(self.model, self.loads, True, self.meshes)
+            if found.frictional:
+                return found
+        return self.plain.rubbing
+
+    @cached_property
+    def loaded(self) -> Released:
+        """The equations of motion with all forces of teeth."""
+        if self.rubbing.feedbacks or not self.meshes:
+            return self.released
+        rubbing = Rubbing(self.model, self.loads, False, self.meshes)
+        return Released(self.model, self.loads, self.laws, self.held, rubbing)
 
     @property
     def loose(self) -> Any:
         """Inputs of dry friction that neither rubs nor locks."""
         return np.zeros(self.rubbing.signs.numel())
+
+    @cached_property
+    def force_kernel(self) -> Kernel:
+        """Right-hand side with all forces of teeth, scaled like that of the motion."""
+        if self.loaded is self.released:
+            return self.kernel
+        r = self.loaded
+        return Kernel(r, self.model.p_values, self.sizes(r), self.length)
 
     def sizes(self, released: Released) -> Any:
         """Return natural sizes of the free coordinates: 1 rad, a length, the range of s / 2 pi."""
@@ -150,14 +175,19 @@ class Setup:
         r = self.released
         a = SX.sym("a", r.x.numel())
         m = SX.sym("m", self.kernel.rubs)
-        lost = [rate * m[j] for j, rate in r.losses.values()]
-        if self.smooth:
-            sides = [r.signs[r.rubbing.owners[j]] for j, _ in r.losses.values()]
-            lost = [part * ca.fabs(side) for part, side in zip(lost, sides, strict=True)]
+        lost = [
+            sum((self._part(j) * rate * m[j] for j, rate in own), SX(0))
+            for own in r.losses.values()
+        ]
         powers = [*r.powers.values(), *[-part for part in lost]]
         if self.laws:
             powers.append(r.driven_power(a) + sum(lost, SX(0)))
         return Stepper(self.kernel, ca.vertcat(*powers) if powers else SX(0, 1), a, m)
+
+    def _part(self, j: int) -> Any:
+        """Return the share of its size that a force of friction has: below 1 where smoothed."""
+        owner = self.released.rubbing.owners[j] if self.smooth else None
+        return SX(1) if owner is None else ca.fabs(self.released.signs[owner])
 
 
 def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
@@ -170,7 +200,7 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
     InputError
         Times or a tolerance that mean nothing.
     UnavailableError
-        Friction in a joint of a kind whose friction is not computed in motion.
+        Friction in an equilibrium, or smoothed.
     """
     mechanism = problem.mechanism
     known = evaluate_all(mechanism.parameters)
@@ -252,14 +282,12 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
             hint='friction = "none" leaves it out',
         )
     joints = mechanism.joints
-    meshed = any(joint.kind in ("gear", "rack", "belt") for joint in joints.values())
-    other = [own for own in found if joints[own].kind not in COMPUTED or meshed]
-    if other:
+    other = [own for own in found if joints[own].kind not in SMOOTHED]
+    if task.friction == "smooth" and other:
         raise UnavailableError(
-            "friction in motion is computed for revolute, prismatic and curve joints without "
-            f"gears, racks and belts: joints {', '.join(other)}",
+            f"smoothed friction is not computed for slots and meshes: joints {', '.join(other)}",
             where="friction",
-            hint='friction = "none" leaves it out',
+            hint='friction = "event" computes all joints',
         )
     return []
 

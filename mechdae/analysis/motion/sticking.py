@@ -5,11 +5,15 @@ holding force reaches its limit; there every way to go on is tried for the slips
 coefficients at rest: a slip that starts has to move the way its friction says, one that sticks
 has to be held by a force that friction can give. Where the locks are more than the freedoms,
 forces are not unique; then all stick if nothing can start.
+
+A pin in a slot touches one side of it. If it sticks there, which is to roll, the slip of the other
+side is idle: it has neither a sign nor a lock until it is pressed.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -27,6 +31,8 @@ from mechdae.kernels.batch import Batch
 RESTS = 1e-9
 """Speed, as a share of the largest so far, that is none."""
 RANK = 1e-9
+STRAIGHT = 1e-5
+"""Speed per speed of the freedoms below which these do not move a slip."""
 MOST = 6
 """Slips at rest at once of which all ways to go on are tried."""
 SLACK = 1e-9
@@ -47,6 +53,8 @@ PIECES = 1024
 """Combinations of contacts that are counted through."""
 SAME = 1e-7
 """Share of the largest size below which two solutions are one."""
+IDLE = 2.0
+"""Side of a slip that nothing presses, beside one that sticks."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +89,12 @@ class Sticking:
         self.k = 0 if setup.smooth else len(self.slips)
         self.found: list[tuple[float, str, float, str]] = []
         self.several: list[tuple[float, int]] = []
-        self._fastest = 0.0
+        self._fastest = self._strongest = 0.0
         self._last = setup.loose
+        self._other: dict[int, int] = {}
+        """The other side of each side of a slot."""
+        for first, second in setup.released.rubbing.sides:
+            self._other |= {first: second, second: first}
         self.verdict: tuple[Any, NoWay] | None = None
 
     # -- values --------------------------------------------------------------------------------
@@ -115,15 +127,17 @@ class Sticking:
     # -- signs ---------------------------------------------------------------------------------
 
     def signs(self, sides: Any, resting: Any = ()) -> Any:
-        """Return the inputs of dry friction: sides -1, 0 (locked), 1; slips at rest."""
+        """Return the inputs of dry friction: sides -1, 0 (locked), 1, IDLE; slips at rest."""
         sides = np.asarray(sides, float)
         still = np.zeros(self.k)
         still[list(resting)] = 1.0
-        return np.concatenate([sides, np.where(sides == 0, 1.0, 0.0), still])
+        own = np.where(sides == IDLE, 0.0, sides)
+        return np.concatenate([own, np.where(sides == 0, 1.0, 0.0), still])
 
     def sides(self, signs: Any) -> Any:
-        """Return -1, 0 or 1 by slip."""
-        return signs[: self.k]
+        """Return -1, 0 (locked), 1 or IDLE by slip."""
+        own, locks = signs[: self.k], signs[self.k : 2 * self.k]
+        return np.where((own == 0) & (locks == 0), IDLE, own)
 
     def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
         """Return the inputs of dry friction at the start, and the speeds with locks."""
@@ -141,13 +155,18 @@ class Sticking:
         NoWay
             No way fits.
         """
-        speeds = self.values(t, x, v, self.setup.loose)[0][0] / self._sizes()
+        free = self.values(t, x, v, self.setup.loose)
+        speeds, pull = (part[0] / self._sizes() for part in free[:2])
         self._fastest = max(self._fastest, float(np.max(np.abs(speeds), initial=0.0)))
         rest = set(np.flatnonzero(np.abs(speeds) <= RESTS * self._fastest).tolist())
         rest |= set(np.flatnonzero(sides == 0).tolist()) if turn is not None else set()
+        natural = np.sqrt(np.max(np.abs(pull), initial=0.0))
+        idle = np.flatnonzero((sides == IDLE) & (np.abs(speeds) <= RESTS * natural))
+        rest |= set(idle.tolist())  # where nothing has moved yet all speeds are rounding
         sides = sides.copy()
         if turn is None:
             sides = np.sign(speeds)
+        sides = np.where(sides == IDLE, np.sign(speeds), sides)  # those at rest are tried
         fixed: set[int] = set()
         if turn is not None and turn.released:
             held = self.values(t, x, v, self._last)[2][0]
@@ -176,6 +195,9 @@ class Sticking:
         basis = freedoms(J, self.kernel.sizes)
         along = (C * self.kernel.sizes) @ basis / self._sizes()[:, None]
         moved = np.linalg.norm(along, axis=1) > RANK
+        sides, rest = self._turned(t, x, v, sides, rest, along)
+        if not rest:
+            return sides
         ways = self._ways(along, rest, moved)
         good, fallback = [], None
         for way in ways:
@@ -209,15 +231,50 @@ class Sticking:
             joints=[self.names[k] for k in rest],
         )
 
+    def _turned(
+        self, t: float, x: Any, v: Any, sides: Any, rest: list[int], along: Any
+    ) -> tuple[Any, list[int]]:
+        """Return sides with those of slips that turn round whatever friction does, and the others.
+
+        No freedom moves them at this pose, so that what they do next depends on speeds alone: where
+        a rocker turns all that hangs on it does.
+        """
+        reach = np.linalg.norm(along, axis=1)
+        if not (reach[rest] <= STRAIGHT).any():
+            return sides, rest
+        rates = self.values(t, x, v, self.setup.loose)[1][0] / self._sizes()
+        pull = np.abs(self.integrator.acceleration(t, x, v, self.setup.loose) / self.kernel.sizes)
+        sure = (reach <= STRAIGHT) & (np.abs(rates) > reach / STRAIGHT * pull.max(initial=0.0))
+        sure &= np.abs(rates) > RESTS * self._fastest**2
+        sides = np.where(sure & np.isin(np.arange(self.k), rest), np.sign(rates), sides)
+        return sides, [k for k in rest if not sure[k]]
+
     def _ways(self, along: Any, rest: list[int], moved: Any) -> list[Any]:
         """Return the sides to be tried for slips at rest."""
         if along.shape[1] == 1 and moved[rest].all() and len(rest) > 1:
             forward = np.sign(along[rest, 0])
-            return [np.zeros(len(rest)), forward, -forward]
-        if len(rest) > MOST:
-            names = ", ".join(self.names[k] for k in rest)
+            return [*self._stuck(rest), forward, -forward]
+        slots = [k for k in rest if self._other.get(k) in rest]
+        if len(rest) - len(slots) // 2 > MOST:
+            names = ", ".join(dict.fromkeys(self.names[k] for k in rest))
             raise NoWay(f"more than {MOST} slips come to rest at once: {names}")
-        return [np.array(way) for way in itertools.product((0.0, 1.0, -1.0), repeat=len(rest))]
+        found = []
+        for way in itertools.product((0.0, 1.0, -1.0, IDLE), repeat=len(rest)):
+            by = dict(zip(rest, way, strict=True))
+            idle = {k for k, side in by.items() if side == IDLE}
+            if {self._other[k] for k in slots if by[k] == 0} == idle:
+                found.append(np.array(way))
+        return found
+
+    def _stuck(self, rest: list[int]) -> list[Any]:
+        """Return the ways in which all slips at rest stick, each slot on one of its sides."""
+        pairs = [k for k in rest if self._other.get(k, -1) > k and self._other[k] in rest]
+        found = []
+        for chosen in itertools.product((False, True), repeat=len(pairs)):
+            idle = {self._other[k] if first else k
+                    for k, first in zip(pairs, chosen, strict=True)}  # fmt: skip
+            found.append(np.array([IDLE if k in idle else 0.0 for k in rest]))
+        return found
 
     def _fits(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> bool:
         """Return whether sides agree with what they lead to."""
@@ -240,7 +297,10 @@ class Sticking:
     ) -> bool:
         """Return whether accelerations and forces are what sides of slips at rest need."""
         for k in rest:
-            if sides[k] == 0:
+            if sides[k] == IDLE:
+                if not high[k] <= SLACK * high[self._other[k]]:
+                    return False
+            elif sides[k] == 0:
                 slack = SLACK * max(abs(low[k]), abs(high[k]))
                 if not low[k] - slack <= held[k] <= high[k] + slack:
                     return False
@@ -258,8 +318,8 @@ class Sticking:
         results = [ca.vec(columns), starts, ca.vec(slopes)]
         return Batch(ca.Function("coupling", at, results, {"cse": True}), [3])
 
-    def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
-        """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
+    def _growths(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
+        """Return (n, k, k) bounds of how sizes change each other, and weights (n, k) of them."""
         _, _, slopes = self._coupling(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
                                       signs)  # fmt: skip
         n, rubs = len(slopes), self.kernel.rubs
@@ -269,12 +329,47 @@ class Sticking:
             part = slopes[:, place]
             norm = np.linalg.norm(part, axis=1) if own == "length" else np.abs(part).max(axis=1)
             K[:, j] = norm
-        weights = 1 + K.sum(axis=2)
+        return K, 1 + K.sum(axis=2)
+
+    def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
+        K, weights = self._growths(t, x, v, signs)
         return (np.einsum("nij,nj->ni", K, weights) / weights).max(axis=1, initial=0.0)
+
+    def _share(self, t: float, x: Any, v: Any, signs: Any) -> float:
+        """Return the share of the coefficients with which one solution is sure, 0 for none.
+
+        Forces of teeth on bearings stay as they are.
+        """
+        K, weights = (part[0] for part in self._growths(t, x, v, signs))
+        rubs = [own.friction for own in self.setup.released.rubbing.feedbacks]
+        given = weights - (K * ~np.array(rubs)) @ weights
+        share = float(np.min(given / np.maximum((K * np.array(rubs)) @ weights, 1e-300)))
+        return max(share, 0.0)
 
     @property
     def _laws(self) -> list[str]:
         return [feedback.law for feedback in self.setup.released.rubbing.feedbacks]
+
+    def _pieces(self) -> Iterator[list[int | None]]:
+        """Yield which form of each feedback is the largest, None for the length of a vector.
+
+        Those of one slot or mesh go together: they follow from the side that is pressed.
+        """
+        rubbing = self.setup.released.rubbing
+        choices: list[list[dict[int, int | None]]] = []
+        for joint in dict.fromkeys(own.joint for own in rubbing.feedbacks):
+            own = [j for j, other in enumerate(rubbing.feedbacks) if other.joint == joint]
+            one = rubbing.feedbacks[own[0]]
+            if len(own) == 1 and one.law == "length":
+                choices.append([{own[0]: None}])
+            elif len(own) == 1:
+                choices.append([{own[0]: piece} for piece in range(one.forms.shape[0])])
+            else:
+                choices.append([rubbing.pressed(own, side) for side in (1, -1)])
+        for chosen in itertools.product(*choices):
+            pieces = {j: piece for part in chosen for j, piece in part.items()}
+            yield [pieces[j] for j in range(len(pieces))]
 
     def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
         """Return all sizes of friction that fit their laws, and the accelerations of x with them.
@@ -288,12 +383,8 @@ class Sticking:
         rubs, places, laws = self.kernel.rubs, self.kernel.places, self._laws
         slopes = slopes.reshape(rubs, -1).T
         columns = columns.reshape(rubs + 1, -1).T
-        pieces = [
-            range(place.stop - place.start) if own == "largest" else (None,)
-            for place, own in zip(places, laws, strict=True)
-        ]
         found: list[Any] = []
-        for chosen in itertools.islice(itertools.product(*pieces), PIECES):
+        for chosen in itertools.islice(self._pieces(), PIECES):
             m = np.zeros(rubs)
             for _ in range(12):
                 value, slope = np.empty(rubs), np.empty((rubs, rubs))
@@ -325,7 +416,8 @@ class Sticking:
     @property
     def joints(self) -> list[str]:
         """Joints whose friction follows from their reactions."""
-        return list(dict.fromkeys(f.joint for f in self.setup.released.rubbing.feedbacks))
+        own = self.setup.released.rubbing.feedbacks
+        return list(dict.fromkeys(feedback.joint for feedback in own if feedback.friction))
 
     def check(self, t: float, x: Any, v: Any, signs: Any) -> None:
         """Raise where the laws of friction give no accelerations, or several.
@@ -346,22 +438,23 @@ class Sticking:
         joints = self.joints
         names = [".".join(own) for own in self.kernel.released.names]
         text = f"dry friction of {', '.join(joints)}"
-        share = f"one solution is sure with {1 / bound:.6g} of the coefficients"
+        share = self._share(t, x, v, signs)
+        sure = f"; one solution is sure with {share:.6g} of the coefficients" if share > 0 else ""
         if not found:
-            told = f"jammed (F1): no accelerations fit the {text}; {share}"
-            raise NoWay(told, code="F1", joints=joints, kappa=bound, share=1 / bound, solutions=[])
+            told = f"jammed (F1): no accelerations fit the {text}{sure}"
+            raise NoWay(told, code="F1", joints=joints, kappa=bound, share=share, solutions=[])
         listed = "; ".join(
             ", ".join(f"{name} {value:.9g}" for name, value in zip(names, a, strict=True))
             for _, a in found
         )
         raise NoWay(
             f"{len(found)} solutions (F2) fit the {text}, which does not decide between them: "
-            f"accelerations {listed}; {share}",
+            f"accelerations {listed}{sure}",
             "ambiguous",
             "F2",
             joints=joints,
             kappa=bound,
-            share=1 / bound,
+            share=share,
             solutions=[dict(zip(names, a.tolist(), strict=True)) for _, a in found],
         )
 
@@ -371,12 +464,15 @@ class Sticking:
         """Return what is left to each event, (n, k): below zero it has happened."""
         speeds, _, held, low, high, _ = self.values(t, x, v, signs)
         sides = self.sides(signs)
+        self._strongest = max(self._strongest, float(np.max(high, initial=0.0)))
         self._fastest = max(
             self._fastest, float(np.max(np.abs(speeds) / self._sizes(), initial=0.0))
         )
         slack = np.minimum(high - held, held - low)
         slack += CLOSE * np.maximum(np.abs(high), np.abs(low))
-        return np.where(sides == 0, slack, speeds * sides)
+        for k in np.flatnonzero(sides == IDLE).tolist():
+            slack[:, k] = high[:, self._other[k]] - high[:, k] + SLACK * self._strongest
+        return np.where((sides == 0) | (sides == IDLE), slack, speeds * sides)
 
     def _starts(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
         """Return what is left (n,) until locks of one freedom, more than it needs, give way.
@@ -391,9 +487,12 @@ class Sticking:
         ways, worst = np.sign(along[locked, 0]), np.full(len(t), -np.inf)
         free = self.values(t, x, v, self.setup.loose)[1][:, locked]
         size = np.max(np.abs(free / self._sizes()[locked]), axis=1, initial=0.0)
+        idle = np.flatnonzero(sides == IDLE)
+        others = np.sign(along[idle, 0])
         for direction in (1.0, -1.0):
             own = sides.copy()
             own[locked] = direction * ways
+            own[idle] = np.where(others == 0, IDLE, direction * others)
             rates = self.values(t, x, v, self.signs(own, locked))[1][:, locked]
             rates = rates * own[locked] / self._sizes()[locked]
             worst = np.maximum(worst, rates.min(axis=1))
@@ -426,7 +525,7 @@ class Sticking:
         locked = np.flatnonzero(sides == 0)
         shared = len(locked) > 0 and not self.unique(float(t[0]), x[0], v[0], signs)
         if shared:
-            margins[:, locked] = 1.0
+            margins[:, (sides == 0) | (sides == IDLE)] = 1.0
             margins[:, locked[0]] = self._starts(t, x, v, signs)
         dips = self._dips(nodes, margins)
         late = (margins[1:] < 0) | (dips > 0)
@@ -446,9 +545,9 @@ class Sticking:
         sides = self.sides(signs)
         first: Turn | None = None
         for k in slips.tolist():
-            stuck = bool(sides[k] == 0)
-            if margins[k] < 0 and stuck:  # over its limit from the start
-                return Turn(states[i], k, not shared, True)
+            stuck, idle = bool(sides[k] == 0), bool(sides[k] == IDLE)
+            if margins[k] < 0 and (stuck or idle):  # over its limit from the start
+                return Turn(states[i], k, stuck and not shared, True)
 
             def value(state: Any, k: int = k, probed: bool = shared and stuck) -> float:
                 at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))
@@ -465,7 +564,7 @@ class Sticking:
                 begin, h = self._ahead(begin, h, signs, value)
             state = self.integrator.located(begin, h, signs, value)
             if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
-                first = Turn(state, k, stuck and not shared, stuck)
+                first = Turn(state, k, stuck and not shared, stuck or idle)
         return first
 
     @cached_property
@@ -488,7 +587,7 @@ class Sticking:
             bent = (1 - 2 * s) * (y1 - y0) + (s - 1) * d0 + s * d1
             found.append((1 - s) * y0 + s * y1 + s * (s - 1) * bent)
         speeds = self._speeds(t0 + s * h, *found, signs)[0]
-        return speeds * self.sides(signs)
+        return speeds * signs[: self.k]
 
     def _dips(self, nodes: Nodes, margins: Any) -> Any:
         """Return where in each step (n, k) a sliding speed may fall below zero and come back.
@@ -497,7 +596,7 @@ class Sticking:
         """
         states, signs = nodes.states, nodes.signs
         shares = np.zeros_like(margins[1:])
-        sliding = np.flatnonzero(self.sides(signs) != 0)
+        sliding = np.flatnonzero(signs[: self.k] != 0)
         for i in range(len(states) - 1):
             ends = np.minimum(margins[i], margins[i + 1])
             if not len(sliding) or not (ends[sliding] > 0).any():
@@ -531,8 +630,13 @@ class Sticking:
         return state, 0.0
 
     def note(self, t: float, turn: Turn, signs: Any) -> None:
-        """Keep an event."""
+        """Keep an event, unless it is one of a side of a slot that nothing presses."""
         side = float(self.sides(signs)[turn.slip])
+        if turn.slip in self._other:
+            lay = self.integrator.layout
+            x, v = (turn.state[lay[name]] for name in "xv")
+            if side == IDLE or not self.values(t, x, v, signs)[4][0, turn.slip] > 0:
+                return
         kind = "slip" if turn.from_rest else "stick"
         kind = "reversal" if side != 0 and not turn.from_rest else kind
         self.found.append((t, self.names[turn.slip], side, kind))

@@ -13,6 +13,7 @@ from mechdae.analysis.motion.creep import Creep
 from mechdae.analysis.motion.endings import Growth, check_dead_start, feasible, stalled
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
+from mechdae.analysis.motion.meshing import about, real_meshes
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.onset import verdict_ahead
 from mechdae.analysis.motion.passages import Passages
@@ -73,6 +74,8 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     whole = setup(problem, task)
     begin = start(whole)
     whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
+    whole.meshes = real_meshes(whole.plain, begin.q, whole.length)
+    whole.notes += about(whole.meshes)
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)
@@ -117,11 +120,11 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     _keep_last(kept, run)
     if run.ends is not None and run.ends["kind"] == "infeasible":
         _cut(kept, run)
-    run.states = _states(whole, integrator, kept, run.undecided[0])
+    observer = Observer(whole)
+    run.states = observer.complete(_states(whole, integrator, kept, run.undecided[0]))
     if whole.smooth:
         run.creep = Creep(whole)
         run.creep.look(run.states.t, run.states.x, run.states.v)
-    observer = Observer(whole)
     run.first_energy = _energy(observer, x, v)
     return report(problem, name, task, run, observer)
 
