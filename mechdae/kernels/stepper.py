@@ -40,7 +40,7 @@ class Layout:
 
     ``t``, ``x``, ``v``, ``a``, sizes of friction ``m``, works ``w``, next step ``h``,
     ``rejected`` (the last trial was), highest frequency ``omega``; then of the last trial:
-    ``accepted``, ``error``, and ``trials`` so far.
+    ``accepted``, ``error``, ``passed`` (a sliding speed has passed zero), and ``trials`` so far.
     """
 
     def __init__(self, n: int, works: int, sized: int = 0) -> None:
@@ -49,7 +49,8 @@ class Layout:
         self._slices: dict[str, slice] = {}
         for name, size in (
             ("t", 1), ("x", n), ("v", n), ("a", n), ("m", sized), ("w", works), ("h", 1),
-            ("rejected", 1), ("omega", 1), ("accepted", 1), ("error", 1), ("trials", 1),
+            ("rejected", 1), ("omega", 1), ("accepted", 1), ("error", 1), ("passed", 1),
+            ("trials", 1),
         ):  # fmt: skip
             self._slices[name] = slice(place, place + size)
             place += size
@@ -188,14 +189,26 @@ class Stepper:
         kept = ca.vertcat(t, x, v, a, m, w)
         moved = ca.vertcat(ca.if_else(near, end, t + h), place, rate, after, sizes, work)
         chosen = ca.if_else(good, moved, kept)
+        passed = ca.logic_and(good, self._turned(t + h, place, rate, signs))
         done = ca.vertcat(
-            chosen, following, ca.if_else(good, 0, 1), top, good, error, part["trials"] + 1
+            chosen, following, ca.if_else(good, 0, 1), top, good, error, passed, part["trials"] + 1
         )
         return ca.Function("trial", [state, numbers], [done], {"cse": True})
 
+    def _turned(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return whether a slip moves against its sign."""
+        k = self.kernel
+        if not k.slips:
+            return ca.DM(0)
+        speeds = k.function("slips", [ca.densify(k.released.slips)])(t, x, v, signs)
+        return ca.mmin(speeds * signs[: k.slips]) < 0
+
     @cached_property
     def advance(self) -> Any:
-        """As `trial`; a state at the end stays, with ``accepted`` 0, and costs nothing."""
+        """As `trial`; a state at the end stays, with ``accepted`` 0, and costs nothing.
+
+        So does one behind the reversal of a slip: what follows has another sign.
+        """
         lay = self.layout
         state, numbers = ca.MX.sym("state", lay.size), ca.MX.sym("numbers", self.trial.size1_in(1))
         at, parameters = SX.sym("state", lay.size), SX.sym("numbers", numbers.numel())
@@ -203,7 +216,7 @@ class Stepper:
         still[lay["accepted"]] = 0
         idle = ca.Function("idle", [at, parameters], [still])
         switch = ca.Function.if_else("switch", self.trial, idle)
-        going = state[lay["t"]] < numbers[0]
+        going = ca.logic_and(state[lay["t"]] < numbers[0], state[lay["passed"]] == 0)
         after = switch(going, state, numbers)
         return ca.Function("advance", [state, numbers], [after])
 

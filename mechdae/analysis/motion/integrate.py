@@ -23,6 +23,9 @@ STILL = 1e-6
 STAGES = 12
 """Right-hand sides of a trial step."""
 ROOT = 80
+"""Steps that are repeated for an event at most."""
+CLOSE = 4e-16
+"""How near an event is met, as a share of the time and of the step."""
 
 
 @dataclass
@@ -129,6 +132,8 @@ class Integrator:
         lay, end = self.layout, self.setup.end
         numbers = np.concatenate([[end, self.setup.tolerance], signs])
         while state[lay["t"]][0] < end:
+            state = state.copy()
+            state[lay["passed"]] = 0
             states = self._chunk(state, numbers)
             good = lay.of(states, "accepted") > 0
             trials = int(states[-1][lay["trials"]][0] - state[lay["trials"]][0])
@@ -195,27 +200,35 @@ class Integrator:
         """
         if h <= 0:
             return state
-        low, high = 0.0, h
-        below, above = value(state), value(self.stepped(state, h, signs))
-        if below == 0:
+        first = value(state)
+        if first == 0:
             return state
-        found, side = self.stepped(state, h, signs), 0
+        # inverse quadratic interpolation where it is safe, else bisection (Chandrupatla 1997)
+        one, two = (h, self.stepped(state, h, signs)), (0.0, state)
+        (f1, f2), three, f3 = (value(one[1]), first), one, 0.0
+        share = f1 / (f1 - f2) if f1 != f2 else 0.5
         for _ in range(ROOT):
-            if above == below:
+            near = CLOSE * max(abs(float(one[1][0])), h) / abs(two[0] - one[0])
+            best = one if abs(f1) < abs(f2) else two
+            if min(abs(f1), abs(f2)) == 0 or near > 0.5:
                 break
-            size = (low * above - high * below) / (above - below)
-            if not low < size < high:
-                size = (low + high) / 2
-            found = self.stepped(state, size, signs)
-            here = value(found)
-            if here == 0 or high - low <= 4e-16 * max(abs(float(found[0])), high):
-                break
-            if (here < 0) == (below < 0):
-                low, below = size, here
-                above = above / 2 if side == -1 else above
-                side = -1
+            size = one[0] + min(max(share, near), 1 - near) * (two[0] - one[0])
+            found = (size, self.stepped(state, size, signs))
+            here = value(found[1])
+            if (here < 0) == (f1 < 0):
+                three, f3 = one, f1
             else:
-                high, above = size, here
-                below = below / 2 if side == 1 else below
-                side = 1
-        return found
+                three, f3, two, f2 = two, f2, one, f1
+            one, f1 = found, here
+            share = _share(one[0], two[0], three[0], f1, f2, f3)
+        return best[1]
+
+
+def _share(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> float:
+    """Return where between a and b the parabola through three values vanishes, else the middle."""
+    if fb == fc or fa in (fc, fb):
+        return 0.5
+    place, height = (a - b) / (c - b), (fa - fb) / (fc - fb)
+    if not (height**2 < place and (1 - height) ** 2 < 1 - place):
+        return 0.5
+    return fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)

@@ -553,6 +553,9 @@ class Sticking:
                 at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))
                 if probed:
                     return float(self._starts(*at, signs)[0])
+                if abs(sides[k]) == 1:  # it slides: its speed alone
+                    t, x, v = np.reshape(at[0], (1, 1)), at[1][None, :], at[2][None, :]
+                    return float(self._speeds(t, x, v, signs)[0][0, k] * sides[k])
                 return float(self._margins(*at, signs)[0, k])
 
             begin, h = states[i], float(lay.of(states[i + 1], "t") - lay.of(states[i], "t"))
