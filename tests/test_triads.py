@@ -126,13 +126,16 @@ def test_a_sweep_past_a_near_collision_stays_on_its_branch(short: float) -> None
 
 
 def test_branches_that_touch_are_crossed() -> None:
+    """The rounded radius keeps them apart by less than its rounding: what follows is not sure."""
     problem = md.load("triad-six-modes").with_values({"r": TOUCH_R})
     task = md.Sweep(md.Driver("crank.angle", from_=0.0, to=2 * np.pi), poses=13)
     result = md.solve(problem, task, mode="+2")
-    assert set(result.status) == {"ok"}
     (event,) = result.events
-    assert event["kind"] == "change_point"
+    assert (event["kind"], event["exact"]) == ("change_point", False)
     assert event["at"] == pytest.approx(TOUCH_U + 2 * np.pi, abs=1e-11)
+    behind = result.drivers["crank.angle"].position > event["at"]
+    assert set(result.status[~behind]) == {"ok"}
+    assert set(result.status[behind]) == {"ambiguous"}
     angle = result.bodies["platform"].angle
     assert angle[[0, -1]] == pytest.approx([PHI[2], PHI[3]], abs=0.01)
 

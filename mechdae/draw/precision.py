@@ -9,12 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mechdae.draw import style
 
 WAYS = {
     "mechdae": ("o", "#0072b2"),
     "scipy DOP853": ("s", "#d55e00"),
+    "scipy DOP853, events": ("s", "#d55e00"),
     "scipy Radau": ("D", "#d55e00"),
     "CVODES Adams": ("^", "#007a5a"),
     "CVODES BDF": ("v", "#007a5a"),
@@ -23,6 +25,8 @@ WAYS = {
 }
 """Mark and colour of each method; those of one library share the colour."""
 SMALLEST = 1e-17
+WIDE = 30.0
+"""Times that span so much are marked at powers of ten, others at 2 and 5 times these too."""
 
 
 def draw(records: Sequence[dict[str, Any]]) -> Axes:
@@ -64,6 +68,11 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
                     color=style.FAINT,
                 )
     axes.margins(y=0.12)
+    low, high = axes.get_ylim()
+    steps = (1.0,) if high > WIDE * low else (1.0, 2.0, 5.0)
+    axes.yaxis.set_major_locator(LogLocator(subs=steps))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("error at the end [natural sizes: rad, lengths of the mechanism]")
     axes.set_ylabel("time / closed-form four-bar in NumPy, 10 000 poses")
     axes.grid(True, which="major", color=style.GHOST, linewidth=0.5)

@@ -51,6 +51,9 @@ class Loads:
         Symbols of the mechanism.
     turned
         Whether resistances push along the motion.
+    gradual
+        Whether resistances grow with signs between -1 and 1, as smoothed friction does; else they
+        have their full size on either side.
 
     Attributes
     ----------
@@ -64,8 +67,8 @@ class Loads:
         Loads that depend on the time t.
     """
 
-    def __init__(self, model: Model, turned: bool = False) -> None:
-        self.model, self.turned = model, turned
+    def __init__(self, model: Model, turned: bool = False, gradual: bool = False) -> None:
+        self.model, self.turned, self.gradual = model, turned, gradual
         self.slips: list[Slip] = []
         self.signals: list[Signal] = []
         self.directions: list[Direction] = []
@@ -157,8 +160,8 @@ class Loads:
         sign = SX.sym(f"sign_{load.name}")
         slip = Slip(load.name, self._speed(c), c.unit, sign, falls, grows)
         self.slips.append(slip)
-        side = slip.sign  # between -1 and 1 where friction is smoothed
-        force = ca.if_else(side < 0, -side * falls, 0) - ca.if_else(side > 0, side * grows, 0)
+        force = ca.if_else(slip.sign < 0, falls, 0) - ca.if_else(slip.sign > 0, grows, 0)
+        force = force * ca.fabs(slip.sign) if self.gradual else force
         return self._on_coordinate(load.coordinate, -force if self.turned else force)
 
     def spring(self, load: Spring) -> Wrench:

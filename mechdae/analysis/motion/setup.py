@@ -212,7 +212,7 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
             f"a number from {TIGHTEST:g} to 0.01 is needed, not {tolerance:g}", where="tolerance"
         )
     model = Model(mechanism)
-    loads = Loads(model)
+    loads = Loads(model, gradual=task.friction == "smooth")
     laws = _laws(model, loads, task)
     scale = mechanism_scale(mechanism)
     return Setup(problem, task, model, loads, laws, end, times, tolerance, scale, notes)
