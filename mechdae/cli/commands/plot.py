@@ -69,6 +69,7 @@ def run(options: argparse.Namespace) -> int:
         raise UnknownName("format", form, formats)
     if moving and options.pose is not None:
         raise InputError("an animation shows all poses", where="--pose")
+    _check_folder(options.out)
     problem = problem_of(options)
     name = task_for(problem, options.task, options.kind)
     study = problem.task(name).kind == "study"
@@ -121,6 +122,17 @@ def run(options: argparse.Namespace) -> int:
         message(f"mechdae: task {name}: {result.fault}", False)
         return 1
     return 0
+
+
+def _check_folder(out: str) -> None:
+    """Raise if a folder is called like a picture: somebody meant a file."""
+    ending = Path(out).suffix.lower().lstrip(".")
+    if ending in (*FORMATS, "gif") and not Path(out).is_dir():
+        raise InputError(
+            "a folder is meant: pictures are named after problem and task",
+            where=f"--out {out}",
+            hint=f"--out {Path(out).parent} --format {ending}",
+        )
 
 
 def _styled(options: argparse.Namespace) -> bool:
