@@ -178,7 +178,7 @@ def stalled(
         event["sigma_min"] = float(kept[-1] / sigma[0]) if len(kept) else 0.0
         more.append(f"least singular value of the constraints {event['sigma_min']:.2g}")
     if setup.kernel.rubs:
-        kappa = float(sticking.contractions(t, x, v, signs)[0])
+        kappa = float(sticking.sizes.contractions(t, x, v, signs)[0])
         event["kappa"] = kappa
         more.append(f"coupling of friction {kappa:.3g}")
     if sticking.k:

@@ -36,7 +36,7 @@ def onset(sticking: Sticking, nodes: Nodes) -> tuple[Any, NoWay] | None:
     lay = sticking.integrator.layout
     states, signs = nodes.states, nodes.signs
     t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
-    kappa = sticking.contractions(t, x, v, signs)
+    kappa = sticking.sizes.contractions(t, x, v, signs)
     if kappa.max(initial=0.0) < STRONG:
         return None
     verdict = _verdict(sticking, states[0], signs) if kappa[0] >= 1 else None
@@ -64,7 +64,7 @@ def _strongest(sticking: Sticking, begin: Any, h: float, signs: Any) -> float:
     for _ in range(FINER):
         states = np.array([sticking.integrator.stepped(begin, s * h, signs) for s in shares])
         t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
-        kappa = np.nan_to_num(sticking.contractions(t, x, v, signs))
+        kappa = np.nan_to_num(sticking.sizes.contractions(t, x, v, signs))
         best = int(np.argmax(kappa))
         if kappa[best] >= 1 and _verdict(sticking, states[best], signs):
             return float(shares[best] * h)
@@ -98,7 +98,7 @@ def _verdict(sticking: Sticking, state: Any, signs: Any) -> NoWay | None:
     if not np.isfinite(x).all() or not np.isfinite(v).all():
         return None
     try:
-        sticking.check(float(t), x, v, signs)
+        sticking.sizes.check(float(t), x, v, signs)
     except NoWay as verdict:
         return verdict
     return None
@@ -113,7 +113,7 @@ def verdict_ahead(sticking: Sticking, state: Any, signs: Any) -> NoWay | None:
         return None
     lay = sticking.integrator.layout
     t, x, v = (lay.of(state, name) for name in ("t", "x", "v"))
-    if abs(float(sticking.contractions(t, x, v, signs)[0]) - 1) > JAMS:
+    if abs(float(sticking.sizes.contractions(t, x, v, signs)[0]) - 1) > JAMS:
         return None
     ahead, step = state.copy(), AHEAD * sticking.setup.end
     ahead[lay["t"]] = t + step
