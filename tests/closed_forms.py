@@ -6,165 +6,19 @@ defaults. It returns a dict from result names to arrays: ``"rod.B"`` is a comple
 ``"rod"`` a body's angle. The real type follows ``u`` (float64 or longdouble). Where a
 mechanism does not assemble the values are nan.
 
-The same functions accept a `Jet`, a truncated Taylor series in the driver; `derivatives`
-uses it, so the rates are exact to rounding, not differenced.
+The same functions accept a `Jet` of `jets`, whose `derivatives` gives their rates.
 """
 
 from __future__ import annotations
 
-from functools import wraps
-from math import factorial
-
 import numpy as np
-
-# --------------------------------------------------------------------------------------
-# Truncated Taylor series
-
-
-class Jet:
-    """A truncated Taylor series with arrays as coefficients.
-
-    Parameters
-    ----------
-    coefficients : sequence of ndarray
-        ``coefficients[k]`` belongs to the k-th power of the increment.
-    """
-
-    __array_ufunc__ = None  # numpy arrays leave mixed operations to this class
-
-    def __init__(self, coefficients):
-        self.c = list(coefficients)
-
-    @classmethod
-    def variable(cls, u, order):
-        """Return the independent variable at ``u``: u + 1 * increment."""
-        return cls([u] + [np.full_like(u, float(k == 0)) for k in range(order)])
-
-    def _lift(self, other):
-        if isinstance(other, Jet):
-            return other
-        zero = np.zeros_like(self.c[0])
-        return Jet([zero + other] + [zero] * (len(self.c) - 1))
-
-    def __add__(self, other):
-        return Jet([a + b for a, b in zip(self.c, self._lift(other).c, strict=True)])
-
-    def __neg__(self):
-        return Jet([-a for a in self.c])
-
-    def __sub__(self, other):
-        return self + (-other)
-
-    def __rsub__(self, other):
-        return -self + other
-
-    def __mul__(self, other):
-        if not isinstance(other, Jet):
-            return Jet([a * other for a in self.c])
-        a, b = self.c, other.c
-        return Jet([sum(a[j] * b[k - j] for j in range(k + 1)) for k in range(len(a))])
-
-    __radd__ = __add__
-    __rmul__ = __mul__
-
-    def __truediv__(self, other):
-        if not isinstance(other, Jet):
-            return Jet([a / other for a in self.c])
-        quotient = []
-        for k, a in enumerate(self.c):
-            rest = a - sum(quotient[j] * other.c[k - j] for j in range(k))
-            quotient.append(rest / other.c[0])
-        return Jet(quotient)
-
-    def __rtruediv__(self, other):
-        return self._lift(other) / self
-
-    def map(self, function):
-        """Apply a real-linear function (real, imag, conj) to every coefficient."""
-        return Jet([function(a) for a in self.c])
-
-
-def real(z):
-    """Real part of an array or a jet."""
-    return z.map(np.real) if isinstance(z, Jet) else np.real(z)
-
-
-def imag(z):
-    """Imaginary part of an array or a jet."""
-    return z.map(np.imag) if isinstance(z, Jet) else np.imag(z)
-
-
-def conj(z):
-    """Complex conjugate of an array or a jet."""
-    return z.map(np.conj) if isinstance(z, Jet) else np.conj(z)
-
-
-def unit(angle):
-    """Unit vector exp(i angle)."""
-    if not isinstance(angle, Jet):
-        return np.cos(angle) + 1j * np.sin(angle)
-    result = [np.cos(angle.c[0]) + 1j * np.sin(angle.c[0])]
-    for k in range(1, len(angle.c)):
-        terms = (j * angle.c[j] * result[k - j] for j in range(1, k + 1))
-        result.append(1j * sum(terms) / k)
-    return Jet(result)
-
-
-def sqrt(x):
-    """Real square root; nan for negative values, without a warning."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        if not isinstance(x, Jet):
-            return np.sqrt(x)
-        result = [np.sqrt(x.c[0])]
-        for k in range(1, len(x.c)):
-            rest = x.c[k] - sum(result[j] * result[k - j] for j in range(1, k))
-            result.append(rest / (2 * result[0]))
-    return Jet(result)
-
-
-def arg(z, near=0.0):
-    """Angle of ``z``: the representative within half a turn of the number ``near``."""
-    first = z.c[0] if isinstance(z, Jet) else z
-    turned = first * np.exp(-1j * first.real.dtype.type(near))
-    value = np.arctan2(turned.imag, turned.real) + near
-    if not isinstance(z, Jet):
-        return value
-    result, order = [value], len(z.c) - 1
-    if order:  # angle' = Im(z' / z)
-        slope = Jet([(k + 1) * z.c[k + 1] for k in range(order)]) / Jet(z.c[:order])
-        result += [np.imag(s) / (k + 1) for k, s in enumerate(slope.c)]
-    return Jet(result)
-
-
-def length(z):
-    """Length of a complex vector."""
-    return sqrt(real(z * conj(z)))
-
-
-def _quiet(function):
-    """Let nan, the mark of a pose that does not assemble, pass without warnings."""
-
-    @wraps(function)
-    def quiet(*args, **kwargs):
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return function(*args, **kwargs)
-
-    return quiet
-
-
-def _driver(u):
-    """Return ``u`` as a jet or a floating array."""
-    if isinstance(u, Jet):
-        return u
-    u = np.asarray(u)
-    return u if u.dtype == np.longdouble else u.astype(np.float64)
-
+from jets import Jet, arg, conj, driver_of, imag, length, quietly, real, sqrt, unit
 
 # --------------------------------------------------------------------------------------
 # Dyads
 
 
-@_quiet
+@quietly
 def circle_circle(c1, r1, c2, r2, sign):
     """Inner pin of an R-R-R dyad.
 
@@ -190,7 +44,7 @@ def circle_circle(c1, r1, c2, r2, sign):
     return c1 + line * (along + 1j * (sign * across / (2 * square)))
 
 
-@_quiet
+@quietly
 def circle_line(centre, radius, point, direction, sign):
     """Outer pin of an R-R-P dyad: a circle met by a straight guide.
 
@@ -250,59 +104,10 @@ def triangle(side, left, right):
 
 
 # --------------------------------------------------------------------------------------
-# Rates
-
-
-def derivatives(function, u, order=2, **dimensions):
-    """Return the results of a mechanism and their derivatives by the driver.
-
-    Parameters
-    ----------
-    function : callable
-        One of the mechanisms of this module.
-    u : array_like
-        Driver values.
-    order : int
-        Highest derivative.
-    **dimensions
-        Passed on.
-
-    Returns
-    -------
-    list of dict
-        ``result[k][name]`` is the k-th derivative, exact to rounding.
-    """
-    u = _driver(u)
-    jets = function(Jet.variable(u, order), **dimensions)
-    return [{name: jet.c[k] * factorial(k) for name, jet in jets.items()} for k in range(order + 1)]
-
-
-def motion(function, u, speed, acceleration=0.0, **dimensions):
-    """Return positions, velocities and accelerations in time.
-
-    Parameters
-    ----------
-    function, u, **dimensions
-        As for `derivatives`.
-    speed, acceleration : float or array
-        First and second time derivative of the driver.
-
-    Returns
-    -------
-    tuple of dict
-        Positions, velocities, accelerations.
-    """
-    value, first, second = derivatives(function, u, 2, **dimensions)
-    velocity = {name: first[name] * speed for name in value}
-    rate = {name: second[name] * speed**2 + first[name] * acceleration for name in value}
-    return value, velocity, rate
-
-
-# --------------------------------------------------------------------------------------
 # Four-bars
 
 
-@_quiet
+@quietly
 def four_bar(u, a, b, c, d, px=0.0, py=0.0, sign=1, names=("crank", "coupler", "rocker")):
     """Four-bar A-B-C-D, A at the origin, D at ``(d, 0)``, coupler point P from B.
 
@@ -324,7 +129,7 @@ def four_bar(u, a, b, c, d, px=0.0, py=0.0, sign=1, names=("crank", "coupler", "
     dict
         Points ``A, B, C, D, P`` of the bodies and the bodies' angles.
     """
-    u = _driver(u)
+    u = driver_of(u)
     first, coupler, last = names
     pin_a, pin_d = 0 * unit(u), d + 0 * unit(u)
     pin_b = a * unit(u)
@@ -370,7 +175,7 @@ def double_rocker_limits(a=0.08, b=0.07, c=0.06, d=0.12):
 # Slider-cranks, yoke
 
 
-@_quiet
+@quietly
 def slider_crank(u, r=0.1, l=0.3, e=0.0, sign=1):  # noqa: E741
     """Slider-crank O-B-C, guide along x at height ``e``.
 
@@ -388,7 +193,7 @@ def slider_crank(u, r=0.1, l=0.3, e=0.0, sign=1):  # noqa: E741
     dict
         Bodies ``crank, rod, slider``, points ``O, B, C``, slide of ``guide``.
     """
-    u = _driver(u)
+    u = driver_of(u)
     pin_b = r * unit(u)
     pin_c, slide = circle_line(pin_b, l, complex(0, e), 1.0, sign)
     return {
@@ -409,7 +214,7 @@ def slider_crank_offset(u, r=0.04, l=0.12, e=-0.02, sign=1):  # noqa: E741
     return slider_crank(u, r, l, e, sign)
 
 
-@_quiet
+@quietly
 def scotch_yoke(u, r=0.05):
     """Scotch yoke, slot across the guide along x.
 
@@ -425,7 +230,7 @@ def scotch_yoke(u, r=0.05):
     dict
         Bodies ``crank, yoke``, points ``O, A, S``, slides of ``slot`` and ``guide``.
     """
-    u = _driver(u)
+    u = driver_of(u)
     pin = r * unit(u)
     return {
         "crank": u,
@@ -438,7 +243,7 @@ def scotch_yoke(u, r=0.05):
     }
 
 
-@_quiet
+@quietly
 def whitworth_quick_return(u, OA=0.1, OG=0.05, GB=0.08, BC=0.25, sign=1):
     """Whitworth quick return: pivot G inside the crank circle, ram on the line through G.
 
@@ -457,7 +262,7 @@ def whitworth_quick_return(u, OA=0.1, OG=0.05, GB=0.08, BC=0.25, sign=1):
         Bodies ``crank, block, link, rod, ram``, their points, slides ``slot, guide``. The
         link's angle follows the crank without jumps.
     """
-    u = _driver(u)
+    u = driver_of(u)
     pin_o = 0 * unit(u)
     pin_g = -1j * OG + pin_o
     pin_a = OA * unit(u)
@@ -494,7 +299,7 @@ JANSEN_NEAR = {
 }  # fmt: skip
 
 
-@_quiet
+@quietly
 def watt_six_bar(
     u, a=0.03, b=0.09, c=0.08, d=0.1, ex=0.05, ey=0.08, fx=0.12, fy=-0.03, g=0.07, h=0.09,
     signs=(1, 1),
@@ -539,7 +344,7 @@ def watt_six_bar(
     return result
 
 
-@_quiet
+@quietly
 def jansen_leg(
     u, a=0.038, b=0.0415, c=0.0393, d=0.0401, e=0.0558, f=0.0394, g=0.0367, h=0.0657,
     i=0.049, j=0.05, k=0.0619, l=0.0078, m=0.015, signs=(1, -1, 1),  # noqa: E741
@@ -568,7 +373,7 @@ def jansen_leg(
     dict
         Bodies ``crank, bar_j, upper, bar_k, bar_c, bar_f, lower`` and their points.
     """
-    u = _driver(u)
+    u = driver_of(u)
     pin_o = 0 * unit(u)
     pin_c = complex(-a, -l) + pin_o
     pin_a = m * unit(u)
@@ -604,7 +409,7 @@ def jansen_leg(
     }
 
 
-@_quiet
+@quietly
 def peaucellier(u, l=0.5, s=0.2, r=0.2):  # noqa: E741
     """Peaucellier's cell: B moves on the line x = (l**2 - s**2) / (2 r).
 
@@ -620,7 +425,7 @@ def peaucellier(u, l=0.5, s=0.2, r=0.2):  # noqa: E741
     dict
         Bodies ``crank, arm_A, arm_C, bar_AP, bar_CP, bar_AB, bar_CB`` and their points.
     """
-    u = _driver(u)
+    u = driver_of(u)
     pin_o = 0 * unit(u)
     pin_p = r + r * unit(u)
     pin_a = circle_circle(pin_o, l, pin_p, s, 1)
@@ -644,7 +449,7 @@ def peaucellier(u, l=0.5, s=0.2, r=0.2):  # noqa: E741
     return result
 
 
-@_quiet
+@quietly
 def gorshkov_seven_link(
     u, OA=0.1716, OG=0.46790884005019448852, GB=0.8342, BC=0.5179, BE=0.54, EF=0.3013,
     OF=0.8727, signs=(1, 1),
@@ -665,7 +470,7 @@ def gorshkov_seven_link(
     dict
         Bodies of the predefined file, their points, slides ``slot, guide``.
     """
-    u = _driver(u)
+    u = driver_of(u)
     pin_o = 0 * unit(u)
     pin_g, pin_f = -1j * OG + pin_o, OF + pin_o
     pin_a = OA * unit(u)
@@ -722,7 +527,7 @@ def gorshkov_limits(OA=0.1716, OG=0.46790884005019448852, GB=0.8342, BE=0.54, EF
 # Gears
 
 
-@_quiet
+@quietly
 def geared_five_bar(u, l0=0.1, l1=0.048, l2=0.09, l3=0.08, i42=-1.0, sign=-1):
     """Crank-rocker whose coupler carries a planet wheel meshing with a wheel at A.
 
@@ -745,7 +550,7 @@ def geared_five_bar(u, l0=0.1, l1=0.048, l2=0.09, l3=0.08, i42=-1.0, sign=-1):
     dict
         Bodies ``wheel, crank, coupler, rocker`` and their points.
     """
-    u = _driver(u)
+    u = driver_of(u)
     if not i42 < 0:
         raise ValueError("i42 must be negative")
 
@@ -790,7 +595,7 @@ def geared_five_bar(u, l0=0.1, l1=0.048, l2=0.09, l3=0.08, i42=-1.0, sign=-1):
     }
 
 
-@_quiet
+@quietly
 def planetary_gear_train(u, z_s=24, z_p=18, z_r=60, m=0.002):
     """Planetary train, ring fixed, sun driven (Willis).
 
@@ -809,7 +614,7 @@ def planetary_gear_train(u, z_s=24, z_p=18, z_r=60, m=0.002):
         Bodies ``sun, planet, carrier, ring``, planet centre ``P``, a point ``T`` of its
         pitch circle.
     """
-    u = _driver(u)
+    u = driver_of(u)
     carrier = u * z_s / (z_s + z_r)
     planet = carrier * (z_p - z_r) / z_p
     centre = m * (z_s + z_p) / 2 * unit(carrier)

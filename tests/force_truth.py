@@ -18,7 +18,8 @@ from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
-from closed_forms import Jet, arg, circle_circle, circle_line, slotted_link, unit
+from closed_forms import circle_circle, circle_line, slotted_link
+from jets import Jet, arg, unit
 
 LONG, COMPLEX = np.longdouble, np.clongdouble
 

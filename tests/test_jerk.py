@@ -7,7 +7,8 @@ from math import factorial
 
 import numpy as np
 import pytest
-from closed_forms import MECHANISMS, Jet, circle_circle, derivatives, unit
+from closed_forms import MECHANISMS, circle_circle
+from jets import Jet, derivatives, unit
 
 import mechdae as md
 from mechdae.analysis.setting import prepare

@@ -11,7 +11,8 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from closed_forms import Jet, arg, circle_circle, slider_crank, unit
+from closed_forms import circle_circle, slider_crank
+from jets import Jet, arg, unit
 from test_sweep import five_bar
 
 import mechdae as md

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_forms import MECHANISMS, derivatives
+from closed_forms import MECHANISMS
+from jets import derivatives
 from test_curve_joints import cam, rod_and_slot
 from test_jerk import jerk_of
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from closed_forms import derivatives, double_rocker_limits, four_bar, four_bar_double_rocker
+from closed_forms import double_rocker_limits, four_bar, four_bar_double_rocker
+from jets import derivatives
 
 import mechdae as md
 from mechdae.analysis.measures.quadrature import GAUSS, KRONROD, PLACES, Chart, integrate

@@ -8,7 +8,8 @@ from math import factorial
 
 import numpy as np
 import pytest
-from closed_forms import Jet, four_bar, sqrt
+from closed_forms import four_bar
+from jets import Jet, sqrt
 
 import mechdae as md
 from mechdae.analysis.check import check

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from closed_forms import circle_line, unit
+from closed_forms import circle_line
 from force_cases import S1, reactions, slider_crank
 from force_truth import (
     LONG,
@@ -25,6 +25,7 @@ from force_truth import (
     rate,
 )
 from force_truth import slider_crank as free_slider_crank
+from jets import unit
 
 import mechdae as md
 

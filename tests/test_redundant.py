@@ -9,7 +9,8 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from closed_forms import MECHANISMS, motion
+from closed_forms import MECHANISMS
+from jets import motion
 from test_structure import moved
 from truth.drawing import draw
 from truth.judging import judge

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_forms import Jet, arg, circle_circle, unit
+from closed_forms import circle_circle
+from jets import Jet, arg, unit
 from test_sweep import five_bar
 
 import mechdae as md

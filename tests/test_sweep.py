@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_forms import MECHANISMS, motion
+from closed_forms import MECHANISMS
+from jets import motion
 
 import mechdae as md
 from mechdae.analysis.plan import plan

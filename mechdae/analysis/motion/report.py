@@ -17,12 +17,11 @@ from mechdae.analysis.motion.meshing import slack_belts
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.passages import Passages
 from mechdae.analysis.motion.ranges import Ranges
-from mechdae.analysis.motion.redundancy import dependent_equations, redundancy_note
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
 from mechdae.analysis.motion.sticking import Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
-from mechdae.analysis.motion.unique import unique
+from mechdae.analysis.motion.unique import dependence_note, unique
 from mechdae.analysis.motion.verdict import NoWay
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
@@ -151,14 +150,12 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
     if setup.held:
         idle = ", ".join(".".join(own) for own in setup.held)
         notes.append(f"nothing moves {idle}: kept as they are in the sketch")
-    if summary["superfluous_equations"]:
-        dependent = dependent_equations(observer, states, q)
-        if dependent:
-            open_ones = sole.summary.get("not_unique", [])
-            joints = [name for name in setup.model.mechanism.joints if name not in open_ones]
-            redundant = {"equations": dependent, "unique": joints, "not_unique": open_ones}
-            summary["redundant"] = redundant
-            notes.append(redundancy_note(redundant))
+    if summary["superfluous_equations"] and sole.dependent:
+        open_ones = sole.summary.get("not_unique", [])
+        joints = [name for name in setup.model.mechanism.joints if name not in open_ones]
+        redundant = {"equations": sole.dependent, "unique": joints, "not_unique": open_ones}
+        summary["redundant"] = redundant
+        notes.append(dependence_note(redundant))
     if run.creep is not None:
         summary["creep"] = run.creep.found
         notes += run.creep.notes()

@@ -29,12 +29,14 @@ class Unique:
     """What is unique of a motion.
 
     ``lost`` (n, joints) tells the states at which a joint's reaction is not unique as a whole,
-    ``multipliers`` (rows,) those that are unique at the end, ``joints`` what is of the others as
-    `Result.unique` has it, ``summary`` and ``notes`` what there is to say.
+    ``multipliers`` (rows,) those that are unique at the end, ``dependent`` the equations that
+    depend on each other for good, ``joints`` what is of the others as `Result.unique` has it,
+    ``summary`` and ``notes`` what there is to say.
     """
 
     lost: Any
     multipliers: Any
+    dependent: list[str]
     joints: dict[str, dict[str, Any]] = field(default_factory=dict)
     summary: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -159,7 +161,10 @@ def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> 
     n, slips = len(s.t), balance.slips
     there = np.flatnonzero(np.isfinite(q).all(axis=1))
     always = balance.left(q, there, np.zeros(slips, bool))
-    found = Unique(np.tile(always.lost, (n, 1)), always.known)
+    dependent = [
+        row.name for row, own in zip(observer.r.rows, always.known, strict=True) if not own
+    ]
+    found = Unique(np.tile(always.lost, (n, 1)), always.known, dependent)
     if always.lost.any() and reactions:
         _describe(found, balance, always, q, reactions)
     for locked, rows in _alike(s.signs[:, slips : 2 * slips] > 0):
@@ -232,3 +237,12 @@ def _gradient(expression: Any, symbols: Any) -> Wrench:
     gradient = ca.jacobian(expression, symbols)
     places = gradient.sparsity().get_triplet()[1]
     return dict(zip(places, gradient.nonzeros(), strict=True))
+
+
+def dependence_note(found: dict[str, Any]) -> str:
+    """Return what to say about equations that depend on each other."""
+    equations, unique = ", ".join(found["equations"]), ", ".join(found["unique"]) or "none"
+    return (
+        f"equations that depend on each other (S2): {equations}; reactions that "
+        f"are not unique: {', '.join(found['not_unique']) or 'none'}, that are: {unique}"
+    )
