@@ -18,7 +18,7 @@ from mechdae.analysis.crossings import Branch, Crossing, CrossingFinder, Piece, 
 from mechdae.analysis.limits import solve
 from mechdae.analysis.numbers import Constants
 from mechdae.kernels.blocks import ADJUGATE_LIMIT
-from mechdae.kernels.graphs import ROUNDOFF
+from mechdae.kernels.bounding import ROUNDOFF
 
 ZONE = 0.35
 """Distance from the crossing at which its expansion takes over, in largest steps."""

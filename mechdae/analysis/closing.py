@@ -15,7 +15,8 @@ import numpy as np
 
 from mechdae.analysis.numbers import Constants
 from mechdae.kernels.batch import Batch
-from mechdae.kernels.graphs import CLOSURE, Graphs
+from mechdae.kernels.graphs import Graphs
+from mechdae.kernels.pose import CLOSURE
 from mechdae.model.reduction import Block
 
 UNITS = {"m": "length", "rad": "angle", "1": "parameter"}

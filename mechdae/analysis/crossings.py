@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.numbers import Constants, natural_sizes
+from mechdae.kernels.bounding import ROUNDOFF
 from mechdae.kernels.call import Call
 from mechdae.kernels.extended import LONG, NoDecimals, decimals, evaluate, exactly
-from mechdae.kernels.graphs import ROUNDOFF, Graphs
+from mechdae.kernels.graphs import Graphs
 from mechdae.kernels.jets import crossing, jets
 
 NODES_PER_TURN = 128

@@ -9,7 +9,8 @@ import numpy as np
 from mechdae.describe.coordinates import Coordinate
 from mechdae.describe.curve import extent
 from mechdae.describe.joints import Curve
-from mechdae.kernels.graphs import ROUNDOFF, Graphs
+from mechdae.kernels.bounding import ROUNDOFF
+from mechdae.kernels.graphs import Graphs
 from mechdae.model.contacts import Contact
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene

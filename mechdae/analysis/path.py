@@ -102,7 +102,7 @@ class Path:
     def __post_init__(self) -> None:
         g = self.graphs
         self.whole = np.concatenate([self.constants.vector(), self.u0, self.d])
-        self._one = Call(g.advance)
+        self._one, self._place = Call(g.advance), np.zeros(2)
         self._many: Any = None
         names = [name for _, name in self.graphs.scene.x_names]
         lengths = np.array([name not in ("angle", "s") for name in names], bool)
@@ -164,7 +164,8 @@ class Path:
     def _step(self, state: Any, s: float, ds: float) -> tuple[Any, Any, Any, Any]:
         """Return state, test, det and miss after one step."""
         ds = (s + ds) - s  # as far as the places are apart, which are rounded
-        after, test, det, miss = self._one(state, (s, ds), self.whole)
+        self._place[0], self._place[1] = s, ds
+        after, test, det, miss = self._one(state, self._place, self.whole)
         return after, test, det, miss
 
     def follows(self, group: int, s: Any) -> Any:
@@ -303,14 +304,14 @@ class Path:
 
     def _good(self, state: Any, test: Any, det: Any, miss: Any, alive: Any, sign: Any) -> Any:
         """Return whether a step is proved for all blocks that are `alive`."""
-        return np.all(self._proved(state, test, det, miss, sign)[..., alive], axis=-1)
+        with np.errstate(invalid="ignore"):
+            return np.all(self._proved(state, test, det, miss, sign)[..., alive], axis=-1)
 
     def _proved(self, state: Any, test: Any, det: Any, miss: Any, sign: Any) -> Any:
         """Return which blocks (.., nb) a step is proved for; none runs away to a pole."""
-        with np.errstate(invalid="ignore"):
-            proved = (test <= 1) & (miss <= 1) & (np.sign(det) == sign)
-            near = np.abs(state[..., : self.graphs.nx]) <= self.far
-        if proved.shape[-1]:
+        proved = (test <= 1) & (miss <= 1) & (np.sign(det) == sign)
+        near = np.abs(state[..., : self.graphs.nx]) <= self.far
+        if not near.all():
             proved &= np.logical_and.reduceat(near, self.graphs.first, axis=-1)
         return proved
 
@@ -322,6 +323,7 @@ class Path:
             self.s.insert(0, s)
             self.state.insert(0, state)
 
+    @np.errstate(invalid="ignore")
     def _careful(
         self,
         s: float,
@@ -342,7 +344,7 @@ class Path:
             step = min(step, rest)
             after, test, det, miss = self._step(state, s, sense * step)
             proved = self._proved(after, test, det, miss, self._front[up])
-            bad = np.flatnonzero(alive & ~proved)
+            bad = (alive & ~proved).nonzero()[0]
             if not bad.size:
                 self.counts.steps += 1
                 self._append(goal if step == rest else s + sense * step, after, up)
@@ -456,6 +458,7 @@ class Path:
             else:
                 self.reach[index].low = limit
 
+    @np.errstate(invalid="ignore")
     def _approach(
         self,
         limit: Limit,
@@ -483,7 +486,7 @@ class Path:
             while True:
                 after, test, det, miss = self._step(state, s, sense * step)
                 proved = self._proved(after, test, det, miss, self._front[up])
-                bad = np.flatnonzero(alive & ~proved)
+                bad = (alive & ~proved).nonzero()[0]
                 if not bad.size:
                     break
                 self.counts.rejected += 1

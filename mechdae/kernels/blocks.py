@@ -169,3 +169,17 @@ def left_inverse(J: Any) -> Any:
 def norm(matrix: Any) -> Any:
     """Return the Frobenius norm."""
     return ca.sqrt(ca.sumsqr(matrix))
+
+
+def placed(vector: Any, positions: list[int], values: Any) -> Any:
+    """Return the vector with some entries replaced."""
+    if not positions:
+        return vector
+    result = SX(vector)
+    result[positions] = ca.densify(values)
+    return result
+
+
+def column(items: list[Any]) -> Any:
+    """Return entries or vectors below one another."""
+    return ca.vertcat(*items) if items else SX(0, 1)

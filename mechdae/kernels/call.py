@@ -26,6 +26,7 @@ class Call:
         for i, array in enumerate(self._outputs):
             if array.size:
                 self._buffer.set_res(i, memoryview(array.reshape(-1, order="F")))
+        self._views = [array[:, 0] if array.shape[1] == 1 else array for array in self._outputs]
 
     def __call__(self, *inputs: Any) -> list[Any]:
         """Return the outputs, columns as (n,) arrays, for inputs given as vectors."""
@@ -34,4 +35,4 @@ class Call:
         self._trigger()
         if self._buffer.ret():
             raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
-        return [o[:, 0].copy() if o.shape[1] == 1 else o.copy() for o in self._outputs]
+        return [view.copy() for view in self._views]
