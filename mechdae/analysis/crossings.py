@@ -29,6 +29,8 @@ NODES_PER_TURN = 128
 """Certified steps of a path in one turn of the driver, at least."""
 ITERATIONS = 12
 """Most steps towards a crossing: they converge quadratically, in eight at most of 374 found."""
+SLOW = 0.25
+"""Share of the step before that a step, after the fifth, must not exceed."""
 REFINEMENTS = 4
 SEARCH = 8.0
 """How far ahead a crossing may lie, in largest steps of the path."""
@@ -241,7 +243,7 @@ class CrossingFinder:
         y = np.concatenate([x[own] / scaling.columns, [0.0], w])
         count, unit = graph.size, self.unit
         moved = np.inf
-        for _ in range(ITERATIONS):
+        for k in range(ITERATIONS):
             u, u1, u2, _ = self.drivers(here)
             at = [z[0], z[1] * unit, z[2] * unit**2, u, u1 * unit, u2 * unit**2]
             system, slope = self._systems[b](y, *at, self.p, *scaling.vectors)
@@ -257,6 +259,8 @@ class CrossingFinder:
             before, moved = moved, float(np.max(np.abs(change)))
             if moved <= 1e-14 or (moved < 1e-9 and moved >= before):
                 break
+            if k > 4 and moved > max(1e-9, SLOW * before):
+                return None
         else:
             return None
         if abs(here) < 1e-15 * unit:
