@@ -21,8 +21,12 @@ def quintic(S: Any, X: Any, V: Any, A: Any, s: Any) -> Any:
     return quintic_rates(S, X, V, A, s, 0)[0]
 
 
+@np.errstate(invalid="ignore", over="ignore")
 def quintic_rates(S: Any, X: Any, V: Any, A: Any, s: Any, orders: int = 2) -> list[Any]:
-    """Return the quintic Hermite interpolant at `s` and its first `orders` derivatives."""
+    """Return the quintic Hermite interpolant at `s` and its first `orders` derivatives.
+
+    Unknowns of groups that have ended may have run away: they are not finite, without a word.
+    """
     k = np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
     h = np.diff(S)[:, None]
     x0, x1 = X[:-1], X[1:]

@@ -8,9 +8,6 @@ its own group and of earlier ones, so that the groups are solved in reverse orde
 its own multipliers as unknowns, as the kinetostatics of Assur groups has it (Artobolevsky,
 Theory of Mechanisms and Machines, 1988, ch. 13). Inside a group variables with constant
 pivots are eliminated; what is left is as small as in kinematics.
-
-Within a group lambda = L + S m is affine in its own sizes; Newton's method for m converges in
-a few steps, and sum |dsize/dm| < 1 proves that there is no other solution (Banach).
 """
 
 from __future__ import annotations
@@ -22,12 +19,14 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
-from mechdae.kernels.blocks import inverse, left_inverse
+from mechdae.kernels.blocks import column
+from mechdae.kernels.linear import among, solution
+from mechdae.kernels.sizes import contraction_of, miss_of, most, size_of, sizes_by_newton
 from mechdae.model.friction import Feedback, Laws, Slip, normal_form
 from mechdae.model.inertia import inertia, kinetic_energy
 from mechdae.model.loads import Loads
 from mechdae.model.meshes import Mesh
-from mechdae.model.reduction import Scene, eliminate, split
+from mechdae.model.reduction import Scene
 from mechdae.model.structure import Group
 from mechdae.model.wrenches import Wrench, add, on_body, put, times
 
@@ -148,8 +147,8 @@ class Balance:
             for j, entry in self.column[i].items():
                 if j in place:
                     balance[place[j]] += entry * symbol
-        solved = _solution(balance, lam)
-        held = [s for s in ca.symvar(ca.vertcat(*balance)) if not _among(s, [*lam, push])]
+        solved = solution(balance, lam)
+        held = [s for s in ca.symvar(ca.vertcat(*balance)) if not among(s, [*lam, push])]
         at = ca.vertcat(*held) if held else SX(0, 1)
         function = ca.Function("solve", [at, push], [solved])
         return Share(group, rows, columns, lambda value: function(at, value), own, forms)
@@ -187,8 +186,8 @@ class Balance:
             if own:
                 effects = []
                 for k in own:
-                    column = self.feedbacks[k].column
-                    effect = share.solve(ca.vertcat(*[column.get(j, SX(0)) for j in share.columns]))
+                    along = self.feedbacks[k].column
+                    effect = share.solve(ca.vertcat(*[along.get(j, SX(0)) for j in share.columns]))
                     effects.append(dict(zip(share.rows, ca.vertsplit(effect), strict=True)))
                 start = [self._forms(share, value, k) for k in own]
                 slope = [[self._forms(share, effect, k) for effect in effects] for k in own]
@@ -238,7 +237,7 @@ class Balance:
         """
         law = self._free()[1]
         whole = self.chain(self.base, self._used(friction=True), steps=NEWTON)
-        results = [law, whole.sizes, _column(whole.misses), _column(whole.contractions)]
+        results = [law, whole.sizes, column(whole.misses), column(whole.contractions)]
         return ca.Function("solve", self.inputs, [ca.densify(r) for r in results], OPTIONS)
 
     def _free(self) -> tuple[Chain, Any]:
@@ -264,7 +263,7 @@ class Balance:
         free, law = self._free()
         every = self._used(friction=True)
         whole = self.chain(self.base, every, steps=QUICK)
-        results = [law, whole.sizes, _column(whole.misses), _column(whole.contractions)]
+        results = [law, whole.sizes, column(whole.misses), column(whole.contractions)]
         results += self._reported(free, self._used(friction=False), law, balance=False)
         results += self._reported(whole, every, whole.sizes, balance=True)
         return ca.Function("quick", self.inputs, [ca.densify(r) for r in results], OPTIONS)
@@ -288,7 +287,7 @@ class Balance:
             starts += start
             for j in range(len(own)):
                 slopes += [slope[i][j] for i in range(len(own))]
-        results = [_column(starts), _column(slopes)]
+        results = [column(starts), column(slopes)]
         inputs = [*self.inputs, self.sizes]
         return ca.Function("stages", inputs, [ca.densify(r) for r in results], OPTIONS)
 
@@ -316,8 +315,8 @@ class Balance:
             reactions += self._reaction(name, wrench)
         efforts = {row.owner: -chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver}
         losses = [self._loss(name, sizes) for name in self.joints]
-        results = [_column(reactions), _column(list(efforts.values())), _column(losses)]
-        results += [_column(self._powers(efforts)), _column(self._normals(chain.lam))]
+        results = [column(reactions), column(list(efforts.values())), column(losses)]
+        results += [column(self._powers(efforts)), column(self._normals(chain.lam))]
         if balance:
             results.append(self._imbalance(reactions, efforts, forces))
         return results
@@ -403,9 +402,9 @@ class Balance:
         left, worst = add(*parts), []
         for names in (("x", "y"), ("angle",)):
             places = [model.places[body, name] for body in self.bodies for name in names]
-            gap = _most(_column([left.get(j, SX(0)) for j in places]))
+            gap = most(column([left.get(j, SX(0)) for j in places]))
             sizes = [part[j] for part in parts for j in places if j in part]
-            size = _most(_column([*sizes, *(moments if names == ("angle",) else [])]))
+            size = most(column([*sizes, *(moments if names == ("angle",) else [])]))
             worst.append(ca.if_else(size > 0, gap / size, 0))
         return ca.fmax(*worst)
 
@@ -418,140 +417,3 @@ class Chain:
         self.start: dict[int, tuple[list[int], list[Any], list[list[Any]]]] = {}
         self.misses: list[Any] = []
         self.contractions: list[Any] = []
-
-
-def size_of(law: str, forms: Any) -> Any:
-    """Return the size of a feedback for the values of its forms."""
-    if law == "length":
-        return ca.sqrt(ca.sumsqr(forms))
-    values = ca.vertsplit(forms)
-    if len(values) == 2 and ca.is_equal(values[0], -values[1], 2):
-        return ca.fabs(values[0])
-    result = values[0]
-    for value in values[1:]:
-        result = ca.fmax(result, value)
-    return result
-
-
-def _gradient(law: str, forms: Any, slopes: list[Any]) -> list[Any]:
-    """Return the derivatives of a size along the slopes of its forms."""
-    if law == "length":
-        length = ca.fmax(ca.sqrt(ca.sumsqr(forms)), 1e-300)
-        return [ca.dot(forms, slope) / length for slope in slopes]
-    values = ca.vertsplit(forms)
-    best, found = values[0], [slope[0] for slope in slopes]
-    for k, value in enumerate(values[1:], start=1):
-        larger = value > best
-        found = [ca.if_else(larger, s[k], f) for s, f in zip(slopes, found, strict=True)]
-        best = ca.fmax(best, value)
-    return found
-
-
-def _forms_at(start: list[Any], slope: list[list[Any]], m: list[Any]) -> list[Any]:
-    return [
-        first + sum((s * size for s, size in zip(row, m, strict=True)), SX(0))
-        for first, row in zip(start, slope, strict=True)
-    ]
-
-
-def sizes_by_newton(
-    laws: list[str], start: list[Any], slope: list[list[Any]], steps: int, first: Any = None
-) -> list[Any]:
-    """Return the sizes after some steps of Newton's method, from their values at m = 0."""
-    m = first or [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
-    if not any(entry.nnz() and not entry.is_zero() for row in slope for entry in row):
-        return [size_of(law, forms) for law, forms in zip(laws, start, strict=True)]
-    count = len(m)
-    for _ in range(steps):
-        forms = _forms_at(start, slope, m)
-        rows, left = [], []
-        for k in range(count):
-            gradient = _gradient(laws[k], forms[k], slope[k])
-            rows.append([SX(float(j == k)) - gradient[j] for j in range(count)])
-            left.append(m[k] - size_of(laws[k], forms[k]))
-        matrix = ca.vertcat(*[ca.horzcat(*row) for row in rows])
-        step = inverse(matrix)[0] @ ca.vertcat(*left)
-        m = [size - step[k] for k, size in enumerate(m)]
-    return m
-
-
-def miss_of(laws: list[str], start: list[Any], slope: list[list[Any]], m: list[Any]) -> Any:
-    """Return how far sizes are from their laws, relative to the largest of them."""
-    forms = _forms_at(start, slope, m)
-    worst, size = SX(0), SX(0)
-    for law, form, own in zip(laws, forms, m, strict=True):
-        worst = ca.fmax(worst, ca.fabs(own - size_of(law, form)))
-        size = ca.fmax(size, ca.fabs(own))
-    return worst / ca.fmax(size, 1e-300)
-
-
-def contraction_of(laws: list[str], start: list[Any], slope: list[list[Any]]) -> Any:
-    """Return a bound of the contraction of m -> size(L + S m); below 1 there is one solution.
-
-    In the norm max |m_j| / w_j with the positive weights w = 1 + K 1.
-    """
-    count = len(start)
-    norms = {"length": lambda entry: ca.sqrt(ca.sumsqr(entry)), "largest": _most}
-    K = [[norms[law](entry) for entry in row] for law, row in zip(laws, slope, strict=True)]
-    weights = [1 + sum(row, SX(0)) for row in K]
-    worst = SX(0)
-    for k in range(count):
-        total = sum((K[k][j] * weights[j] for j in range(count)), SX(0))
-        worst = ca.fmax(worst, total / weights[k])
-    return worst
-
-
-def _most(entry: Any) -> Any:
-    """Return the largest absolute value of a vector."""
-    result = SX(0)
-    for value in ca.vertsplit(entry):
-        result = ca.fmax(result, ca.fabs(value))
-    return result
-
-
-def _solution(balance: list[Any], lam: list[Any]) -> Any:
-    """Return the multipliers that solve linear equations, over the other symbols in them."""
-    equations = [(row, "", "") for row in balance]
-    solved, rest, left = eliminate(equations, list(lam), [])
-    values: dict[str, Any] = {}
-    if not rest:
-        values = {str(symbol): SX(0) for symbol in left}
-    elif len(rest) < len(left):  # superfluous rows: the shortest of all solutions
-        A, c = _linear(rest, left)
-        found = left_inverse(A.T).T @ -c
-        values = {str(symbol): found[k] for k, symbol in enumerate(left)}
-    else:
-        for unknowns, own in split(rest, left):
-            A, c = _linear(own, unknowns)
-            known = [s for s in left if str(s) in values]
-            if known:
-                c = ca.substitute(
-                    c, ca.vertcat(*known), ca.vertcat(*[values[str(s)] for s in known])
-                )
-            found = inverse(A)[0] @ -c
-            values |= {str(symbol): found[k] for k, symbol in enumerate(unknowns)}
-    if left:
-        symbols = ca.vertcat(*left)
-        replaced = ca.vertcat(*[values[str(symbol)] for symbol in left])
-        for symbol, expression in solved:
-            values[str(symbol)] = ca.substitute(expression, symbols, replaced)
-    else:
-        values |= {str(symbol): expression for symbol, expression in solved}
-    return ca.vertcat(*[SX(values[str(symbol)]) for symbol in lam])
-
-
-def _linear(equations: list[Any], unknowns: list[Any]) -> tuple[Any, Any]:
-    """Return matrix and constant part of linear equations."""
-    rows = ca.vertcat(*[expression for expression, _, _ in equations])
-    x = ca.vertcat(*unknowns)
-    return ca.densify(ca.jacobian(rows, x)), ca.substitute(rows, x, SX.zeros(x.numel()))
-
-
-def _among(symbol: Any, groups: list[Any]) -> bool:
-    """Return whether a symbol is one of the entries."""
-    own = symbol.element_hash()
-    return any(own == entry.element_hash() for group in groups for entry in group.elements())
-
-
-def _column(items: list[Any]) -> Any:
-    return ca.vertcat(*items) if items else SX(0, 1)

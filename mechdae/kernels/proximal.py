@@ -18,8 +18,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.balance import miss_of, sizes_by_newton
 from mechdae.kernels.recovery import recovered
+from mechdae.kernels.sizes import miss_of, sizes_by_newton
 from mechdae.kernels.sparse import Factor, entries
 from mechdae.model.released import Released
 
