@@ -3,7 +3,8 @@
     python tests/honesty.py --count 100000 --seed 0 --workers 2 --out docs/data/honesty.json
 
 Work is done in chunks; each finished chunk is a line of OUT.parts.jsonl, and a run that was
-stopped goes on from there. The exit code is 1 where something was wrong.
+stopped goes on from there. Where OUT holds the figures of fewer mechanisms of the same seed and
+version, they are kept and the others are added. The exit code is 1 where something was wrong.
 
     python tests/honesty.py --out docs/data/honesty.json --page docs/honesty.md
 
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import multiprocessing
 import os
 import sys
@@ -27,6 +29,8 @@ COUNTS = (
     "mechanisms", "poses", "ok", "limit", "beyond", "refused", "unsure", "not_judged",
     "raised", "stops", "misnamed", "modes",
 )  # fmt: skip
+BINS = 20
+"""Classes of bound over error in a decade: medians are known to 6 %."""
 LISTED = 40
 """Faults, errors raised and stops misnamed of which a line is kept in the figures."""
 
@@ -79,7 +83,7 @@ def chunk(job):
         table = families.setdefault(
             row["family"],
             {**dict.fromkeys(COUNTS, 0), "faults": 0, "error": 0.0, "rate": 0.0,
-             "slack": [], "seconds": 0.0},
+             "slack": {}, "seconds": 0.0},
         )  # fmt: skip
         for name in COUNTS:
             table[name] += row[name]
@@ -88,7 +92,8 @@ def chunk(job):
         for name in ("error", "rate"):
             table[name] = max(table[name], row.get(name, 0.0))
         if row["ok"]:
-            table["slack"].append(float(f"{row['slack']:.3g}"))
+            place = str(round(BINS * math.log10(row["slack"])))
+            table["slack"][place] = table["slack"].get(place, 0) + 1
         for kind in row["kinds"]:
             kinds[kind] = kinds.get(kind, 0) + 1
         entry = {"seed": seed, "family": row["family"]}
@@ -110,24 +115,14 @@ def merge(parts, about):
     lists = {"faults": [], "raised": [], "misnamed": []}
     for part in sorted(parts, key=lambda part: part["start"]):
         for name, table in part["families"].items():
-            whole = families.setdefault(name, {key: type(value)() for key, value in table.items()})
-            for key, value in table.items():
-                whole[key] = (
-                    max(whole[key], value) if key in ("error", "rate") else whole[key] + value
-                )
-        for kind, count in part["kinds"].items():
-            kinds[kind] = kinds.get(kind, 0) + count
+            families[name] = _added(families.get(name, {}), table)
+        kinds = _added(kinds, part["kinds"])
         for name, found in lists.items():
             found += part[name]
     total = {}
     for table in families.values():
-        for key, value in table.items():
-            if key in ("error", "rate"):
-                total[key] = max(total.get(key, 0.0), value)
-            else:
-                total[key] = total.get(key, type(value)()) + value
+        total = _added(total, table)
     for table in (*families.values(), total):
-        table["slack"] = round(median(table["slack"]), 1)
         table["error"], table["rate"] = (float(f"{table[name]:.3g}") for name in ("error", "rate"))
         table["seconds"] = round(table["seconds"], 1)
     return {
@@ -139,10 +134,28 @@ def merge(parts, about):
     }
 
 
-def median(values):
-    values = sorted(values)
-    n = len(values)
-    return (values[(n - 1) // 2] + values[n // 2]) / 2 if n else 0.0
+def _added(one, other):
+    """Return the figures of two tables together."""
+    result = dict(one)
+    for key, value in other.items():
+        known = result.get(key)
+        if known is None:
+            result[key] = value
+        elif key in ("error", "rate"):
+            result[key] = max(known, value)
+        else:
+            result[key] = _added(known, value) if isinstance(value, dict) else known + value
+    return result
+
+
+def median(classes):
+    """Return the median of a table of counts by class, see `BINS`."""
+    half, seen = sum(classes.values()) / 2, 0
+    for place in sorted(classes, key=int):
+        seen += classes[place]
+        if seen >= half:
+            return 10 ** (int(place) / BINS)
+    return 0.0
 
 
 # -- tables --------------------------------------------------------------------------------
@@ -194,7 +207,9 @@ def tables(figures):
 
 
 def _shown(key, value):
-    return f"{value:.2g}" if key in ("error", "rate") else f"{value:g}" if key == "slack" else value
+    if key == "slack":
+        return f"{float(f'{median(value):.2g}'):g}"
+    return f"{value:.2g}" if key in ("error", "rate") else value
 
 
 def _share(total):
@@ -214,12 +229,22 @@ def page(text, figures):
 # -- runs ----------------------------------------------------------------------------------
 
 
-def jobs(options):
+def jobs(options, done=0):
+    """Return the chunks of a run of which some first seeds are `done`."""
     last = options.seed + options.count
     return [
         (start, min(options.chunk, last - start), options.family)
-        for start in range(options.seed, last, options.chunk)
+        for start in range(options.seed + done, last, options.chunk)
     ]
+
+
+def begun(out, about):
+    """Return the figures in `out` if they are those of this run's first seeds, else None."""
+    if not out.exists():
+        return None
+    figures = json.loads(out.read_text(encoding="utf-8"))
+    same = all(figures.get(name) == value for name, value in about.items() if name != "count")
+    return figures if same and figures["count"] < about["count"] else None
 
 
 def parts_of(out):
@@ -248,8 +273,9 @@ def main(arguments=None):
         "version": md.__version__, "seed": options.seed, "count": options.count,
         "poses": POSES, "family": options.family, "chunk": options.chunk,
     }  # fmt: skip
-    parts, kept = [], None
+    parts, kept, done = [], None, 0
     if options.out:
+        first = begun(options.out, about)
         kept = parts_of(options.out)
         kept.parent.mkdir(parents=True, exist_ok=True)
         lines = kept.read_text(encoding="utf-8").splitlines() if kept.exists() else []
@@ -257,16 +283,19 @@ def main(arguments=None):
             parts = [json.loads(line) for line in lines[1:]]
         else:
             kept.write_text(json.dumps(about) + "\n", encoding="utf-8")
+        if first:
+            parts.append({**first, "start": options.seed})
+            done = first["count"]
     known = {part["start"] for part in parts}
-    waiting = [job for job in jobs(options) if job[0] not in known]
+    waiting = [job for job in jobs(options, done) if job[0] not in known]
     started = time.time()
-    for done, part in enumerate(_run(waiting, options.workers), 1):
+    for count, part in enumerate(_run(waiting, options.workers), 1):
         parts.append(part)
         if kept:
             with kept.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(part) + "\n")
         wrong = sum(len(part["faults"]) for part in parts)
-        _progress(done, len(waiting), wrong, time.time() - started)
+        _progress(count, len(waiting), wrong, time.time() - started)
     figures = merge(parts, about)
     text = json.dumps(figures, indent=1)
     if options.out:

@@ -244,7 +244,7 @@ def test_a_mechanism_that_is_refused_is_counted(monkeypatch):
 
 
 def test_figures_add_up(tmp_path, capsys):
-    """The script counts the same in one go and after it was stopped and went on."""
+    """The script counts the same in one go, after it was stopped, and in two runs."""
     import honesty
 
     out = tmp_path / "figures.json"
@@ -263,9 +263,27 @@ def test_figures_add_up(tmp_path, capsys):
     assert honesty.main([*options, "--out", str(again)]) == 0
     other = json.loads(again.read_text())
     assert "1/1 chunks" in capsys.readouterr().err
-    for table in (whole, other):
+    longer = tmp_path / "longer.json"
+    for count in ("2", "4"):
+        few = [count if option == "4" else option for option in options]
+        assert honesty.main([*few, "--out", str(longer)]) == 0
+        assert "1/1 chunks" in capsys.readouterr().err
+    added = json.loads(longer.read_text())
+    for table in (whole, other, added):
         table["total"].pop("seconds"), table["families"]["gears"].pop("seconds")
-    assert other == whole
+    assert added == other == whole
+
+
+def test_the_median_of_classes():
+    import honesty
+
+    values = np.exp(np.random.default_rng(4).normal(size=501) * 5)
+    classes = {}
+    for value in values:
+        place = str(round(honesty.BINS * np.log10(value)))
+        classes[place] = classes.get(place, 0) + 1
+    assert honesty.median(classes) == pytest.approx(np.median(values), rel=0.06)
+    assert honesty.median({}) == 0.0
 
 
 def whole_about(figures):
