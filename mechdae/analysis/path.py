@@ -227,7 +227,11 @@ class Path:
         return self._arrays
 
     def extend(self, to: float, needed: Iterable[int] | None = None, first: bool = False) -> None:
-        """Follow the path until `to`, or until all `needed` groups (or the `first`) have ended."""
+        """Follow the path until `to`, or until all `needed` groups have ended.
+
+        With `first` it ends with the first of them. A limit position may be proved from afar;
+        the other groups are then followed as far, and may end before.
+        """
         if not self.s:
             raise SolveError("the path has no start")
         up = to > self.s[-1]
@@ -244,9 +248,11 @@ class Path:
         ended = {i for i in self.groups if (self.reach[i].high if up else self.reach[i].low)}
         wanted = set(self.followed if needed is None else needed)
         step = self.largest
-        while self._on_curves(ended, up) and wanted - ended and not (first and wanted & ended):
+        while self._on_curves(ended, up) and wanted - ended:
             s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             rest = sense * (to - s)
+            if first and wanted & ended:
+                rest = self._until_first(wanted & ended, s, up)
             if rest <= 0:
                 return
             if rest > 4 * step and step >= SHRUNK * self.largest:
@@ -257,6 +263,13 @@ class Path:
                     step = min(2 * step, self.largest) if held > 4 else step / 2
                     continue
             step = self._careful(s, state, sense, min(step, rest), rest, ended, up)
+
+    def _until_first(self, ended: set[int], s: float, up: bool) -> float:
+        """Return how far ahead of s the first end of groups lies, 0 where the path meets it."""
+        reach = [self.reach[index] for index in ended]
+        found = [r.high if up else r.low for r in reach]
+        rest = min((1.0 if up else -1.0) * (end.s - s) for end in found if end is not None)
+        return rest if rest > 2 * APPROACH * self.largest else 0.0
 
     def insert(self, places: Any, most: int = 64) -> int:
         """Put further nodes where guesses were too poor; return how many were proved."""
