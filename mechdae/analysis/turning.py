@@ -32,6 +32,11 @@ LAST = 0.2
 """Largest Newton-Kantorovich number of a pose's last step."""
 SMALL = 1e-8
 """The same below which no further step is taken."""
+HARDLY = 1e-12
+"""Units of s, or shares of it, that a fold's place is not known to."""
+MONOTONE = 3.0
+"""Slope at an end, over the mean, up to which a cubic piece rises all the way (Fritsch and
+Carlson, SIAM J. Numer. Anal. 17, 1980): on the way into a fold s must not turn back before."""
 OPEN = 1e-10
 """Share by which superfluous equations may stay open."""
 
@@ -101,7 +106,8 @@ class Turning:
     def lead(self, limit: Limit, s: float, x: Any, blocks: Iterable[int]) -> Limit | None:
         """Return a fold with later `blocks` where the pose `x` at `s` leads them.
 
-        None where the pose is not on the fold's curve, or where no proved way leads to it.
+        None where the pose is not on the fold's curve, where no proved way leads to it, or where
+        another fold of the same block comes first.
         """
         g = self.graphs
         curve = self._curve(limit)
@@ -110,9 +116,11 @@ class Turning:
         start = float(curve.normal @ (y - curve.fold))
         if not np.isfinite(start) or start == 0:
             return None
-        way, reach = -float(np.sign(start)), abs(start)
+        way, reach, gap = -float(np.sign(start)), abs(start), limit.s - s
+        hardly = HARDLY * max(self.finder.unit, abs(s))
+        sense = float(np.sign(gap)) if abs(gap) > hardly else 0.0
         here = self._arrive(curve, start, way, y, x, later)
-        if here is None or not curve.near(here.y, y):
+        if here is None or not curve.near(here.y, y) or sense * here.tangent[-1] < 0:
             return None
         done, step, taken = 0.0, reach, 0
         while True:
@@ -125,6 +133,13 @@ class Turning:
             ahead = here.y + here.tangent * step
             after = self._arrive(curve, sigma, way, ahead, here.x + here.rate * step, later)
             if after is None or not self._proved(curve, here, after, step, later):
+                step /= 2
+                continue
+            if not last and sense * after.tangent[-1] < 0:
+                return None  # another fold comes first
+            rise = sense * float(after.y[-1] - here.y[-1])
+            steepest = step * max(sense * here.tangent[-1], sense * after.tangent[-1])
+            if steepest > MONOTONE * rise + hardly:
                 step /= 2
                 continue
             if last:
