@@ -407,7 +407,9 @@ class Case:
                 sketch[body] = float(world.angle(body).c[0][0].real)
         sketch[self.driver_key] = float(s)
         bodies = [md.Body(name, points=self.local[name]) for name in self.bodies]
-        joints = [JOINTS[kind](name, a, b, **keys) for kind, name, a, b, keys in self.joints]
+        joints = [
+            JOINTS[kind](name, a, b, **keys) for kind, name, a, b, keys in self._wound(sketch)
+        ]
         rng.shuffle(bodies)
         rng.shuffle(joints)
         return md.Mechanism(
@@ -416,6 +418,29 @@ class Case:
             joints=joints,
             sketch=sketch,
         )
+
+    def _wound(self, sketch):
+        """Return the joints with whole turns in `turn` where one gear names both bodies.
+
+        Of bodies that keep their directions the turn between them is what the joint says: no
+        sketch can say otherwise, and a gear that hangs on both tells whole turns of it.
+        """
+        ends = [(a.split(".")[0], b.split(".")[0]) for _, _, a, b, _ in self.joints]
+        together = {body: {body} for pair in ends for body in pair}
+        for (kind, *_), (a, b) in zip(self.joints, ends, strict=True):
+            if kind in ("prismatic", "weld"):
+                both = together[a] | together[b]
+                together.update(dict.fromkeys(both, both))
+        geared = [
+            {a, b, keys.get("carrier", "ground")}
+            for (kind, *_, keys), (a, b) in zip(self.joints, ends, strict=True)
+            if kind in ("gear", "belt", "rack")
+        ]
+        for (kind, name, first, second, keys), (a, b) in zip(self.joints, ends, strict=True):
+            if kind in ("prismatic", "weld") and any(len(g & together[a]) > 1 for g in geared):
+                off = sketch.get(b, 0.0) - sketch.get(a, 0.0) - keys.get("turn", 0.0)
+                keys = keys | {"turn": keys.get("turn", 0.0) + TURN * round(off / TURN)}
+            yield kind, name, first, second, keys
 
     def kinds(self):
         """Return the words by which this case is counted."""
