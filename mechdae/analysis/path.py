@@ -252,7 +252,7 @@ class Path:
             s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
             rest = sense * (to - s)
             if first and wanted & ended:
-                rest = self._until_first(wanted & ended, s, up)
+                rest = self._until_first(wanted & ended, s, sense)
             if rest <= 0:
                 return
             if rest > 4 * step and step >= SHRUNK * self.largest:
@@ -264,11 +264,11 @@ class Path:
                     continue
             step = self._careful(s, state, sense, min(step, rest), rest, ended, up)
 
-    def _until_first(self, ended: set[int], s: float, up: bool) -> float:
+    def _until_first(self, ended: set[int], s: float, sense: float) -> float:
         """Return how far ahead of s the first end of groups lies, 0 where the path meets it."""
         reach = [self.reach[index] for index in ended]
-        found = [r.high if up else r.low for r in reach]
-        rest = min((1.0 if up else -1.0) * (end.s - s) for end in found if end is not None)
+        found = [r.high if sense > 0 else r.low for r in reach]
+        rest = min(sense * (end.s - s) for end in found if end is not None)
         return rest if rest > 2 * APPROACH * self.largest else 0.0
 
     def insert(self, places: Any, most: int = 64) -> int:
