@@ -92,6 +92,7 @@ FOUND = {
     "a limit before one of another group that was proved from afar": ("end", 33831),
     "a fold behind another one of the same group": ("geared", 62911),
     "a gear on a block and its guide, sketched a whole turn apart": ("gears", 71833),
+    "a fold that the truth had found too roughly": ("triads", 91885),
     "a warning of NumPy about a group that runs away at its limit": ("end", 15080),
 }
 

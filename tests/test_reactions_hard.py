@@ -578,6 +578,25 @@ def test_without_a_mistake_the_checks_hold() -> None:
     assert all(value <= 1e-12 for value in result.checks.values())
 
 
+@pytest.mark.parametrize("coupler", [None, 2.0])
+def test_powers_that_balance_at_each_pose_fail_no_check(coupler: float | None) -> None:
+    """A parallelogram in balance needs no moment: all powers are rounding, those in it are not."""
+    plain = md.load("change-point-parallelogram").mechanism
+    carried = (coupler or 0.0) / 2 / 3.0  # half the coupler at the end of each crank of 3 kg, 1 m
+    weights = {
+        "crank": {"mass": 3.0, "center": (-0.7 - carried, 0), "inertia": 0.2},
+        "coupler": {"mass": coupler, "center": (1.5, 0), "inertia": 0.5} if coupler else {},
+        "rocker": {"mass": 3.0, "center": (0.7 - carried, 0), "inertia": 0.3},
+    }
+    bodies = [replace(body, **weights[name]) for name, body in plain.bodies.items()]
+    balanced = replace(plain, bodies=bodies, gravity=(0, -9.81))
+    driver = md.Driver("crank.angle", from_=0.2, to=3.0, speed=7.0)
+    result = md.solve(balanced, md.Reactions(driver, poses=25))
+    assert np.abs(result.efforts["crank.angle"]).max() <= 1e-12 * 3.0 * 9.81
+    assert result.checks["virtual_power"] <= 1e-14
+    assert result.fault is None
+
+
 @pytest.mark.parametrize("name", MUTANTS)
 def test_planted_mistakes_are_caught_by_the_checks_of_the_result(name: str, monkeypatch) -> None:
     plant, check = MUTANTS[name]

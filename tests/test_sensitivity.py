@@ -343,6 +343,9 @@ def test_function_refuses_what_is_not_there(problem) -> None:
         md.function(problem, ["crank.angle"], ["points/rod.D/position"])
     with pytest.raises(md.UnknownName, match="path"):
         md.function(problem, ["crank.angle"], ["summary/efficiency"])
+    for twice in ((["crank.angle", "r", "r"], ["gap"]), (["crank.angle"], ["gap", "gap"])):
+        with pytest.raises(md.InputError, match="names of their own"):
+            md.function(problem, *twice)
 
 
 def test_function_of_a_mechanism_without_tasks() -> None:

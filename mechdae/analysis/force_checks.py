@@ -49,9 +49,9 @@ def _largest(values: Any) -> float:
 
 def _power(loaded: Loaded, rows: Any, coupled: bool) -> float:
     """Return the error of drivers + loads - losses = rate of the kinetic energy."""
-    driven, loads, rate = loaded.powers[rows, :3].T
+    driven, loads, rate, _, sizes = loaded.powers[rows].T
     lost = loaded.losses[rows].sum(axis=1) if coupled else 0.0 * driven
-    size = _largest(np.abs(driven) + np.abs(loads) + np.abs(rate) + lost)
+    size = _largest(sizes + lost)
     return _largest(driven + loads - lost - rate) / size if size else 0.0
 
 
@@ -118,7 +118,7 @@ def _panel(
         loaded = forces.whole
     else:
         loaded = statics.loaded(inputs, statics.sizes(inputs)[0], friction=False)
-    driven, loads, _, energy = loaded.powers.T
+    driven, loads, _, energy, _ = loaded.powers.T
     lost = loaded.losses.sum(axis=1) if coupled else 0.0 * driven
     step = half / moving.speed
     series = LEGENDRE @ np.stack([driven, loads, lost], axis=1)[1:-1]

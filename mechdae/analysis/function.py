@@ -71,7 +71,10 @@ def function(
     ------
     UnknownName
         An input or a path that does not exist.
+    InputError
+        An input or a path twice, or two with the same name in casadi's alphabet.
     """
+    _tell_apart([*inputs, *outputs])
     whole = _problem(problem)
     mechanism = whole.mechanism
     driven = [name for name in inputs if name in coordinate_names(mechanism)]
@@ -97,6 +100,19 @@ def _problem(problem: Problem | Mechanism | str | FilePath) -> Problem:
     if isinstance(problem, Mechanism):
         return Problem(problem, Table({}))
     return problem if isinstance(problem, Problem) else load(problem)
+
+
+def _tell_apart(names: Sequence[str]) -> None:
+    known: dict[str, str] = {}
+    for name in names:
+        plain = _plain(name)
+        if plain in known:
+            raise InputError(
+                f"'{known[plain]}' and '{name}' are both '{plain}' in casadi: inputs and outputs "
+                "need names of their own",
+                where="function",
+            )
+        known[plain] = name
 
 
 def _is_text(mechanism: Mechanism, name: str) -> bool:

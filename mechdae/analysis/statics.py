@@ -82,8 +82,9 @@ class Loaded:
     efforts : (n, drivers) array
     losses : (n, joints) array
         Power lost [W].
-    powers : (n, 4) array
-        Of the drivers, of the loads, rate of the kinetic energy [W], kinetic energy [J].
+    powers : (n, 5) array
+        Of the drivers, of the loads, rate of the kinetic energy [W], kinetic energy [J], sizes of
+        all that adds up to the three powers [W].
     normals : (n, guides) array
     imbalance : (n,) array
         What is left of the balance of the bodies, relative to the forces in it.

@@ -294,9 +294,8 @@ class Balance:
     def report(self, friction: bool = True, base: str = "all") -> Any:
         """Return the function of what is reported with sizes given.
 
-        (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (joints,), powers (4,):
-        drivers, loads, kinetic energy's rate, pretension; kinetic energy, multipliers' normal
-        forms, what is left of the balance of bodies.
+        (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (joints,), powers (5,)
+        as in `_powers`, multipliers' normal forms, what is left of the balance of bodies.
         """
         wrench = {
             "all": self.base, "static": self.applied, "inertial": times(-1, self.inertia)
@@ -342,12 +341,17 @@ class Balance:
         return sum((self.feedbacks[k].rate * sizes[k] for k in own), SX(0))
 
     def _powers(self, efforts: dict[str, Any]) -> list[Any]:
+        """Return the power of the drivers and of the loads, the rate of the kinetic energy, it
+        itself, and the sizes of all that adds up to the three powers.
+        """
         v, q = self.model.velocity, self.model.q
         speeds = {c.text: ca.jtimes(self.model.coordinate(c), q, v) for c in self.scene.drivers}
-        driven = sum((efforts[name] * speeds[name] for name in efforts), SX(0))
-        loads = sum((force * v[i] for i, force in self.loads.total.items()), SX(0))
+        driven = [efforts[name] * speeds[name] for name in efforts]
+        loads = [force * v[i] for i, force in self.loads.total.items()]
         energy, rate = self._energy
-        return [driven, loads, rate, energy]
+        single = [*driven, *loads, *(force * v[i] for i, force in self.inertia.items())]
+        sizes = sum((ca.fabs(power) for power in single), SX(0))
+        return [sum(driven, SX(0)), sum(loads, SX(0)), rate, energy, sizes]
 
     @cached_property
     def _energy(self) -> tuple[Any, Any]:

@@ -554,7 +554,11 @@ class Track:
         return self._fold(guess, sense)
 
     def _fold(self, u, sense):
-        """Refine a fold in 80 bits by extrapolating det^2 -> 0 over four places near it."""
+        """Refine a fold in 80 bits by extrapolating det -> 0 over four places near it.
+
+        The driver is a power series in the determinant that has no linear term: through it goes
+        the quotient of two extrapolations, each of a polynomial over the determinant.
+        """
         size = self.unit
         for delta in (1e-8, 1e-9, 1e-9):
             places = LD(u) - sense * LD(delta * size) * np.arange(1, 5).astype(LD)
@@ -567,7 +571,8 @@ class Track:
             if not good.all() or np.any(np.sign(det) != self.sign):
                 return (float(u), "doubtful")
             d2 = det * det
-            u_new = extrapolate(d2, places, LD(0))
+            gap = extrapolate(det, (places - LD(u)) / det, LD(0))
+            u_new = LD(u) + gap / extrapolate(det, 1 / det, LD(0))
             if abs(float(u_new - u)) > 3 * delta * size:
                 u = u_new
                 continue
