@@ -374,3 +374,13 @@ def test_tables_of_random_mechanisms_are_those_of_the_figures() -> None:
     figures = json.loads((ROOT / "docs/data/honesty.json").read_text(encoding="utf-8"))
     assert honesty.page(text, figures) == text
     assert figures["total"]["faults"] == len(figures["faults"])
+
+
+def test_readme_tells_the_figures_of_random_mechanisms() -> None:
+    total = json.loads((ROOT / "docs/data/honesty.json").read_text(encoding="utf-8"))["total"]
+    share = 1000 * total["refused"] / (total["ok"] + total["limit"] + total["refused"])
+    told = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    counts = (f"{total[name]:,}".replace(",", " ") for name in ("ok", "mechanisms"))
+    assert "of {} such poses of {} mechanisms none was".format(*counts) in told
+    assert total["faults"] == 0
+    assert f"of a thousand poses that exist {share:.1f} were refused" in told
