@@ -34,6 +34,8 @@ ALIKE = 1e-3
 """Relative difference below which dimensions, and invariants of cognates, are the same."""
 ZERO = 1e-12
 """Objective of the NLP below which a design is exact."""
+MET = 1e-9
+"""Share of the unit of the objective up to which exact solutions have met their targets."""
 AGREES = 1e-6
 """Share by which the sweep's objective may differ from that of the NLP."""
 FINER = 0.5
@@ -114,8 +116,19 @@ def designs(
         (rejected if judged.get("reasons") else kept).append(judged)
     for design in kept:
         del design["term"]
-    kept.sort(key=lambda design: (bool(design["defects"]), design["objective"] * search.sense))
+    kept.sort(key=lambda design: _rank(search, design))
     return kept, rejected
+
+
+def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
+    """Return what designs are ranked by: exact solutions by their least transmission angle.
+
+    Their objectives are roundings, another on each machine.
+    """
+    value = design["objective"] * search.sense
+    if search.all_solutions is not None and abs(value) <= MET * search.objective_unit:
+        value = 0.0
+    return bool(design["defects"]), value, -(design["transmission_angle_min"] or 0.0)
 
 
 def cognates_among(search: Search, problems: Sequence[Nlp], group: Group) -> list[dict[str, float]]:
