@@ -28,6 +28,8 @@ from force_truth import slider_crank as free_slider_crank
 from jets import unit
 
 import mechdae as md
+from mechdae.describe.table import Table
+from mechdae.tables import table
 
 REL = 1e-12
 
@@ -177,6 +179,20 @@ def test_strands_of_a_belt_load_the_bearings(crossed, torque, pretension) -> Non
     assert complex(*found[:2]) == pytest.approx(bearing, rel=REL)
     assert complex(*result.joints["Q"].reaction[0, :2]) == pytest.approx(-bearing, rel=REL)
     assert result.joints["belt"].reaction[0, 2] == pytest.approx(-torque, rel=REL)
+
+
+def test_sets_of_a_study_in_which_a_belt_goes_slack_are_named() -> None:
+    """A pull of 300 N needs a pretension of 150 N in each strand."""
+    task = reactions("small.angle", at=[0.4], speed=5)
+    plain = md.Problem(belt(False, 30.0, 0.05, 900.0), Table({"run": task}))
+    study = md.Study(
+        samples={"belt.pretension": [140.0, 160.0]}, of="run", outputs=("efforts/small.angle",)
+    )
+    result = md.solve(plain, study)
+    assert list(result.status) == ["ok", "ok"]
+    assert [entry["set"] for entry in result.summary["faults"]] == [0]
+    assert "pretension of 150 N" in result.summary["faults"][0]["fault"]
+    assert "fault     belt.pretension = 140: belt belt goes slack" in table(result)
 
 
 def test_a_belt_without_radius_is_a_couple_and_says_so() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from force_cases import S1, slider_crank
@@ -65,6 +67,20 @@ def test_a_set_that_jams_says_so() -> None:
     values = result.table["summary/efficiency"]
     assert np.isfinite(values[0])
     assert np.isnan(values[1])
+
+
+def test_a_set_that_jams_between_its_poses_says_so() -> None:
+    """It jams where the rod leans most, at 90 degrees; the poses are at 83 and 111 degrees."""
+    task = md.Study(
+        samples={"f_slide": [0.484, 0.485], "l": [1 / 9] * 2, "f": [0.0] * 2},
+        of="cycle",
+        outputs=("summary/efficiency",),
+    )
+    plain = problem()
+    cycle = replace(plain.tasks["cycle"], poses=14)
+    result = md.solve(replace(plain, tasks=Table({"cycle": cycle})), task)
+    assert list(result.status) == ["ok", "jammed"]
+    assert np.isfinite(result.table["summary/efficiency"]).tolist() == [True, False]
 
 
 def test_critical_factor_of_a_mechanism_that_does_not_jam() -> None:

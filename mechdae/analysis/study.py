@@ -44,6 +44,8 @@ OF_PARTS = (
 """Entries of the summary with one value for each of some parts."""
 OTHERS = ("limits", "envelope", "centrodes", "centres_at_infinity", "undercut", "failed")
 """Further entries that not every sweep has."""
+ARCS = ("jammed", "ambiguous")
+"""Statuses that a cycle may have between its poses, too."""
 PORTION = 400_000
 """Poses of all sets that are computed in one portion."""
 
@@ -52,7 +54,9 @@ def study(problem: Problem, name: str, task: Study) -> Result:
     """Return a result whose rows are sets of parameters.
 
     ``parameters`` holds the sets, ``table`` one array (sets, ...) for each path in `outputs`;
-    ``status`` is ok for sets in which all poses are, else the first other status.
+    ``status`` is ok for sets in which all poses are, else the first other status; sets whose
+    cycle jams or has several solutions between the poses are not ok either. What else is wrong
+    with sets that are ok (a slack belt) is under ``faults`` in the summary.
 
     Raises
     ------
@@ -75,6 +79,8 @@ def study(problem: Problem, name: str, task: Study) -> Result:
         "status": {word: status.count(word) for word in dict.fromkeys(status)},
         "work": {"lockstep": collector.together, "one_by_one": len(sets) - collector.together},
     }
+    if collector.faults:
+        summary["faults"] = collector.faults
     reached = any(word == "ok" for word in status)
     return Result(
         problem.name,
@@ -161,6 +167,7 @@ class _Collector:
         self.problem, self.name, self.task = problem, name, task
         self.names, self.sets, self.outputs = names, sets, outputs
         self.together = 0
+        self.faults: list[dict[str, Any]] = []
 
     def run(self) -> tuple[dict[str, Any], list[str]]:
         """Return path -> (sets, ...) and the status of each set."""
@@ -210,7 +217,10 @@ class _Collector:
         except SolveError:
             return None, "unassembled"
         words = [str(word) for word in result.status]
+        words += [word for word in ARCS if result.summary.get(f"{word}_arcs")]
         worst = next((word for word in words if word not in ("ok", "limit")), "ok")
+        if worst == "ok" and result.fault is not None:
+            self.faults.append({"set": k, "fault": result.fault})
         row = []
         for path in self.outputs:
             value = _missing_ok(result, path)

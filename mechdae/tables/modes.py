@@ -7,6 +7,9 @@ import numpy as np
 from mechdae.results import Result
 from mechdae.tables.text import WIDE, Column, cells, rows_of
 
+FAULTS = 4
+"""Sets with a fault that are shown."""
+
 
 def modes_text(result: Result, width: int) -> list[str]:
     summary = result.summary
@@ -57,4 +60,10 @@ def study_text(result: Result) -> list[str]:
         lines.append(f"  ({len(rows)} of {len(result)} sets shown; --out DIR writes all)")
     counts = ", ".join(f"{count} {word}" for word, count in result.summary["status"].items())
     lines.append(f"  sets      {counts}")
+    faults = result.summary.get("faults", [])
+    for entry in faults[:FAULTS]:
+        given = ", ".join(f"{n} = {own[entry['set']]:.6g}" for n, own in result.parameters.items())
+        lines.append(f"  fault     {given}: {entry['fault']}")
+    if len(faults) > FAULTS:
+        lines.append(f"  fault     in {len(faults) - FAULTS} more sets; --json has them")
     return lines
