@@ -35,8 +35,8 @@ class CurveEnds:
     ----------
     groups : list of int
         Groups that have a contact on any curve.
-    watched : set of int
-        Groups that have one on an open curve.
+    watched, in_pieces : set of int
+        Groups that have one on an open curve, on one made of pieces.
     """
 
     def __init__(self, graphs: Graphs, p: Any) -> None:
@@ -45,6 +45,7 @@ class CurveEnds:
         self.groups = sorted({owner[contact.joint.name] for contact in graphs.contacts})
         self.open = [contact for contact in graphs.contacts if not contact.closed]
         self._owner = owner
+        self.in_pieces = {owner[c.joint.name] for c in graphs.contacts if c.pieces}
         self.watched = {owner[contact.joint.name] for contact in self.open}
         self._seen: dict[bool, float] = {}
         if self.open:

@@ -168,18 +168,18 @@ class LimitFinder:
 
         "change_point": the driver's push lies in the range of J, branches meet;
         "dead_point": it does not, the group's speed ratio is infinite there;
-        "locked": a redundant block is not singular, but its equations are not met beyond.
+        "locked": a redundant block is not singular, but its equations are not met beyond;
+        "unproved": a block is not singular at all, such as at the corner of a curve.
         """
         chain, own = self.chain(b)
         y = np.concatenate([x[chain], [s], np.zeros(len(own))])
         _, slope, J, F_y, _ = self.evaluate(b, y)
         push = _push(slope, F_y, len(chain), own, len(J))
-        if self.graphs.blocks[b].redundant:
-            units = self.graphs.blocks[b].block.units
-            rows = np.array([self.scale if unit == "m" else 1.0 for unit in units])
-            sigma = np.linalg.svd(J * self.weights[b] / rows[:, None])[1]
-            if sigma[-1] > REGULAR * sigma[0]:
-                return "locked"
+        units = self.graphs.blocks[b].block.units
+        rows = np.array([self.scale if unit == "m" else 1.0 for unit in units])
+        sigma = np.linalg.svd(J * self.weights[b] / rows[:, None])[1]
+        if sigma[-1] > REGULAR * sigma[0]:
+            return "locked" if self.graphs.blocks[b].redundant else "unproved"
         left = _left_null(J * self.weights[b])
         size = max(float(np.linalg.norm(push)), float(self.mu[b]) / self.unit)
         return "change_point" if np.linalg.norm(left @ push) < 1e-2 * size else "dead_point"

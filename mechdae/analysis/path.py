@@ -27,8 +27,13 @@ from mechdae.kernels.call import Call
 from mechdae.kernels.graphs import Graphs
 from mechdae.kernels.sequence import Sequence
 
+NEARLY = 1 + 1e-9
+"""How much longer a step may be in order to end at its goal."""
 STRIDE = 64
 """Steps in one call of the sequential kernel."""
+HAIR, MOVED = 1e-7, 1e3
+"""Share of the largest step taken over the corner of a curve, and how far the pose may move
+over that."""
 SHRUNK = 1 / 32
 """Share of the largest step below which a limit position is looked for."""
 SMALLEST = 1e-9
@@ -250,19 +255,19 @@ class Path:
         step = self.largest
         while self._on_curves(ended, up) and wanted - ended:
             s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
-            rest = sense * (to - s)
+            goal, rest = to, sense * (to - s)
             if first and wanted & ended:
                 rest = self._until_first(wanted & ended, s, sense)
+                goal = s + sense * rest
             if rest <= 0:
                 return
             if rest > 4 * step and step >= SHRUNK * self.largest:
-                held = self._stride(
-                    s, state, sense * step, int(min(STRIDE, rest // step)), ended, up
-                )
+                count = int(min(STRIDE, rest / step - 0.5))  # what is left is no rounding
+                held = self._stride(s, state, sense * step, count, ended, up)
                 if held:
                     step = min(2 * step, self.largest) if held > 4 else step / 2
                     continue
-            step = self._careful(s, state, sense, min(step, rest), rest, ended, up)
+            step = self._careful(s, state, sense, min(step, rest), goal, ended, up)
 
     def _until_first(self, ended: set[int], s: float, sense: float) -> float:
         """Return how far ahead of s the first end of groups lies, 0 where the path meets it."""
@@ -343,18 +348,20 @@ class Path:
         state: Any,
         sense: float,
         step: float,
-        rest: float,
+        goal: float,
         ended: set[int],
         up: bool,
     ) -> float:
-        """Take one step, halved until it is proved; return the step to try next."""
+        """Take one step, halved until it is proved; return the step to try next.
+
+        Towards `goal`, which is met to the last bit: steps of a rounding cannot be proved.
+        """
         alive = self._alive(ended)
-        goal = s + sense * rest
         while True:
             rest = sense * (goal - s)
             if rest <= 0:
                 return step
-            step = min(step, rest)
+            step = rest if rest < NEARLY * step else step
             after, test, det, miss = self._step(state, s, sense * step)
             proved = self._proved(after, test, det, miss, self._front[up])
             bad = (alive & ~proved).nonzero()[0]
@@ -388,9 +395,32 @@ class Path:
                     kind = "unproved"
                 else:
                     kind = self.finder.kind(b, s, x)
+                if kind == "unproved" and self._hops(b, s, state, sense, alive, up):
+                    return SHRUNK * self.largest
                 self._end(self._last(b, s, state, sense, kind), ended, up)
                 self.laboured = 0
                 return self.largest
+
+    def _hops(self, b: int, s: float, state: Any, sense: float, alive: Any, up: bool) -> bool:
+        """Take a step of a hair over the corner of a curve in front of block `b`; return whether.
+
+        There the equations are made of two smooth pieces. Next to the pose they have one
+        solution for each driver's value if the determinants of both have one sign.
+        """
+        hair = HAIR * self.largest
+        if self.block_group[b] not in self.curves.in_pieces:
+            return False
+        after = self._step(state, s, sense * hair)[0]
+        place, n = s + sense * hair, self.graphs.nx
+        lengths = [name not in ("angle", "s") for _, name in self.graphs.scene.x_names]
+        near = MOVED * HAIR * np.where(lengths, self.constants.scale, 1.0)
+        _, test, det, miss = self._step(after, place, sense * hair)
+        proved = self._proved(after, test, det, miss, self._front[up])
+        if not (np.all(np.abs(after[:n] - state[:n]) <= near) and proved[alive].all()):
+            return False
+        self.counts.steps += 1
+        self._append(place, after, up)
+        return True
 
     def _ends_at_fold(
         self, b: int, s: float, state: Any, sense: float, rest: float, ended: set[int], up: bool

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.crossings import NODES_PER_TURN
+from mechdae.analysis.curve_corners import without_two_values
 from mechdae.analysis.evaluate import Evaluator, in_time
 from mechdae.analysis.extremes import ranges
 from mechdae.analysis.laws import Timing
@@ -48,6 +49,8 @@ def sweep(problem: Problem, name: str, task: Sweep) -> Result:
 def run(setting: Setting, task: Sweep) -> Run:
     """Evaluate a prepared sweep."""
     result = _followed(setting, task)
+    if setting.graphs.contacts:
+        without_two_values(setting, result)
     result.poses.y = result.poses.y[: task.derivatives + 1]
     return result
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -19,6 +20,8 @@ from mechdae.describe.expression import build
 from mechdae.describe.joints import Curve
 
 SX = ca.SX
+CORNERS = {ca.OP_FABS, ca.OP_SIGN, ca.OP_FMIN, ca.OP_FMAX}
+"""Operations at which a derivative jumps."""
 
 
 class Contact:
@@ -83,6 +86,13 @@ class Contact:
         """Names and symbols of the joint's own coordinates."""
         own = (("s", self.s),)
         return (*own, ("angle", self.angle)) if self.rolls else own
+
+    @cached_property
+    def pieces(self) -> bool:
+        """Whether the curve is made of pieces, so that some derivative may jump."""
+        every = ca.Function("c", [*ca.symvar(self.point)], [self.point])
+        codes = {every.instruction_id(k) for k in range(every.n_instructions())}
+        return self.wrapped or bool(codes & CORNERS)
 
     @property
     def unit(self) -> float:
