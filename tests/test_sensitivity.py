@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import math
+from dataclasses import replace
 
 import mpmath as mp
 import numpy as np
@@ -346,6 +347,25 @@ def test_function_refuses_what_is_not_there(problem) -> None:
     for twice in ((["crank.angle", "r", "r"], ["gap"]), (["crank.angle"], ["gap", "gap"])):
         with pytest.raises(md.InputError, match="names of their own"):
             md.function(problem, *twice)
+
+
+def test_the_place_of_a_point_on_its_body_is_an_input() -> None:
+    """Its name is that of a coordinate, which could be driven."""
+    problem = md.load("slider-crank-friction")
+    for task in ("cycle", None):
+        f = md.function(problem, ["crank.angle", "rod.C.x"], ["efforts/crank.angle"], task=task)
+        for length in (0.3, 0.5):
+            pose = replace(problem.tasks["cycle"], cycle=False, poses=None)
+            at = replace(pose.driver, at=(1.0,), from_=None, to=None)
+            own = problem.with_values({"rod.C.x": length}).mechanism
+            forces = md.solve(own, replace(pose, driver=at))
+            assert float(f(1.0, length)) == pytest.approx(
+                forces.efforts["crank.angle"][0], rel=1e-11
+            )
+    with pytest.raises(
+        md.InputError, match=r"rod\.angle is not driven in this task, crank\.angle is"
+    ):
+        md.function(problem, ["crank.angle", "rod.angle"], ["efforts/crank.angle"], task="cycle")
 
 
 def test_function_of_a_mechanism_without_tasks() -> None:

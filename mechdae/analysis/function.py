@@ -54,6 +54,8 @@ def function(
     inputs
         Drivers' coordinates (``crank.angle``), their rates (``crank.angle.speed``,
         ``crank.angle.acceleration``), parameters and automatic names, each a scalar input.
+        ``rod.C.x`` is the place of C on the rod, unless a task drives it or no other input is
+        a driver.
     outputs
         Paths as in the JSON of a task, one pose each: ``points/rod.B/position``,
         ``efforts/crank.angle``, ``joints/O/reaction``, names of `[outputs]`.
@@ -72,26 +74,30 @@ def function(
     UnknownName
         An input or a path that does not exist.
     InputError
-        An input or a path twice, or two with the same name in casadi's alphabet.
+        An input or a path twice, or two with the same name in casadi's alphabet; a coordinate
+        that the task named does not drive.
     """
     _tell_apart([*inputs, *outputs])
     whole = _problem(problem)
     mechanism = whole.mechanism
-    driven = [name for name in inputs if name in coordinate_names(mechanism)]
-    base = _base(whole, driven, task, outputs)
-    names = [name for name in inputs if name not in driven and not name.endswith(RATES)]
     values = mechanism.values()
+    coordinates = [name for name in inputs if name in coordinate_names(mechanism)]
+    base = _base(whole, coordinates, values, task, outputs)
+    drivers = [driver.coordinate for driver in base.all_drivers]
+    names = [name for name in inputs if name not in drivers and not name.endswith(RATES)]
     for name in names:
-        if name not in values:
-            known = [*values, *coordinate_names(mechanism)]
-            raise UnknownName("input", name, known)
-    for name in inputs:
-        if name.endswith(RATES) and name.rpartition(".")[0] not in [
-            driver.coordinate for driver in base.all_drivers
-        ]:
-            raise UnknownName(
-                "input", name, [d.coordinate + r for d in base.all_drivers for r in RATES]
+        if name in values:
+            continue
+        if name in coordinates:
+            raise InputError(
+                f"{name} is not driven in this task, {' and '.join(drivers)} is",
+                where="inputs",
+                hint="without 'task' a driver is made for it",
             )
+        raise UnknownName("input", name, [*values, *coordinate_names(mechanism)])
+    for name in inputs:
+        if name.endswith(RATES) and name.rpartition(".")[0] not in drivers:
+            raise UnknownName("input", name, [d + r for d in drivers for r in RATES])
     literal = whole.with_values({name: values[name] for name in names if _is_text(mechanism, name)})
     return _Built(literal, base, list(inputs), names, list(outputs)).function()
 
@@ -119,8 +125,19 @@ def _is_text(mechanism: Mechanism, name: str) -> bool:
     return isinstance({**dict(mechanism.numbers()), **mechanism.parameters}[name], str)
 
 
-def _base(problem: Problem, driven: list[str], task: str | None, outputs: Sequence[str]) -> Sweep:
-    """Return a task of one pose with the drivers asked for."""
+def _base(
+    problem: Problem,
+    coordinates: list[str],
+    values: Mapping[str, float],
+    task: str | None,
+    outputs: Sequence[str],
+) -> Sweep:
+    """Return a task of one pose with the drivers asked for.
+
+    A point's coordinate on its body has the name of the point's coordinate in the plane; it is
+    the driver where a task drives it, or where nothing else could be one.
+    """
+    sure = [name for name in coordinates if name not in values]
     chosen: Sweep | None = None
     if task is not None:
         found = problem.task(task)
@@ -128,12 +145,11 @@ def _base(problem: Problem, driven: list[str], task: str | None, outputs: Sequen
             raise InputError(f"'{task}' is no sweep and no task of reactions", where="task")
         chosen = found
     else:
-        for known in problem.tasks.values():
-            if isinstance(known, Sweep) and {d.coordinate for d in known.all_drivers} >= set(
-                driven
-            ):
-                chosen = known
-                break
+        sweeps = [known for known in problem.tasks.values() if isinstance(known, Sweep)]
+        for asked in (coordinates, sure) if sure or not coordinates else (coordinates,):
+            fits = (k for k in sweeps if {d.coordinate for d in k.all_drivers} >= set(asked))
+            chosen = chosen or next(fits, None)
+    driven = sure or coordinates
     forces = any(_needs_forces(path) for path in outputs)
     if chosen is None:
         if not driven:
