@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import tomllib
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import mechdae as md
@@ -372,3 +374,29 @@ def test_schema_knows_every_key_of_the_problems() -> None:
             entry = kinds[joint["kind"]]
             assert set(joint) <= set(entry["properties"])
             assert set(entry["required"]) <= set(joint)
+
+
+@pytest.mark.parametrize("teeth", [(-20, 30), (20.5, 30), (0, 30)])
+def test_teeth_are_counted(teeth) -> None:
+    with pytest.raises(md.MechanismError, match="whole and above 0") as caught:
+        md.Gear("mesh", "one.A", "two.B", teeth=teeth, mesh="external")
+    assert caught.value.where == "teeth"
+
+
+def test_a_coordinate_is_sketched_once() -> None:
+    plain = md.load("slider-crank-friction").mechanism
+    for more in ({"slide": 0.3, "slide.slide": 0.2}, {"crank.angle": 0.2}):
+        with pytest.raises(md.MechanismError, match="the same coordinate"):
+            replace(plain, sketch={**plain.sketch, **more})
+
+
+@pytest.mark.parametrize("value", [10**400, 1e200, np.array([1.0, 2.0])])
+def test_numbers_that_are_none_are_refused_by_name(value) -> None:
+    with pytest.raises(md.InputError, match="a number") as caught:
+        md.solve("slider-crank-friction", set={"r": value})
+    assert "r" in str(caught.value)
+
+
+def test_what_is_no_table_of_values_is_refused() -> None:
+    with pytest.raises(md.InputError, match="names and their numbers"):
+        md.solve("slider-crank-friction", set=[1])

@@ -915,3 +915,49 @@ def test_limit_positions_cost_no_more_than_they_should(sizes, crank: float, sign
         assert found["max"]["value"] >= series.angle.max() - 1e-14
         ends = sorted(found[word]["value"] for word in ("min", "max"))
         assert np.ptp(series.angle) == pytest.approx(ends[1] - ends[0], rel=1e-2)
+
+
+# -- as far as the mechanism goes ------------------------------------------------------------------
+
+
+def test_the_driven_slide_goes_as_far_as_the_mechanism() -> None:
+    """Crank and rod in line at 0.12 m and 0.06 m: beyond there is no stroke and no path."""
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[md.Body("crank", {"O": (0, 0), "B": (0.03, 0)}), md.Body("slider", {"C": (0, 0)})],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Distance("bar", "crank.B", "slider.C", length=0.09),
+            md.Prismatic("guide", "ground.O", "slider.C"),
+        ],
+        sketch={"crank": 1.0, "guide": 0.1},
+    )
+    driver = md.Driver("guide.slide", from_=0.05, to=0.125)
+    summary = md.solve(mechanism, md.Sweep(driver, poses=11, measures=("curve",))).summary
+    assert summary["limits"] == pytest.approx([0.06, 0.12], rel=1e-12)
+    assert summary["stroke"]["guide"] == pytest.approx(0.06, rel=1e-12)
+    assert summary["curve"]["slider.C"]["length"] == pytest.approx(0.06, rel=1e-12)
+
+
+def test_the_crank_goes_as_far_as_the_change_point_where_it_stops() -> None:
+    problem = md.load("change-point-parallelogram")
+    task = replace(
+        problem.tasks["turn"], on_change_point="stop", measures=("curve",),
+        driver=md.Driver("crank.angle", from_=1.0, to=14.0),
+    )  # fmt: skip
+    summary = md.solve(problem.mechanism, task).summary
+    for part in ("crank", "rocker"):
+        assert summary["swing"][part] == pytest.approx(np.pi - 1, rel=1e-9)
+    for pin in ("crank.B", "coupler.B"):
+        assert summary["curve"][pin]["length"] == pytest.approx(np.pi - 1, rel=1e-9)
+
+
+def test_a_rest_between_two_change_points_is_one_event() -> None:
+    problem = md.load("change-point-parallelogram")
+    driver = md.Driver("crank.angle", from_=np.pi / 3, to=10 * np.pi / 3)
+    task = replace(
+        problem.tasks["turn"], on_change_point="switch", driver=driver, measures=("extremes",)
+    )
+    events = md.solve(problem.mechanism.with_values({"a": 0.04, "b": 0.1}), task).events
+    rests = [event["rest"] for event in events if "rest" in event]
+    assert rests == [pytest.approx([2 * np.pi, 3 * np.pi], abs=1e-9)]

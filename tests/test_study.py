@@ -174,3 +174,23 @@ def test_a_study_in_a_file(tmp_path, capsys) -> None:
     assert names.split() == ["status", "a", "b", *("least", "coupler.P/position"),
                              *("largest", "coupler.P/position"), "swing/rocker"]  # fmt: skip
     assert units.split() == ["[m]", "[m]", "[rad]"]
+
+
+@pytest.mark.parametrize("path", ["summary", "status", "bound"])
+def test_outputs_that_are_no_numbers_are_refused(path: str) -> None:
+    study = md.Study(of="turn", samples={"a": [0.03, 0.04]}, outputs=(path,))
+    with pytest.raises(md.InputError, match=f"{path} is no number"):
+        md.solve(four_bar(), study)
+
+
+def test_a_set_that_makes_no_mechanism_leaves_the_others() -> None:
+    study = md.Study(of="turn", samples={"b": [0.12, 0.0]}, outputs=("summary/swing/rocker",))
+    result = md.solve(four_bar(), study)
+    assert list(result.status) == ["ok", "unassembled"]
+    assert np.isfinite(result.table["summary/swing/rocker"]).tolist() == [True, False]
+    (entry,) = result.summary["faults"]
+    assert entry["set"] == 1
+    assert "zero length" in entry["fault"]
+    none = replace(study, samples={"b": [0.0, 0.0]})
+    with pytest.raises(md.InputError, match="zero length"):
+        md.solve(four_bar(), none)

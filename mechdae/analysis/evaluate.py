@@ -109,6 +109,11 @@ class Evaluator:
         poses.singular = stops & ~poses.alive.all(axis=1)
         return poses
 
+    def driven(self, entry: Any) -> bool:
+        """Return whether an entry of the outputs hangs on the driver alone."""
+        solved = {graph.block.group for graph in self.graphs.blocks}
+        return not solved & set(self.outputs.groups_of(entry))
+
     @staticmethod
     def _stops(path: Path, s: Any) -> Any:
         """Return which poses are where a path stops at a change or dead point."""

@@ -50,7 +50,11 @@ def ranges(
     places = sorted({*inner.tolist(), low, high, *ends})  # np.unique would import numpy.ma
     at_nodes = evaluator.at(path, np.array(places))
     columns = np.array([entry.columns[0] for entry in entries])
-    known = [poses.y[0][:, columns], at_nodes.y[0][:, columns]]
+    driven = np.array([evaluator.driven(entry) for entry in entries])
+    known = [
+        np.where(driven & ~p.alive.all(axis=1)[:, None], np.nan, p.y[0][:, columns])
+        for p in (poses, at_nodes)
+    ]  # the driver's own body goes as far as the mechanism does
     least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
     most = np.fmax.reduce([np.fmax.reduce(values, axis=0) for values in known])
     for i, value in _stationary(evaluator, path, at_nodes, columns, least, most):

@@ -61,6 +61,8 @@ def solve(
         The mechanism cannot be assembled at its sketch.
     """
     whole = _problem(problem, task)
+    if set is not None and not isinstance(set, Mapping):
+        raise InputError(f"names and their numbers are needed, not {set!r}", where="set")
     if set:
         whole = whole.with_values(set)
     name, chosen = _task(whole, task)

@@ -168,6 +168,7 @@ class _Collector:
         self.names, self.sets, self.outputs = names, sets, outputs
         self.together = 0
         self.faults: list[dict[str, Any]] = []
+        self.refused: list[InputError] = []
 
     def run(self) -> tuple[dict[str, Any], list[str]]:
         """Return path -> (sets, ...) and the status of each set."""
@@ -216,6 +217,12 @@ class _Collector:
             result = solve(self.problem.with_values(self._values(k)), self.name)
         except SolveError:
             return None, "unassembled"
+        except InputError as error:
+            self.refused.append(error)
+            if len(self.refused) == len(self.sets):
+                raise self.refused[0] from None
+            self.faults.append({"set": k, "fault": str(error.what)})
+            return None, "unassembled"
         words = [str(word) for word in result.status]
         words += [word for word in ARCS if result.summary.get(f"{word}_arcs")]
         worst = next((word for word in words if word not in ("ok", "limit")), "ok")
@@ -223,8 +230,7 @@ class _Collector:
             self.faults.append({"set": k, "fault": result.fault})
         row = []
         for path in self.outputs:
-            value = _missing_ok(result, path)
-            row.append(None if value is None else np.array(value, float))
+            row.append(_numbers(_missing_ok(result, path), path))
         return row, worst
 
     # -- lockstep --------------------------------------------------------------------------
@@ -313,6 +319,15 @@ def _series(setting: Setting, path: str, y: list[Any]) -> Any:
     order, columns = column_of(setting, path)
     values = y[order][:, columns]
     return values if "/position" in path or len(columns) > 1 else values[:, 0]
+
+
+def _numbers(value: Any, path: str) -> Any:
+    """Return an array, None for a value that is not there."""
+    try:
+        array = None if value is None else np.array(value, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{path} is no number and no series", where="outputs") from None
+    return None if array is None or not array.size else array
 
 
 def _missing_ok(result: Result, path: str) -> Any:

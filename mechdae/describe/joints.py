@@ -186,6 +186,11 @@ class Gear(Joint):
             raise MechanismError("a gear needs either 'ratio' or 'teeth' with 'mesh'")
         if self.teeth is not None and self.mesh is None:
             raise MechanismError('\'teeth\' needs mesh = "external" or "internal"', where="mesh")
+        for count in self.teeth or ():
+            if not isinstance(count, str) and (count <= 0 or count != int(count)):
+                raise MechanismError(
+                    f"numbers of teeth are whole and above 0, not {count:g}", where="teeth"
+                )
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
         yield from super().numbers()
@@ -203,6 +208,8 @@ class Gear(Joint):
         super().check(values)
         if values["ratio"] == 0:
             raise MechanismError("ratio is zero", where=f"joints.{self.name}.ratio")
+        if self.teeth is not None and (values["ratio"] < 0) != (self.mesh == "external"):
+            raise MechanismError("numbers of teeth are above 0", where=f"joints.{self.name}.teeth")
 
 
 @dataclass(frozen=True)
@@ -248,6 +255,8 @@ class Belt(Joint):
             raise MechanismError(
                 "ratio must be above 0", where=f"joints.{self.name}.ratio", hint="use 'crossed'"
             )
+        if values.get("radius", 1.0) <= 0:
+            raise MechanismError("radius must be above 0", where=f"joints.{self.name}.radius")
 
 
 @dataclass(frozen=True)

@@ -294,6 +294,7 @@ def _check(mechanism: Mechanism) -> None:
             )
         seen[ends] = joint.name
     _check_connected(mechanism)
+    _check_sketch(mechanism)
     _check_values(mechanism)
 
 
@@ -323,6 +324,20 @@ def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
         raise UnknownName("body", carrier, [GROUND, *mechanism.bodies], where=f"{place}.carrier")
     if carrier in (joint.first_body, joint.second_body):
         raise MechanismError("the carrier is one of the two wheels", where=f"{place}.carrier")
+
+
+def _check_sketch(mechanism: Mechanism) -> None:
+    """Raise for a coordinate that is sketched twice, once by the name of its body or joint."""
+    usual = {"revolute": "angle", "curve": "s"}
+    for name in mechanism.sketch:
+        joint = mechanism.joints.get(name)
+        own = "angle" if joint is None else usual.get(joint.kind, "slide")
+        if f"{name}.{own}" in mechanism.sketch:
+            raise MechanismError(
+                f"{name} and {name}.{own} are the same coordinate",
+                where=f"sketch.{name}",
+                hint="delete one of them",
+            )
 
 
 def _check_connected(mechanism: Mechanism) -> None:

@@ -108,6 +108,13 @@ class Problem:
                 raise UnknownName(
                     "task", entry.task, self.tasks, where=f"expected[{position}].task"
                 )
+            for word in ("rel", "abs"):
+                share = getattr(entry, word)
+                if isinstance(share, float) and share < 0:
+                    raise InputError(
+                        f"a tolerance is not negative ({share:g})",
+                        where=f"expected[{position}].{word}",
+                    )
 
     def task(self, name: str | None) -> Task:
         """Return the task of that name; None: the only or first one."""

@@ -64,6 +64,10 @@ class Value:
             object.__setattr__(self, entry.name, value)
 
 
+LARGEST = 1e100
+"""Largest number in a description: squares and products of numbers stay finite."""
+
+
 def number(value: Any) -> Number:
     """Return a finite float, or the text of a checked expression."""
     if isinstance(value, str):
@@ -71,9 +75,15 @@ def number(value: Any) -> Number:
         return value
     if isinstance(value, bool) or not hasattr(value, "__float__"):
         raise InputError(f"a number or an expression is needed, not {describe(value)}")
-    result = float(value)
+    try:
+        result = float(value)
+    except (OverflowError, TypeError, ValueError):
+        text = "one too large" if isinstance(value, int) else describe(value)
+        raise InputError(f"a number is needed, not {text}") from None
     if not math.isfinite(result):
         raise InputError(f"a finite number is needed, not {result}")
+    if abs(result) > LARGEST:
+        raise InputError(f"a number up to {LARGEST:g} is needed, not {result:g}")
     return result
 
 
@@ -103,7 +113,9 @@ def whole(value: Any) -> int:
 
 
 def natural(value: Any) -> int:
-    return 0 if value == 0 and not isinstance(value, bool) else whole(value)
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise InputError(f"0 or a whole number above it is needed, not {describe(value)}")
+    return value
 
 
 def flag(value: Any) -> bool:

@@ -126,7 +126,9 @@ def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
     Their objectives are roundings, another on each machine.
     """
     value = design["objective"] * search.sense
-    if search.all_solutions is not None and abs(value) <= MET * search.objective_unit:
+    lead = search.lead
+    exact = isinstance(lead, Visits) and lead.exact
+    if exact and abs(value) <= MET * search.objective_unit:
         value = 0.0
     return bool(design["defects"]), value, -(design["transmission_angle_min"] or 0.0)
 

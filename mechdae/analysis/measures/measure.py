@@ -144,7 +144,7 @@ def along_path(
     followed = courses(track, wanted) if set(asked) & set(ALONG) else {}
     if "extremes" in asked:
         summary["extremes"] = extremes(followed)
-        found.events += stationary_events(followed)
+        found.events += _once(stationary_events(followed))
     if "time-ratio" in asked:
         summary |= time_ratios(track, [q for q in wanted if q.name != driver.text])
     if "dwell" in asked:
@@ -160,6 +160,12 @@ def along_path(
         summary["envelope"] = envelope(followed)
     if track.lost:
         found.notes.append(f"measures: {track.lost} places of the path were not certified")
+
+
+def _once(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return one event of a quantity at a place: a rest is met on all pieces that it joins."""
+    found = {(event.get("of"), event["at"]): event for event in reversed(events)}
+    return list(reversed(found.values()))
 
 
 def sorted_events(events: list[dict[str, Any]], moving: int = 0) -> list[dict[str, Any]]:

@@ -135,8 +135,11 @@ class Track:
 
         Beyond a limit position the same circuit may be reached by turning the other way
         round; those parts lie on the path whole turns away, if a turn leads to the same pose.
+        What hangs on the driver alone goes as far as the mechanism does.
         """
         groups = list(groups)
+        if not set(groups) & set(self.path.block_group):
+            groups = self.evaluator.groups
         first, last, limits = self.ends(groups)
         found: list[Piece] = []
 
