@@ -292,3 +292,28 @@ def test_modes_that_differ_by_whole_turns_have_labels_of_their_own() -> None:
             for body in ("block", "wheel"):
                 gap = result.bodies[body].angle[0] - modes.bodies[body].angle[k]
                 assert abs(gap) < 1e-12
+
+
+def test_a_group_that_moves_by_itself_is_not_said_to_stay_open() -> None:
+    """A kite with its crank on the frame: every angle of the rocker closes."""
+    kite = md.Mechanism(
+        ground=md.Ground({"A": (0, 0), "D": (1, 0)}),
+        bodies=[
+            md.Body("crank", {"A": (0, 0), "B": (1, 0)}),
+            md.Body("coupler", {"B": (0, 0), "C": (2, 0)}),
+            md.Body("rocker", {"D": (0, 0), "C": (2, 0)}),
+        ],
+        joints=[
+            md.Revolute("A", "ground.A", "crank.A"),
+            md.Revolute("B", "crank.B", "coupler.B"),
+            md.Revolute("C", "coupler.C", "rocker.C"),
+            md.Revolute("D", "ground.D", "rocker.D"),
+        ],
+        sketch={"crank": 0.0, "coupler": 0.3, "rocker": 0.3},
+    )
+    result = md.solve(kite, md.Modes(driver=md.Driver("crank.angle", at=(0.0,))))
+    assert result.summary["free"] == ["II.1 RRR(2,3)"]
+    assert "II.1 RRR(2,3) moves by itself at this pose: its outer pins coincide" in result.fault
+    assert "stays open" not in result.fault
+    with pytest.raises(md.AssemblyError, match="moves by itself"):
+        md.solve(kite, md.Sweep(md.Driver("crank.angle", from_=0.0, to=6.0)))

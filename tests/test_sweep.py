@@ -676,3 +676,32 @@ def test_a_rack_that_only_goes_on_is_shown_over_one_turn() -> None:
     assert result.summary["stroke"]["guide"] == pytest.approx(2 * math.pi * 0.02)
     (note,) = result.summary["notes"]
     assert note.startswith("rack does not come back")
+
+
+@pytest.mark.parametrize(("crank", "slide"), [(0.0, 3.5), (np.pi, 1.5)])
+def test_a_motion_that_begins_on_a_limit_position_says_so(crank: float, slide: float) -> None:
+    """Crank and rod in line: two mirrored motions leave the pose, no limit is known beyond."""
+    mechanism = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[
+            md.Body("crank", {"O": (0, 0), "B": (1.0, 0)}),
+            md.Body("rod", {"B": (0, 0), "C": (2.5, 0)}),
+            md.Body("slider", {"C": (0, 0)}),
+        ],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Revolute("B", "crank.B", "rod.B"),
+            md.Revolute("C", "rod.C", "slider.C"),
+            md.Prismatic("guide", "ground.O", "slider.C"),
+        ],
+        sketch={"crank": crank, "rod": 0.0, "guide": slide},
+    )
+    for driver in (
+        md.Driver("guide.slide", range="assembled"),
+        md.Driver("guide.slide", from_=slide, to=5.0 - slide),
+    ):
+        result = md.solve(mechanism, md.Sweep(driver, poses=3))
+        assert "ok" not in result.status
+        assert "limits" not in result.summary
+        assert f"the motion begins at guide.slide = {slide} m" in result.fault
+        assert "sketch a pose beside it" in result.fault

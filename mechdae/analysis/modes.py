@@ -50,7 +50,8 @@ class Mode:
 class Failure:
     """A group that has no pose here, and the gap; `starts` of a search that found none.
 
-    ``at`` tells which equation of a redundant group stays open.
+    ``at`` tells which equation of a redundant group stays open, ``free`` that none does: the
+    group has a freedom of its own.
     """
 
     group: Group
@@ -58,6 +59,7 @@ class Failure:
     infinite: bool = False
     starts: int = 0
     at: Gap | None = None
+    free: bool = False
 
 
 class Assembler:
@@ -193,7 +195,8 @@ class Assembler:
                     self.free.append(group)
                 if not len(solutions):
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
-                    failure = Failure(group, gap, infinite, starts, at)
+                    free = result is not None and result.free
+                    failure = Failure(group, gap, infinite, starts, at, free)
                 for solution in solutions:
                     new = put(start, graph.own, self._nearest_turn(b, solution, start, u))
                     ahead.append(self._polish(b, new, u))
@@ -281,7 +284,7 @@ class Assembler:
                     for s in self._turned(b, solution, y, u)
                 ]
             found += ahead
-        return found, closed.proven, None if found else Failure(group, closed.gap)
+        return found, closed.proven, None if found else Failure(group, closed.gap, free=closed.free)
 
     def _turned(self, b: int, solution: Any, x: Any, u: Any) -> list[Any]:
         """Return the solution with all whole turns of its angles that gears tell apart."""

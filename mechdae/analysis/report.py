@@ -23,6 +23,9 @@ from mechdae.model.structure import Group, formula
 from mechdae.results import Named, Result, Series
 
 WORDS = ("ok", "limit", "singular", "ambiguous", "unassembled")
+SINGULAR_START = (
+    "a limit position or a dead point from which it can go two ways: sketch a pose beside it"
+)
 MOST = 4
 """Intervals named in one sentence."""
 ENDS = ("from", "to")
@@ -417,6 +420,12 @@ def _cutting(setting: Setting, joint: str, intervals: list[dict[str, Any]]) -> s
     )
 
 
+def begins_singular(setting: Setting, path: Path, event: dict[str, Any]) -> bool:
+    """Return whether the path comes no further than its first pose, which is singular."""
+    alone = setting.graphs.single and event["kind"] == "dead_point"
+    return alone and bool(event["at"] == path.origin[0])
+
+
 def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]]) -> str:
     """Return which poses are lost and why."""
     entry = failed[0]
@@ -446,6 +455,9 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
             text += "; ".join(_place(setting, event) for event in limits)
     for event in stops:
         why = STOPS[event["kind"]].format(joint=event["joint"])
+        if begins_singular(setting, run.path, event):
+            text += f"; the motion begins at {_place(setting, event)}, {SINGULAR_START}"
+            continue
         text += f"; the motion stops at {_place(setting, event)}: {why}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
             text += (

@@ -14,7 +14,7 @@ from mechdae.analysis.laws import Timing
 from mechdae.analysis.measures.measure import along_path, at_poses
 from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale, natural_sizes, periods
 from mechdae.analysis.path import Path
-from mechdae.analysis.report import ends, limit_events, report
+from mechdae.analysis.report import begins_singular, ends, limit_events, report
 from mechdae.analysis.setting import Run, Setting, covered, first_pose, prepare
 from mechdae.analysis.several import along_a_line, approach, from_pose_to_pose, scales
 from mechdae.describe.problem import Problem
@@ -131,6 +131,8 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     events = limit_events(setting, path, low, high)
     if "limits" not in summary and not laws and any(end is not None for end in ends(path)):
         summary["limits"] = ends(path)
+    if any(begins_singular(setting, path, event) for event in events):
+        summary.pop("limits", None)  # not known: the pose is on two branches
     values = plan.values if plan.values is not None else path.drivers(places)
     measured = at_poses(setting.outputs, task, poses, 1.0 if is_angle or laws else scale)
     if not laws:
