@@ -150,3 +150,16 @@ def test_a_pose_a_hair_behind_a_corner() -> None:
     mechanism = polar(UNIFORM, start=corner - PI / 3, lift=0.05)
     result = at(mechanism, [corner - hair, corner, corner + hair])
     assert set(result.status) == {"ok"}
+
+
+@pytest.mark.parametrize("roller", [None, ROLLER])
+def test_a_follower_turns_back_once_in_each_dwell(roller: float | None) -> None:
+    """At rest its velocity is rounding, whose zeros are no reversals of their own."""
+    rise, fall = (f"10*({x})**3 - 15*({x})**4 + 6*({x})**5" for x in (UP, DOWN))
+    mechanism = polar(f"(0.04 + 0.02*({rise}) - 0.02*({fall}))", roller, lift=0.05)
+    driver = md.Driver("cam.angle", from_=0.0, to=2 * PI)
+    result = md.solve(mechanism, md.Sweep(driver, poses=37, measures=("curve",)))
+    path = result.summary["curve"]["follower.N"]
+    assert path["length"] == pytest.approx(0.04, rel=1e-12)
+    ends = sorted(entry["position"][1] for entry in path["reversals"])
+    assert ends == pytest.approx([0.04 + (roller or 0), 0.06 + (roller or 0)], rel=1e-12)

@@ -15,6 +15,8 @@ from mechdae.analysis.outputs import Entry, Outputs
 
 CUSP = 1e-12
 """Way of the driver, in its unit, to where the velocity vanishes: nearer is there."""
+RESTING, LOOKED_AT = 1e-12, 17
+"""Share of the mechanism's size that is no motion, and places looked at between two stops."""
 BESIDE = 1e-6
 """Sine of the angle between acceleration and jerk below which the path turns back on itself."""
 STEPS = 8
@@ -104,10 +106,20 @@ class _Curve:
             at = float(places[k] + piece.shift)
             if not track.low - slack <= at <= track.high + slack:
                 continue
+            if self._rests_since(float(places[k])):
+                continue
             self.stops.append(float(places[k]))
             found = self.cusps if sharp[k] else self.reversals
             clipped = float(np.clip(at, track.low, track.high))
             found.append({"at": clipped, "position": x[k].tolist()})
+
+    def _rests_since(self, place: float) -> bool:
+        """Return whether the point has not moved since the last stop: one rest, its rounding."""
+        if not self.stops:
+            return False
+        between = np.linspace(self.stops[-1], place, LOOKED_AT)
+        x = self.track.at(between).y[0][:, self.columns]
+        return bool(np.abs(x - x[0]).max() <= RESTING * self.track.scale)
 
     @property
     def events(self) -> list[dict[str, Any]]:
