@@ -16,10 +16,9 @@ from mechdae.analysis.evaluate import Evaluator, Poses
 from mechdae.analysis.setting import Run, Setting
 from mechdae.analysis.start import shown
 from mechdae.describe.curve import PARAMETER
-from mechdae.describe.expression import build
 from mechdae.kernels.batch import Batch
 from mechdae.kernels.course import Course
-from mechdae.model.contacts import Contact
+from mechdae.model.contacts import Contact, place
 from mechdae.model.model import FUNCTIONS
 from mechdae.model.reduction import Scene
 
@@ -40,9 +39,6 @@ def without_two_values(setting: Setting, run: Run) -> None:
         if group is None or not contact.pieces:
             continue
         order = CurvePieces(scene, contact).orders(run.poses, run.values)
-        rows = np.flatnonzero((order <= ORDERS) & run.poses.alive.all(axis=1))
-        if not rows.size or len(run.poses.y) < 2:
-            continue
         lost = _hide(run.evaluator, run.poses, group.index, order)
         if lost.size:
             setting.notes.append(
@@ -65,10 +61,7 @@ def _named(setting: Setting, run: Run, rows: Any) -> str:
 
 def _hide(evaluator: Evaluator, poses: Poses, group: int, order: Any) -> Any:
     """Write nan over rates of what hangs on a group; return the numbers of poses that lost any."""
-    after = {group}
-    for other in evaluator.graphs.scene.groups:
-        if after & set(other.after):
-            after.add(other.index)
+    after = evaluator.graphs.scene.hanging(group)
     columns = np.array(
         [
             column
@@ -92,14 +85,9 @@ class CurvePieces:
 
     def __init__(self, scene: Scene, contact: Contact) -> None:
         self.contact, self.scene = contact, scene
-        joint, values = contact.joint, scene.model.mechanism.values()
         s = ca.SX.sym("s")
-        known = {**values, PARAMETER: s}
-        point = [
-            ca.SX(build(text, known, FUNCTIONS)) if isinstance(text, str) else ca.SX(text)
-            for text in (joint.x, joint.y)
-        ]
-        self.course = Course(s, ca.vertcat(*point))
+        known = {**scene.model.mechanism.values(), PARAMETER: s}
+        self.course = Course(s, place(contact.joint, known, FUNCTIONS))
 
     def orders(self, poses: Poses, drivers: Any) -> Any:
         """Return the lowest order of the rates that have two values at each pose, (n,) ints."""
@@ -118,12 +106,12 @@ class CurvePieces:
             turning |= np.abs(beside[1] - beside[0]) > 4 * reach[known]
         for i in np.flatnonzero(turning):
             k = known[i]
-            place = self._inside(s[k : k + 1])[0]
+            here = self._inside(s[k : k + 1])
             left, right = (
                 self.course.one_sided(places[i], side[i])
                 for places, side in zip(beside, sides, strict=True)
             )
-            tie = self.course.one_sided(place, self.course.sides(np.array([place]))[0])
+            tie = self.course.one_sided(here[0], self.course.sides(here)[0])
             for order in range(1, ORDERS + 1):
                 gaps = np.abs([left[order] - right[order], tie[order] - right[order]])
                 if not np.all(gaps <= SAME * sizes[order]):

@@ -353,13 +353,7 @@ class Evaluator:
     ) -> None:
         """Write the pose at a limit position: positions of all groups, rates of none."""
         g = self.graphs
-        ended = set()
-        for limit in limits:
-            after = {limit.group}
-            for group in g.scene.groups:
-                if after & set(group.after):
-                    after.add(group.index)
-            ended |= after
+        ended = g.scene.hanging(*(limit.group for limit in limits))
         columns = [i for i in range(g.nx) if self.groups[self.column_group[i]] in ended]
         x = results[0][k].copy()
         for limit in limits:

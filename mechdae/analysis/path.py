@@ -484,11 +484,7 @@ class Path:
 
     def _hanging(self, group: int) -> set[int]:
         """Return a group and those attached to it."""
-        after = {group}
-        for other in self.graphs.scene.groups:
-            if after & set(other.after):
-                after.add(other.index)
-        return after & set(self.groups)
+        return self.graphs.scene.hanging(group) & set(self.groups)
 
     # -- limit positions -----------------------------------------------------------------
 

@@ -73,12 +73,7 @@ class Contact:
             middle = (self.start + self.end) / 2
             inside = middle + ca.remainder(self.s - middle, self.end - self.start)
         known = {**parameters, PARAMETER: inside}
-        self.point = ca.vertcat(
-            *[
-                SX(build(text, known, functions)) if isinstance(text, str) else SX(text)
-                for text in (joint.x, joint.y)
-            ]
-        )
+        self.point = place(joint, known, functions)
         self.tangent = ca.densify(ca.jacobian(self.point, self.s)) * self.turn
 
     @property
@@ -110,6 +105,14 @@ class Contact:
         along = self.direction
         right = ca.vertcat(along[1], -along[0])
         return right if self.joint.side == "right" else -right
+
+
+def place(joint: Curve, known: Mapping[str, Any], functions: Mapping[str, Any]) -> Any:
+    """Return x and y of a curve (2,) with its parameter and all names as `known`."""
+    texts = (joint.x, joint.y)
+    return ca.vertcat(
+        *[SX(build(t, known, functions)) if isinstance(t, str) else SX(t) for t in texts]
+    )
 
 
 def contacts(

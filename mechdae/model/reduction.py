@@ -113,6 +113,14 @@ class Scene:
         """The groups with superfluous equations."""
         return [group for group in self.groups if group.superfluous]
 
+    def hanging(self, *indices: int) -> set[int]:
+        """Return groups and those attached to them, by index."""
+        after = set(indices)
+        for group in self.groups:
+            if after & set(group.after):
+                after.add(group.index)
+        return after
+
     @property
     def not_in_scene(self) -> list[str]:
         """Bodies of groups that no requested output depends on."""
