@@ -217,6 +217,7 @@ def test_a_broken_executor_of_the_user_is_an_error_and_the_log_is_kept(path, tmp
 def job(path: Path, folder: Path, workers: int, reached: int) -> Iterator[subprocess.Popen]:
     """A job in a process group of its own, once so many starts are in its log."""
     command = [sys.executable, "-m", "mechdae", "synthesize", str(path), "--out", str(folder)]
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
     process = subprocess.Popen(
         [*command, "--workers", str(workers)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
