@@ -597,8 +597,9 @@ def test_options():
     bare = gids(md.plot(result, traces=False, labels=False))
     assert not [gid for gid in bare if gid.startswith(("trace", "label", "number", "ghost"))]
     assert gids(md.plot(result, ghosts=3)).count("ghost") == 3 * 5
-    with pytest.raises(TypeError):
-        md.plot(result, colour="red")
+    with pytest.raises(md.UnknownName, match="unknown option of a picture") as told:
+        md.plot(result, trace=False)
+    assert "traces" in told.value.hint
 
 
 def test_traces_break_where_the_mechanism_does():
@@ -655,7 +656,7 @@ def test_a_study_has_no_pose_to_draw():
     problem = md.load("four-bar-crank-rocker")
     study = md.Study(of="turn", vary={"a": [0.03, 0.04, 2]}, outputs=["summary/swing/rocker"])
     with pytest.raises(md.InputError, match="a study has no pose"):
-        md.plot(md.solve(problem, study, poses=None))
+        md.plot(md.solve(problem, study, poses=None), "diagram")
 
 
 def test_the_command_dashes_bodies_that_no_output_depends_on(tmp_path, capsys):

@@ -480,11 +480,11 @@ def test_the_command_draws_designs(quick, capsys, tmp_path: Path) -> None:
     for wrong, text in (
         (["--design", "3"], "no design 2"),
         (["--design", "0"], "a number from 1"),
-        (["--kind", "census", "--design", "1"], "a number from 1"),
+        (["--kind", "census", "--design", "1"], "--design is for design, not for census"),
         (["--kind", "diagram"], "no poses"),
-        (["--pose", "3"], "no poses"),
-        (["--kind", "compare", "--pose", "3"], "shows all poses"),
-        (["--dark"], "no such option"),
+        (["--pose", "3"], "--pose is for diagram, plans, not for design"),
+        (["--kind", "compare", "--pose", "3"], "--pose is for diagram, plans, not for compare"),
+        (["--dark"], "--dark is for diagram, animation, not for design"),
         (["--mode", "+"], "no assembly mode"),
     ):
         code, said, err = run(capsys, *words, *wrong)

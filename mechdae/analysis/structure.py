@@ -17,6 +17,7 @@ from mechdae.analysis.outputs import Outputs
 from mechdae.analysis.plan import plan, sketched
 from mechdae.analysis.reactions import loaded_bodies
 from mechdae.describe.demand import demand
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Driven, Equilibrium, Motion, Reactions, Sweep, Synthesis
 from mechdae.errors import MechdaeError
@@ -169,29 +170,35 @@ def _design(problem: Problem, task: Synthesis) -> dict[str, Any]:
     }
 
 
+def pruned(mechanism: Mechanism, task: Driven, model: Model | None = None) -> Scene:
+    """Return the scene of a task: the groups that its outputs depend on."""
+    model = Model(mechanism) if model is None else model
+    kept = list(loaded_bodies(model)) if isinstance(task, Reactions) else None
+    return scene(model, plan(mechanism, task).coordinates, task.outputs, loaded=kept)
+
+
 def _task(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
     entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
+    forces = isinstance(task, Reactions)
     try:
         numbers = plan(problem.mechanism, task)
-        forces = isinstance(task, Reactions)
-        kept = list(loaded_bodies(model)) if forces else None
-        pruned = scene(model, numbers.coordinates, task.outputs, loaded=kept)
+        own = pruned(problem.mechanism, task, model)
         if isinstance(task, Reactions):
-            entry["forces"] = force_structure(pruned, task)
+            entry["forces"] = force_structure(own, task)
     except MechdaeError as error:
         return {**entry, "error": str(error)}
     entry |= {
         "drivers": [c.text for c in numbers.coordinates],
-        "unknowns": len(pruned.x_names),
-        "blocks": [len(block.x) for block in pruned.blocks],
-        "not_in_scene": pruned.not_in_scene,
+        "unknowns": len(own.x_names),
+        "blocks": [len(block.x) for block in own.blocks],
+        "not_in_scene": own.not_in_scene,
     }
     if isinstance(task, Sweep):
         words = ["positions", "velocities", "accelerations", "jerks"]
         entry["builds"] = words[: max(task.derivatives, 2 * forces) + 1]
         if task.measures:
             entry["builds"].append("measures " + ", ".join(task.measures))
-        if pruned.selection.named:
-            entry["builds"].append("outputs " + ", ".join(pruned.selection.named))
+        if own.selection.named:
+            entry["builds"].append("outputs " + ", ".join(own.selection.named))
         entry["poses"] = numbers.poses
     return entry

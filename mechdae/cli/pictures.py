@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Driven, Sweep
+from mechdae.describe.tasks import Driven, Study, Sweep
+from mechdae.draw.options import DESIGNS, GRAPHS, checked, names_of
 from mechdae.errors import InputError
 
 DEFAULT = {"reactions": "curves", "motion": "curves", "study": "map", "synthesis": "design"}
@@ -17,11 +18,9 @@ FIRST = {
     "map": ("study", "sweep"),
     "curves": ("sweep", "reactions", "motion"),
     "coupler": ("sweep", "reactions", "motion"),
+    "animation": ("sweep", "reactions", "motion"),
 }
 """Kinds of tasks that a kind of picture is drawn of, the first that the problem has."""
-GRAPHS = tuple(FIRST)
-DESIGNS = ("design", "compare", "convergence", "census")
-"""Kinds of pictures of a synthesis."""
 MEASURED = {
     "transmission_angle": "transmission",
     "tangent": "curve",
@@ -62,7 +61,7 @@ def _moves(task: Any) -> bool:
 
 
 def check_suits(problem: Problem, name: str, kind: str, mode: str | None) -> None:
-    """Refuse kinds of pictures that a synthesis does not have, and those of one for other tasks.
+    """Refuse kinds of pictures that a study or a synthesis does not have, and theirs for others.
 
     Raises
     ------
@@ -70,7 +69,12 @@ def check_suits(problem: Problem, name: str, kind: str, mode: str | None) -> Non
         Says which kinds there are.
     """
     place = f"tasks.{name}"
-    own = problem.task(name).kind
+    task = problem.task(name)
+    own = task.kind
+    if isinstance(task, Study) and kind != "map":
+        raise InputError(
+            "a study has no pose to draw", where=place, hint=f"--task {task.of} with --set"
+        )
     if own == "synthesis":
         if kind not in DESIGNS:
             raise InputError(
@@ -86,7 +90,20 @@ def check_suits(problem: Problem, name: str, kind: str, mode: str | None) -> Non
         )
 
 
-def options_for(kind: str, paths: Sequence[str], polar: bool) -> dict[str, Any]:
+def kind_for(problem: Problem, name: str, asked: Mapping[str, Any]) -> str:
+    """Return the kind of picture of a task: its usual one, or the diagram if that is meant.
+
+    The diagram is meant if it has the options that were asked for and the usual kind has not.
+    """
+    own = problem.task(name).kind
+    usual = DEFAULT.get(own, "diagram")
+    if usual == "diagram" or own in ("study", "synthesis"):
+        return usual
+    meant = [kind for kind in (usual, "diagram") if set(asked) <= set(names_of(kind))]
+    return meant[0] if meant else usual
+
+
+def options_for(kind: str, asked: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of the drawing function.
 
     Raises
@@ -94,15 +111,22 @@ def options_for(kind: str, paths: Sequence[str], polar: bool) -> dict[str, Any]:
     InputError
         Options that the kind of picture does not have.
     """
-    if kind not in GRAPHS and (paths or polar):
-        word = "--of" if paths else "--polar"
-        raise InputError(f"{word} is for {', '.join(GRAPHS)}, not for {kind}", where=word)
-    if polar and kind not in ("curves", "losses"):
-        raise InputError("--polar is for curves and losses", where="--polar")
-    found: dict[str, Any] = {"polar": True} if polar else {}
-    if paths:
-        found["joints" if kind == "losses" else "paths"] = list(paths)
+    found = checked(kind, asked, "--")
+    if "design" in found:
+        if found["design"] < 1:
+            raise InputError("a number from 1, the best one", where="--design")
+        found["design"] -= 1
     return found
+
+
+def left_out(problem: Problem, name: str) -> list[str]:
+    """Return the bodies that no output of a task depends on, without solving anything."""
+    from mechdae.analysis.structure import pruned
+
+    task = problem.task(name)
+    if not isinstance(task, Driven) or task.outputs is None:
+        return []
+    return pruned(problem.mechanism, task).not_in_scene
 
 
 def prepared(problem: Problem, name: str, kind: str, paths: Sequence[str]) -> Problem:

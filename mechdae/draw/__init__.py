@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from mechdae.draw.options import DESIGNS, checked
 from mechdae.errors import InputError, UnavailableError, UnknownName
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ KINDS = {
 }
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
 LATER = ("page",)
-OF_SYNTHESES = ("design", "compare", "convergence", "census")
+OF_SYNTHESES = DESIGNS
 """Kinds of pictures of a synthesis; others have poses."""
 
 
@@ -50,11 +51,13 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
         ``"losses"``: losses by joint; ``"map"``: a study over its parameters. Of a synthesis
         ``"design"``: a design with its targets, see `mechdae.draw.synthesis.design.draw`;
         ``"compare"``: all designs; ``"convergence"``: the starts; ``"census"``: the optima.
-        Without it the diagram, of a synthesis the best design; of one without designs the census.
+        Without it the diagram; of a study the map; of a synthesis the best design, of one without
+        designs the census.
     ax
         Axes to draw in; without it a new figure is made. No window is opened.
     **options
-        Options of that kind of picture.
+        Options of that kind of picture, see `mechdae.draw.options`; the command line has the
+        same ones under the same names.
 
     Returns
     -------
@@ -66,13 +69,13 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     UnavailableError
         A kind that this version does not draw.
     UnknownName
-        Not a kind of picture.
+        Not a kind of picture, or no option of one.
     InputError
-        A kind that does not suit the result.
+        A kind that does not suit the result, an option that does not suit the kind.
     """
     synthesis = getattr(result, "kind", "") == "synthesis"
     if kind is None:
-        kind = "diagram" if not synthesis else "design" if result.data["designs"] else "census"
+        kind = usual(result)
     if kind in LATER:
         raise UnavailableError(f"pictures of kind '{kind}' are not drawn by this version")
     if kind not in KINDS:
@@ -82,7 +85,15 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
             f"a synthesis has designs, no poses to draw as '{kind}'",
             hint=f"{', '.join(OF_SYNTHESES)}; or solve the problem of a design and draw that",
         )
-    return importlib.import_module(KINDS[kind]).draw(result, ax, **options)
+    return importlib.import_module(KINDS[kind]).draw(result, ax, **checked(kind, options))
+
+
+def usual(result: Any) -> str:
+    """Return the kind of picture that is drawn of a result if none is asked for."""
+    kind = getattr(result, "kind", "")
+    if kind == "synthesis":
+        return "design" if result.data["designs"] else "census"
+    return "map" if kind == "study" else "diagram"
 
 
 def save(picture: Axes | Figure | Animation, path: str | Path) -> Path:
@@ -94,4 +105,4 @@ def save(picture: Axes | Figure | Animation, path: str | Path) -> Path:
     return written
 
 
-__all__ = ["KINDS", "LATER", "OF_SYNTHESES", "plot", "save"]
+__all__ = ["KINDS", "LATER", "OF_SYNTHESES", "plot", "save", "usual"]

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
 from mechdae.cli.pictures import (
-    DEFAULT,
-    DESIGNS,
-    GRAPHS,
     check_suits,
+    kind_for,
+    left_out,
     options_for,
     prepared,
     task_for,
 )
 from mechdae.cli.progress import progress
+from mechdae.draw.options import DESIGNS, GRAPHS, OPTIONS
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
-STYLED = ("diagram", "animation")
-"""Kinds with dark paper and words in other languages."""
-NAMED = (*STYLED, *DESIGNS)
-"""Kinds with words in other languages."""
+TYPES = {"whole": int, "number": float}
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,87 +37,74 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "compare, convergence, census (default: diagram of a sweep or of modes, curves of "
         "reactions, map of a study, design of a synthesis; diagram with --pose, --dark, --lang)",
     )
-    parser.add_argument(
-        "--of", action="append", default=[], metavar="PATH", help="what graphs show; repeatable"
-    )
-    parser.add_argument("--polar", action="store_true", help="reactions in the plane")
-    parser.add_argument(
-        "--which",
-        metavar="W",
-        help="of the plans: velocity, acceleration, force, friction, lever (default: one page)",
-    )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
-    parser.add_argument("--pose", type=int, metavar="K", help="number of the pose drawn, from 0")
-    parser.add_argument(
-        "--design", type=int, metavar="K", help="number of the design drawn, 1: the best"
-    )
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
     parser.add_argument("--format", metavar="F", help=f"{', '.join(FORMATS)}; animations gif")
-    parser.add_argument("--dark", action="store_true", help="colours for dark paper")
-    parser.add_argument("--lang", default="en", metavar="L", help="language of the words: en, ru")
+    for name, option in OPTIONS.items():
+        about = f"{option.about} [{', '.join(option.kinds)}]"
+        if option.what in ("on", "off"):
+            flag = f"--{name}" if option.what == "on" else f"--no-{name}"
+            parser.add_argument(
+                flag, dest=name, action="store_const", const=option.what == "on", help=about
+            )
+        elif option.what == "names":
+            parser.add_argument(f"--{name}", action="append", metavar="NAME", help=about)
+        else:
+            kind = TYPES.get(option.what, str)
+            parser.add_argument(f"--{name}", type=kind, metavar=option.what.upper(), help=about)
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.analysis.solve import solve
-    from mechdae.draw import KINDS, plot, save
+    from mechdae.draw import KINDS, plot
 
+    asked = {name: getattr(options, name) for name in OPTIONS}
+    asked = {name: value for name, value in asked.items() if value is not None}
+    form = _form(options)
+    _check_folder(options.out)
+    problem = problem_of(options)
+    name = task_for(problem, options.task, options.kind)
+    kind = options.kind or kind_for(problem, name, asked)
+    if kind not in KINDS:
+        plot(None, kind)  # says which kinds there are
+    check_suits(problem, name, kind, options.mode)
+    extra = options_for(kind, asked)
+    problem = prepared(problem, name, kind, asked.get("of", ()))
+    result = _solved(problem, name, kind, options.mode)
+    if kind == "design" and not options.kind and not result.data["designs"]:
+        kind, extra = "census", {}
+    return _written(options, result, kind, extra, form)
+
+
+def _form(options: argparse.Namespace) -> str:
+    """Return the format of the file."""
     moving = options.kind == "animation"
     form, formats = options.format or ("gif" if moving else "svg"), ("gif",) if moving else FORMATS
     if form not in formats:
         raise UnknownName("format", form, formats)
-    if moving and options.pose is not None:
-        raise InputError("an animation shows all poses", where="--pose")
-    _check_folder(options.out)
-    problem = problem_of(options)
-    name = task_for(problem, options.task, options.kind)
-    study = problem.task(name).kind == "study"
-    usual = DEFAULT.get(problem.task(name).kind, "diagram")
-    poses = problem.task(name).kind not in ("study", "synthesis")
-    posed = options.pose is not None or (poses and _styled(options))
-    kind = options.kind or ("diagram" if posed else usual)
-    if kind not in KINDS:
-        plot(None, kind)  # says which kinds there are
-    if study and kind != "map":
-        raise InputError(
-            "a study has no pose to draw",
-            where=f"tasks.{name}",
-            hint=f"--task {problem.tasks[name].of} with --set",  # type: ignore[attr-defined]
-        )
-    check_suits(problem, name, kind, options.mode)
-    extra = options_for(kind, options.of, options.polar)
-    word = f"{kind}-polar" if options.polar else kind
-    if options.which is not None:
-        if kind != "plans":
-            raise InputError("only plans have --which", hint="--kind plans")
-        extra["which"] = word = options.which
-    if options.design is not None:
-        if kind != "design" or options.design < 1:
-            raise InputError("a number from 1, for --kind design", where="--design")
-        extra["design"] = options.design - 1
-        word = f"{word}-{options.design}"
-    if options.pose is not None:
-        if kind in (*GRAPHS, *DESIGNS):
-            raise InputError(f"{kind} shows all poses", where="--pose")
-        extra["pose"] = options.pose
-    problem = prepared(problem, name, kind, options.of)
-    result = solve(problem, name, mode=None if study else options.mode)
-    if kind == "design" and not options.kind and not result.data["designs"]:
-        kind = word = "census"
-        extra = {}
-    if kind not in (*GRAPHS, *DESIGNS):
-        result = _with_all_bodies(problem, result, options.mode)
-    picture = plot(result, kind, **extra, **_style(options, kind))
+    return str(form)
+
+
+def _written(
+    options: argparse.Namespace, result: Any, kind: str, extra: dict[str, Any], form: str
+) -> int:
+    """Write the picture and say where it is; return the exit code."""
+    from mechdae.draw import plot, save
+
+    picture = plot(result, kind, **extra)
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
-    pose = "" if options.pose is None else f"-{options.pose}"
-    path = folder / f"{problem.name}-{name}-{word}{pose}.{form}"
-    if moving:
+    words = [result.problem, result.task, extra.get("which") or kind]
+    words += ["polar"] if extra.get("polar") else []
+    words += [str(extra["design"] + 1)] if "design" in extra else []
+    words += [str(extra["pose"])] if "pose" in extra else []
+    path = folder / f"{'-'.join(words)}.{form}"
+    if kind == "animation":
         picture.save(path, progress("frame", options.quiet))
     else:
         save(picture, path)
     print(path)
     if result.fault:
-        message(f"mechdae: task {name}: {result.fault}", False)
+        message(f"mechdae: task {result.task}: {result.fault}", False)
         return 1
     return 0
 
@@ -135,51 +120,32 @@ def _check_folder(out: str) -> None:
         )
 
 
-def _styled(options: argparse.Namespace) -> bool:
-    """Return whether colours or words were asked for and nothing that only graphs have."""
-    graph = bool(options.of) or options.polar
-    return (options.dark or options.lang != "en") and not graph
+def _solved(problem: Any, name: str, kind: str, mode: str | None) -> Any:
+    """Return the result that is drawn, solved once.
 
-
-def _style(options: argparse.Namespace, kind: str) -> dict[str, Any]:
-    """Return the options of colours and words that were asked for."""
-    asked = {"dark": options.dark} if options.dark else {}
-    asked |= {"lang": options.lang} if options.lang != "en" else {}
-    kinds = STYLED if options.dark else NAMED
-    if asked and kind not in kinds:
-        raise InputError(
-            f"pictures of kind '{kind}' have no such option",
-            where=f"--{' --'.join(asked)}",
-            hint=f"kinds that have: {', '.join(kinds)}",
-        )
-    return asked
-
-
-def _with_all_bodies(problem: Any, result: Any, mode: str | None) -> Any:
-    """Return a result that holds every body, for a task that names outputs.
-
-    Bodies that no output depends on are still named as not in the scene; where they spoil
-    the task they are left out.
+    Pictures of poses show every body also where the task names outputs. Bodies that no output
+    depends on are named as not in the scene; where they spoil the task they are left out, and
+    only then it is solved again, as it is.
     """
-    from dataclasses import replace
-
     from mechdae.analysis.solve import solve
 
-    if result.definition.outputs is None:
-        return result
-    left_out = result.summary["not_in_scene"]
-    bodies = tuple(body for body in problem.mechanism.bodies if body not in left_out)
+    task = problem.task(name)
+    if kind in (*GRAPHS, *DESIGNS) or getattr(task, "outputs", None) is None:
+        return solve(problem, name, mode=mode)
 
     def with_outputs(outputs: tuple[str, ...] | None) -> Any:
-        task = replace(result.definition, outputs=outputs)
-        return solve(problem.with_task(result.task, task), result.task, mode=mode)
+        return solve(problem.with_task(name, replace(task, outputs=outputs)), name, mode=mode)
 
-    if left_out:
-        try:
-            whole = with_outputs(None)
-        except MechdaeError:
-            whole = None
-        if whole is not None and whole.fault == result.fault:
-            whole.summary["not_in_scene"] = left_out
-            return whole
-    return with_outputs(bodies)
+    outside = left_out(problem, name)
+    if not outside:
+        return with_outputs(None)
+    try:
+        whole = with_outputs(None)
+        whole.summary["not_in_scene"] = outside
+    except MechdaeError:
+        whole = None
+    if whole is not None and not whole.fault:
+        return whole
+    bodies = tuple(body for body in problem.mechanism.bodies if body not in outside)
+    inside = with_outputs(bodies)
+    return whole if whole is not None and whole.fault == inside.fault else inside

@@ -26,7 +26,7 @@ def draw(
     result: Any,
     ax: Axes | None = None,
     *,
-    paths: Sequence[str] | None = None,
+    of: Sequence[str] | None = None,
     ticks: bool = True,
     pivots: bool = True,
 ) -> Axes:
@@ -38,7 +38,7 @@ def draw(
         What `mechdae.solve` returned for a sweep.
     ax
         Axes to draw in; without it a new figure is made.
-    paths
+    of
         Names of points, or paths of vectors that have one unit: ``"points/P/velocity"`` draws
         its hodograph. Without it the points of links that are on no joint, such as coupler
         points, else of all links that are neither driven nor on a fixed pivot.
@@ -58,13 +58,13 @@ def draw(
         No point moves, or the vectors have different units.
     """
     check_poses(result, "paths of points")
-    names = list(paths) if paths else default_points(result)
+    names = list(of) if of else default_points(result)
     vectors = [vector_of(result, name) for name in names]
     units = list(dict.fromkeys(unit for _, _, unit, _ in vectors))
     if not vectors:
-        raise InputError("no point of this result moves", hint="name points: paths=['body.P']")
+        raise InputError("no point of this result moves", hint="name points: of=['body.P']")
     if len(units) > 1:
-        raise InputError(f"vectors in {' and in '.join(units)} in one plane", where="paths")
+        raise InputError(f"vectors in {' and in '.join(units)} in one plane", where="of")
     quantities = list(dict.fromkeys(quantity for _, quantity, _, _ in vectors))
     places = quantities == ["position"]
     loci = [Locus(part, values) for part, _, _, values in vectors]

@@ -36,7 +36,7 @@ def draw(
     result: Any,
     ax: Axes | None = None,
     *,
-    paths: Sequence[str] | None = None,
+    of: Sequence[str] | None = None,
     against: str | None = None,
     extremes: bool = True,
     polar: bool = False,
@@ -49,7 +49,7 @@ def draw(
         What `mechdae.solve` returned.
     ax
         Axes whose place the panels divide; without it a new figure is made.
-    paths
+    of
         Paths below the task, such as ``"bodies/rocker/angle"`` or ``"joints/O/reaction"``,
         whose components are drawn one by one; ``"joints/O/reaction/size"`` is the length of the
         vector, ``"points/P/velocity/x"`` a component. Without it what says most of that
@@ -75,14 +75,14 @@ def draw(
     """
     check_poses(result, "curves")
     if polar:
-        return polar_diagram.draw(result, ax, paths=paths)
+        return polar_diagram.draw(result, ax, of=of)
     axis = abscissa_of(result, against)
-    if paths is None:
+    if of is None:
         lines = default_lines(result)
     else:
-        lines = [line for path in paths for line in lines_of(result, path)]
+        lines = [line for path in of for line in lines_of(result, path)]
     if not lines:
-        raise InputError("there is no series to draw", hint="name some: paths=[...]")
+        raise InputError("there is no series to draw", hint="name some: of=[...]")
     groups = list(_panels(lines))
     arcs, events = arcs_of(result, axis), events_of(result, axis)
     names = [_label(line, group) for group in groups for line in group]

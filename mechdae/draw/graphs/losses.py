@@ -28,7 +28,7 @@ def draw(
     result: Any,
     ax: Axes | None = None,
     *,
-    joints: Sequence[str] | None = None,
+    of: Sequence[str] | None = None,
     polar: bool = False,
 ) -> Axes:
     """Draw the losses of all joints above each other, and their sum without feedback dashed.
@@ -39,7 +39,7 @@ def draw(
         Of a task of reactions with friction.
     ax
         Axes to draw in; without it a new figure is made.
-    joints
+    of
         The joints to draw; without it all that lose power, the largest below.
     polar
         Draw the reactions of those joints in the plane instead.
@@ -57,16 +57,16 @@ def draw(
     """
     check_poses(result, "losses")
     if polar:
-        paths = None if joints is None else [f"joints/{name}/reaction" for name in joints]
-        return polar_diagram.draw(result, ax, paths=paths)
-    names = [name for name in (joints or result.joints) if "loss" in result.joints[name]]
+        paths = None if of is None else [f"joints/{name}/reaction" for name in of]
+        return polar_diagram.draw(result, ax, of=paths)
+    names = [name for name in (of or result.joints) if "loss" in result.joints[name]]
     if not names:
         raise InputError(
             "there are no losses in this result",
             hint="a task of reactions with friction in a joint",
         )
     losses = {name: np.asarray(result.joints[name].loss, float) for name in names}
-    if joints is None:
+    if of is None:
         losses = {n: own for n, own in losses.items() if np.nanmax(own, initial=0.0) > 0} or losses
     layers = _layers(losses)
     free = [

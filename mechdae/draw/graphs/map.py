@@ -52,7 +52,7 @@ def draw(
     result: Any,
     ax: Axes | None = None,
     *,
-    paths: Sequence[str] | None = None,
+    of: Sequence[str] | None = None,
     along: Sequence[str] | None = None,
     equal: bool = False,
 ) -> Axes:
@@ -67,7 +67,7 @@ def draw(
         Of a study; or of a sweep with two drivers whose poses form their workspace.
     ax
         Axes to draw in; without it a new figure is made.
-    paths
+    of
         One path of the study's table, with its indices if it has several numbers,
         ``"points/P/position[0][1]"``; of a study over one parameter several with one unit. Of
         a workspace a path below the task (default: ``"condition"``).
@@ -89,9 +89,9 @@ def draw(
         A path or a parameter that is not in the result.
     """
     if result.kind == "study":
-        planes = _of_study(result, paths, along)
+        planes = _of_study(result, of, along)
     elif result.kind in ("sweep", "reactions") and len(result.drivers) == 2:
-        planes = [_of_drivers(result, paths)]
+        planes = [_of_drivers(result, of)]
     else:
         raise InputError(
             f"a map is drawn of a study or of a sweep of two drivers, not of kind {result.kind}",
@@ -100,7 +100,7 @@ def draw(
     if len(planes[0].axes) == 1:
         return _draw_lines(result, ax, planes)
     if len(planes) > 1:
-        raise InputError("a map over two parameters shows one path", where="paths")
+        raise InputError("a map over two parameters shows one path", where="of")
     return _draw_map(result, ax, replace(planes[0], plane=planes[0].plane or equal))
 
 
@@ -150,7 +150,7 @@ def _of_drivers(result: Any, paths: Sequence[str] | None) -> Plane:
     lines = [line for path in paths or ["condition"] for line in lines_of(result, path)]
     if len(lines) != 1:
         raise InputError(
-            "a map shows one number of each pose", where="paths", hint="points/P/position/x"
+            "a map shows one number of each pose", where="of", hint="points/P/position/x"
         )
     line = lines[0]
     names = tuple(result.drivers)
@@ -167,7 +167,7 @@ def _of_drivers(result: Any, paths: Sequence[str] | None) -> Plane:
 def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
     """Draw values over one parameter."""
     if len({plane.unit for plane in planes}) > 1:
-        raise InputError("the paths have different units", where="paths")
+        raise InputError("the paths have different units", where="of")
     first = planes[0]
     scale = scale_of(first.unit, [plane.values for plane in planes])
     x = first.axes[0]

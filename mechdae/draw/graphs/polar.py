@@ -24,7 +24,7 @@ AXES = {
 }
 
 
-def draw(result: Any, ax: Axes | None = None, *, paths: Sequence[str] | None = None) -> Axes:
+def draw(result: Any, ax: Axes | None = None, *, of: Sequence[str] | None = None) -> Axes:
     """Draw vectors of joints by their tips, with the driver's values along the curves.
 
     Parameters
@@ -33,7 +33,7 @@ def draw(result: Any, ax: Axes | None = None, *, paths: Sequence[str] | None = N
         Of a task of reactions.
     ax
         Axes to draw in; without it a new figure is made.
-    paths
+    of
         Paths of vectors: ``"joints/B/reaction"``, ``"joints/B/reaction_body"``; without it the
         reaction of the pin that has to bear most, of a guide where there is no pin.
 
@@ -47,12 +47,12 @@ def draw(result: Any, ax: Axes | None = None, *, paths: Sequence[str] | None = N
     InputError
         No joint has a reaction, or the vectors have different units.
     """
-    chosen = list(paths) if paths else _largest(result)
+    chosen = list(of) if of else _largest(result)
     vectors = [vector_of(result, path) for path in chosen]
     if not vectors:
         raise InputError("no joint has a reaction here", hint="solve a task of kind reactions")
     if len({unit for _, _, unit, _ in vectors}) > 1:
-        raise InputError("the vectors have different units", where="paths")
+        raise InputError("the vectors have different units", where="of")
     quantities = list(dict.fromkeys(quantity for _, quantity, _, _ in vectors))
     several = len(quantities) > 1
     loci = [
