@@ -7,7 +7,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.motion.integrate import Integrator
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.start import Start
 from mechdae.errors import (
@@ -24,6 +23,8 @@ MASSLESS = 1e-12
 """Least eigenvalue of the scaled mass matrix along the freedoms that counts as inertia."""
 ASIDE = 1e-2
 """Way along the freedoms, over natural sizes, to the pose where a rank is looked at again."""
+DEFICIENT = 1e-4
+"""Singular value, over the largest, that the right-hand side takes for none at a start."""
 OPEN = 1e-6
 """Share of the accelerations by which superfluous equations may contradict each other."""
 
@@ -174,29 +175,36 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
         )
 
 
-def check_rest(setup: Setup, integrator: Integrator, x: Any, v: Any) -> None:
+def check_rest(setup: Setup, x: Any, v: Any) -> None:
     """Raise where superfluous equations contradict each other in their accelerations.
+
+    J x'' = gamma is a question of the pose, the speeds and the laws alone: forces are not asked.
+    What no acceleration meets is the part of gamma across the image of J.
 
     Raises
     ------
     InconsistentStartError
         With what is left by constraint.
     """
-    k = setup.kernel
+    k, r = setup.kernel, setup.released
     if not k.m:
         return
-    signs = setup.loose
-    a = integrator.acceleration(0.0, x, v, signs)
-    _, _, J, gamma = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
-    left = (J @ a - gamma.ravel()) / k.gaps
+    bias = k.function("bias", [ca.densify(r.bias)])
+    _, _, J, gamma = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, setup.loose))
+    turned = np.array(bias(0.0, x, v, setup.loose)).ravel()
+    lengths = [1.0 if name == "angle" else setup.length for _, name in r.model.q_names]
+    left, sigma, _ = np.linalg.svd(J * k.sizes / k.gaps[:, None])
+    asked = gamma.ravel() / k.gaps
+    kept = left[:, : int(np.sum(sigma > DEFICIENT * sigma[0])) if len(sigma) else 0]
+    rest = asked - kept @ (kept.T @ asked)
     size = max(
-        float(np.max(np.abs(gamma.ravel() / k.gaps), initial=0.0)),
-        float(np.max(np.abs(a / k.sizes), initial=0.0)),
+        float(np.max(np.abs(asked), initial=0.0)),
+        float(np.max(np.abs(turned / np.array(lengths)), initial=0.0)),
         float(np.max(np.abs(v / k.sizes), initial=0.0)) ** 2,
     )
-    if not np.isfinite(left).all() or np.max(np.abs(left)) > OPEN * max(size, 1e-300):
-        names = [k.released.rows[i].name for i in k.released.kept]
-        found = dict(zip(names, (left * k.gaps).tolist(), strict=True))
+    if not np.isfinite(rest).all() or np.max(np.abs(rest)) > OPEN * size:
+        names = [r.rows[i].name for i in r.kept]
+        found = dict(zip(names, (rest * k.gaps).tolist(), strict=True))
         worst = max(found, key=lambda name: abs(found[name]))
         error = InconsistentStartError(
             "the pose is singular and the speeds do not fit it: no accelerations meet the "

@@ -101,7 +101,7 @@ def prepared(problem: Problem, task: Motion) -> tuple[Run, Any, Any]:
     run.crossings, run.sticking = Crossings(whole, integrator), Sticking(whole, integrator)
     run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
     run.growth = Growth(whole, integrator)
-    check_rest(whole, integrator, x, v)
+    check_rest(whole, x, v)
     return run, x, v
 
 
