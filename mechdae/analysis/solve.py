@@ -135,7 +135,7 @@ def _task(problem: Problem, task: Task | str | None) -> tuple[str, Task]:
 
 def _changed(task: Task, mode: str | None, poses: int | None) -> Task:
     if mode is not None:
-        if not isinstance(task, Driven) or isinstance(task, Modes):
+        if not isinstance(task, Driven | Equilibrium) or isinstance(task, Modes):
             raise InputError(f"a task of kind '{task.kind}' does not start on a mode")
         task = replace(task, mode=mode)
     if poses is not None:

@@ -165,15 +165,17 @@ class Motion(Task):
 class Equilibrium(Task):
     """Static pose under loads, and small motions around it.
 
-    It is the one that Newton's method finds from the sketch, with the coordinates of ``start`` put
-    to their values first. ``drivers`` hold coordinates; ``free`` names as many independent
-    coordinates as there are freedoms, in which small motions are told.
+    It lies on the assembly mode of the sketch, with the coordinates of ``start`` put to their
+    values first, or on the ``mode`` asked for there. ``drivers`` hold coordinates; ``free`` names
+    as many independent coordinates as there are freedoms, in which modes and small motions
+    are told.
     """
 
     free: tuple[str, ...] | None = key("names", None)
     start: Table[Any] | None = key("free", None, doc="coordinate -> value near the pose")
     drivers: tuple[Driver, ...] | None = None
     friction: str | None = key("text", None, choices=("none",))
+    mode: str | None = key("text", None, doc="on this assembly mode of the free coordinates")
     linearise: bool = key("flag", False, doc="frequencies, damping and shapes")
     outputs: tuple[str, ...] | None = key("names", None)
 

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.motion.integrate import Integrator, Nodes
-from mechdae.analysis.motion.setup import Setup
+from mechdae.analysis.motion.setup import STILL, Setup
 from mechdae.analysis.motion.sticking import Sticking
 from mechdae.errors import InfeasibleMotionError
 
@@ -53,7 +53,8 @@ def dead_point(
     small[: len(sigma)] = sigma <= share * sigma[0]
     lost = left[:, small]
     rest = lost @ (lost.T @ asked)
-    if not np.max(np.abs(rest), initial=0.0) > AGAINST * np.max(np.abs(asked), initial=0.0):
+    least = max(AGAINST * np.max(np.abs(asked), initial=0.0), STILL / setup.end)
+    if not np.max(np.abs(rest), initial=0.0) > least:
         return None
     r = setup.released
     names = [r.rows[i].name for i in r.kept]
@@ -72,7 +73,7 @@ def feasible(setup: Setup, t: Any, x: Any, v: Any, signs: Any) -> Any:
         _, J, phi_t = (np.array(ca.DM(part)) for part in k.place(t[i], x[i], v[i], signs[i]))
         asked = np.max(np.abs(phi_t.ravel() / k.gaps), initial=0.0)
         left = np.max(np.abs((J @ v[i] + phi_t.ravel()) / k.gaps), initial=0.0)
-        gaps[i] = left / max(float(asked), 1e-300)
+        gaps[i] = left / max(float(asked), STILL / (MEETS * setup.end))
     return gaps <= MEETS
 
 

@@ -1,83 +1,36 @@
-"""Static equilibrium of a released mechanism, and small motions around it.
+"""Static equilibrium of a released mechanism on the assembly mode of its sketch.
 
-Newton's method on f(x) - J^T lambda = 0, phi(x) = 0 along the freedoms that the constraints
-leave: with Z a basis of them, x = x0 + Z z,
-
-    Z^T M Z z'' + C z' + K z = 0,   C = -Z^T df/dv Z,   K = -Z^T d(f - J^T lambda)/dx Z.
+Which equilibrium is meant is told by `Rests`; small motions around it are those of `small`.
 """
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
-from mechdae.analysis.motion.checks import freedoms
+from mechdae.analysis.motion.balance import Balance
+from mechdae.analysis.motion.chart import Chart
 from mechdae.analysis.motion.meshing import meshed
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.report import Whole, evaluated, with_reactions
+from mechdae.analysis.motion.rests import Rest, Rests
 from mechdae.analysis.motion.setup import Setup, as_motion, idle, setup
+from mechdae.analysis.motion.small import small_motions
 from mechdae.analysis.motion.start import start
 from mechdae.analysis.motion.unique import unique
 from mechdae.analysis.named import NamedOutputs, requests
 from mechdae.analysis.outputs import Outputs
 from mechdae.describe.coordinates import selection
-from mechdae.describe.moving import named_coordinate
+from mechdae.describe.moving import start_values
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Equilibrium
-from mechdae.errors import InputError, SingularMassError, SolveError
-from mechdae.kernels.call import Call
+from mechdae.errors import InputError, SolveError
 from mechdae.results import Named, Result, Series
 
-STEPS = 100
-SOLVED = 1e-13
-"""Force left over, of those that balance, that counts as none."""
-ACCEPTED = 1e-10
-SHORT = 0.4
-"""Largest change of a coordinate in one step, over its natural size."""
-NEUTRAL = 1e-9
-"""Share of the largest eigenvalue below which one counts as zero."""
-RANK = 1e-9
-
-
-class _Statics:
-    """Equations of equilibrium of a setup as arrays."""
-
-    def __init__(self, setup: Setup) -> None:
-        self.setup, k = setup, setup.kernel
-        r = setup.released
-        lam = ca.SX.sym("lam", k.m)
-        force = ca.densify(r.f) - r.J.T @ lam
-        slopes = [ca.jacobian(force, r.x), ca.jacobian(ca.densify(r.f), r.v)]
-        parts = [r.f, r.J, r.phi, *slopes, r.M]
-        function = k.function("statics", [ca.densify(part) for part in parts], [lam])
-        self._call = Call(function)
-        lengths = [1.0 if name == "angle" else setup.length for _, name in setup.model.q_names]
-        weights = ca.fabs(r.applied) * ca.DM(lengths)
-        self._weight = Call(k.function("weight", [ca.mmax(ca.densify(weights))]))
-        self.sizes, self.gaps, self.n, self.m = k.sizes, k.gaps, k.n, k.m
-        self.signs = setup.loose
-
-    def at(self, x: Any, lam: Any) -> list[Any]:
-        """Return f, J, phi, stiffness, damping and mass with natural sizes as units."""
-        found = self._call(0.0, x, np.zeros(self.n), self.signs, lam)
-        shapes = [(self.n,), (self.m, self.n), (self.m,), *[(self.n, self.n)] * 3]
-        f, J, phi, K, C, M = (
-            np.reshape(a, shape, order="F") for a, shape in zip(found, shapes, strict=True)
-        )
-        s, g = self.sizes, self.gaps
-        both = np.outer(s, s)
-        return [f * s, J * s / g[:, None], phi / g, -K * both, -C * both, M * both]
-
-    def weight(self, x: Any) -> float:
-        """Return the largest load on a body, times a length of the mechanism."""
-        return float(self._weight(0.0, x, np.zeros(self.n), self.signs)[0].max())
-
-    def multipliers(self, f: Any, J: Any) -> Any:
-        """Return the shortest multipliers, over natural sizes, that balance forces best."""
-        return np.linalg.lstsq(J.T, f, rcond=RANK)[0] if self.m else np.zeros(0)
+MOST = 20
+"""Equilibria that are listed."""
 
 
 def equilibrium(problem: Problem, name: str, task: Equilibrium) -> Result:
@@ -91,28 +44,60 @@ def equilibrium(problem: Problem, name: str, task: Equilibrium) -> Result:
         Loads that depend on the time, a number of free coordinates that is not that of the
         freedoms.
     """
-    whole, x = _prepared(problem, task)
-    statics = _Statics(whole)
-    x, lam, left, steps = _solved(statics, x)
-    _, J, phi, K, C, M = statics.at(x, lam / statics.gaps)
-    basis = freedoms(J * statics.gaps[:, None] / statics.sizes, statics.sizes)
+    found = at_rest(problem, task)
     summary: dict[str, Any] = {
         "poses": 1,
         "status": {"ok": 1},
-        "freedoms": basis.shape[1],
-        "coordinates": statics.n,
-        "constraints": statics.m,
-        "iterations": steps,
-        "residual": left,
-        "closure": float(np.max(np.abs(phi), initial=0.0)),
+        "freedoms": found.basis.shape[1],
+        "coordinates": found.balance.n,
+        "constraints": found.balance.m,
+        "iterations": found.rest.steps,
+        "residual": found.rest.left,
+        "closure": float(np.max(np.abs(found.phi), initial=0.0)),
         "bound": "estimated",
         "not_in_scene": [],
     }
-    along = [basis.T @ part @ basis for part in (M, C, K)]
-    summary["stable"] = _stability(along[2])
+    summary["stable"] = found.rest.stable
+    summary |= found.listed
     if task.linearise:
-        summary |= _small_motions(whole, task, x, basis, along)
-    return _report(problem, name, task, whole, x, lam / statics.gaps, summary)
+        summary |= small_motions(found.balance, task, found.rest.x, found.basis, found.along)
+    notes = found.notes
+    lam = found.rest.lam / found.balance.gaps
+    return _report(problem, name, task, found.balance.setup, found.rest.x, lam, summary, notes)
+
+
+@dataclass
+class AtRest:
+    """A mechanism at the equilibrium that its sketch means.
+
+    ``basis`` is that of its freedoms, ``along`` mass, damping and stiffness along them, all in
+    natural sizes; ``listed`` is what the summary says about all equilibria.
+    """
+
+    balance: Balance
+    rest: Rest
+    basis: Any
+    along: list[Any]
+    phi: Any
+    listed: dict[str, Any]
+    notes: list[str]
+
+
+def at_rest(problem: Problem, task: Equilibrium) -> AtRest:
+    """Return the equilibrium that the sketch means.
+
+    Raises
+    ------
+    SolveError, InputError
+        As `equilibrium`.
+    """
+    whole, x = _prepared(problem, task)
+    balance = Balance(whole)
+    rest, listed, notes = _chosen(balance, task, x)
+    _, J, phi, K, C, M = balance.at(rest.x, rest.lam)
+    basis = balance.freedoms(J)
+    along = [basis.T @ part @ basis for part in (M, C, K)]
+    return AtRest(balance, rest, basis, along, phi, listed, notes)
 
 
 def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
@@ -124,131 +109,82 @@ def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
     return whole, begin.q[whole.released.free]
 
 
-def _solved(statics: _Statics, x: Any) -> tuple[Any, Any, float, int]:
-    """Return coordinates, multipliers (over natural sizes), what is left and steps."""
-    lam, left = np.zeros(statics.m), math.inf
-    best: tuple[float, Any, Any] = (math.inf, x, lam)
-    stalled = steps = 0
-    while steps < STEPS:
-        steps += 1
-        f, J, phi, *_ = statics.at(x, lam / statics.gaps)
-        if not np.isfinite(f).all():
-            break
-        lam = statics.multipliers(f, J)
-        size = statics.weight(x)
-        balance = f - J.T @ lam
-        left = float(np.max(np.abs(balance))) / size if size > 0 else 0.0
-        left = max(left, float(np.max(np.abs(phi), initial=0.0)))
-        stalled = 0 if left < 0.5 * best[0] else stalled + 1
-        if left < best[0]:
-            best = (left, x, lam)
-        if left == 0 or (stalled >= 3 and best[0] <= SOLVED) or stalled >= 40:
-            break
-        K = statics.at(x, lam / statics.gaps)[3]
-        basis = freedoms(J * statics.gaps[:, None] / statics.sizes, statics.sizes)
-        close = -np.linalg.lstsq(J, phi, rcond=RANK)[0] if statics.m else np.zeros(statics.n)
-        stiff = basis.T @ K @ basis
-        pull = basis.T @ (balance - K @ close)
-        step = close + basis @ np.linalg.lstsq(stiff, pull, rcond=1e-13)[0]
-        largest = float(np.max(np.abs(step), initial=0.0))
-        x = x + statics.sizes * step * min(1.0, SHORT / largest if largest else 1.0)
-    left, x, lam = best
-    if left > ACCEPTED:
+def _chosen(balance: Balance, task: Equilibrium, x: Any) -> tuple[Rest, dict[str, Any], list[str]]:
+    """Return the equilibrium that is meant, what there is to say about all, and notes."""
+    closed = balance.closed(x)
+    x = x if closed is None else closed
+    _, J, _ = balance.light(x)
+    basis = balance.freedoms(J)
+    begins = start_values(balance.setup.problem.mechanism, task.start, "start")
+    names = [*(task.free or ()), *(c.text for c in begins)]
+    chart = Chart(balance.setup, x, basis, names)
+    if task.mode is not None:
+        moved = balance.closed(chart.on_mode(x, task.mode))
+        x = x if moved is None else moved
+    rests = Rests(balance, chart, x)
+    rest = rests.answer
+    if rest is None:
+        left = balance.newton(x)[2]
         raise SolveError(
-            f"no equilibrium was found near the sketch: {left:.2g} of the forces is left after "
-            f"{steps} steps",
+            f"no equilibrium was found near the sketch: {left:.2g} of the forces is left",
             where="start",
             hint="sketch a pose nearer to it, or hold coordinates with drivers",
         )
-    return x, lam, left, steps
-
-
-def _stability(K: Any) -> str:
-    """Return "stable", "unstable" or "neutral" by the stiffness along the freedoms."""
-    if not len(K):
-        return "stable"
-    values = np.linalg.eigvals(K).real
-    largest = np.max(np.abs(values))
-    if values.min() < -NEUTRAL * largest:
-        return "unstable"
-    return "stable" if values.min() > NEUTRAL * largest else "neutral"
-
-
-def _small_motions(
-    whole: Setup, task: Equilibrium, x: Any, basis: Any, along: list[Any]
-) -> dict[str, Any]:
-    """Return eigenvalues of the small motions with frequencies, damping and shapes."""
-    M, C, K = along
-    n = len(M)
-    if not n:
-        return {"modes": [], "frequencies": [], "damping": []}
-    if np.linalg.eigvalsh((M + M.T) / 2)[0] <= 1e-12 * np.trace(M):
-        raise SingularMassError(
-            "a freedom has no inertia: there are no frequencies",
-            where="bodies",
-            hint="give mass and inertia, or linearise = false",
-        )
-    inverse = np.linalg.inv(M)
-    first = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ K, -inverse @ C]])
-    values, vectors = np.linalg.eig(first)
-    names, gradient = _told(whole, task, x, n)
-    scaled = gradient * whole.kernel.sizes @ basis if len(names) else basis
-    labels = names or [".".join(own) for own in whole.released.names]
-    modes: list[dict[str, Any]] = []
-    largest = float(np.max(np.abs(values)))
-    rounding = NEUTRAL * largest
-    for k in np.lexsort((values.imag, np.abs(values))):
-        value = values[k]
-        if value.imag < -rounding:
-            continue  # its conjugate is listed
-        real = 0.0 if abs(value.real) <= rounding else float(value.real)
-        swing = 0.0 if abs(value.imag) <= rounding else float(value.imag)
-        size = math.hypot(real, swing)
-        shape = scaled @ vectors[:n, k]
-        shape = shape / shape[np.argmax(np.abs(shape))]
-        told = {
-            label: [float(z.real), float(z.imag)] for label, z in zip(labels, shape, strict=True)
+    listed: dict[str, Any] = {"mode": chart.label(rest.x), "mode_coordinates": chart.names}
+    listed["sketched_mode"] = rest.own
+    listed["equilibria"] = [
+        {
+            "mode": chart.label(own.x),
+            "sketched_mode": own.own,
+            "sketched_circuit": own.circuit,
+            "stable": own.stable,
+            "distance": own.far,
+            "coordinates": chart.values(own.x),
+            "answer": own is rest,
         }
-        modes.append(
-            {
-                "eigenvalue": [real, swing],
-                "frequency": swing / (2 * math.pi),
-                "natural_frequency": size / (2 * math.pi),
-                "damping": 0.0 - real / size if size else 0.0,
-                "shape": told,
-            }
-        )
-    growth = float(values.real.max())
-    zero = min(abs(value) for value in values) <= math.sqrt(NEUTRAL) * largest
-    verdict = "unstable" if growth > math.sqrt(NEUTRAL) * largest else "stable"
-    if zero and verdict == "stable":
-        verdict = "neutral"
-    elif verdict == "stable" and values.real.max() < -rounding:
-        verdict = "asymptotically stable"
-    return {
-        "modes": modes,
-        "stable": verdict,
-        "frequencies": [mode["frequency"] for mode in modes],
-        "damping": [mode["damping"] for mode in modes],
-    }
+        for own in rests.found[:MOST]
+    ]
+    listed["all_equilibria"] = rests.whole
+    return rest, listed, _notes(chart, rests, rest)
 
 
-def _told(whole: Setup, task: Equilibrium, x: Any, count: int) -> tuple[list[str], Any]:
-    """Return the names and gradients of the coordinates that shapes are told in."""
-    if task.free is None:
-        return [], None
-    coordinates = [named_coordinate(whole.problem.mechanism, name) for name in task.free]
-    r = whole.released
-    rows = r.moved(ca.vertcat(*[whole.model.coordinate(c) for c in coordinates]))
-    function = whole.kernel.function("told", [ca.densify(ca.jacobian(rows, r.x))])
-    signs = whole.loose
-    gradient = np.array(function(0.0, x, np.zeros(len(x)), signs))
-    if len(coordinates) != count:
-        raise InputError(
-            f"the mechanism has {count} freedoms, {len(coordinates)} coordinates are named",
-            where="free",
+def _notes(chart: Chart, rests: Rests, rest: Rest) -> list[str]:
+    """Return what the user must know about the choice."""
+
+    def at(own: Rest) -> str:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in chart.values(own.x).items())
+        return f"({values}; mode {chart.label(own.x)}, {own.stable})"
+
+    notes = []
+    nearest = rests.found[0]
+    own = [other for other in rests.found if other.own]
+    if not rest.own:
+        there = f"only {at(own[0])}, far from it," if own else "none"
+        notes.append(
+            f"on the assembly mode of the sketch {there} was found, and let go the mechanism "
+            f"leaves it: the nearest equilibrium {at(rest)} lies on another {_kind(rest)}"
         )
-    return [c.text for c in coordinates], gradient
+    elif nearest is not rest and not nearest.own:
+        notes.append(
+            f"an equilibrium nearer to the sketch {at(nearest)} lies on another {_kind(nearest)}; "
+            "that of the sketch is answered"
+        )
+    elif nearest is not rest:
+        notes.append(
+            f"the equilibrium nearest to the sketch {at(nearest)} is more than 20 degrees away: "
+            "answered is the one that the mechanism comes to from there when it is let go"
+        )
+    others = [own for own in rests.found if own.own and own is not rest and own.stable == "stable"]
+    if rest.stable == "unstable" and others:
+        notes.append(f"this equilibrium is unstable; the nearest stable one is {at(others[0])}")
+    return notes
+
+
+def _kind(rest: Rest) -> str:
+    """Return where an equilibrium lies that is not on the sketch's mode."""
+    if rest.circuit is False:
+        return "circuit: the mechanism cannot get there without being taken apart"
+    return "mode"
 
 
 def _report(
@@ -259,6 +195,7 @@ def _report(
     x: Any,
     lam: Any,
     summary: dict[str, Any],
+    more: list[str],
 ) -> Result:
     model, n = whole.model, len(x)
     observer = Observer(whole)
@@ -290,7 +227,7 @@ def _report(
         for i, row in enumerate(rows)
         if (row.owner, row.part) not in whole.held
     }
-    notes = whole.notes + expressions.notes + lost
+    notes = whole.notes + more + expressions.notes + lost
     if whole.loads.slips:
         owners = ", ".join(slip.owner for slip in whole.loads.slips)
         notes.append(f"at rest {owners} resists nothing here: what it could hold is left out")

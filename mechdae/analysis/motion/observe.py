@@ -135,6 +135,13 @@ class Observer:
         inner[:, : s.lam.shape[1]] = s.lam
         return inner
 
+    def loads(self, s: States) -> float:
+        """Return the largest load on a body over the states, times a length of the mechanism."""
+        lengths = [1.0 if name == "angle" else self.setup.length for _, name in self.model.q_names]
+        weight = ca.mmax(ca.fabs(ca.densify(self.r.applied)) * ca.DM(lengths))
+        found = self._batch("loads", [weight])(s.t[:, None], s.x, s.v, s.signs, self.p)[0]
+        return float(np.max(found, initial=0.0, where=np.isfinite(found)))
+
     # -- reactions -------------------------------------------------------------------------
 
     @cached_property

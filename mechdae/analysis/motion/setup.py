@@ -32,6 +32,8 @@ SMOOTHED = ("revolute", "prismatic", "curve")
 """Joints whose friction can be smoothed."""
 TOLERANCE = 1e-9
 TIGHTEST = 1e-14
+STILL = 1e-12
+"""Way until the end, in natural sizes, of a law that counts as standing still."""
 DRIVERS = "drivers"
 """Name of the work that laws of time put in."""
 

@@ -15,10 +15,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.motion.setup import Setup
+from mechdae.analysis.motion.setup import STILL, Setup
 from mechdae.analysis.plan import sketched
 from mechdae.analysis.setting import prepare
 from mechdae.analysis.start import sketched_pose
+from mechdae.describe.coordinates import Coordinate
 from mechdae.describe.moving import start_values
 from mechdae.describe.tasks import Driver, Sweep
 from mechdae.errors import AssemblyError, InconsistentStartError, MechanismError, MechdaeError
@@ -65,7 +66,8 @@ class _Starter:
         for law, value in zip(laws, found[0], strict=True):
             self.aims.setdefault(law.coordinate, float(value))
         self.law_speeds = {
-            law.coordinate: float(rate) for law, rate in zip(laws, found[1], strict=True)
+            law.coordinate: float(rate) if abs(rate) > self._least(law.coordinate) else 0.0
+            for law, rate in zip(laws, found[1], strict=True)
         }
         self.law_values = {
             law.coordinate: float(value) for law, value in zip(laws, found[0], strict=True)
@@ -92,6 +94,10 @@ class _Starter:
         self.gaps = np.array([1.0 if unit == "rad" else setup.length for unit in r.units])
         own = [1.0 if c.is_angle else setup.length for c in self.moving]
         self.scales = np.concatenate([self.gaps, own])
+
+    def _least(self, c: Coordinate) -> float:
+        """Return the speed below which a coordinate stands still until the end."""
+        return STILL * (1.0 if c.is_angle else self.setup.length) / self.setup.end
 
     def rows(self, x: Any) -> tuple[Any, Any]:
         """Return constraints and moved coordinates, and their Jacobian, over natural sizes."""
@@ -348,7 +354,7 @@ class _Starter:
         _, J = self.rows(x)
         aims = {**self.speeds}
         for c, rate in self.law_speeds.items():
-            if c in aims and not np.isclose(aims[c], rate, rtol=1e-9, atol=1e-12):
+            if c in aims and not np.isclose(aims[c], rate, rtol=1e-9, atol=self._least(c)):
                 left = {c.text: aims[c] - rate}
                 raise self._error("speed and law of time differ", left, "start_speed")
             aims[c] = rate
