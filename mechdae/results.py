@@ -52,6 +52,22 @@ REACTION = {
     "radial": (("Fr", "Ft"), ("N", "N")),
 }
 """Names and units of a reaction's components by the last word of its name."""
+SUMMARY = {
+    "swing": "rad",
+    "stroke": "m",
+    "return_angle": "rad",
+    "time_ratio": "1",
+    "useful": "W",
+    "loss": "W",
+    "input": "W",
+    "efficiency": "1",
+    "efficiency_uncoupled": "1",
+    "efficiency_formula_10": "1",
+    "frequencies": "Hz",
+    "damping": "1",
+    "envelope": "m",
+}
+"""Units of entries of a summary."""
 OUTPUT_RATES = ("value", "rate", "second", "third")
 DRIVER_UNITS = {"velocity": "/s", "acceleration": "/s2", "jerk": "/s3"}
 PLURALS = {
@@ -296,8 +312,9 @@ class Result:
             yield name, UNITS[name], array
         for name, array in self.work.items():
             yield f"work.{name}", "J", array
+        units = self.summary.get("units", {})
         for name, array in self.parameters.items():
-            yield name, "", array
+            yield name, units.get(name, ""), array
         for path, array in self.table.items():
             yield from _flat(path, array, self.path_unit(path))
         for path, slopes in self.data.get("derivatives", {}).items():
@@ -329,22 +346,51 @@ class Result:
 
     def path_unit(self, path: str) -> str:
         """Return the unit of what a path of a study names; empty where it is not known."""
-        head, _, rest = path.partition("/")
+        head, _, rest = self._named(path).partition("/")
         part, _, name = rest.rpartition("/")
         if head in KINDS and part:
-            return self.unit(head, part, name)
+            return "" if name.startswith("reaction") else self.unit(head, part, name)
         if head.startswith("efforts"):
             return "N m" if rest.endswith(".angle") else "N"
-        if head == "summary" and part in ("swing", "stroke"):
-            return "rad" if part == "swing" else "m"
+        if head == "summary":
+            return self._summary_unit(rest.split("/"))
+        if head == "work":
+            return "J"
         return UNITS.get(path.rsplit("/", 1)[-1], "")
+
+    def _named(self, path: str) -> str:
+        """Return the path a name of the problem's outputs stands for, also of a study."""
+        name, _, rest = path.partition("/")
+        if name in self.mechanism.outputs and name not in self.__dataclass_fields__:
+            return f"outputs/{name}/{rest or 'value'}"
+        return path
+
+    def _summary_unit(self, steps: list[str]) -> str:
+        """Return the unit of an entry of the summary."""
+        word, last = steps[0], steps[-1]
+        if word in SUMMARY:
+            return SUMMARY[word]
+        if word.startswith("loss_by_joint"):
+            return "W"
+        if word == "transmission" and last in ("min", "max"):
+            return "rad"
+        if word == "extremes" and last == "value":
+            return "rad" if steps[1].endswith(".angle") else "m"
+        if word == "curve":
+            return {"length": "m", "area": "m2"}.get(last, "")
+        if word == "state" and steps[1:2] and steps[1] in self.mechanism.outputs:
+            return self.unit("outputs", steps[1], "value")
+        return ""
 
 
 def _flat(path: str, array: Any, unit: str) -> Iterator[tuple[str, str, Any]]:
     """Yield the numbers of each row of a study as columns ``path[i][j]``."""
+    word = path.rpartition("/")[2]
+    axes = REACTION.get(word[9:], _WHOLE)[1] if word.startswith("reaction") else ()
     for place in np.ndindex(*array.shape[1:]):
         name = path + "".join(f"[{i}]" for i in place)
-        yield name, unit, array[(slice(None), *place)]
+        own = axes[place[-1]] if axes and place and place[-1] < len(axes) else unit
+        yield name, own, array[(slice(None), *place)]
 
 
 def _of_designs(designs: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, Any]]:

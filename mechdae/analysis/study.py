@@ -20,6 +20,7 @@ from mechdae.analysis.lockstep import Lockstep
 from mechdae.analysis.numbers import Constants, mechanism_scale
 from mechdae.analysis.setting import Setting, first_pose, prepare
 from mechdae.describe.coordinates import coordinate_names
+from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Problem
@@ -73,10 +74,12 @@ def study(problem: Problem, name: str, task: Study) -> Result:
         _check_summary(problem, path)
     collector = _Collector(problem, base_name, base, names, sets, tuple(task.outputs))
     table, status = collector.run()
+    units = parameter_units(problem.mechanism, problem.tasks.values())
     summary = {
         "sets": len(sets),
         "of": base_name,
         "status": {word: status.count(word) for word in dict.fromkeys(status)},
+        "units": {key: units[key] for key in names if key in units},
         "work": {"lockstep": collector.together, "one_by_one": len(sets) - collector.together},
     }
     if collector.faults:

@@ -18,6 +18,13 @@ from mechdae.errors import InputError
 
 MOST = 6
 """Points that are drawn if none are named."""
+PLACES = {
+    "position": "points",
+    "centre": "instant centres",
+    "centrode fixed": "instant centres",
+    "centrode moving": "instant centres in the body's axes",
+}
+"""Quantities that are places, and whose."""
 NEAR = 1.5
 """Fixed pivots are shown up to so many sizes of the curves beside them."""
 
@@ -66,13 +73,16 @@ def draw(
     if len(units) > 1:
         raise InputError(f"vectors in {' and in '.join(units)} in one plane", where="of")
     quantities = list(dict.fromkeys(quantity for _, quantity, _, _ in vectors))
-    places = quantities == ["position"]
+    places = set(quantities) <= set(PLACES)
     loci = [Locus(part, values) for part, _, _, values in vectors]
     extent = np.vstack([locus.values for locus in loci])
     scale = scale_of(units[0], [extent])
     word = "" if places else f"{quantities[0]} "
-    shown = pivots_of(result, extent) if places and pivots else []
-    what = "paths of points" if places else f"hodograph of the {' and '.join(quantities)}"
+    world = places and "centrode moving" not in quantities
+    shown = pivots_of(result, extent) if world and pivots else []
+    what = f"hodograph of the {' and '.join(quantities)}"
+    if places:
+        what = f"paths of {' and '.join(PLACES[own] for own in quantities)}"
     frame = draw_loci(
         result,
         ax,

@@ -19,15 +19,17 @@ from mechdae.draw.graphs.abscissa import (
     events_of,
     key_of,
 )
+from mechdae.draw.graphs.beyond import DASH, beyond_key
 from mechdae.draw.graphs.frame import Frame
 from mechdae.draw.graphs.places import Places
+from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
 from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of
 from mechdae.errors import InputError
 
 FEW = 25
 """Up to so many poses are marked by dots."""
-LOGARITHMIC = ("condition", "bound")
+LOGARITHMIC = ("condition", "bound", "drift")
 MARGIN = 0.2
 """Room above and below the curves, as a share of the panel."""
 
@@ -85,19 +87,20 @@ def draw(
         raise InputError("there is no series to draw", hint="name some: of=[...]")
     groups = list(_panels(lines))
     arcs, events = arcs_of(result, axis), events_of(result, axis)
+    clips = [_clip(axis, group) for group in groups]
     names = [_label(line, group) for group in groups for line in group]
     frame = Frame(
         ax,
         len(groups),
         str(result.title or result.problem),
         subtitle_of(result),
-        key_of(axis, arcs, events),
+        [*key_of(axis, arcs, events), *beyond_key(axis, clips)],
         names,
         rows=max(len(group) for group in groups),
     )
     draw_axis(frame.panels, axis, arcs, events, frame.k)
-    for panel, group in zip(frame.panels, groups, strict=True):
-        _draw_panel(frame, panel, group, axis, result, extremes)
+    for panel, group, clip in zip(frame.panels, groups, clips, strict=True):
+        _draw_panel(frame, panel, group, axis, result, extremes, clip)
     frame.label(frame.panels[-1], x=axis_label(axis))
     return frame.panels[0]
 
@@ -159,10 +162,34 @@ def _quantity(group: Sequence[Line], scale: Scale) -> str:
     return unit
 
 
+def _clip(axis: Abscissa, group: Sequence[Line]) -> Clip | None:
+    """Return limits for a panel that poles would flatten."""
+    if not axis.rises or all(line.quantity in LOGARITHMIC for line in group):
+        return None
+    values = [line.values for line in group]
+    each = [
+        clip_of(axis.values, own, _cuts(axis, line))
+        for own, line in zip(values, group, strict=True)
+    ]
+    return joined(each, values)
+
+
+def _cuts(axis: Abscissa, line: Line) -> list[int]:
+    """Return the poses after which a line is not drawn on."""
+    return list(line.cuts) or (cuts(line.values) if axis.rises else [])
+
+
 def _draw_panel(
-    frame: Frame, panel: Axes, group: list[Line], axis: Abscissa, result: Any, extremes: bool
+    frame: Frame,
+    panel: Axes,
+    group: list[Line],
+    axis: Abscissa,
+    result: Any,
+    extremes: bool,
+    clip: Clip | None,
 ) -> None:
-    scale = scale_of(group[0].unit, [line.values for line in group])
+    shown = [line.values for line in group] if clip is None else [[clip.low, clip.high]]
+    scale = scale_of(group[0].unit, shown)
     looks = _looks(group)
     logarithmic = all(line.quantity in LOGARITHMIC for line in group)
     if logarithmic:
@@ -171,8 +198,7 @@ def _draw_panel(
     style_of = "-" if axis.rises or axis.kind == "path" else ""
     for line, (color, dash) in zip(group, looks, strict=True):
         panel.plot(
-            axis.shown,
-            scale(line.values),
+            *with_gaps(axis.shown, scale(line.values), _cuts(axis, line)),
             color=color,
             linestyle=(dash or style_of) if style_of else "",
             linewidth=1.4 * frame.k,
@@ -185,6 +211,17 @@ def _draw_panel(
     everything = np.concatenate([*finite, np.zeros(0)])
     if logarithmic and (everything > 0).any():
         _decades(panel, everything[everything > 0])
+    elif clip is not None:
+        _limits(panel, scale(np.array([clip.low, clip.high])), scale, room=0.0)
+        for own in clip.beyond:
+            panel.axvline(
+                float(axis.scale(own.at)),
+                color=style.FAINT,
+                linewidth=style.LINE * frame.k,
+                linestyle=DASH,
+                zorder=1.5,
+                gid=f"beyond-{group[0].unit}",
+            )
     elif everything.size:
         _limits(panel, everything, scale)
     frame.label(panel, y=_quantity(group, scale))
@@ -219,14 +256,12 @@ def _looks(group: Sequence[Line]) -> list[tuple[str, Any]]:
     return looks
 
 
-def _limits(panel: Axes, values: Array, scale: Scale) -> None:
+def _limits(panel: Axes, values: Array, scale: Scale, room: float = MARGIN) -> None:
     low, high = float(values.min()), float(values.max())
     size = max(abs(low), abs(high))
     if high - low <= 1e-9 * size or high == low:
-        room = 0.1 * size or 1.0
-        low, high = low - room, high + room
-    room = MARGIN * (high - low)
-    panel.set_ylim(low - room, high + room)
+        low, high = low - (0.1 * size or 1.0), high + (0.1 * size or 1.0)
+    panel.set_ylim(low - room * (high - low), high + room * (high - low))
     if scale.unit == "deg" and high - low > 1:
         panel.yaxis.set_major_locator(MultipleLocator(step_of(high - low, 6)))
 
@@ -260,7 +295,8 @@ def _mark(
     x = axis.shown[np.isfinite(axis.shown)]
     for word, at, value in _extremes(result, line):
         place, height = float(axis.scale(at)), float(scale(value))
-        if not x.min() <= place <= x.max():
+        low, high = panel.get_ylim()
+        if not (x.min() <= place <= x.max() and low <= height <= high):
             continue
         panel.plot(
             [place],

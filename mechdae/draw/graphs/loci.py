@@ -12,8 +12,10 @@ from matplotlib.patches import Polygon
 
 from mechdae.draw import style
 from mechdae.draw.graphs.abscissa import Abscissa
+from mechdae.draw.graphs.beyond import beyond_key
 from mechdae.draw.graphs.frame import Entry, Frame
 from mechdae.draw.graphs.places import Places
+from mechdae.draw.graphs.poles import Clip, clip_of, cuts, with_gaps
 from mechdae.draw.graphs.scale import Scale, number
 from mechdae.draw.graphs.series import Array
 
@@ -73,9 +75,11 @@ def draw_loci(
     ]
     if chosen is not None:
         key.append(Entry(chosen.step, line={"upright": True, "color": style.INK, "linewidth": 1.0}))
+    clips = [_clips(axis, locus) for locus in loci]
+    key += beyond_key(axis, [clip for pair in clips for clip in pair])
     frame = Frame(ax, 1, title, subtitle, key, height=HEIGHT)
     panel = frame.panels[0]
-    point = _limits(frame, panel, loci, scale, pivots, origin)
+    point = _limits(frame, panel, loci, clips, scale, pivots, origin)
     frame.label(panel, *words)
     if origin:
         panel.axhline(0.0, color=style.FAINT, linewidth=0.6 * frame.k, zorder=1)
@@ -150,16 +154,37 @@ def _step_text(result: Any, axis: Abscissa, step: float) -> str:
     return f"{text}, {seconds:.4g} s"
 
 
+def _clips(axis: Abscissa, locus: Locus) -> tuple[Clip | None, Clip | None]:
+    """Return the limits in x and y of a curve that runs through infinity."""
+    if not axis.rises:
+        return None, None
+    at = cuts(locus.values)
+    x, y = (clip_of(axis.values, own, at) for own in locus.values.T)
+    return x, y
+
+
+def _within(locus: Locus, clips: tuple[Clip | None, Clip | None]) -> Array:
+    """Return the places of a curve that lie within its limits."""
+    inside = np.isfinite(locus.values).all(axis=1)
+    for own, clip in zip(locus.values.T, clips, strict=True):
+        if clip is not None:
+            with np.errstate(invalid="ignore"):
+                inside &= (own >= clip.low) & (own <= clip.high)
+    kept: Array = locus.values[inside]
+    return kept
+
+
 def _limits(
     frame: Frame,
     panel: Axes,
     loci: Sequence[Locus],
+    clips: Sequence[tuple[Clip | None, Clip | None]],
     scale: Scale,
     pivots: Sequence[tuple[str, Any]],
     origin: bool,
 ) -> float:
     """Set equal scales on both axes; return the size of a point [unit shown]."""
-    rows = [scale(locus.values) for locus in loci]
+    rows = [scale(_within(locus, own)) for locus, own in zip(loci, clips, strict=True)]
     rows += [np.atleast_2d(scale(place)) for _, place in pivots]
     rows += [np.zeros((1, 2))] if origin else []
     points = np.vstack(rows)
@@ -183,9 +208,10 @@ def _draw(
     frame: Frame, panel: Axes, locus: Locus, scale: Scale, k: int, point: float, few: bool
 ) -> None:
     values = scale(locus.values)
+    _, drawn = with_gaps(values[:, 0], values, cuts(values))
     panel.plot(
-        values[:, 0],
-        values[:, 1],
+        drawn[:, 0],
+        drawn[:, 1],
         color=_color(k),
         linestyle=_dash(k) or "-",
         linewidth=1.5 * frame.k,

@@ -121,6 +121,7 @@ def _of_study(result: Any, paths: Sequence[str] | None, along: Sequence[str] | N
     for name in along or ():
         if name not in result.parameters:
             raise UnknownName("parameter of the study", name, result.parameters)
+    units = result.summary.get("units", {})
     names = list(along) if along else varying[:2]
     if not 1 <= len(names) <= 2:
         raise InputError("one parameter or two that vary are needed", where="along")
@@ -130,12 +131,12 @@ def _of_study(result: Any, paths: Sequence[str] | None, along: Sequence[str] | N
         if name not in names:
             values = result.parameters[name]
             rows &= values == values[0]
-            held.append(f"{name} = {number(float(values[0]))}")
+            held.append(f"{name} = {_amount(float(values[0]), units.get(name, ''))}")
     return [
         Plane(
             tuple(names),
             tuple(np.asarray(result.parameters[name], float)[rows] for name in names),
-            ("",) * len(names),
+            tuple(units.get(name, "") for name in names),
             np.asarray(known[path][1], float)[rows],
             np.asarray(result.status)[rows],
             path.removeprefix("summary/"),
@@ -144,6 +145,12 @@ def _of_study(result: Any, paths: Sequence[str] | None, along: Sequence[str] | N
         )
         for path in chosen
     ]
+
+
+def _amount(value: float, unit: str) -> str:
+    """Return a value of a parameter with its unit."""
+    scale = scale_of(unit, [value])
+    return f"{number(float(scale(value)))} {scale.unit}".strip()
 
 
 def _of_drivers(result: Any, paths: Sequence[str] | None) -> Plane:
@@ -170,7 +177,8 @@ def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
         raise InputError("the paths have different units", where="of")
     first = planes[0]
     scale = scale_of(first.unit, [plane.values for plane in planes])
-    x = first.axes[0]
+    across = scale_of(first.units[0], [first.axes[0]])
+    x = across(first.axes[0])
     order = np.argsort(x, kind="stable")
     bad = _bad(first.status)
     key = [Entry(word, area=style.ARCS[word]) for word in bad]
@@ -202,7 +210,8 @@ def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
         finite = values[np.isfinite(values)]
         ends.append((float(finite[-1]) if finite.size else 0.0, plane.label, color))
     panel.margins(y=0.1)
-    frame.label(panel, x=first.names[0], y=_with_unit("" if labels else first.label, scale))
+    upright = _with_unit("" if labels else first.label, scale)
+    frame.label(panel, x=_with_unit(first.names[0], across), y=upright)
     if labels:
         frame.ends(panel, ends)
     return panel
@@ -263,10 +272,7 @@ def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
         if locked:
             _lock(frame, panel, xs, ys, table)
     _bar(frame, levels, colors)
-    labels = [
-        f"{name} [{own.unit}]" if own.unit else name
-        for name, own in zip(plane.names, scales, strict=True)
-    ]
+    labels = [_with_unit(name, own) for name, own in zip(plane.names, scales, strict=True)]
     frame.label(panel, *labels)
     return panel
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-PREFIXED = ("m", "N", "N m", "W")
+PREFIXED = ("m", "N", "N m", "W", "J")
 """Units that take a prefix; all others stay as they are."""
 DEGREES = 180.0 / np.pi
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechdae.draw.graphs.poles import cuts
 from mechdae.errors import InputError, UnknownName
-from mechdae.results import KINDS, REACTION
+from mechdae.results import KINDS, REACTION, UNITS
 
 Array = NDArray[np.float64]
 PRINCIPAL = {
@@ -35,7 +36,8 @@ class Line:
 
     ``name`` says whose it is, ``quantity`` what it is, ``unit`` is that of the result.
     ``extreme`` is its name in ``summary.extremes``; ``partner`` the path of the series with
-    friction that this one without friction stands beside.
+    friction that this one without friction stands beside. ``cuts`` are the poses after which
+    the vector that it is a component of runs through infinity.
     """
 
     path: str
@@ -45,6 +47,7 @@ class Line:
     values: Array
     extreme: str = ""
     partner: str = ""
+    cuts: tuple[int, ...] = ()
 
 
 def lines_of(result: Any, path: str) -> list[Line]:
@@ -71,9 +74,18 @@ def lines_of(result: Any, path: str) -> list[Line]:
         return [_line(path, "", "condition", result.condition, "1")]
     if head == "centres" and rest:
         array = _known("pair of bodies", rest[0], result.centres)
-        axes = zip("xy", array.T, strict=False)
-        return [_line(path, f"{rest[0]} {axis}", "centre", own, "m") for axis, own in axes]
-    known = [*KINDS, "efforts", "bound", "condition", "centres"]
+        lines = [
+            _line(path, f"{rest[0]} {axis}", "centre", own, "m")
+            for axis, own in zip("xy", array.T, strict=False)
+        ]
+        return [replace(line, cuts=tuple(cuts(array))) for line in lines]
+    if head in result.scalars:
+        return [_line(path, "", head, result.scalars[head], UNITS[head])]
+    if head == "work" and result.work:
+        loads = rest[:1] or list(result.work)
+        works = [(own, _known("load", own, result.work)) for own in loads]
+        return [_line(f"work/{own}", own, "work", array, "J") for own, array in works]
+    known = [*KINDS, "efforts", "bound", "condition", "centres", *result.scalars, "work"]
     raise UnknownName("path", path, known)
 
 
@@ -191,7 +203,7 @@ def _of_part(result: Any, path: str, kind: str, rest: Sequence[str]) -> list[Lin
         chosen = [axis for axis in chosen if axis == rest[2]]
         if not chosen:
             raise UnknownName("component", rest[2], [*axes[: array.shape[1]], SIZE])
-    return [
+    lines = [
         _line(
             path,
             f"{part} {axis}",
@@ -203,6 +215,8 @@ def _of_part(result: Any, path: str, kind: str, rest: Sequence[str]) -> list[Lin
         )
         for axis in chosen
     ]
+    far = tuple(cuts(array)) if word.startswith("centrode") else ()
+    return [replace(line, cuts=far) for line in lines]
 
 
 def _of_efforts(result: Any, path: str, head: str, rest: Sequence[str]) -> list[Line]:
@@ -251,9 +265,10 @@ def _known_already(line: Line, others: Sequence[Line]) -> bool:
 def _moves(values: Any) -> bool:
     if values is None:
         return False
-    values = values[np.isfinite(values)]
-    size = np.abs(values).max(initial=0.0)
-    return bool(values.size > 1 and np.ptp(values) > SMALL * size)
+    rows = np.reshape(values, (len(values), -1))
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    size = np.abs(rows).max(initial=0.0)
+    return bool(len(rows) > 1 and np.ptp(rows, axis=0).max() > SMALL * size)
 
 
 def _positive(values: Any) -> bool:
