@@ -57,12 +57,13 @@ def parameter_units(mechanism: Mechanism, tasks: Iterable[Task] = ()) -> dict[st
     uses += [(mechanism.outputs[name], None) for name in mechanism.outputs]
     known: dict[str, Powers | None] = {}
     reader = _Reader(mechanism, known)
-    for _ in range(ROUNDS):
+    for turn in range(2 * ROUNDS):
         for number, powers in uses:
             reader.use(number, powers)
         for name, number in mechanism.parameters.items():
             reader.use(number, known.get(name), weak=True)
-            if isinstance(number, str):
+            if turn >= ROUNDS and isinstance(number, str):
+                # last, for numbers in an expression may have units of their own
                 reader.learn(name, reader.unit(parse(number)), weak=True)
     found = {name: text_of(powers) for name, powers in own.items() if powers is not None}
     return found | {name: text_of(powers) for name, powers in known.items() if powers is not None}
