@@ -212,10 +212,10 @@ def no_sign(monkeypatch):
     def step(self, state, test, det, miss, sign):
         return proved(self, state, test, np.broadcast_to(sign, np.shape(det)), miss, sign)
 
-    def pose(self, path, guess, results, first, s, turned):
+    def pose(self, path, guess, results, first, places):
         results = list(results)
-        results[2] = self._signs(path, s, turned)
-        return good(self, path, guess, results, first, s, turned)
+        results[2] = path.sign_at(places)
+        return good(self, path, guess, results, first, places)
 
     monkeypatch.setattr(Path, "_proved", step)
     monkeypatch.setattr(Evaluator, "_good", pose)
@@ -344,6 +344,53 @@ def planet_always_back(monkeypatch):
         Evaluator, "returns",
         lambda self, path, guess, s, shifted: np.ones((len(s), len(self.groups)), bool),
     )  # fmt: skip
+
+
+@mutant(
+    "Evaluator._turn_round, sweep._cover",
+    "each group for itself may be reached by turning the other way round",
+    "where it cannot be",
+    (("parallel", 18), ("parallel", 25), ("parallel", 39)),
+)
+def each_group_on_its_own_way(monkeypatch):
+    from mechdae.analysis import sweep
+    from mechdae.analysis.evaluate import Evaluator
+
+    def at(self, path, s, rates=()):
+        s, count = np.asarray(s, float), len(self.graphs.driven)
+        nothing = np.zeros((len(s), self.graphs.nu))
+        rates = tuple([*(rates or path.rates(s, count)), *[nothing] * count][:count])
+        alive = np.stack([path.follows(group, s) for group in self.groups], axis=1)
+        guess = path.guess(s)
+        for j, group in enumerate(self.groups) if path.graphs.turns else ():
+            reach, rows = path.reach[group], np.flatnonzero(~alive[:, j])
+            first = reach.low.s if reach.low else path.s[0]
+            last = reach.high.s if reach.high else path.s[-1]
+            there = s[rows] + 2 * np.pi * np.ceil((first - s[rows]) / (2 * np.pi))
+            kept = reach.contains(there) & (there <= last) & (there != s[rows])
+            rows, there = rows[kept], there[kept]
+            if rows.size:
+                columns = np.flatnonzero(self.column_group == j)
+                guess[np.ix_(rows, columns)] = path.guess(there)[:, columns]
+                alive[rows, j] = self.returns(path, guess[rows], s[rows], there)[:, j]
+        self._carry(~alive, alive)
+        poses = self._solve(path, s, s, guess, alive, self._limits(path, s), rates)
+        poses.singular = self._stops(path, s) & ~poses.alive.all(axis=1)
+        return poses
+
+    def cover(path, evaluator, values, is_angle, corners=()):
+        path.extend(float(np.max(values)))
+        path.extend(float(np.min(values)))
+        for group, reach in path.reach.items() if is_angle else ():
+            if (reach.low is None) != (reach.high is None) and not reach.contains(values).all():
+                anchor, turn = (
+                    (reach.low.s, 2 * np.pi) if reach.low is not None else
+                    (reach.high.s, -2 * np.pi)
+                )  # fmt: skip
+                path.extend(anchor + turn, needed=[group])
+
+    monkeypatch.setattr(Evaluator, "at", at)
+    monkeypatch.setattr(sweep, "_cover", cover)
 
 
 # -- limits --------------------------------------------------------------------------------

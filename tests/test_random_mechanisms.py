@@ -26,6 +26,7 @@ DRAWN = {
     "slender": (range(4), 0.1),
     "end": (range(5, 11), 0.0),
     "far": (range(3), 0.0),
+    "parallel": (range(24), 0.0),
 }
 
 

@@ -61,6 +61,33 @@ def test_closures_meet_the_equations_of_the_joints(family):
                 assert max(map(abs, [*rows, last])) < allowed, (case.seed, joint)
 
 
+def test_the_whole_mechanism_goes_as_far_as_one_continuation_of_it():
+    """All elements are closed at once, place after place from the sketch, until one is open."""
+    ended = 0
+    for seed in range(12):
+        case = draw(seed, "parallel")
+        case.survey(case.s0 - 4 * case.unit, case.s0 + 4 * case.unit)
+        for sense, end in zip((-1, 1), case.whole(), strict=True):
+            step = 2e-3 * case.unit
+            u = case.s0 + sense * step * np.arange(2000)
+            world = case.close(u, wide=False)
+            open_ = np.zeros(len(u), bool)
+            for element, disc in zip(case.elements, world.discs, strict=True):
+                if disc is not None:
+                    value = disc.c[0].real
+                    open_ |= ~(value > 0)
+                    if element.kind == "prp":  # the sine of the angle of its guides, squared
+                        sine = np.sqrt(value)
+                        open_ |= sine <= 1.01 * np.abs(np.gradient(sine))
+            first = u[np.argmax(open_)] if open_.any() else sense * np.inf
+            if np.isfinite(float(end.at)) and abs(float(end.at) - case.s0) < 3.9 * case.unit:
+                assert abs(first - float(end.at)) < 3 * step, (seed, end)
+                ended += 1
+            else:
+                assert abs(first - case.s0) > 3.8 * case.unit, (seed, end)
+    assert ended > 8
+
+
 @pytest.mark.parametrize(
     ("family", "seed"), [("triads", 0), ("triads", 2), ("geared", 1), ("exact", 2), ("gears", 1)]
 )

@@ -9,6 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.arc import Arc, arc_of
 from mechdae.analysis.closing import Closing
 from mechdae.analysis.limits import Limit
 from mechdae.analysis.outputs import Outputs
@@ -28,7 +29,14 @@ RETURN = 1e-7
 """Share of a radian or of the mechanism's length within which two poses are the same one."""
 APART = 1e-3
 """Share above which they are not the same one, however badly they are known."""
-Turned = list[tuple[int, Any, Any]]
+TURN = 2 * np.pi
+MOST_TURNS = 64
+"""Whole turns of an arc on which a pose is looked for."""
+HARDLY = 1e-9
+"""Turns by which a place may miss the arc and be tried."""
+INWARDS = 1e-3
+"""Share of the arc before a limit at which groups are compared whole turns away: at the limit
+itself no group is solved for."""
 Rates = tuple[Any, ...]
 """Rates of several drivers in time, (n, nd) arrays."""
 
@@ -40,12 +48,12 @@ class Poses:
     ``alive`` (n, groups) tells which groups have a pose, ``at_limit`` (n,) which poses are
     limit positions, ``uncertain`` that a certificate failed, ``singular`` that a group's
     path stops at the pose for another reason than a limit; ``y`` holds outputs and their
-    rates with respect to time. ``turned`` tells which groups have poses of the path whole turns
-    away: the group's number, rows and places on the path.
+    rates with respect to time. ``places`` (n,) are where the poses lie on the path: at ``s``, or
+    whole turns of the driver away where it gets there the other way round.
     """
 
     s: Any
-    turned: Turned
+    places: Any
     x: Any
     alive: Any
     at_limit: Any
@@ -99,20 +107,14 @@ class Evaluator:
         count = len(self.graphs.driven)
         rates = tuple([*(rates or path.rates(s, count)), *[nothing] * count][:count])
         alive = np.stack([path.follows(g, s) for g in self.groups], axis=1)
-        guess = path.guess(s) if self.graphs.nx else np.zeros((len(s), 0))
-        limits = self._limits(path, s)
-        stops = self._stops(path, s)
-        turned: Turned = []
+        places, limits = s, self._limits(path, s)
         if not alive.all() and path.graphs.turns:
-            turned = self._turn_round(path, s, guess, alive)
-        poses = self._solve(path, s, guess, alive, limits, rates, turned)
+            places, limits = self._turn_round(path, s, alive, limits)
+        guess = path.guess(places) if self.graphs.nx else np.zeros((len(s), 0))
+        stops = self._stops(path, places)
+        poses = self._solve(path, s, places, guess, alive, limits, rates)
         poses.singular = stops & ~poses.alive.all(axis=1)
         return poses
-
-    def driven(self, entry: Any) -> bool:
-        """Return whether an entry of the outputs hangs on the driver alone."""
-        solved = {graph.block.group for graph in self.graphs.blocks}
-        return not solved & set(self.outputs.groups_of(entry))
 
     @staticmethod
     def _stops(path: Path, s: Any) -> Any:
@@ -140,36 +142,49 @@ class Evaluator:
                         found[int(k)].append(limit)
         return found
 
-    def _turn_round(self, path: Path, s: Any, guess: Any, alive: Any) -> Turned:
-        """Use poses of the path a whole turn of the driver away, where that is the same pose.
+    def _turn_round(
+        self, path: Path, s: Any, alive: Any, limits: dict[int, list[Limit]]
+    ) -> tuple[Any, dict[int, list[Limit]]]:
+        """Return where the poses lie on the path, and which of them are limit positions.
 
-        They are on the same circuit, reached by moving the other way round.
+        What the driver does not reach directly it may reach by moving the other way round: a
+        whole turn away it is at the same value. All groups must be on that one way, and be back
+        after the turn; `alive` is changed to the groups that are.
         """
-        low, high = path.s[0], path.s[-1]
-        found: Turned = []
-        for j, group in enumerate(self.groups):
-            rows = np.flatnonzero(~alive[:, j])
-            if not rows.size:
-                continue
-            reach = path.reach[group]
-            ends = [end for end in (reach.low, reach.high) if end]
-            if any(end.kind != "limit" and not end.regular for end in ends):
-                continue  # branches meet there: turning back need not lead to the same one
-            first = reach.low.s if reach.low else low
-            last = reach.high.s if reach.high else high
-            turns = np.ceil((first - s[rows]) / (2 * np.pi))
-            shifted = s[rows] + 2 * np.pi * turns
-            inside = reach.contains(shifted) & (shifted <= last) & (turns != 0)
-            rows, shifted = rows[inside], shifted[inside]
-            if not rows.size:
-                continue
-            columns = np.flatnonzero(self.column_group == j)
-            guess[np.ix_(rows, columns)] = path.guess(shifted)[:, columns]
-            found.append((j, rows, shifted))
-        for j, rows, shifted in found:
-            alive[rows, j] = self.returns(path, guess[rows], s[rows], shifted)[:, j]
-        self._carry(~alive, alive)
-        return found
+        arc = arc_of(path)
+        if not arc.turns_back:
+            return s, limits
+        direct = alive.all(axis=1) | (arc.met(s) != 0)
+        rows = np.flatnonzero(~direct)
+        if not rows.size:
+            return s, limits
+        places, found = s.copy(), np.zeros(len(s), bool)
+        way = np.where(s[rows] > arc.last, -1.0, 1.0)
+        nearest = np.where(way < 0, arc.last - s[rows], arc.first - s[rows]) / TURN
+        turns = way * np.ceil(np.abs(nearest) - HARDLY)
+        for _ in range(int(min((arc.last - arc.first) / TURN, MOST_TURNS)) + 1):
+            there = arc.snapped(s[rows] + TURN * turns)
+            limit = arc.met(there) != 0
+            inside = limit | np.all([path.follows(group, there) for group in self.groups], axis=0)
+            mine, there, limit = rows[inside], there[inside], limit[inside]
+            if mine.size:
+                back = self._back(path, arc, s[mine], there)
+                whole = back.all(axis=1)
+                better = whole | ~(found[mine] | limit)
+                places[mine[better]], alive[mine[better]] = there[better], back[better]
+                found[mine[better]] = True
+                left = ~np.isin(rows, mine[whole])
+                rows, turns, way = rows[left], turns[left], way[left]
+            turns = turns + way
+        return places, self._limits(path, places) if found.any() else limits
+
+    def _back(self, path: Path, arc: Arc, s: Any, places: Any) -> Any:
+        """Return which groups are at `s` as they are at places whole turns away, (n, groups)."""
+        inner = INWARDS * (arc.last - arc.first)
+        inside = np.clip(places, arc.first + inner, arc.last - inner)
+        beside = np.where(arc.met(places) != 0, inside, places)
+        guess = path.guess(beside) if self.graphs.nx else np.zeros((len(s), 0))
+        return self.returns(path, guess, s + (beside - places), beside)
 
     def returns(self, path: Path, guess: Any, s: Any, shifted: Any) -> Any:
         """Return which groups are in the same pose at `s` and whole turns away, (n, groups).
@@ -188,10 +203,10 @@ class Evaluator:
         kinds, coordinates, users, owners = self.recovered
         sizes = np.where(self.angles, 1.0, path.constants.scale)
         values, errors, unknowns = [], [], []
-        for places in (s, shifted):
-            results, _ = self._converged(path, guess, places, rates)
+        for at in (s, shifted):
+            results, _ = self._converged(path, guess, at, shifted, rates)
             unknowns.append(results[0])
-            values.append(coordinates(results[0], path.drivers(places), path.constants.p)[0])
+            values.append(coordinates(results[0], path.drivers(at), path.constants.p)[0])
             errors.append(results[1] / sizes)
         error = np.maximum(*errors)
         with np.errstate(invalid="ignore"):
@@ -240,24 +255,26 @@ class Evaluator:
         self,
         path: Path,
         s: Any,
+        places: Any,
         guess: Any,
         alive: Any,
         limits: dict[int, list[Limit]],
         rates: Rates,
-        turned: Turned,
     ) -> Poses:
         constants = path.constants
-        results, first = self._converged(path, guess, s, rates)
+        results, first = self._converged(path, guess, s, places, rates)
         ordinary = np.ones(len(s), bool)
         ordinary[list(limits)] = False
         live = alive[:, self.block_group]
         for _ in range(ATTEMPTS):
-            good = self._good(path, guess, results, first, s, turned)
+            good = self._good(path, guess, results, first, places)
             rows = np.flatnonzero((live & ~good).any(axis=1) & ordinary)
-            if not rows.size or not path.insert(s[rows]):
+            if not rows.size or not path.insert(places[rows]):
                 break
-            guess[rows] = path.guess(s[rows])
-            part, first[rows] = self._converged(path, guess[rows], s[rows], _rows(rates, rows))
+            guess[rows] = path.guess(places[rows])
+            part, first[rows] = self._converged(
+                path, guess[rows], s[rows], places[rows], _rows(rates, rows)
+            )
             for whole, new in zip(results, part, strict=True):
                 whole[rows] = new
         uncertain = live & ~good & ordinary[:, None]
@@ -265,12 +282,15 @@ class Evaluator:
         at_limit = ~ordinary
         for k, found in limits.items():
             self._put_limit(path, k, s[k], found, alive, results)
-        return self._poses(s, turned, results, alive, at_limit, uncertain, constants)
+        return self._poses(s, places, results, alive, at_limit, uncertain, constants)
 
-    def _converged(self, path: Path, guess: Any, s: Any, rates: Rates) -> tuple[list[Any], Any]:
+    def _converged(
+        self, path: Path, guess: Any, s: Any, places: Any, rates: Rates
+    ) -> tuple[list[Any], Any]:
         """Return the pose kernel's results after as many steps as needed.
 
-        The second value tells which blocks were certified from the guess itself.
+        `places` are those of the path on which the guesses were made. The second value tells
+        which blocks were certified from the guess itself.
         """
         constants = path.constants
         consts = constants.vector()
@@ -290,13 +310,17 @@ class Evaluator:
                 whole[again] = new
         if path.zones:
             self.zones.write(
-                path, s, guess, results, rates, lambda x, at, r: self._call(path, x, at, r, consts)
+                path,
+                s,
+                places,
+                guess,
+                results,
+                rates,
+                lambda x, at, r: self._call(path, x, at, r, consts),
             )
         return results, first
 
-    def _good(
-        self, path: Path, guess: Any, results: list[Any], first: Any, s: Any, turned: Turned
-    ) -> Any:
+    def _good(self, path: Path, guess: Any, results: list[Any], first: Any, places: Any) -> Any:
         """Return which blocks are certified to be on the path's branch, (n, nb).
 
         Newton-Kantorovich from the guess, which lies in the proved neighbourhood of the path;
@@ -307,21 +331,13 @@ class Evaluator:
             rounding = path.constants.kappa * results[3] ** 2 * path.constants.rho
         good = (h + rounding <= H_LIMIT) & (first | self.sign_tells)
         if path.sign is not None:
-            good &= np.sign(results[2]) == self._signs(path, s, turned)
+            good &= np.sign(results[2]) == path.sign_at(places)
         with np.errstate(invalid="ignore"):
             far = (np.abs(results[0] - guess) > HALF_TURN) & self.angles
             far |= ~(np.abs(results[0]) <= path.constants.size_x)
         if good.shape[1]:
             good &= ~np.logical_or.reduceat(far.T, self.graphs.first, axis=0).T
-        return good | self.zones.held(path, s) if path.zones else good
-
-    def _signs(self, path: Path, s: Any, turned: Turned) -> Any:
-        """Return the signs of the blocks' determinants where the poses are on the path, (n, nb)."""
-        signs = path.sign_at(s)
-        for j, rows, shifted in turned:
-            own = np.flatnonzero(self.block_group == j)
-            signs[np.ix_(rows, own)] = path.sign_at(shifted)[:, own]
-        return signs
+        return good | self.zones.held(path, places) if path.zones else good
 
     def _open(self, path: Path, s: Any, results: list[Any]) -> Any:
         """Return which groups have an equation without unknowns that is not met, (n, groups)."""
@@ -383,7 +399,7 @@ class Evaluator:
     def _poses(
         self,
         s: Any,
-        turned: Turned,
+        places: Any,
         results: list[Any],
         alive: Any,
         at_limit: Any,
@@ -404,7 +420,7 @@ class Evaluator:
         condition = np.fmax.reduce(each, axis=1, initial=1.0) if each.shape[1] else np.ones(len(s))
         nowhere = np.zeros(len(s), bool)
         lost = uncertain.any(axis=1)
-        return Poses(s, turned, x, alive, at_limit, lost, nowhere, error, condition, y)
+        return Poses(s, places, x, alive, at_limit, lost, nowhere, error, condition, y)
 
 
 def _rows(rates: Rates, rows: Any) -> Rates:

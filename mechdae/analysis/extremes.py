@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.arc import arc_of
 from mechdae.analysis.evaluate import Evaluator, Poses
 from mechdae.analysis.interpolate import turning
 from mechdae.analysis.outputs import Outputs
@@ -43,18 +44,16 @@ def ranges(
     result: dict[str, dict[str, float]] = {"swing": {}, "stroke": {}}
     if not entries or len(poses.y) < 3:
         return result
-    nodes = np.array([*path.s, *between])
+    nodes = np.array([*path.s, *between, *[s for s in arc_of(path).ends if s is not None]])
+    nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
     inner = nodes[(nodes > low) & (nodes < high)]
-    ends = [e.s for r in path.reach.values() for e in (r.low, r.high) if e is not None]
-    ends = [s for s in ends if low <= s <= high]
-    places = sorted({*inner.tolist(), low, high, *ends})  # np.unique would import numpy.ma
+    places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
     at_nodes = evaluator.at(path, np.array(places))
     columns = np.array([entry.columns[0] for entry in entries])
-    driven = np.array([evaluator.driven(entry) for entry in entries])
     known = [
-        np.where(driven & ~p.alive.all(axis=1)[:, None], np.nan, p.y[0][:, columns])
+        np.where(p.alive.all(axis=1)[:, None], p.y[0][:, columns], np.nan)
         for p in (poses, at_nodes)
-    ]  # the driver's own body goes as far as the mechanism does
+    ]  # no body goes further than the mechanism does
     least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
     most = np.fmax.reduce([np.fmax.reduce(values, axis=0) for values in known])
     for i, value in _stationary(evaluator, path, at_nodes, columns, least, most):
@@ -63,6 +62,15 @@ def ranges(
         if np.isfinite(span):
             result["stroke" if entry.name == "slide" else "swing"][entry.part] = span
     return result
+
+
+def _shifts(path: Path, low: float, high: float) -> list[float]:
+    """Return by how much places of the path lie off those of [low, high] that they are."""
+    arc = arc_of(path)
+    if not path.graphs.turns or arc.ends == [None, None] or (arc.holds(low) and arc.holds(high)):
+        return [0.0]
+    least, most = (low - arc.last) / (2 * np.pi), (high - arc.first) / (2 * np.pi)
+    return [2 * np.pi * k for k in {0, *range(int(np.ceil(least)), int(np.floor(most)) + 1)}]
 
 
 @dataclass(frozen=True)
@@ -108,6 +116,7 @@ def _stationary(
 def _brackets(nodes: Poses, columns: Any, least: Any, most: Any) -> Brackets:
     """Return the brackets of stationary values that may be the largest or the smallest."""
     y, rate, bend = (values[:, columns] for values in nodes.y[:3])
+    rate = np.where(nodes.alive.all(axis=1)[:, None], rate, np.nan)
     with np.errstate(invalid="ignore"):
         k, entry = np.nonzero(rate[:-1] * rate[1:] < 0)
     a, b = nodes.s[k], nodes.s[k + 1]

@@ -146,6 +146,10 @@ class Legs(Path):
 
     # -- what is asked of a path -----------------------------------------------------------
 
+    @property
+    def extent(self) -> tuple[float, float]:
+        return 0.0, float(len(self.corners) - 1)
+
     def drivers(self, s: Any) -> Any:
         """Return the drivers' values (n, nd) at `s` (n,)."""
         k = np.floor(s).astype(int)

@@ -165,7 +165,7 @@ class Lockstep:
 
         def spread(array: Any) -> Any:
             shaped = np.full((len(consts), n, array.shape[1]), np.nan)
-            shaped[lanes[held]] = array.reshape(len(lanes), n, -1)[held]
+            shaped[lanes[held]] = array.reshape(len(lanes), n, array.shape[1])[held]
             return shaped
 
         condition = np.max(mu * results[3], axis=1, initial=1.0)[:, None]

@@ -185,6 +185,11 @@ class Path:
                 inside &= s <= self.s[-1] + slack
         return inside
 
+    @property
+    def extent(self) -> tuple[float, float]:
+        """The first and the last place that was followed."""
+        return self.s[0], self.s[-1]
+
     def sizes(self) -> tuple[Any, Any]:
         """Return the largest |x| (nx,) of groups while they followed the path, and |u| (nd,)."""
         S, X, _, _ = self.arrays()

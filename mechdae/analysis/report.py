@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis import start
+from mechdae.analysis.arc import arc_of
 from mechdae.analysis.bounds import output_bounds
 from mechdae.analysis.bridge import Zone
+from mechdae.analysis.elsewhere import assembled
 from mechdae.analysis.evaluate import Poses
 from mechdae.analysis.measures.measure import sorted_events
 from mechdae.analysis.named import time_of
@@ -41,22 +43,16 @@ STOPS = {
 }
 
 
-def ends(path: Path) -> list[float | None]:
-    """Return the limits nearest to the start over all groups."""
-    lows = [reach.low.s for reach in path.reach.values() if reach.low is not None]
-    highs = [reach.high.s for reach in path.reach.values() if reach.high is not None]
-    return [max(lows) if lows else None, min(highs) if highs else None]
-
-
 def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[dict[str, Any]]:
     """Return the ends of the path's groups as events, in the order of s.
 
     ``at`` is the driver's value, with several drivers the list of their values; ``time`` is
-    added where they follow laws.
+    added where they follow laws. Those beyond the limit of another group are not ``reached``.
     """
     found: list[tuple[float, dict[str, Any]]] = []
     seen = set()
     crossed = {zone.s for zone in path.zones}
+    arc = arc_of(path)
     groups = {group.index: group for group in setting.scene.groups}
     for reach in path.reach.values():
         for limit in (reach.low, reach.high):
@@ -73,6 +69,8 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
             found.append((limit.s, event))
     found += [pair for zone in path.zones for pair in _crossed(setting, path, zone, low, high)]
     for s, event in found:
+        if not arc.holds(s):
+            event["reached"] = False
         if _ambiguous(path, np.array([s]), at_them=False)[0]:
             event["ambiguous"] = True
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
@@ -129,9 +127,7 @@ def _crossed(
 def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> Result:
     plan, poses, outputs = setting.plan, run.poses, setting.outputs
     status = _status(poses)
-    doubtful = _ambiguous(run.path, poses.s)
-    for _, rows, places in poses.turned:
-        doubtful[rows] |= _ambiguous(run.path, places)
+    doubtful = _ambiguous(run.path, poses.s) | _ambiguous(run.path, poses.places)
     status[doubtful & (status == "ok")] = "ambiguous"
     found = run.found
     named: dict[str, Any] = outputs.named(poses.y, found.series)
@@ -156,7 +152,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     ]
     summary["mode"] = _mode(setting, run)
     summary["not_in_scene"] = setting.scene.not_in_scene
-    near = (zone_of(run.path.zones, poses.s) >= 0).any()
+    near = (zone_of(run.path.zones, poses.places) >= 0).any()
     summary["bound"] = "estimated" if near or run.path.constants.estimated else "proved"
     if setting.scene.redundant:
         summary["superfluous"] = setting.assembler.superfluous(*_start(run))
@@ -319,6 +315,7 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
     lost = np.isin(status, ("unassembled", "singular"))
     if not lost.any():
         return []
+    there = assembled(setting.assembler, run.values, np.flatnonzero(lost))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
     places, plan = run.places, setting.plan
     intervals = []
@@ -334,12 +331,27 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
         entry: dict[str, Any] = {"from": float(values[0]), "to": float(values[1])}
         if plan.timing and run.path.graphs.course:
             entry["time"] = [first, last]
+        found = [there[k] for k in range(a, b) if k in there]
+        if any(found):
+            entry["assembles"] = True
+            group = _stopping(setting, run, a) or group
+        elif None in found or not found:
+            entry["assembles"] = None
         if group is not None:
             joint = _left_curve(run.path, group, (first + last) / 2) or group.key_joint
             entry |= {"group": list(group.bodies), "joint": joint, "name": group.name}
             entry |= _gap(setting, run, group, range(a, b))
         intervals.append(entry)
     return intervals
+
+
+def _stopping(setting: Setting, run: Run, row: int) -> Group | None:
+    """Return the group whose end keeps the driver from reaching a pose."""
+    arc = arc_of(run.path)
+    end = arc.high if run.poses.s[row] > arc.last else arc.low
+    if end is None or arc.holds(run.poses.s[row]):
+        return None
+    return next(group for group in setting.scene.groups if group.index == end.group)
 
 
 def _left_curve(path: Path, group: Group, s: float) -> str:
@@ -352,16 +364,16 @@ def _left_curve(path: Path, group: Group, s: float) -> str:
 
 
 def _between(path: Path, a: float, b: float, default: float | None = None) -> float:
-    """Return the limit position between two driver values, whole turns aside."""
+    """Return the end of the driver's arc between two of its values, whole turns aside."""
     low, high = min(a, b), max(a, b)
-    for reach in path.reach.values():
-        for limit in (reach.low, reach.high):
-            if limit is None:
-                continue
-            turn = 2 * np.pi if path.graphs.turns else 0.0
-            for s in (limit.s, limit.s + turn, limit.s - turn):
-                if low <= s <= high:
-                    return float(s)
+    for end in arc_of(path).ends:
+        if end is None:
+            continue
+        turns = np.ceil((low - end) / (2 * np.pi)) if path.graphs.turns and end < low else 0.0
+        if path.graphs.turns and end > high:
+            turns = np.floor((high - end) / (2 * np.pi))
+        if low <= end + 2 * np.pi * turns <= high:
+            return float(end + 2 * np.pi * turns)
     return b if default is None else default
 
 
@@ -431,12 +443,14 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
     entry = failed[0]
     c = setting.plan.coordinates[setting.plan.lead]
     lost = int(np.isin(status, ("unassembled", "singular")).sum())
-    stops = [e for e in run.events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
+    events = [event for event in run.events if event.get("reached", True)]
+    stops = [e for e in events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
     stopped = bool(stops)
-    # of several drivers the poses behind one that is not reached may well assemble
-    away = stopped or (setting.plan.named and not setting.graphs.single and lost > 1)
+    away = stopped or any(one.get("assembles", False) is not False for one in failed)
     text = f"{lost} of {len(status)} poses {'are not reached' if away else 'do not assemble'}"
-    if "name" in entry and (not stopped or "gap" in entry):
+    if "name" in entry and entry.get("assembles"):
+        text += f": group {entry['name']} stops the driver before"
+    elif "name" in entry and (not stopped or "gap" in entry):
         text += f": group {entry['name']} opens at joint {entry['joint']}"
         text += f" by {entry['gap']:.4g} {entry['unit']}" if "gap" in entry else ""
     interval = [start.shown(c.unit, entry[end]) for end in ENDS]
@@ -445,7 +459,7 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
     text += f", first at {'t' if 'time' in entry else c.text} = {interval[0]}" + (
         f" to {interval[1]}" if interval[0] != interval[1] else ""
     )
-    limits = [event for event in run.events if event["kind"] == "limit"]
+    limits = [event for event in events if event["kind"] == "limit"]
     if limits:
         text += f"; limit position{'s' if len(limits) > 1 else ''} at "
         if setting.graphs.single:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.arc import arc_of
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.curve_corners import without_two_values
 from mechdae.analysis.evaluate import Evaluator, in_time
@@ -14,7 +15,7 @@ from mechdae.analysis.laws import Timing
 from mechdae.analysis.measures.measure import along_path, at_poses
 from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale, natural_sizes, periods
 from mechdae.analysis.path import Path
-from mechdae.analysis.report import begins_singular, ends, limit_events, report
+from mechdae.analysis.report import begins_singular, limit_events, report
 from mechdae.analysis.setting import Run, Setting, covered, first_pose, prepare
 from mechdae.analysis.several import along_a_line, approach, from_pose_to_pose, scales
 from mechdae.describe.problem import Problem
@@ -22,8 +23,11 @@ from mechdae.describe.tasks import Sweep
 from mechdae.errors import SolveError
 from mechdae.results import Result
 
+TURN = 2 * np.pi
 MAX_TURNS = 1000
 MAX_SPANS = 25
+MOST_BACK = 8
+"""Turns back from a limit position after which gears that are not back are given up."""
 BACK = 1e-9
 """Share of its size within which a coordinate is back where it was."""
 MOST_STEPS = 4096
@@ -118,7 +122,7 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
             )
             return path, places
         places = laws.times if laws else plan.values[:, moving]
-        _cover(path, places, is_angle, laws.corners if laws else ())
+        _cover(path, evaluator, places, is_angle, laws.corners if laws else ())
         return path, places
 
     path, places = covered(follow, setting, span, margin, (x, u))
@@ -129,8 +133,10 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
         found = ranges(evaluator, setting.outputs, path, poses, low, high, between)
         summary.update({word: table for word, table in found.items() if table})
     events = limit_events(setting, path, low, high)
-    if "limits" not in summary and not laws and any(end is not None for end in ends(path)):
-        summary["limits"] = ends(path)
+    if "limits" not in summary and not laws:
+        limits = arc_of(path).ends
+        if any(end is not None for end in limits):
+            summary["limits"] = limits
     if any(begins_singular(setting, path, event) for event in events):
         summary.pop("limits", None)  # not known: the pose is on two branches
     values = plan.values if plan.values is not None else path.drivers(places)
@@ -162,8 +168,10 @@ def _largest(laws: Timing, scales: Any) -> float:
     return span / count or 1.0
 
 
-def _cover(path: Path, values: Any, is_angle: bool, corners: Any = ()) -> None:
-    """Follow the path over all values, and the other way round where a group is lost."""
+def _cover(
+    path: Path, evaluator: Evaluator, values: Any, is_angle: bool, corners: Any = ()
+) -> None:
+    """Follow the path over all values, and the other way round where some are not reached."""
     if not path.followed:
         return
     begin = path.origin[0]
@@ -171,13 +179,20 @@ def _cover(path: Path, values: Any, is_angle: bool, corners: Any = ()) -> None:
         path.extend(float(place))
     for place in [*[c for c in corners[::-1] if c < begin], float(np.min(values))]:
         path.extend(float(place))
-    if not is_angle:
-        return
-    for group, reach in path.reach.items():
-        if (reach.low is None) != (reach.high is None) and not reach.contains(values).all():
-            anchor = (reach.low or reach.high).s  # type: ignore[union-attr]
-            turn = 2 * np.pi if reach.low is not None else -2 * np.pi
-            path.extend(anchor + turn, needed=[group])
+    arc = arc_of(path)
+    if is_angle and (arc.low is None) != (arc.high is None) and not arc.holds(values).all():
+        turn = TURN if arc.low is not None else -TURN
+        anchor = arc.first if arc.low is not None else arc.last
+        for turns in range(1, MOST_BACK + 1):
+            path.extend(anchor + turns * turn, first=True)
+            if None not in arc_of(path).ends or _comes_back(path, evaluator, turns * turn):
+                return
+
+
+def _comes_back(path: Path, evaluator: Evaluator, turned: float) -> bool:
+    """Return whether all groups are in their first pose again after whole turns of the driver."""
+    s = np.array([path.origin[0]])
+    return bool(evaluator.returns(path, path.guess(s), s + turned, s).all())
 
 
 def _assembled(
@@ -198,7 +213,7 @@ def _assembled(
     high = low = None
     for turns in range(1, most + 1):
         path.extend(s + turns * span, first=True)
-        high = ends(path)[1]
+        high = arc_of(path).ends[1]
         if high is not None:
             break
         closed = _closed(path) if turn else None
@@ -213,7 +228,7 @@ def _assembled(
             return grid, [None, None]
     for turns in range(1, (most if high is not None else 1) + 1):
         path.extend(s - turns * span, first=True)
-        low = ends(path)[0]
+        low = arc_of(path).ends[0]
         if low is not None:
             break
     first = low if low is not None else s - span

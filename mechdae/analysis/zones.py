@@ -57,17 +57,19 @@ class ZonePoses:
         self,
         path: Path,
         s: Any,
+        places: Any,
         guess: Any,
         results: list[Any],
         rates: Rates,
         pose: Callable[[Any, Any, Rates], list[Any]],
     ) -> None:
-        """Replace the results at poses that lie in a zone.
+        """Replace the results at poses whose `places` on the path lie in a zone.
 
-        `pose` is the ordinary kernel (x, s, rates) -> results; at the ends of the zones it
-        gives the errors that the expansion passes on.
+        `s` is the same, or whole turns of the driver away. `pose` is the ordinary kernel
+        (x, s, rates) -> results; at the ends of the zones it gives the errors that the expansion
+        passes on.
         """
-        index = zone_of(path.zones, s)
+        index = zone_of(path.zones, places)
         rows = np.flatnonzero(index >= 0)
         if not rows.size:
             return
@@ -77,14 +79,14 @@ class ZonePoses:
         still = (np.zeros((len(ends), self.graphs.nu)),) * len(self.graphs.driven)
         passed = pose(corners, ends, still)[1].reshape(len(used), 2, -1).max(axis=1)
         x, v, a, error = (np.empty((len(rows), self.graphs.nx)) for _ in range(4))
-        places = index[rows]
+        own = index[rows]
         for k, inherited in zip(used, passed, strict=True):
-            here = np.flatnonzero(places == k)
+            here = np.flatnonzero(own == k)
             zone = path.zones[k]
             S, X, V, A = zone.nodes
-            x[here], v[here], a[here] = quintic_rates(S, X, V, A, zone.sides(s[rows[here]]))
+            x[here], v[here], a[here] = quintic_rates(S, X, V, A, zone.sides(places[rows[here]]))
             error[here] = 2 * inherited + zone.remainder
-        kinds = [path.zones[k].blocks for k in places]
+        kinds = [path.zones[k].blocks for k in own]
         for blocks in dict.fromkeys(kinds):
             here = np.array([i for i, kind in enumerate(kinds) if kind == blocks])
             self._write(blocks, path, s, guess, results, rates, rows[here], x, v, a, error, here)

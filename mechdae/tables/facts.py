@@ -72,6 +72,8 @@ def facts_text(result: Result, width: int) -> list[str]:
         group = (
             f": group {entry['name']} opens at joint {entry['joint']}" if "name" in entry else ""
         )
+        if entry.get("assembles"):
+            group = ": assembles, but no motion from the sketch leads there"
         group += f" by {entry['gap']:.4g} {entry['unit']}" if "gap" in entry else ""
         lines.append(f"  no pose   {place}{group}")
     if summary.get("not_in_scene"):

@@ -356,8 +356,19 @@ class Case:
         whole -= TURN * np.round((whole[i] - turned[i]) / TURN)
         self.lifts[body] = (s, whole)
 
-    def periodic(self, k):
-        """Return whether an element is where it was after a whole turn of the driver."""
+    def whole(self):
+        """Return the two ends of the whole mechanism's motion from the sketch.
+
+        The driver goes on until the first element cannot, and back until the first one cannot:
+        each is continued from the sketch on, and they are all on one way of the driver.
+        """
+        return (
+            max((element.reach[0] for element in self.elements), key=lambda end: end.at),
+            min((element.reach[1] for element in self.elements), key=lambda end: end.at),
+        )
+
+    def periodic(self, k, count=1):
+        """Return whether an element is where it was after `count` whole turns of the driver."""
         element, d = self.elements[k], self.elements[k].data
         if not self.angular:
             return False
@@ -368,7 +379,8 @@ class Case:
             turns = (self.turns(d["other"]) - carrier) * (ratio if d["first"] else 1 / ratio)
         elif element.kind == "rack":
             turns = 0.0 if self.turns(d["wheel"][0]) == 0 else 0.5
-        return float(turns).is_integer() and all(self.periodic(other) for other in element.uses)
+        back = all(self.periodic(other, count) for other in element.uses)
+        return float(count * turns).is_integer() and back
 
     def turns(self, body):
         """Return how often a body turns round with a turn of the driver; 0 where it cannot."""

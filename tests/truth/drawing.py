@@ -24,6 +24,7 @@ FAMILIES = {
     "slender": 0.05,  # links of very different lengths
     "end": 0.07,  # poses that crowd at a limit position
     "far": 0.03,  # drivers far from zero
+    "parallel": 0.0,  # elements side by side on the crank, drawn only where they are asked for
 }
 DYADS = ("rrr", "rrr", "rrp", "rpr", "bar", "prp", "rpp")
 GEARS = ("gear", "gear", "belt", "planet", "rack", "pinion", "weld")
@@ -66,6 +67,8 @@ class Drawer:
         self.driver = driver or str(rng.choice(["crank", "ram", "cylinder"], p=[0.85, 0.08, 0.07]))
         if family in ("change", "exact", "geared", "far", "gears"):
             self.driver = "crank"
+        if family == "parallel":
+            self.count = count or int(rng.choice([2, 3, 4], p=[0.5, 0.35, 0.15]))
         self.names = iter(f"b{i}" for i in rng.permutation(40))
 
     # -- places and frames -----------------------------------------------------------------
@@ -105,6 +108,8 @@ class Drawer:
     def place(self, moving=False):
         """Return a place on an existing moving body, or a new one on the ground."""
         rng = self.rng
+        if self.family == "parallel" and not moving and rng.random() < 0.9:
+            return self.ground(self.origin + complex(*rng.uniform(-3, 3, 2)) * self.scale)
         if not moving and rng.random() < 0.4:
             return self.ground(self.origin + complex(*rng.uniform(-3, 3, 2)) * self.scale)
         body = self.case.bodies[int(rng.integers(len(self.case.bodies)))]
@@ -196,12 +201,14 @@ class Drawer:
         return points
 
     def first_place(self):
-        """Return the driven link's place for the first element, then any."""
-        return (
-            ("crank" if "crank" in self.case.bodies else "ram", "p2")
-            if (len(self.case.elements) == 1)
-            else self.place()
-        )
+        """Return the driven link's place for the first element, then any.
+
+        Of elements side by side it is the driven link's for nearly all of them.
+        """
+        beside = self.family == "parallel" and self.rng.random() < 0.85
+        if len(self.case.elements) == 1 or beside:
+            return ("crank" if "crank" in self.case.bodies else "ram", "p2")
+        return self.place()
 
     def add_rrr(self, kind):
         p, q = self.first_place(), self.place()
@@ -822,6 +829,8 @@ class Drawer:
         must = {"gears": GEARS, "triads": ("triad",), "geared": ("geared",)}.get(self.family)
         if self.family == "end" and rng.random() < 0.35:
             must = ("triad",)
+        if self.family == "parallel" and rng.random() < 0.4:
+            must = ("triad", "geared", "planet", "gear", "gear")
         when = int(rng.integers(count)) if must else -1
         for number in range(count):
             for _ in range(40):
@@ -847,6 +856,10 @@ class Drawer:
         if self.family == "saddle":
             near = float(case.notes[-1].split(" at ")[1])
             case.span = (near - self.uniform(0.05, 1) * unit, near + self.uniform(0.05, 1) * unit)
+        if self.family == "parallel" and case.angular:  # more than a turn, both ways round
+            low = case.s0 - self.uniform(0.5, 6)
+            case.span = (low, low + self.uniform(3, 9))
+            case.assembled = bool(rng.random() < 0.15)
         if self.family == "end":
             self.crowd()
         if self.family == "exact" and rng.random() < 0.5:

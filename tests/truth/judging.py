@@ -127,6 +127,7 @@ class Judge:
         for i in np.flatnonzero((self.status == "limit") & ~self.unknown):
             self._at_limit(i)
         self._events()
+        self._bounds()
         self._extremes()
         verdict.poses = len(self.u)
         verdict.ok = int(self.ok.sum())
@@ -168,6 +169,39 @@ class Judge:
         self.unknown = unknown
         self.sure = np.all([self.inside[k] & ~self.edge[k] for k in self.inside], axis=0)
         self.lost = np.any([~self.inside[k] & ~self.edge[k] for k in self.inside], axis=0)
+        within, about = self._on_one_way()
+        self.sure |= within & ~unknown
+        self.lost |= ~about & ~unknown
+
+    def _on_one_way(self):
+        """Return at which poses the whole mechanism surely can be, and at which perhaps, (n,).
+
+        All elements are continued from the sketch on one and the same way of the driver, which
+        may turn the other way round where a whole turn leads every one of them back. Sets the
+        place on that way at which each pose lies: only there the truth is that of the motion,
+        because a platform may come back on another of its branches.
+        """
+        case, u = self.case, self.u
+        near = NEAR * max(case.unit, abs(self.low), abs(self.high))
+        widths = {"pole": 0.05 * case.unit, "change_point": 1e-6 * case.unit}
+        ends = case.whole()
+        first, last = (float(end.at) for end in ends)
+        before, behind = (widths.get(end.kind, near) for end in ends)
+        within, about = np.zeros(len(u), bool), np.zeros(len(u), bool)
+        stopped = any(end.kind not in ("limit", "pole", "open") for end in ends)
+        stopped |= any(e["kind"] not in ("limit", "pole") for e in self.result.events)
+        self.place = np.asarray(u, LD)
+        for turns in sorted(range(-4, 5), key=abs):
+            if turns and not all(case.periodic(k, turns) for k in range(len(case.elements))):
+                continue
+            moved = u + turns * TURN
+            perhaps = (moved > first - before) & (moved < last + behind)
+            self.place = np.where(perhaps & ~about, self.place + turns * 2 * PI, self.place)
+            about |= perhaps
+            if not turns or not stopped:
+                seen = (moved > case.surveyed[0]) & (moved < case.surveyed[1])
+                within |= seen & (moved > first + before) & (moved < last - behind)
+        return within, about
 
     def _statuses(self):
         refused = self.sure & ~self.usable
@@ -246,7 +280,7 @@ class Judge:
     def _loss(self):
         """Set for each element 1 / its least relative determinant, and those it stands on, (n,)."""
         self.loss = []
-        discs = self.case.close(self.u).discs
+        discs = self.case.close(self.place).discs
         for element, disc in zip(self.case.elements, discs, strict=True):
             own = 1.0 if disc is None else 1 / np.sqrt(disc.c[0].real.astype(float))
             self.loss.append(
@@ -259,7 +293,7 @@ class Judge:
         At a switch the pose is one and the rates are two. Those of one side must be right
         where the driver's value is the switch up to rounding, and all of the same side.
         """
-        case, u = self.case, np.asarray(self.u, LD)
+        case, u = self.case, self.place
         self.true = self._quantities(case, u)
         torn = np.zeros(len(u), bool)
         sides = [u.copy(), u.copy()]
@@ -420,6 +454,13 @@ class Judge:
             self.say(f"limit at {s!r}, where there is none")
             return
         end, k = min(ends, key=lambda pair: abs(float(pair[0].at) - s))
+        bounds = case.whole()
+        if all(case.periodic(j) for j in range(len(case.elements))) and end not in bounds:
+            turned = [(s - float(bound.at), bound) for bound in bounds if bound.kind == "limit"]
+            for off, bound in turned:  # reached by turning the other way round
+                if abs(off - TURN * np.round(off / TURN)) < 1e-9:
+                    end, k = bound, bound.owner
+                    s = s - TURN * np.round(off / TURN)
         if abs(float(end.at) - s) > 1e-12 * max(case.unit, abs(s)) + 30 * self._shift(k, end):
             self.say(f"limit at {s!r}, the nearest is at {float(end.at)!r}")
             return
@@ -509,6 +550,27 @@ class Judge:
             if self._off(abs(at - place), unit, k, end):
                 self.say(f"limit at {at!r}, where there is none; the nearest is {place!r}")
 
+    def _bounds(self):
+        """The limits of the driver are those of the whole mechanism, and so is what is reached."""
+        case, summary = self.case, self.result.summary
+        unit = max(case.unit, abs(self.low), abs(self.high))
+        if self.stops or any(end.kind == "doubtful" for e in case.elements for end in e.reach):
+            return
+        ends = case.whole()
+        slack = 1e-9 * unit
+        for event in self.result.events:
+            within = float(ends[0].at) - slack <= event["at"] <= float(ends[1].at) + slack
+            outside = not float(ends[0].at) + slack < event["at"] < float(ends[1].at) - slack
+            if not (within if event.get("reached", True) else outside):
+                self.say(f"{event['kind']} at {event['at']!r} reached: {not within}")
+        for ours, end in zip(summary.get("limits", ()), ends, strict=False):
+            if ours is None or end.kind not in ("limit", "open"):
+                continue
+            if not case.surveyed[0] < ours < case.surveyed[1]:
+                continue
+            if end.kind == "open" or self._off(abs(ours - float(end.at)), unit, end.owner, end):
+                self.say(f"limit of the driver {ours!r}, the truth has {float(end.at)!r}")
+
     def _off(self, gap, unit, k, end):
         """Return whether a limit is missed by more than rounding its data explains."""
         return gap > 1e-12 * unit and gap > 1e-12 * unit + 30 * self._shift(k, end)
@@ -543,18 +605,38 @@ class Judge:
                 return True
         return False
 
+    def _reached_span(self):
+        """Return the part of the sweep that the whole mechanism reaches, None where unsure."""
+        case = self.case
+        first, last = (end.at for end in case.whole())
+        low, high = max(LD(self.low), first), min(LD(self.high), last)
+        inside = (self.u >= low) & (self.u <= high)
+        kinds = [end.kind for end in case.whole()]
+        plain = np.isin(self.status, ("ok", "limit", "unassembled")).all()
+        if self.stops or low >= high or not plain or self.unknown.any():
+            return None
+        if not np.array_equal(inside, self.usable):
+            return None
+        if any(kind not in ("limit", "open") for kind in kinds):
+            return None
+        return low, high
+
     def _extremes(self):
         """Swing and stroke contain all that the poses show, and no more than the truth does."""
         case, summary = self.case, self.result.summary
         tables = {"swing": ("angle", "bodies"), "stroke": ("slide", "joints")}
-        if not self.sure.all() or not self.ok.all() or len(self.u) < 3:
+        span = self._reached_span()
+        if span is None or len(self.u) < 3:
             return
         for count in EXTREMES:
-            fine = np.linspace(self.low, self.high, count)
-            true = self._quantities(case, fine)
-            h = (self.high - self.low) / (count - 1)
+            # more of them towards the ends, where rates grow like one over a root
+            fine = (span[0] + span[1]) / 2 - (span[1] - span[0]) / 2 * np.cos(
+                PI * np.arange(count) / (count - 1)
+            )
+            true = self._quantities(case, np.clip(fine, *span))
+            steps = np.diff(fine).astype(float)
             rates = [v[1].real.astype(float) for key, v in true.items() if key[0] == "angle"]
-            bends = [np.abs(np.diff(rate)) * h / abs(case.speed) for rate in rates]
+            bends = [np.abs(np.diff(rate[1:-1])) * steps[1:-1] / abs(case.speed) for rate in rates]
             if np.fmax.reduce(bends, axis=None) < BEND:
                 break
         else:
@@ -566,11 +648,15 @@ class Judge:
                 value = true[kind, part][0].real.astype(float)
                 rate = true[kind, part][1].real.astype(float) / case.speed
                 if kind == "angle":
-                    value = unwrapped(value, rate, h)
+                    value = np.concatenate(
+                        [value[:1], unwrapped(value[1:-1], rate[1:-1], steps[1:-1]), value[-1:]]
+                    )
+                    value[[0, -1]] -= TURN * np.round((value[[0, -1]] - value[[1, -2]]) / TURN)
                 if not np.all(np.isfinite(value)):
                     continue
                 seen = float(value.max() - value.min())
-                curve = float(np.max(np.abs(np.diff(rate))) * h)
+                curve = float(np.max(np.abs(np.diff(rate[1:-1])) * steps[1:-1]))
+                curve += float(np.max(np.abs(np.diff(value))[[0, -1]]))
                 tiny = 1e-9 * max(seen, case.scale if kind == "slide" else 1.0)
                 if not -tiny <= ours - seen <= 2 * curve + tiny:
                     self.say(f"{word} of {part} is {ours!r}, poses of the truth show {seen!r}")

@@ -128,8 +128,7 @@ def at_infinity(track: Track, outputs: Outputs, columns: list[int]) -> dict[str,
     for body, column in zip(bodies_of(scene), columns, strict=True):
         if body not in scene.selection.bodies or is_pinned(scene, body):
             continue
-        groups = {group.index for group in scene.groups if body in group.bodies}
-        pieces = track.pieces(groups, track.low - track.margin, track.high + track.margin)
+        pieces = track.pieces(track.low - track.margin, track.high + track.margin)
         if not any(travel(track.sample(piece), [column])[0] > AT_REST for piece in pieces):
             still.append(body)
             continue

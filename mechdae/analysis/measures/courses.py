@@ -22,7 +22,6 @@ class Quantity:
     name: str
     part: str
     column: int
-    groups: frozenset[int]
 
     @property
     def is_angle(self) -> bool:
@@ -38,13 +37,12 @@ def quantities(outputs: Outputs) -> list[Quantity]:
     """Return bodies' angles, slides and coordinates of points that a sweep reports."""
     found = []
     for entry in outputs.entries:
-        groups = frozenset(outputs.groups_of(entry))
         if entry.name == "position":
             for axis, column in zip("xyz", entry.columns, strict=False):
-                found.append(Quantity(f"{entry.part}.{axis}", entry.part, column, groups))
+                found.append(Quantity(f"{entry.part}.{axis}", entry.part, column))
         elif (entry.kind == "bodies" and entry.name == "angle") or entry.name == "slide":
             name = f"{entry.part}.{entry.name}"
-            found.append(Quantity(name, entry.part, entry.columns[0], groups))
+            found.append(Quantity(name, entry.part, entry.columns[0]))
     return found
 
 
@@ -102,17 +100,16 @@ class Course:
 def courses(track: Track, wanted: list[Quantity]) -> dict[str, Course]:
     """Return the courses of quantities by name."""
     found = {quantity.name: Course(quantity) for quantity in wanted}
-    for groups in dict.fromkeys(quantity.groups for quantity in wanted):
-        members = [quantity for quantity in wanted if quantity.groups == groups]
-        _follow(track, groups, [found[member.name] for member in members])
+    if found:
+        _follow(track, list(found.values()))
     return found
 
 
-def _follow(track: Track, groups: frozenset[int], members: list[Course]) -> None:
-    """Fill in the courses of quantities of the same groups."""
+def _follow(track: Track, members: list[Course]) -> None:
+    """Fill in the courses of quantities."""
     columns = [course.quantity.column for course in members]
     size = np.array([1.0 if c.quantity.is_angle else track.scale for c in members])
-    pieces = track.pieces(groups, track.low - track.margin, track.high + track.margin)
+    pieces = track.pieces(track.low - track.margin, track.high + track.margin)
     moving = np.zeros(len(members), bool)
     for piece in pieces:
         moving |= travel(track.sample(piece), columns) > AT_REST * size
@@ -127,7 +124,7 @@ def _follow(track: Track, groups: frozenset[int], members: list[Course]) -> None
                 at = float(np.clip((first + last) / 2, track.low, track.high))
                 rest = (first, last) if stop.rests else None
                 members[k].stationary.append(Place(at, stop.value, stop.sense, rest))
-    for piece in track.pieces(groups, track.low, track.high):
+    for piece in track.pieces(track.low, track.high):
         ends = np.array([piece.low, piece.high])
         poses = track.at(ends)
         for course, column in zip(members, columns, strict=True):

@@ -48,7 +48,7 @@ def curves(track: Track, outputs: Outputs) -> tuple[dict[str, Any], list[dict[st
     found: dict[str, Any] = {}
     events: list[dict[str, Any]] = []
     for entry in _points(outputs):
-        path = _Curve(track, entry, frozenset(outputs.groups_of(entry)))
+        path = _Curve(track, entry)
         if not path.moves:
             continue
         events += path.events
@@ -64,11 +64,11 @@ def _points(outputs: Outputs) -> list[Entry]:
 class _Curve:
     """The path of one point."""
 
-    def __init__(self, track: Track, entry: Entry, groups: frozenset[int]) -> None:
-        self.track, self.entry, self.groups = track, entry, groups
+    def __init__(self, track: Track, entry: Entry) -> None:
+        self.track, self.entry = track, entry
         self.columns = list(entry.columns)
         margin = track.margin
-        searched = track.pieces(groups, track.low - margin, track.high + margin)
+        searched = track.pieces(track.low - margin, track.high + margin)
         self.moves = any(
             (travel(track.sample(piece), self.columns) > AT_REST * track.scale).any()
             for piece in searched
@@ -131,7 +131,7 @@ class _Curve:
     def facts(self) -> dict[str, Any]:
         """Return length, error estimate, whether the path is closed, its area, its cusps."""
         track = self.track
-        pieces = track.pieces(self.groups, track.low, track.high)
+        pieces = track.pieces(track.low, track.high)
         charts = [chart for piece in pieces for chart in self._charts(piece)]
         if not charts:
             return {"length": None, "closed": False}
@@ -163,7 +163,7 @@ class _Curve:
         even = piece.low + (piece.high - piece.low) * np.arange(1, count) / count
         inner = {float(s) for s in [*even, *self.stops] if piece.low < s < piece.high}
         places = sorted({piece.low, piece.high, *inner})
-        folds = {end.s for end in self.track.ends(self.groups)[2] if end.kind == "limit"}
+        folds = {end.s for end in self.track.ends()[2] if end.kind == "limit"}
         charts = []
         for a, b in itertools.pairwise(places):
             if a in folds and b in folds:

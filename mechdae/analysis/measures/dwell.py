@@ -41,7 +41,7 @@ class _Finder:
         low, high = track.low, track.high
         if track.is_angle and track.reach(low - TURN, high + TURN):
             low, high = low - TURN, high + TURN
-        first, last, _ = track.ends(course.quantity.groups)
+        first, last, _ = track.ends()
         self.piece = Piece(max(low, first), min(high, last))
         if self.piece.low >= self.piece.high:
             self.places = self.values = np.zeros(0)
@@ -65,7 +65,7 @@ class _Finder:
         track, slack = self.track, SAME * self.track.unit
         windows = [
             (*self._window(i), piece.shift)
-            for piece in track.pieces(self.course.quantity.groups, track.low, track.high)
+            for piece in track.pieces(track.low, track.high)
             for i, s in enumerate(self.places)
             if piece.low - slack <= s <= piece.high + slack
         ]

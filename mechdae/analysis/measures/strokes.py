@@ -40,7 +40,7 @@ def _ratio(track: Track, quantity: Quantity) -> float | str | None:
         return "the driver does not turn"
     start, column = track.low, quantity.column
     held = track.reach(start - track.margin, start + TURN + track.margin)
-    first, last, limits = track.ends(quantity.groups)
+    first, last, limits = track.ends()
     if limits:
         nearest = min(limits, key=lambda limit: abs(limit.s - start))
         word = "a limit position" if nearest.kind == "limit" else "the path's end"

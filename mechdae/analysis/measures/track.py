@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.arc import arc_of
 from mechdae.analysis.evaluate import Evaluator
 from mechdae.analysis.limits import Limit
 from mechdae.analysis.path import Path
@@ -105,23 +106,17 @@ class Track:
 
     # -- where there is motion -----------------------------------------------------------
 
-    def ends(self, groups: Iterable[int]) -> tuple[float, float, list[Limit]]:
-        """Return the first and the last place that groups reach together, and what ends them."""
-        low, high = -np.inf, np.inf
-        found = []
-        nodes = self.path.s
-        for group in groups:
-            reach = self.path.reach[group]
-            if group in self.path.block_group:
-                low = max(low, nodes[0] if reach.low is None else low)
-                high = min(high, nodes[-1] if reach.high is None else high)
-            if reach.low is not None:
-                found.append(reach.low)
-                low = max(low, self._edge(reach.low, 1))
-            if reach.high is not None:
-                found.append(reach.high)
-                high = min(high, self._edge(reach.high, -1))
-        return low, high, found
+    def ends(self) -> tuple[float, float, list[Limit]]:
+        """Return the first and the last place that the driver reaches, and what ends it there."""
+        arc = arc_of(self.path)
+        first, last = arc.first, arc.last
+        if not self.path.followed:
+            first, last = -np.inf, np.inf
+        if arc.low is not None:
+            first = self._edge(arc.low, 1)
+        if arc.high is not None:
+            last = self._edge(arc.high, -1)
+        return first, last, [end for end in arc.limits if end is not None]
 
     def _edge(self, limit: Limit, inwards: int) -> float:
         """Return the last place with a pose: the limit itself, or the node before it."""
@@ -130,17 +125,13 @@ class Track:
         inside = [s for s in self.path.s if (s - limit.s) * inwards > 0]
         return (min(inside) if inwards > 0 else max(inside)) if inside else limit.s
 
-    def pieces(self, groups: Iterable[int], low: float, high: float) -> list[Piece]:
-        """Return the parts of [low, high] that the groups reach, whole turns aside.
+    def pieces(self, low: float, high: float) -> list[Piece]:
+        """Return the parts of [low, high] that the driver reaches, whole turns aside.
 
         Beyond a limit position the same circuit may be reached by turning the other way
         round; those parts lie on the path whole turns away, if a turn leads to the same pose.
-        What hangs on the driver alone goes as far as the mechanism does.
         """
-        groups = list(groups)
-        if not set(groups) & set(self.path.block_group):
-            groups = self.evaluator.groups
-        first, last, limits = self.ends(groups)
+        first, last, limits = self.ends()
         found: list[Piece] = []
 
         def add(bottom: float, top: float, shift: float) -> None:
@@ -149,21 +140,19 @@ class Track:
                 found.append(piece)
 
         add(low, high, 0.0)
-        if self.is_angle and limits and all(limit.kind == "limit" for limit in limits):
-            if not self._comes_round(groups, first, last):
+        if self.is_angle and limits and arc_of(self.path).turns_back:
+            if not self._comes_round(first, last):
                 return sorted(found, key=lambda piece: piece.low)
             for turns in range(1, int(np.ceil((high - low) / TURN)) + 1):
                 add(max([low, *[p.high + p.shift for p in found]]), high, turns * TURN)
                 add(low, min([high, *[p.low + p.shift for p in found]]), -turns * TURN)
         return sorted(found, key=lambda piece: piece.low + piece.shift)
 
-    def _comes_round(self, groups: list[int], first: float, last: float) -> bool:
-        """Return whether a whole turn of the driver leads these groups to the same pose."""
+    def _comes_round(self, first: float, last: float) -> bool:
+        """Return whether a whole turn of the driver leads to the same pose."""
         middle = np.array([(max(first, self.path.s[0]) + min(last, self.path.s[-1])) / 2])
-        places = [self.evaluator.place[group] for group in groups]
         guess = self.path.guess(middle)
-        returned = self.evaluator.returns(self.path, guess, middle + TURN, middle)
-        return bool(returned[0, places].all())
+        return bool(self.evaluator.returns(self.path, guess, middle + TURN, middle).all())
 
     def sample(self, piece: Piece) -> Sample:
         """Return a sample of a piece, ends included, close enough to see every turn."""

@@ -119,9 +119,8 @@ def summary(track: Track, outputs: Outputs) -> dict[str, Any]:
             return np.stack([turn, s[0], c[0]], axis=1), np.stack([rate, s[1], c[1]], axis=1)
 
         places = []
-        groups = frozenset(outputs.groups_of(entry))
         slack = SAME * track.unit
-        for piece in track.pieces(groups, track.low - track.margin, track.high + track.margin):
+        for piece in track.pieces(track.low - track.margin, track.high + track.margin):
             size = np.square(track.sample(piece).y[0][:, [i, j]]).sum(axis=1)
             with np.errstate(invalid="ignore"):
                 largest = np.abs(family(track.sample(piece))[0])
@@ -131,7 +130,7 @@ def summary(track: Track, outputs: Outputs) -> dict[str, Any]:
             for s in np.concatenate(track.zeros(piece, family, moving)):
                 if track.low - slack <= s + piece.shift <= track.high + slack:
                     places.append((s, s + piece.shift))
-        for piece in track.pieces(groups, track.low, track.high):
+        for piece in track.pieces(track.low, track.high):
             places += [(s, s + piece.shift) for s in (piece.low, piece.high)]
         if places:
             s, at = np.array(sorted(places, key=lambda pair: pair[1])).T
