@@ -151,3 +151,16 @@ def test_the_page_is_what_was_measured(capsys) -> None:
     assert module.main(["--check"]) == 0, capsys.readouterr().out
     for found in module.records().values():
         assert all(set(record) >= KEYS for record in found.values())
+
+
+def test_values_of_another_file_are_no_truth() -> None:
+    """Where a file was edited, what it expects is stale: errors are those to a tightened run."""
+    problem = md.load("pendulum")
+    fresh = motions.work_of(problem)
+    assert fresh.reference == "values of the problem"
+    assert fresh.notes == []
+    edited = problem.with_values({"g": 9.8})
+    stale = motions.work_of(edited)
+    assert stale.reference == "tightened run"
+    assert "are not those of this file" in stale.notes[0]
+    assert stale.error(stale.ours(1e-10).x) < 1e-8

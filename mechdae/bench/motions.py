@@ -54,7 +54,7 @@ def measure(
     begin = time.process_time()
     motion(work.problem, work.key, work.run.setup.task)
     first = time.process_time() - begin
-    ways, ends, notes, tried = [], [], [], set()
+    ways, ends, notes, tried = [], [], [*work.notes], set()
     for method, tolerance, way in work.ways(tolerances):
         tried.add(method)
         try:

@@ -24,11 +24,14 @@ from mechdae.describe.expression import names_in
 from mechdae.describe.named import split_rate
 from mechdae.describe.problem import Problem
 from mechdae.errors import MechdaeError
+from mechdae.kernels.quiet import quiet
 
 SX = ca.SX
 IMPLICIT = 1e-8
 """Tightest tolerance of scipy's Radau, whose work grows too fast for more."""
 TIGHT = 1e-13
+STALE = 10.0
+"""Times the deviation that the file allows, from which expected values are stale."""
 STEPS = 200_000
 """Steps after which SUNDIALS gives up."""
 OURS = "mechdae"
@@ -56,7 +59,8 @@ class Work:
         Problem and task.
     reference : str
         What errors are differences to: "values of the problem" or "tightened run".
-
+    notes : list of str
+        What was found beforehand: expected values that are not those of the file.
     """
 
     def __init__(self, problem: Problem, name: str, run: Run, x: Any, v: Any) -> None:
@@ -67,10 +71,27 @@ class Work:
         self.kernel = self.setup.kernel
         self.none = np.zeros(0)
         self.sizes = self.setup.sizes(self.setup.released)
-        self._outputs, self._wanted, self._units = _expected(self.setup, problem, name)
-        self.reference = "values of the problem" if len(self._wanted) else "tightened run"
+        self._outputs, self._wanted, self._units, self._allowed = _expected(
+            self.setup, problem, name
+        )
+        self.reference, self.notes = "values of the problem", []
+        tight = self._tight() if len(self._wanted) else None
+        if tight is not None and self.error(tight) > self._allowed:
+            self.notes.append(
+                f"the values that {problem.name} expects are not those of this file (by "
+                f"{self.error(tight):.1g}): errors are differences to a tightened run"
+            )
+            self._wanted, self._outputs = np.zeros(0), None
         if not len(self._wanted):
+            self.reference = "tightened run"
             self._wanted, self._units = self.ours(TIGHT).x, self.sizes
+
+    def _tight(self) -> Any:
+        """Return the end of a tightened run, None where there is none."""
+        try:
+            return self.ours(TIGHT).x
+        except RuntimeError:
+            return None
 
     @property
     def end(self) -> float:
@@ -114,10 +135,14 @@ class Work:
         yield from _sundials(self, tolerances)
 
 
-def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any]:
-    """Return the function (t, x) -> named outputs that the problem has values of, values, sizes."""
+def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any, float]:
+    """Return the function (t, x) -> named outputs that the problem has values of.
+
+    With them, the values, natural sizes, and the largest deviation that the file allows.
+    """
     released, model = setup.released, setup.model
     texts, wanted, units = [], [], []
+    allowed = 0.0
     for entry in problem.expected:
         output = entry.what.removeprefix(STATE)
         known = entry.task == name and entry.time is None and entry.what.startswith(STATE)
@@ -127,8 +152,12 @@ def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any]
         texts.append(over_states(model, setup.loads, text, {}))
         wanted.append(float(entry.value[0]))
         units.append(_size(setup, text))
+        size = max(abs(float(number)) for number in entry.value)
+        least = max(float(entry.abs or 0.0), float(entry.rel or 0.0) * size)
+        least = least if least > 0 else np.inf  # it says nothing about its digits
+        allowed = max(allowed, STALE * least / max(units[-1], abs(wanted[-1])))
     if not texts:
-        return None, np.zeros(0), np.zeros(0)
+        return None, np.zeros(0), np.zeros(0), 0.0
     inputs = [model.q, setup.loads.time, model.p]
     general = ca.Function("outputs", inputs, [ca.vertcat(*texts)])
     own = [released.t, released.x, model.p]
@@ -136,7 +165,7 @@ def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any]
     t, x = SX.sym("t"), SX.sym("x", released.x.numel())
     p = ca.DM(model.p_values)
     at_end = ca.Function("end", [t, x], [general(place(t, x, p), t, p)])
-    return at_end, np.array(wanted), np.array(units)
+    return at_end, np.array(wanted), np.array(units), allowed
 
 
 def _size(setup: Setup, text: str) -> float:
@@ -227,5 +256,6 @@ def _sundials(work: Work, tolerances: tuple[float, ...]) -> Iterator[tuple[str, 
                 "reltol": tolerance, "abstol": tolerance * least, "max_num_steps": STEPS,
                 "disable_internal_warnings": True, **more,
             }  # fmt: skip
-            solver = ca.integrator("solver", plugin, equations, 0.0, work.end, options)
+            with quiet():
+                solver = ca.integrator("solver", plugin, equations, 0.0, work.end, options)
             yield method, tolerance, partial(way, solver, "z" in equations)

@@ -13,6 +13,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.kernels.quiet import quiet
+
 SETTINGS: dict[str, Any] = {
     "expand": True,
     "print_time": False,
@@ -82,13 +84,14 @@ class Solver:
 
     def __init__(self, z: Any, p: Any, f: Any, g: Any, polish: bool = False) -> None:
         options = {**SETTINGS, **(POLISH if polish else {})}
-        self._solver = ca.nlpsol("nlp", "ipopt", {"x": z, "p": p, "f": f, "g": g}, options)
+        with quiet():
+            self._solver = ca.nlpsol("nlp", "ipopt", {"x": z, "p": p, "f": f, "g": g}, options)
         self._values = ca.Function("values", [z, p], [f, g])
 
     def solve(self, z0: Any, p: Any, low: Any, high: Any, g_low: Any, g_high: Any) -> Optimum:
         """Return the local optimum from a start."""
         started = time.process_time()
-        with ALONE, _interruptible():
+        with ALONE, quiet(), _interruptible():
             found = self._solver(x0=z0, p=p, lbx=low, ubx=high, lbg=g_low, ubg=g_high)
             stats = self._solver.stats()
         seconds = time.process_time() - started

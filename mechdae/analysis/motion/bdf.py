@@ -16,6 +16,7 @@ import numpy as np
 
 from mechdae.analysis.motion.integrate import LEAST, Integrator, Nodes
 from mechdae.analysis.motion.setup import Setup
+from mechdae.kernels.quiet import quiet
 from mechdae.kernels.stepper import CLOSED, ROUNDING, SLOW
 
 NAME = "bdf, CVODES"
@@ -91,7 +92,8 @@ class Bdf(Integrator):
             "quad_err_con": True,
         }  # fmt: skip
         grid = (np.arange(1, count + 1) / count).tolist()
-        return ca.integrator("bdf", "cvodes", self._equations, 0.0, grid, options)
+        with quiet():
+            return ca.integrator("bdf", "cvodes", self._equations, 0.0, grid, options)
 
     @cached_property
     def _window(self) -> Any:
