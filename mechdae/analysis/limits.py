@@ -14,9 +14,14 @@ import numpy as np
 
 from mechdae.analysis.numbers import Constants, natural_sizes
 from mechdae.kernels.call import Call
+from mechdae.kernels.extended import LONG, evaluate
 from mechdae.kernels.graphs import Graphs
 
 ITERATIONS = 30
+REFINED = 2
+"""Steps with a residual in 80-bit floats at a fold that is found."""
+ROUGH_REST = 1e-6
+"""Share of the unknowns that such a step may move: more is not what rounding left."""
 SEARCH = 20.0
 """How far ahead a fold may lie, in largest steps of the path."""
 REGULAR = 1e-4
@@ -97,6 +102,7 @@ class LimitFinder:
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
         self.scale, self.sizes = scale, natural_sizes(graphs.scene, scale)
         self._functions: dict[int, Any] = {}
+        self._systems: dict[int, Any] = {}
         inputs = [graphs.scale, graphs.p]
         self.weights = [
             np.array(ca.Function("w", inputs, [graphs.weights(b)[0]])(scale, self.p)).ravel()
@@ -131,6 +137,8 @@ class LimitFinder:
         found = float(y[count])
         if not -1e-12 * (1 + abs(s)) <= sense * (found - s) <= SEARCH * largest:
             return None
+        self._refine(b, y)
+        found = float(y[count])
         _, slope, J, F_y, bend = self.evaluate(b, y)
         left = _left_null(J * w)
         push = left @ _push(slope, F_y, count, own, len(J))
@@ -162,6 +170,31 @@ class LimitFinder:
             if moved <= 1e-15 * (1 + np.max(np.abs(y))) or (moved < 1e-10 and moved >= before):
                 return True
         return False
+
+    def _refine(self, b: int, y: Any) -> None:
+        """Improve a fold in place by steps with a residual in 80-bit floats.
+
+        Next to branches that nearly cross, the place is off by the residual's rounding over
+        the driver's push, which vanishes at a crossing.
+        """
+        if b not in self._systems:
+            function = self.graphs.fold(b)
+            symbols = function.sx_in()
+            self._systems[b] = ca.Function("system", symbols, [function(*symbols)[0]])
+        exact, whole = y.astype(LONG), self.whole.astype(LONG)[None]
+        for _ in range(REFINED):
+            slope = self.evaluate(b, y)[1]
+            size = np.max(np.abs(slope), axis=1)
+            size[size == 0] = 1.0
+            system = evaluate(self._systems[b], [exact[None], whole])[0]
+            try:
+                change = solve(slope / size[:, None], (system / size).astype(float))
+            except np.linalg.LinAlgError:
+                return
+            if not np.max(np.abs(change)) <= ROUGH_REST * (1 + np.max(np.abs(y))):
+                return
+            exact = exact - change
+            y[:] = exact.astype(float)
 
     def kind(self, b: int, s: float, x: Any) -> str:
         """Return what a singular pose that is no fold is.

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,10 @@ from mechdae.analysis.bridge import ZONE, Bridge, Builder, Zone
 from mechdae.analysis.crossings import Crossing, CrossingFinder
 from mechdae.analysis.curve_ends import CurveEnds
 from mechdae.analysis.cusps import CuspFinder
+from mechdae.analysis.expansion import Expansion, Stretch
 from mechdae.analysis.interpolate import near_limit, quintic
 from mechdae.analysis.limits import Limit, LimitFinder
-from mechdae.analysis.numbers import Constants
+from mechdae.analysis.numbers import Constants, natural_sizes
 from mechdae.analysis.turning import Turning
 from mechdae.errors import InputError, SolveError
 from mechdae.kernels.call import Call
@@ -36,6 +38,10 @@ HAIR, MOVED = 1e-7, 1e3
 over that."""
 SHRUNK = 1 / 32
 """Share of the largest step below which a limit position is looked for."""
+LONGER = 4.0
+"""Times a step that is not proved around its tangent, that one around the series must have."""
+PARTS = 4
+"""Nodes that a step around the series leaves behind."""
 SMALLEST = 1e-9
 NEAREST = 1e-6
 """Share of the largest step that must be left for the way across a change point."""
@@ -123,12 +129,19 @@ class Path:
         self.curves = CurveEnds(self.graphs, self.constants.p)
         self.followed = {*self.block_group, *self.curves.watched}
         self.laboured = 0
+        self._next_stretch: dict[float, float] = {}
         self._next_try: dict[tuple[int, float], float] = {}
         self._next_bridge: dict[tuple[int, float], float] = {}
         self._arrays: tuple[Any, Any, Any, Any] | None = None
         self.s: list[float] = []
         self.state: list[Any] = []
         self.flips: list[list[float]] = [[] for _ in g.blocks]
+
+    @cached_property
+    def expansion(self) -> Expansion:
+        """What proves steps around power series."""
+        sizes = natural_sizes(self.graphs.scene, self.constants.scale)
+        return Expansion(self.graphs, self.constants, sizes)
 
     # -- nodes ---------------------------------------------------------------------------
 
@@ -162,6 +175,7 @@ class Path:
         self.finder.unit = self.bridges.finder.unit
         self.zones, self.flips = [], [[] for _ in self.graphs.blocks]
         self.curves.restart()
+        self._next_stretch.clear()
         self._next_try.clear()
         self._next_bridge.clear()
         self.laboured = 0
@@ -375,6 +389,7 @@ class Path:
                 self._append(goal if step == rest else s + sense * step, after, up)
                 self.laboured += step < SHRUNK * self.largest
                 if 1.5 * step >= self.largest:
+                    self._next_stretch.clear()
                     self._next_try.clear()
                     self._next_bridge.clear()
                     self.laboured = 0
@@ -392,6 +407,13 @@ class Path:
                 if self._ends_at_fold(b, s, state, sense, rest, ended, up):
                     return step
                 s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
+            if step < self._next_stretch.get(sense, SHRUNK * self.largest):
+                least = LONGER * step
+                taken = self._stretched(s, state, sense, least, rest, goal, alive, up)
+                if taken:
+                    self._next_try.clear()
+                    return min(taken, self.largest)
+                self._next_stretch[sense] = step / 4
             if step < SMALLEST * self.largest or self.laboured > MOST_SMALL_STEPS:
                 x, own = state[: self.graphs.nx], self.graphs.blocks[b].own
                 if np.any(np.abs(x[own]) > self.far[own] / 2):
@@ -405,6 +427,58 @@ class Path:
                 self._end(self._last(b, s, state, sense, kind), ended, up)
                 self.laboured = 0
                 return self.largest
+
+    def _stretched(
+        self,
+        s: float,
+        state: Any,
+        sense: float,
+        least: float,
+        rest: float,
+        goal: float | None,
+        alive: Any,
+        up: bool,
+    ) -> float:
+        """Take a step around the path's power series; return its length, 0 where none holds."""
+        longest = min(rest, self.largest)
+        found = self._expanded(s, state, sense * longest, min(least, longest), alive)
+        if found is None:
+            return 0.0
+        whole = abs(found.step) == rest
+        places = s + found.step * np.arange(1, PARTS + 1) / PARTS
+        if whole and goal is not None:
+            places[-1] = goal
+        nodes = []
+        for place in places.tolist():
+            node = self._on(found, place, alive, self._front[up])
+            if node is None:
+                return 0.0
+            nodes.append((place, node))
+        for node in nodes:
+            self._append(*node, up)
+        self.counts.steps += 1
+        return abs(found.step)
+
+    def _expanded(
+        self, s: float, state: Any, step: float, least: float, alive: Any
+    ) -> Stretch | None:
+        """Return a stretch of the path from a node, of at most `step`, None where none holds."""
+        if self.graphs.course is not None or not np.isfinite(state[3 * self.graphs.nx :]).all():
+            return None
+        u, d, *_ = self.motion(s)
+        blocks = np.flatnonzero(alive).tolist()
+        return self.expansion.stretch(state, s, u, d, step, least, blocks)
+
+    def _on(self, found: Stretch, place: float, alive: Any, sign: Any) -> Any:
+        """Return the node at a place of a stretch, None where it is not certified."""
+        n = self.graphs.nx
+        guess = found.at((place - found.s) / found.step)
+        start = np.concatenate([guess, np.zeros(2 * n + self.graphs.nb)])
+        state, test, det, _ = self._step(start, place, 0.0)
+        own = np.concatenate([self.graphs.blocks[b].own for b in np.flatnonzero(alive)])
+        near = np.abs(state[:n] - guess) <= found.radius * (1 + 1e-6) + 1e-300
+        proved = self._proved(state, test, det, np.zeros(len(test)), sign)
+        return state if near[own].all() and proved[alive].all() else None
 
     def _hops(self, b: int, s: float, state: Any, sense: float, alive: Any, up: bool) -> bool:
         """Take a step of a hair over the corner of a curve in front of block `b`; return whether.
@@ -526,23 +600,31 @@ class Path:
                 return self._into(limit, s, x, ended, up)
             if distance > rest:
                 return False
-            step = share * distance
+            step, taken, below = share * distance, 0.0, SHRUNK * distance
             while True:
                 after, test, det, miss = self._step(state, s, sense * step)
                 proved = self._proved(after, test, det, miss, self._front[up])
                 bad = (alive & ~proved).nonzero()[0]
                 if not bad.size:
+                    self.counts.steps += 1
+                    self._append(s + sense * step, after, up)
                     break
                 self.counts.rejected += 1
                 step /= 2
+                if step < below:
+                    below = step / 4
+                    least, most = LONGER * step, share * distance
+                    taken = self._stretched(s, state, sense, least, most, None, alive, up)
+                    if taken:
+                        break
                 if step < 1e-3 * distance:
                     # the proof is too weak here, not of what the fold depends on
                     before = self.graphs.ancestors(limit.block)[:-1]
                     return not set(before) & set(bad) and self._into(limit, s, x, ended, up)
-            share = min(0.6, 1.5 * step / distance)
-            self.counts.steps += 1
-            s, state, rest = s + sense * step, after, rest - step
-            self._append(s, state, up)
+            share = 0.6 if taken else min(0.6, 1.5 * step / distance)
+            passed = s
+            s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
+            rest -= sense * (s - passed)
 
     def _into(self, limit: Limit, s: float, x: Any, ended: set[int], up: bool) -> bool:
         """Record a fold to which all that hangs on it leads from a pose; return whether it does."""
@@ -640,7 +722,12 @@ class Path:
             else:
                 self.counts.rejected += 1
                 step /= 2
-                if step < 1e-3 * rest or s + sense * step == s:
+                if step < SHRUNK * rest and (
+                    self._stretched(s, state, sense, LONGER * step, rest, to, alive, up)
+                ):
+                    s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
+                    step = sense * (to - s)
+                elif step < 1e-3 * rest or s + sense * step == s:
                     return False
         return True
 

@@ -101,6 +101,21 @@ class BoundGraphs(PoseGraphs):
         pairs = ca.reshape(square, graph.rows, graph.size * graph.size)
         return norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w)))
 
+    def bends(self, b: int) -> Any:
+        """Return bounds of a block's second derivatives, entry by entry.
+
+        (|x|, |u|, p) -> |dJ/dx|, |dJ/dz|, |dF/dz|, J column by column.
+        """
+        graph, sizes = self.blocks[b], [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving, size, box = self._own(graph, sizes, self._ranges(sizes))
+        results = []
+        for value, symbols in ((graph.J, graph.x), (graph.J, graph.z), (graph.F, graph.z)):
+            entries = ca.vec(ca.densify(value))
+            bound, _ = self._bound(ca.jacobian(entries, symbols), moving, size, box)
+            shaped = ca.reshape(bound, entries.numel(), symbols.numel())
+            results.append(ca.densify(ca.vec(shaped)))
+        return ca.Function("bends", [*sizes, self.p], results)
+
     def _data(self, F: Any, p: Any, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
         """Return how much F changes when each parameter of `p` changes by its own size."""
         if not p.numel():

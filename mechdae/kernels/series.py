@@ -1,0 +1,190 @@
+"""Power series with a bound of what is left out, and casadi functions evaluated with them.
+
+A value is a polynomial in 0 <= t <= 1 and a bound of its distance from the function that it
+stands for. Sums, products, sines and cosines keep both; what else a function holds is refused.
+Rounding is not in the bound.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+
+class NoSeries(Exception):
+    """The function holds an operation that is not known here."""
+
+
+class Series:
+    """A polynomial with coefficients ``c`` (k,) and a bound ``e`` of the error for 0 <= t <= 1."""
+
+    __slots__ = ("__dict__", "c", "e")
+
+    def __init__(self, c: Any, e: float = 0.0) -> None:
+        self.c, self.e = c, e
+
+    @cached_property
+    def size(self) -> float:
+        """A bound of the polynomial's absolute value."""
+        return float(np.abs(self.c).sum())
+
+    @cached_property
+    def waves(self) -> tuple[Series, Series]:
+        """Sine and cosine.
+
+        The coefficients left out are bounded by those of exp of the absolute coefficients.
+        """
+        count = len(self.c)
+        rise = self.c * np.arange(count)
+        steep = np.abs(rise)
+        sine, cosine, most = np.zeros(count), np.zeros(count), np.zeros(count)
+        sine[0], cosine[0], most[0] = np.sin(self.c[0]), np.cos(self.c[0]), 1.0
+        for k in range(1, count):
+            last = rise[k:0:-1]
+            sine[k] = last @ cosine[:k] / k
+            cosine[k] = -(last @ sine[:k]) / k
+            most[k] = steep[k:0:-1] @ most[:k] / k
+        whole = np.exp(min(self.size - abs(self.c[0]), 700.0))
+        left = max(whole - most.sum(), 0.0) + self.e
+        return Series(sine, left), Series(cosine, left)
+
+
+Value = Any
+"""A float or a Series."""
+
+
+def _sum(a: Value, b: Value) -> Value:
+    if not isinstance(a, Series):
+        a, b = b, a
+    if not isinstance(a, Series):
+        return a + b
+    if isinstance(b, Series):
+        return Series(a.c + b.c, a.e + b.e)
+    c = a.c.copy()
+    c[0] += b
+    return Series(c, a.e)
+
+
+def _product(a: Value, b: Value) -> Value:
+    if not isinstance(a, Series):
+        a, b = b, a
+    if not isinstance(a, Series):
+        return a * b
+    if not isinstance(b, Series):
+        return Series(a.c * b, a.e * abs(b))
+    count = len(a.c)
+    full = np.convolve(a.c, b.c)
+    left = float(np.abs(full[count:]).sum())
+    if a.e or b.e:
+        left += a.size * b.e + b.size * a.e + a.e * b.e
+    return Series(full[:count], left)
+
+
+def _negative(a: Value) -> Value:
+    return Series(-a.c, a.e) if isinstance(a, Series) else -a
+
+
+def _quotient(a: Value, b: Value) -> Value:
+    if isinstance(b, Series):
+        raise NoSeries
+    return _product(a, 1 / b)
+
+
+def _sine(a: Value) -> Value:
+    return a.waves[0] if isinstance(a, Series) else np.sin(a)
+
+
+def _cosine(a: Value) -> Value:
+    return a.waves[1] if isinstance(a, Series) else np.cos(a)
+
+
+_OPERATIONS: dict[int, Callable[..., Value]] = {
+    ca.OP_ASSIGN: lambda a: a,
+    ca.OP_ADD: _sum,
+    ca.OP_SUB: lambda a, b: _sum(a, _negative(b)),
+    ca.OP_MUL: _product,
+    ca.OP_DIV: _quotient,
+    ca.OP_NEG: _negative,
+    ca.OP_SQ: lambda a: _product(a, a),
+    ca.OP_TWICE: lambda a: _product(a, 2.0),
+    ca.OP_INV: lambda a: _quotient(1.0, a),
+    ca.OP_SIN: _sine,
+    ca.OP_COS: _cosine,
+}
+
+
+class SeriesFunction:
+    """Evaluates an SX function with dense vector inputs and outputs for series.
+
+    Raises
+    ------
+    NoSeries
+        The function holds other operations than sums, products, sines, cosines.
+    """
+
+    def __init__(self, function: Any) -> None:
+        self.sizes = [function.numel_out(i) for i in range(function.n_out())]
+        self._line: list[tuple[Any, ...]] = []
+        for k in range(function.n_instructions()):
+            code = function.instruction_id(k)
+            into, out_of = function.instruction_output(k), function.instruction_input(k)
+            if code == ca.OP_INPUT:
+                self._line.append(("in", into[0], tuple(out_of)))
+            elif code == ca.OP_CONST:
+                self._line.append(("number", into[0], function.instruction_constant(k)))
+            elif code == ca.OP_OUTPUT:
+                self._line.append(("out", tuple(into), out_of[0]))
+            elif code in _OPERATIONS:
+                self._line.append((_OPERATIONS[code], into[0], tuple(out_of)))
+            else:
+                raise NoSeries
+
+    def __call__(self, inputs: Sequence[Sequence[Value]]) -> list[list[Value]]:
+        """Return the outputs' entries, floats or series, for such entries of the inputs."""
+        work: dict[int, Value] = {}
+        results: list[list[Value]] = [[0.0] * size for size in self.sizes]
+        for what, target, source in self._line:
+            if what == "in":
+                work[target] = inputs[source[0]][source[1]]
+            elif what == "number":
+                work[target] = source
+            elif what == "out":
+                results[target[0]][target[1]] = work[source]
+            else:
+                work[target] = what(*[work[i] for i in source])
+        return results
+
+
+def coefficients(values: Sequence[Value], count: int) -> tuple[Any, Any]:
+    """Return coefficients (count, k) and errors (k,) of floats and series."""
+    c, e = np.zeros((count, len(values))), np.zeros(len(values))
+    for i, value in enumerate(values):
+        if isinstance(value, Series):
+            c[:, i], e[i] = value.c, value.e
+        else:
+            c[0, i] = value
+    return c, e
+
+
+def times(a: Any, b: Any, count: int) -> Any:
+    """Return the first `count` coefficients of a product, (k, n, m) times (l, m, r)."""
+    result = np.zeros((count, a.shape[1], b.shape[2]))
+    for i in range(min(len(a), count)):
+        part = a[i] @ b[: count - i]
+        result[i : i + len(part)] += part
+    return result
+
+
+def inverse(J: Any, count: int) -> Any:
+    """Return the first `count` coefficients of the inverse of J (k, n, n)."""
+    found, n = np.linalg.inv(J[0])[None], J.shape[1]
+    while len(found) < count:
+        longer = min(2 * len(found), count)
+        rest = -times(J[:longer], found, longer)
+        rest[0] += 2 * np.eye(n)
+        found = times(found, rest, longer)
+    return found
