@@ -143,15 +143,15 @@ def bound_of_a_triad_too_small(monkeypatch):
 # -- branches ------------------------------------------------------------------------------
 
 
-@mutant("Assembler.distance", "the mode farthest from the sketch", "off by", DYADS[1:])
+@mutant("Sketched._square", "the mode farthest from the sketch", "off by", DYADS[1:])
 def wrong_branch(monkeypatch):
-    from mechdae.analysis.modes import Assembler
+    from mechdae.analysis.nearest import Sketched
 
-    right = Assembler.distance
-    monkeypatch.setattr(Assembler, "distance", lambda *args, **keys: -right(*args, **keys))
+    right = Sketched._square
+    monkeypatch.setattr(Sketched, "_square", lambda *args: 1e3 - right(*args))
 
 
-@mutant("Assembler.distance", "the mode farthest from the sketch", "off by", TRIADS)
+@mutant("Sketched._square", "the mode farthest from the sketch", "off by", TRIADS)
 def wrong_branch_of_a_triad(monkeypatch):
     wrong_branch(monkeypatch)
 

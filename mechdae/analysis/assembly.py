@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.analysis import start
+from mechdae.analysis.bounds import output_bounds
+from mechdae.analysis.certain import certified
 from mechdae.analysis.freedom import settled
 from mechdae.analysis.modes import Assembler, Mode
 from mechdae.analysis.named import NamedOutputs, requests
@@ -52,6 +55,8 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     the_scene, graphs = assembler.scene, assembler.graphs
     everything, proven, failure = assembler.modes(u)
     found = everything[: task.limit]
+    certain = certified(graphs, np.array([m.x for m in found]).reshape(-1, graphs.nx), u)
+    found = [replace(mode, x=x) for mode, x in zip(found, certain.x, strict=True)]
     function = ca.Function("y", [the_scene.x, the_scene.u, the_scene.model.p], [outputs.expression])
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
     y = np.array(rows).reshape(len(found), graphs.ny)
@@ -85,7 +90,19 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     tables: dict[str, Any] = outputs.named([y])
     there = [y[:, outputs.columns(expressions.coordinates)]]
     tables["outputs"], lost = expressions.evaluate(there, None, np.ones(len(found), bool))
+    bounds = output_bounds(graphs, outputs, certain.constants, certain.error)
     notes = list(lost)
+    unsure = [",".join(m.labels) for m, sure in zip(found, certain.sure, strict=True) if not sure]
+    if unsure:
+        notes.append(
+            f"not certified, modes meet within the rounding of the data: {', '.join(unsure)}"
+        )
+    if any(assembler.endless) and found:
+        names = sorted({group.name for group in assembler.endless_groups})
+        notes.append(
+            f"whole turns of bodies of group {', '.join(names)} give infinitely many modes: "
+            f"listed are those nearest to the sketch"
+        )
     if len(found) < len(everything):
         notes.append(f"the first {len(found)} of {len(everything)} modes are listed")
     if notes:
@@ -97,7 +114,8 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         mechanism,
         problem.title,
         drivers=Named("driver", drivers),
-        status=np.full(len(found), "ok"),
+        status=np.where(certain.sure, "ok", "singular"),
+        bound=Series({key: np.where(certain.sure, v, np.nan) for key, v in bounds.items()}),
         labels=tuple(mode.labels for mode in found),
         summary=summary,
         fault=fault,

@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.evaluate import Poses
 from mechdae.analysis.numbers import Constants
 from mechdae.analysis.outputs import Outputs
 from mechdae.kernels.graphs import Graphs
 
 
 def output_bounds(
-    graphs: Graphs, outputs: Outputs, constants: Constants, poses: Poses
+    graphs: Graphs, outputs: Outputs, constants: Constants, error: Any
 ) -> dict[str, Any]:
     """Return ``length`` (n,) [m] over the points and ``angle`` (n,) [rad] over the bodies.
 
-    |dy/dx| is bounded for all poses at once; half a unit in the last place of the driver's
-    value does not count, the bound is for the float64 data given.
+    `error` (n, nx) are the bounds of the unknowns. |dy/dx| is bounded for all poses at once; half
+    a unit in the last place of the driver's value does not count, the bound is for the float64
+    data given.
     """
     slope, rounding = graphs.output_bounds(
         constants.size_x, constants.size_u, constants.p, constants.floors, *constants.boxes
@@ -26,7 +26,7 @@ def output_bounds(
     count = constants.boxes[0].shape[1]
     rounding = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
     rows = _rows(slope, graphs.ny, graphs.nx)
-    error = np.nan_to_num(poses.error, nan=0.0)
+    error = np.nan_to_num(error, nan=0.0)
     result = {}
     for word, kinds in (("length", ("position", "slide")), ("angle", ("angle",))):
         entries = [e for e in outputs.entries if e.name in kinds]

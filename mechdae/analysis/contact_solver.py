@@ -101,9 +101,10 @@ class ContactSolver(BlockSolver):
         """Return unknowns (k, n) at places of the curve, tangents set, others zero."""
         x = np.zeros((len(s), self.n))
         x[:, self._at] = s
-        return self._with_tangents(x)
+        return self.with_tangents(x)
 
-    def _with_tangents(self, x: Any) -> Any:
+    def with_tangents(self, x: Any) -> Any:
+        """Return unknowns (k, n) with the tangents' angles that belong to their places."""
         p = self._all_p[:, None]
         for j, k, function in self._tangents:
             x[:, k] = np.array(function(x[:, j][None, :], p)).ravel()
@@ -166,7 +167,7 @@ class ContactSolver(BlockSolver):
                 continue
             reach = np.pi if self._periods[j] or self.angle[j] else 1.0
             x[:, j] = random.uniform(-reach, reach, len(x)) * self._sizes[j]
-        return self._with_tangents(x)
+        return self.with_tangents(x)
 
     def _newton(self, x: Any, z: Any, u: Any) -> Any:
         """Return the starts (k, n) that Newton's method leads to a solution."""

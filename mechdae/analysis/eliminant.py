@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -19,12 +20,19 @@ import numpy as np
 
 from mechdae.analysis.closing import Gap
 from mechdae.kernels.blocks import BlockGraph
+from mechdae.kernels.extended import PI, NoDecimals, decimals
 from mechdae.model.reduction import Scene
 
 MAX_DENOMINATOR = 1000
 MAX_DEGREE = 4000
 ROLLS = 1e-11
 """Share of an equation by which it may miss a straight line: rounding of what cancels."""
+
+
+NEAR_FOLD = 1e-9
+"""Distance of a cosine from 1, or of a discriminant from 0, that is looked at in 50 digits."""
+DOUBLE = Decimal("1e-40")
+"""Discriminant that is zero in 50 digits."""
 
 
 @dataclass(frozen=True)
@@ -56,17 +64,33 @@ def angle_slopes(scene: Scene, p: Any) -> dict[int, list[float]]:
     return slopes
 
 
+def rational(value: float) -> Fraction | None:
+    """Return the ratio of small whole numbers that a value is, None where it is none."""
+    exact = Fraction(value).limit_denominator(MAX_DENOMINATOR)
+    return exact if abs(float(exact) - value) <= 4e-15 * max(1.0, abs(value)) else None
+
+
 def _turns(slopes: list[float]) -> tuple[int, int] | None:
     """Return m and the highest multiple of alpha/m with which bodies turn; None: infinite."""
     ratios = {Fraction(1)}
     for value in slopes:
-        exact = Fraction(value).limit_denominator(MAX_DENOMINATOR)
-        if abs(float(exact) - value) > 4e-15 * max(1.0, abs(value)):
+        exact = rational(value)
+        if exact is None:
             return None
         ratios.add(exact)
     m = math.lcm(*[ratio.denominator for ratio in ratios])
     highest = max(abs(int(ratio * m)) for ratio in ratios)
     return (m, highest) if m * highest <= MAX_DEGREE else None
+
+
+def _zero(a: Any) -> Any:
+    """Return 0 in the digits of an array."""
+    return Decimal(0) if a.dtype == object else 0.0
+
+
+def _half_turn(a: Any) -> Any:
+    """Return pi in the digits of an array."""
+    return PI if a.dtype == object else np.pi
 
 
 class BlockSolver:
@@ -89,13 +113,26 @@ class BlockSolver:
         self.turns = [_turns(slopes.get(i, [])) for i in graph.own]
         value = ca.Function("F", [graph.x, graph.z, scene.u, graph.p], [graph.F])
         self._F = value
-        self._scale = 0.0
+        self._scale, self._exact = 0.0, False
         self.linear = self.linear or self._rolls()
+        self.unwinds = not self.linear and self._unwinds()
+        """Whether turns of the angles change the equations: wheels on racks among trigonometry."""
 
     def period(self, j: int) -> float:
         """Return the period of unknown `j` [rad]; 0 for a length, or where there is none."""
         turns = self.turns[j]
         return 2 * np.pi * turns[0] if self.angle[j] and turns else 0.0
+
+    @property
+    def turning(self) -> list[float]:
+        """The periods of the unknowns by which the equations come back; 0 for lengths."""
+        if self.linear or self.unwinds:
+            return [0.0] * self.n
+        return [self.period(j) if angle else 0.0 for j, angle in enumerate(self.angle)]
+
+    def with_tangents(self, x: Any) -> Any:
+        """Return unknowns (k, n) as they are: no curve is in the block."""
+        return x
 
     def _rolls(self) -> bool:
         """Return whether a single angle enters linearly: a wheel on a rack.
@@ -111,9 +148,25 @@ class BlockSolver:
         miss = np.abs(value - value[0] - slope * a).max()
         return bool(miss <= ROLLS * np.abs(value).max() and abs(slope) > 1e3 * miss)
 
+    def _unwinds(self) -> bool:
+        """Return whether the equations change by turns that leave all bodies where they are."""
+        turned = [j for j in range(self.n) if self.angle[j] and self.turns[j]]
+        if not turned or self.graph.redundant:
+            return False
+        rng = np.random.default_rng(1)
+        x = rng.uniform(-1, 1, self.n) * np.where(self.angle, 3.0, self.size)
+        x = x + np.zeros((len(turned) + 1, 1))
+        for k, j in enumerate(turned):
+            x[k + 1, j] += self.period(j)
+        z = self.size * rng.uniform(-1, 1, len(self.graph.uses))
+        value = self.F(x, z, rng.uniform(-1, 1, self._F.size1_in(2)))
+        return bool(np.abs(value[1:] - value[0]).max() > ROLLS * np.abs(value).max())
+
     def F(self, x: Any, z: Any, u: Any) -> Any:
-        """Return residuals (k, n) at points `x` (k, n)."""
+        """Return residuals (k, n) at points `x` (k, n), in 50 digits where these are decimals."""
         k = len(x)
+        if np.asarray(x).dtype == object:
+            return np.array([decimals(self._F, [list(row), z, u, self.p]) for row in x], object)
         columns = [np.asarray(x).T, np.tile(z[:, None], k), np.tile(u[:, None], k)]
         return np.array(self._F(*columns, np.tile(self.p[:, None], k))).T
 
@@ -123,8 +176,11 @@ class BlockSolver:
             return Solutions(np.zeros((0, self.n)), False, infinite=True)
         if self.linear:
             return self._linear(z, u)
+        if self.unwinds:
+            return None
         if not any(self.angle):
             return self._lengths(z, u)
+        self._exact = not len(z)  # the unknowns of other blocks are known but for rounding
         if self.n == 1:  # doubled: a distance multiplies the directions of two bodies
 
             def residual(a: Any) -> Any:
@@ -166,14 +222,14 @@ class BlockSolver:
         a, b, c = (f[0] + f[2]) / 2 - f[1], (f[2] - f[0]) / 2, f[1]
         if abs(4 * a + 2 * b + c - f[3]) > 1e-9 * (abs(a) + abs(b) + abs(c)):
             return None
-        root = b * b - 4 * a * c
-        if a == 0 or root < -1e-14 * (b * b + abs(4 * a * c)):
+        root, big = b * b - 4 * a * c, b * b + abs(4 * a * c)
+        if a == 0 or root < -1e-14 * big:
             gap = abs(c - b * b / (4 * a)) if a else abs(c)
             return Solutions(np.zeros((0, self.n)), True, float(gap))
         # the larger root first, the other by Vieta's rule
         q = -(b + math.copysign(math.sqrt(max(root, 0.0)), b)) / 2
         t = sorted({q / a, c / q if q else -q / a})
-        return Solutions(start + size * np.array(t)[:, None] * along, True)
+        return Solutions(start + size * np.array(t)[:, None] * along, root > NEAR_FOLD * big)
 
     def _pair(self, alpha: int, beta: int, z: Any, u: Any) -> Solutions | None:
         """Eliminate unknown `beta` of two; None where it does not separate."""
@@ -184,8 +240,8 @@ class BlockSolver:
         if not self.constant[beta][alpha] or self.turns[beta] != (1, 1):
             return None
 
-        def at(a: Any, b: float) -> Any:
-            x = np.empty((len(a), 2))
+        def at(a: Any, b: Any) -> Any:
+            x = np.empty((len(a), 2), a.dtype)
             x[:, alpha], x[:, beta] = a, b
             return self.F(x, z, u)
 
@@ -200,10 +256,13 @@ class BlockSolver:
         sense = 1.0 if np.abs(quarter - turn).max() <= np.abs(quarter + turn).max() else -1.0
 
         def rest(a: Any) -> Any:
-            return (at(a, 0.0) + at(a, np.pi)) / 2
+            return (at(a, _zero(a)) + at(a, _half_turn(a))) / 2
 
         def close(a: Any) -> Any:
-            return np.sum(rest(a) ** 2, axis=1) - size**2
+            far = size**2
+            if a.dtype == object:
+                far = np.sum((at(a[:1], _zero(a)) - at(a[:1], PI)) ** 2) / 4
+            return np.sum(rest(a) ** 2, axis=1) - far
 
         def complete(a: Any) -> Any:
             G = rest(a)
@@ -228,8 +287,8 @@ class BlockSolver:
         if not (self.angle[alpha] and self.angle[beta]) or self.turns[beta] != (1, 1):
             return None
 
-        def at(a: Any, b: float) -> Any:
-            x = np.empty((len(a), 2))
+        def at(a: Any, b: Any) -> Any:
+            x = np.empty((len(a), 2), a.dtype)
             x[:, alpha], x[:, beta] = a, b
             return self.F(x, z, u)
 
@@ -245,7 +304,8 @@ class BlockSolver:
             return None
 
         def close(a: Any) -> Any:
-            return np.sum((at(a, 0.0) - k) ** 2, axis=1) - k @ k
+            middle = k if a.dtype == float else ((at(a, _zero(a)) + at(a, PI)) / 2)[0]
+            return np.sum((at(a, _zero(a)) - middle) ** 2, axis=1) - middle @ middle
 
         def complete(a: Any) -> Any:
             here = at(a, 0.0) - k
@@ -260,10 +320,10 @@ class BlockSolver:
         """Eliminate an unknown that enters linearly with a coefficient that turns."""
 
         def parts(a: Any) -> tuple[Any, Any]:
-            x = np.zeros((len(a), 2))
-            x[:, alpha] = a
+            x = np.zeros((len(a), 2), a.dtype)
+            x[:, alpha], x[:, beta] = a, 0 * a
             fixed = self.F(x, z, u)
-            x[:, beta] = 1.0
+            x[:, beta] = 0 * a + 1
             return fixed, self.F(x, z, u) - fixed
 
         def cross(a: Any) -> Any:
@@ -303,11 +363,11 @@ class BlockSolver:
             if abs(ratio) > 1 + 8 * np.finfo(float).eps:
                 return Solutions(empty, True, float(2 * abs(c[2]) * (abs(ratio) - 1)))
             half = math.acos(min(1.0, max(-1.0, ratio)))
-            middle = -np.angle(c[2])
-            touching = min(half, math.pi - half) < 1e-7  # both solutions are one, at a limit
-            both = [middle + (half > 1) * math.pi] if touching else [middle - half, middle + half]
-            roots = np.array(both) * m
-            return Solutions(complete(roots), True)
+            middle, sure = -float(np.angle(c[2])), True
+            if 1 - abs(ratio) < NEAR_FOLD:
+                middle, half, sure = self._near_fold(g, m, middle, half)
+            both = [middle - half, middle + half] if 0 < half < math.pi else [middle + half]
+            return Solutions(complete(np.array(both) * m), sure)
         w = np.roots(c[::-1])
         off = np.abs(np.abs(w) - 1)
         near = w[off < 1e-4]
@@ -316,6 +376,28 @@ class BlockSolver:
         doubtful = np.sum(off < 1e-4) != len(x)
         gap = float(np.abs(values).min()) if not len(x) else 0.0
         return Solutions(x, bool(sure and not doubtful), gap)
+
+    def _near_fold(self, g: Any, m: int, middle: float, half: float) -> tuple[float, float, bool]:
+        """Return the middle of two roots, half their distance, 0 or pi for one, and whether sure.
+
+        g is c0 + A cos(alpha/m) + B sin(alpha/m); near a limit position its discriminant is less
+        than the rounding of doubles, and 50 digits tell whether there are two roots.
+        """
+        if not self._exact:
+            return middle, half, False
+        turn = PI * m
+        try:
+            first, opposite, quarter = g(np.array([0 * turn, turn, turn / 2], object))
+        except NoDecimals:
+            return middle, half, False
+        least = (first + opposite) / 2
+        A, B = first - least, quarter - least
+        left = A * A + B * B - least * least
+        if abs(left) <= DOUBLE * (A * A + B * B):  # one root, at a limit position
+            return math.atan2(B, A), math.pi if least > 0 else 0.0, True
+        if left < 0:  # none for these very numbers, one for others as near as rounding
+            return middle, math.pi if least > 0 else 0.0, False
+        return math.atan2(B, A), math.atan2(left.sqrt(), -least), True
 
     def _noise(self, alpha: int) -> float:
         """Return the size below which g is zero for all angles: rounding of its terms."""

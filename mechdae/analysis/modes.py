@@ -6,7 +6,6 @@ count is proven; larger groups by Newton's method from many starts, and their co
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,8 +18,10 @@ from mechdae.analysis.closing import Closing, Gap
 from mechdae.analysis.contact_solver import Contacts, ContactSolver
 from mechdae.analysis.eliminant import BlockSolver, angle_slopes
 from mechdae.analysis.freedom import dependent, free_poses
+from mechdae.analysis.lattice import lattices, with_periods
 from mechdae.analysis.limits import solve
-from mechdae.analysis.numbers import driver_size, mechanism_scale, natural_sizes, periods
+from mechdae.analysis.nearest import Nearest, Sketched
+from mechdae.analysis.numbers import mechanism_scale, natural_sizes
 from mechdae.analysis.plan import Sketch
 from mechdae.analysis.redundant import RedundantSolver
 from mechdae.analysis.search import MOST, Found, Search
@@ -32,6 +33,11 @@ from mechdae.kernels.graphs import Graphs
 from mechdae.kernels.local import Local
 from mechdae.model.reduction import own_freedom
 from mechdae.model.structure import Group
+
+SAME = 1e-7
+"""Largest difference of one and the same solution [rad, sizes of the mechanism]."""
+SILENT = 1e-3
+"""What the turns of a body count that the sketch does not name, beside those that it does."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +90,17 @@ class Assembler:
             self._solver(graph, slopes, any(self.scene.x_names[i][1] == "s" for i in graph.own))
             for graph in graphs.blocks
         ]
+        exact = lattices(self.scene, [graph.own for graph in graphs.blocks])
+        self.lattices = [
+            with_periods(lattice, solver.turning)
+            for lattice, solver in zip(exact, self.solvers, strict=True)
+        ]
+        """Whole turns by block that make no difference."""
+        self.endless = [a is not b for a, b in zip(exact, self.lattices, strict=True)]
+        """Whether further turns give infinitely many modes."""
         self.contacts = Contacts(self.scene, self.p)
         self.closing = Closing(graphs)
-        period = periods(self.scene)
-        self.turn = np.where(period > 0, period, 2 * np.pi)
+        self.natural = natural_sizes(self.scene, self.size)
         self._trusses: dict[int, Truss | None] = {}
         self._searches: dict[int, Search] = {}
         self.searched: dict[int, list[Found]] = {}
@@ -95,6 +108,7 @@ class Assembler:
         self._blocks_of: dict[int, list[int]] = {group.index: [] for group in self.scene.groups}
         for b, graph in enumerate(graphs.blocks):
             self._blocks_of[graph.block.group].append(b)
+        self._classes: dict[tuple[int, bool], Any] = {}
         self._functions: dict[Any, Local] = {}
         self.free: list[Group] = []
         """Groups met with a freedom of their own: their outer pins coincide."""
@@ -113,6 +127,12 @@ class Assembler:
     def names(self, b: int) -> list[str]:
         """Return what a block's unknowns are: x, y, angle."""
         return [self.scene.x_names[i][1] for i in self.graphs.blocks[b].own]
+
+    @property
+    def endless_groups(self) -> list[Group]:
+        """The groups of blocks whose turns give infinitely many modes."""
+        own = {self.scene.blocks[b].group for b, endless in enumerate(self.endless) if endless}
+        return [group for group in self.scene.groups if group.index in own]
 
     def labelled(self, group: Group) -> bool:
         """Return whether a group's modes have a label: not the driven link itself, not a weld."""
@@ -190,16 +210,23 @@ class Assembler:
                     gap, infinite, at = result.gap, result.infinite, result.gap_at
                     if solver.linear and not len(solutions):
                         self._check_freedom(group, b, start, u)
-                proven &= sure
+                proven &= sure and not self.endless[b]
                 if result is not None and result.free:
                     self.free.append(group)
                 if not len(solutions):
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
                     free = result is not None and result.free
                     failure = Failure(group, gap, infinite, starts, at, free)
+                own = []
                 for solution in solutions:
-                    new = put(start, graph.own, self._nearest_turn(b, solution, start, u))
-                    ahead.append(self._polish(b, new, u))
+                    for turned in self._turned(b, solution, start, u):
+                        own.append(self._polish(b, put(start, graph.own, turned), u))
+                own = self._distinct(b, own, u)
+                if nearby and not sure and not (result is not None and result.free):
+                    exact = self.sketched.own_pose(b, start, u)
+                    if exact is not None and not any(self._same(b, exact, x) for x in own):
+                        own, failure = [*own, exact], None
+                ahead += own
             found, missed = self._closed(group, b, ahead, u)
             failure = missed or failure
         found, missed = self._closed(group, None, found, u)
@@ -231,7 +258,7 @@ class Assembler:
         """Raise when a group moves by itself at the pose that Newton's method finds first."""
         graph = self.graphs.blocks[b]
         sketch = [self._wanted(i, x, u) for i in graph.own]
-        sizes = natural_sizes(self.scene, self.size)[graph.own]
+        sizes = self.natural[graph.own]
         found = free_poses(graph, put(x, graph.own, sketch), u, self.p, sizes, self.size)
         if found is None:
             return
@@ -278,20 +305,28 @@ class Assembler:
             for b in self.blocks_of(group):
                 own = self.graphs.blocks[b].own
                 solution = np.array([q[self.scene.x_names[i]] for i in own])
-                ahead = [
-                    self._polish(b, put(y, own, s), u)
+                turned = [
+                    [
+                        self._polish(b, put(y, own, s), u)
+                        for s in self._turned(b, solution, y, u, True)
+                    ]
                     for y in ahead
-                    for s in self._turned(b, solution, y, u)
                 ]
+                ahead = [pose for poses in turned for pose in self._distinct(b, poses, u)]
             found += ahead
         return found, closed.proven, None if found else Failure(group, closed.gap, free=closed.free)
 
-    def _turned(self, b: int, solution: Any, x: Any, u: Any) -> list[Any]:
-        """Return the solution with all whole turns of its angles that gears tell apart."""
-        solver = self.solvers[b]
-        counts = [max(round(solver.period(j) / (2 * np.pi)), 1) for j in range(len(solution))]
-        turns = itertools.product(*[range(count) for count in counts])
-        return [self._nearest_turn(b, solution + 2 * np.pi * np.array(k), x, u) for k in turns]
+    def _turned(self, b: int, solution: Any, x: Any, u: Any, single: bool = False) -> list[Any]:
+        """Return the solution with all whole turns of its angles that gears tell apart.
+
+        A solver gives solutions within its periods, `single` ones within one turn.
+        """
+        if (b, single) not in self._classes:
+            periods = self.solvers[b].turning
+            periods = [min(period, 2 * np.pi) for period in periods] if single else periods
+            self._classes[b, single] = self.lattices[b].classes(periods)
+        turns = 2 * np.pi * self._classes[b, single]
+        return [self._nearest_turn(b, solution + turn, x, u) for turn in turns]
 
     def _polish(self, b: int, x: Any, u: Any) -> Any:
         """Return x after a few Newton steps in block `b`; kept as it is at a fold."""
@@ -311,16 +346,52 @@ class Assembler:
         return result if np.abs(result - x).max() < 1e-3 else x
 
     def _nearest_turn(self, b: int, solution: Any, x: Any, u: Any) -> Any:
-        """Return the solution with whole turns added to come nearest to the sketch."""
+        """Return the solution with whole turns that make no difference, nearest to the sketch."""
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         result = np.array(solution, float)
         pose = put(x, graph.own, result)
+        wanted = result.copy()
         for j, i in enumerate(graph.own):
-            period = solver.period(j)
-            if period:
-                wanted = self._wanted(i, pose, u)
-                result[j] -= period * np.round((result[j] - wanted) / period)
-        return result
+            if solver.angle[j]:
+                wanted[j] = self._wanted(i, pose, u)
+            elif period := solver.period(j):
+                result[j] -= period * np.round((result[j] - self._wanted(i, pose, u)) / period)
+                wanted[j] = result[j]
+        told = [self.scene.x_names[i][0] in self.sketch for i in graph.own]
+        gaps = (result - wanted) / (2 * np.pi)
+        left = self.lattices[b].remainder(gaps[None], np.where(told, 1.0, SILENT))[0]
+        return result - 2 * np.pi * np.round(gaps - left)
+
+    def _distinct(self, b: int, poses: list[Any], u: Any) -> list[Any]:
+        """Return poses of block `b` that differ by more than whole turns that make no difference.
+
+        Those before the block are the same in all poses.
+        """
+        turning, single = self.solvers[b].turning, self.lattices[b].single
+        once = all(one or not period for period, one in zip(turning, single, strict=True))
+        if len(poses) < 2 or (once and max(turning, default=0.0) < 3 * np.pi):
+            return poses  # a solver gives no solution twice within one turn
+        kept: list[Any] = []
+        for x in poses:
+            if not any(self._same(b, x, other) for other in kept):
+                kept.append(x)
+        return kept
+
+    def _same(self, b: int, x: Any, y: Any) -> bool:
+        """Return whether two poses are the same in block `b`, but for turns and rounding."""
+        return bool(self._apart(b, x, y).max(initial=0.0) < SAME)
+
+    def _apart(self, b: int, x: Any, y: Any) -> Any:
+        """Return how far the unknowns of block `b` are apart, without turns [rad, sizes]."""
+        own = self.graphs.blocks[b].own
+        unit = np.where(self.solvers[b].angle, 2 * np.pi, 1.0)
+        gaps = self.lattices[b].remainder(((x - y)[own] / unit)[None])[0] * unit
+        periods = np.array(
+            [0.0 if a else self.solvers[b].period(j) for j, a in enumerate(self.solvers[b].angle)]
+        )
+        with np.errstate(invalid="ignore", divide="ignore"):
+            gaps -= np.where(periods > 0, periods * np.round(gaps / periods), 0.0)
+        return np.abs(gaps) / self.natural[own]
 
     def _wanted(self, i: int, x: Any, u: Any) -> float:
         """Return the sketched value of an unknown that has a period, in its absence a middle."""
@@ -335,8 +406,8 @@ class Assembler:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         if b not in self._searches:
-            sizes = natural_sizes(self.scene, self.size)[graph.own]
-            self._searches[b] = Search(solver, self.scene.u, sizes)
+            sizes = self.natural[graph.own]
+            self._searches[b] = Search(solver, self.scene.u, sizes, self.lattices[b])
         angles = dict(zip(graph.own, solver.angle, strict=True))
         hint = [self.turns.start(i, x, u) if angle else np.nan for i, angle in angles.items()]
         z = x[graph.uses] if graph.uses else np.zeros(0)
@@ -393,11 +464,7 @@ class Assembler:
         signs = [self.sign(group, x, u) for x in poses]
         if self._signs_tell(group):
             return [sign + self._whole(group, x, u) for sign, x in zip(signs, poses, strict=True)]
-        first = self.contacts.first if self.contacts.of(group) else self._first_angle
-        # a body that only slides has one angle in all modes: then the unknowns tell
-        own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
-        size = np.array([1.0 if self.scene.x_names[i][1] == "angle" else self.size for i in own])
-        order = [(round(first(group, x, u), 9), *np.round(x[own] / size, 9)) for x in poses]
+        order = [self._rank(group, x, u) for x in poses]
         labels = []
         for k, sign in enumerate(signs):
             rank = 1 + sum(other == sign and order[i] < order[k] for i, other in enumerate(signs))
@@ -416,12 +483,8 @@ class Assembler:
                 continue
             poses, _, _ = self.candidates(group, x, u)
             names = self.group_labels(group, poses, u)
-            own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
-            turn = self.turn[own]
-            gaps = [
-                np.abs(np.sin((pose[own] - x[own]) * np.pi / turn)).max() if own else 0.0
-                for pose in poses
-            ]
+            blocks = self.blocks_of(group)
+            gaps = [max(self._apart(b, pose, x).max() for b in blocks) for pose in poses]
             labels.append(names[int(np.argmin(gaps))] if gaps else sign)
         return ",".join(labels)
 
@@ -431,7 +494,7 @@ class Assembler:
             self.turns.number(i, x, u)
             for b in self.blocks_of(group)
             for j, i in enumerate(self.graphs.blocks[b].own)
-            if self.solvers[b].period(j) > 3 * np.pi
+            if self.solvers[b].turning[j] and not self.lattices[b].single[j]
         ]
         return "".join(f":{number}" for number in numbers) if any(numbers) else ""
 
@@ -439,14 +502,25 @@ class Assembler:
         """Return whether the sign, with whole turns, tells the modes of a group apart."""
         return group.is_dyad or all(self.solvers[b].linear for b in self.blocks_of(group))
 
-    def _first_angle(self, group: Group, x: Any, u: Any) -> float:
-        angle = self._angles(group, x, u)[group.bodies[0]]
-        period = 2 * np.pi
+    def _rank(self, group: Group, x: Any, u: Any) -> tuple[float, ...]:
+        """Return by what a group's poses are put in order: first contact or body's angle.
+
+        A body that only slides has one angle in all modes: then the unknowns tell.
+        """
+        pose = x.copy()
         for b in self.blocks_of(group):
-            for j, i in enumerate(self.graphs.blocks[b].own):
-                if self.scene.x_names[i] == (group.bodies[0], "angle"):
-                    period = self.solvers[b].period(j) or period
-        return angle - period * float(np.ceil(angle / period - 0.5))
+            own, angle = self.graphs.blocks[b].own, self.solvers[b].angle
+            turned = self.lattices[b].remainder((x[own] / (2 * np.pi))[None])[0]
+            pose[own] = np.where(angle, 2 * np.pi * turned, x[own])
+        own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
+        if self.contacts.of(group):
+            first = self.contacts.first(group, x, u)
+        else:
+            first = self._angles(group, pose, u)[group.bodies[0]]
+            names = [self.scene.x_names[i] for i in own]
+            if (group.bodies[0], "angle") not in names:
+                first -= 2 * np.pi * float(np.ceil(first / (2 * np.pi) - 0.5))
+        return (round(first, 9), *np.round(pose[own] / self.natural[own], 9))
 
     # -- whole scene -----------------------------------------------------------------------
 
@@ -468,58 +542,14 @@ class Assembler:
         found.sort(key=lambda mode: [(text[0] != "+", len(text), text) for text in mode.labels])
         return found[:limit], proven, failure if not found else None
 
-    def from_sketch(self, u: Any) -> tuple[Any, Failure | None, list[Group]]:
-        """Return the pose nearest to the sketch, group by group.
+    @cached_property
+    def sketched(self) -> Sketched:
+        """What the sketch says about the groups."""
+        return Sketched(self)
 
-        Returns
-        -------
-        x : (nx,) array
-        failure
-            The group that cannot be assembled at `u`, None when all are.
-        doubtful
-            Groups whose mode the sketch does not tell.
-        """
-        x = np.zeros(self.graphs.nx)
-        doubtful: list[Group] = []
-        for group in self.scene.groups:
-            poses, _, failure = self.candidates(group, x, u, nearby=True)
-            if failure is not None:
-                return x, failure, doubtful
-            distances = [self.distance(group, pose, u) for pose in poses]
-            near = [k for k, far in enumerate(distances) if far - min(distances) < 1e-6]
-            if len(near) > 1:  # the same but for whole turns, which a gear tells apart
-                whole = [self.distance(group, poses[k], u, unwound=True) for k in near]
-                near = [near[int(i)] for i in np.argsort(whole)]
-                whole.sort()
-                if whole[1] - whole[0] < 1e-6:
-                    doubtful.append(group)
-            x = poses[near[0]]
-        return x, None, doubtful
-
-    def distance(self, group: Group, x: Any, u: Any, unwound: bool = False) -> float:
-        """Return how far the group's angles are from the sketch [rad], whole turns if `unwound`."""
-        angles = self._angles(group, x, u)
-        bodies = [body for body in group.bodies if body in self.sketch]
-        decided: list[float] = []
-        for i in [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]:
-            if unwound and (own := self.turns.gaps(i, x, u)):
-                decided += own
-                bodies = [body for body in bodies if not self.turns.turned_with(i, body)]
-        gaps = [angles[body] - self.sketch[body] for body in bodies]
-        if not unwound:
-            gaps = [np.remainder(gap + np.pi, 2 * np.pi) - np.pi for gap in gaps]
-        gaps += decided
-        for c, wanted in self.places.items():
-            if set(self._bodies(c)) & set(group.bodies):
-                value = self._coordinate(c, x, u)
-                gap = (value - wanted) / driver_size(self.scene.model, c, self.size)
-                turns = c.is_angle or (c.kind == "curve" and self.contacts.closed(c.part))
-                gaps.append(np.remainder(gap + np.pi, 2 * np.pi) - np.pi if turns else gap)
-        return float(np.sqrt(np.sum(np.square(gaps)))) if gaps else 0.0
-
-    def _bodies(self, c: Coordinate) -> tuple[str, ...]:
-        joints = self.scene.model.mechanism.joints
-        return joints[c.part].bodies if c.part in joints else (c.part,)
+    def from_sketch(self, u: Any) -> Nearest:
+        """Return the pose of the whole mechanism nearest to the sketch at driver values `u`."""
+        return self.sketched.nearest(u)
 
     def _coordinate(self, c: Coordinate, x: Any, u: Any) -> float:
         """Return the value of a coordinate at a pose."""
@@ -537,18 +567,6 @@ class Assembler:
             if mechanism.joints[name].kind == "curve":
                 found[name] = self.contacts.place(name, x, u)
         return found
-
-    def hint(self, group: Group, x: Any, u: Any) -> list[str]:
-        """Return the sketch keys by which the modes of a group differ."""
-        poses, _, _ = self.candidates(group, x, u)
-        angles = [self._angles(group, pose, u) for pose in poses]
-        turned = [np.exp(1j * np.array([a[b] for a in angles])) for b in group.bodies]
-        keys = [
-            f"{body}_deg"
-            for body, t in zip(group.bodies, turned, strict=True)
-            if np.abs(t - t[0]).max() > 1e-6
-        ]
-        return keys or list(self.slides(group, poses[0], u))
 
 
 def put(x: Any, own: list[int], values: Any) -> Any:

@@ -137,7 +137,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     time = time_of(plan, run.values)
     there = [array[:, columns] for array in poses.y]
     named["outputs"], lost = setting.expressions.evaluate(there, time, certified)
-    bounds = output_bounds(run.path.graphs, outputs, run.path.constants, poses)
+    bounds = output_bounds(run.path.graphs, outputs, run.path.constants, poses.error)
     for bound in bounds.values():
         bound[~certified] = np.nan
     failed = _failed(setting, run, status)

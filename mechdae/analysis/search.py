@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.eliminant import BlockSolver
+from mechdae.analysis.lattice import Lattice
 from mechdae.analysis.triad import newton_steps
 from mechdae.kernels.batch import Batch
 
@@ -23,6 +24,8 @@ HITS = 4
 """Starts that must lead to each solution before the search is ended."""
 SPREAD = 4.0
 """Interval of lengths that are not fitted, in sizes of the mechanism."""
+TURNS = 5
+"""Whole turns of wheels on racks that starts are spread over."""
 ITERATIONS = 60
 LARGEST_STEP = 0.7
 ROUNDING = 1e-13
@@ -30,6 +33,10 @@ ROUNDING = 1e-13
 ROUGH = 1e-9
 """The same where equations are superfluous: they are met to rounding of the numbers given."""
 SAME = 1e-7
+APART = 0.01
+"""Share of 1/beta within which a solution is the only one: equations of size 1 bend by a few."""
+GRAIN, ROUGHEST = 4e-15, 1e-5
+"""Rounding of a solution over beta, and the most it is taken for at a fold."""
 
 
 @dataclass(frozen=True)
@@ -52,16 +59,18 @@ class Search:
         Symbols of the drivers.
     sizes
         Natural sizes (n,) of the unknowns.
+    lattice
+        Whole turns of its angles that make no difference.
     """
 
-    def __init__(self, solver: BlockSolver, u_symbols: Any, sizes: Any) -> None:
+    def __init__(self, solver: BlockSolver, u_symbols: Any, sizes: Any, lattice: Lattice) -> None:
         graph = solver.graph
-        self.solver, self.n = solver, graph.size
+        self.solver, self.n, self.lattice = solver, graph.size, lattice
         inputs = [graph.x, graph.z, u_symbols, graph.p]
         results = [ca.densify(graph.F), ca.densify(ca.vec(graph.J))]
         self.function = Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
         angle = np.array(solver.angle, bool)
-        self.lengths = np.flatnonzero(~angle)
+        self.lengths, self.turning = np.flatnonzero(~angle), angle
         columns = ca.vec(graph.J[:, self.lengths.tolist()])
         bent = ca.jacobian(columns, graph.x)[:, self.lengths.tolist()].nnz() > 0
         self.fitted = self.lengths[:0] if bent else self.lengths
@@ -99,6 +108,7 @@ class Search:
         steps = base ** -np.arange(1.0, self.n + 1)
         cube = np.mod(0.5 + np.arange(first, last)[:, None] * steps, 1.0) - 0.5
         whole = np.where(self.period > 0, self.period, 2 * np.pi)
+        whole *= TURNS if self.solver.unwinds else 1
         whole[self.lengths] = SPREAD * self.scale[self.lengths]
         return cube * whole
 
@@ -156,8 +166,17 @@ class Search:
         return kept, hits
 
     def _same(self, x: Any, y: Any) -> Any:
-        """Return which rows are the solution `y`, whole periods apart."""
-        gap = x - y
-        with np.errstate(invalid="ignore", divide="ignore"):
-            turns = np.where(self.period > 0, np.round(gap / self.period), 0.0)
-        return (np.abs(gap - turns * self.period) / self.scale).max(axis=1) < SAME
+        """Return which rows are the solution `y`, but for whole turns that make no difference."""
+        gap = (x - y) / np.where(self.turning, 2 * np.pi, 1.0)
+        gap = self.lattice.remainder(gap) * np.where(self.turning, 2 * np.pi, 1.0)
+        return (np.abs(gap) / self.scale).max(axis=1) < self._reach(y)
+
+    def _reach(self, y: Any) -> float:
+        """Return how far from a solution no other one is, or none can be told from it.
+
+        Newton and Kantorovich: there is none within 1/(beta kappa); what is nearer than the
+        rounding of the solution itself is the same.
+        """
+        J = self._values(y[None])[1][0]
+        beta = 1 / max(float(np.linalg.svd(J, compute_uv=False)[-1]), 1e-100)
+        return max(min(SAME, APART / beta), min(GRAIN * beta, ROUGHEST))

@@ -24,22 +24,21 @@ def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
         The sketch does not tell which of several modes is meant.
     """
     u = start_values(plan)
-    x, failure, doubtful = assembler.from_sketch(u)
-    if failure is not None:
-        raise not_assembled(assembler.scene, failure, u)
-    if doubtful:
-        group = doubtful[0]
-        names = " or ".join(assembler.hint(group, x, u))
+    found = assembler.from_sketch(u)
+    if found.failure is not None:
+        raise not_assembled(assembler.scene, found.failure, u)
+    if found.doubtful:
+        keys, line = assembler.sketched.hint(found, u)
         raise MechanismError(
-            f"does not tell which assembly mode of group {group.name} is meant",
+            f"does not tell which assembly mode of group {found.doubtful[0].name} is meant",
             where="sketch",
             hint=(
-                f"add {names} to [sketch], or choose a mode with --mode"
-                if names
+                f"add {' or '.join(keys)} to [sketch], like {line}, or choose a mode with --mode"
+                if keys
                 else "the modes meet at this pose: sketch another one"
             ),
         )
-    return u, x
+    return u, found.x
 
 
 def try_redundant(assembler: Assembler, plan: Plan) -> None:
@@ -69,7 +68,7 @@ def doubts(assembler: Assembler, plan: Plan, x: Any, u: Any) -> list[str]:
             )
     notes += assembler.contacts.corners()
     for group in assembler.scene.groups:
-        off = assembler.distance(group, x, u)
+        off = assembler.sketched.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:
             notes.append(
                 f"the pose of group {group.name} nearest to the sketch is "

@@ -93,11 +93,11 @@ def _driven(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
         assembler = settled(build, lambda built: start.try_redundant(built, numbers))
         whole = assembler.scene
         u = start.start_values(numbers)
-        x, failure, _ = assembler.from_sketch(u)
-        if failure is None:
-            entry["rank"] = rank_mobility(whole, assembler.coordinates(x, u))
+        found = assembler.from_sketch(u)
+        if found.failure is None:
+            entry["rank"] = rank_mobility(whole, assembler.coordinates(found.x, u))
         else:
-            entry["assembly"] = str(start.not_assembled(whole, failure, u))
+            entry["assembly"] = str(start.not_assembled(whole, found.failure, u))
     except MechdaeError as error:
         entry["error"] = str(error)
     return entry | {

@@ -38,7 +38,8 @@ class WholeTurns:
         self.scene, self.angles, self.p = scene, angles, p
         self._deciding: dict[int, list[tuple[str, Local]]] = {}
         self._rigid = _turning_together(scene.model.mechanism)
-        self._geared = [name for name in _geared(scene.model.mechanism) if name in angles]
+        self.geared = [name for name in _geared(scene.model.mechanism) if name in angles]
+        """Sketched bodies whose unwrapped angles are in an equation."""
 
     def _told(self, i: int) -> list[tuple[str, Local]]:
         """Return sketched bodies that gears hang on and that turn like angle `i`, own body first.
@@ -49,7 +50,7 @@ class WholeTurns:
             return []
         if i not in self._deciding:
             own, found = self.scene.x_names[i][0], []
-            for body in sorted(self._geared, key=lambda name: name != own):
+            for body in sorted(self.geared, key=lambda name: name != own):
                 angle = self.scene.recover.get((body, "angle"))
                 together = self._rigid[body] == self._rigid.get(own)
                 if together and angle is not None and self.scene.held(angle)[0] == [i]:
@@ -73,17 +74,6 @@ class WholeTurns:
             return np.nan if own is None else own
         wanted = self.wanted(i, x, u)
         return wanted if own is None else own + 2 * np.pi * round((wanted - own) / (2 * np.pi))
-
-    def gaps(self, i: int, x: Any, u: Any) -> list[float]:
-        """Return how far the body that decides about angle `i` is from the sketch [rad]."""
-        told = self._told(i)[:1]
-        return [angle(x, u, self.p).item() - self.angles[body] for body, angle in told]
-
-    def turned_with(self, i: int, body: str) -> bool:
-        """Return whether a body turns together with one that decides about angle `i`."""
-        own = self.scene.x_names[i][0]
-        together = body == own or self._rigid.get(body, body) == self._rigid.get(own, own)
-        return together and bool(self._told(i))
 
     def number(self, i: int, x: Any, u: Any) -> int:
         """Return the whole turns of angle `i` between the sketch and a pose.
