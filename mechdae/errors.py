@@ -106,7 +106,7 @@ class SingularMassError(SolveError):
 def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:
     """Return up to `count` known names that look like `name`, best first."""
     names = sorted(set(known))
-    short = name[:100]
+    short = str(name)[:100]
     close = difflib.get_close_matches(short, names, n=count, cutoff=0.6)
     part = [entry for entry in names if len(short) > 2 and short.lower() in entry.lower()]
     found = list(dict.fromkeys([*close, *part]))[:count]

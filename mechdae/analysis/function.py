@@ -30,12 +30,15 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import Problem, load
 from mechdae.describe.table import Table
 from mechdae.describe.tasks import Driver, Reactions, Sweep
-from mechdae.errors import InputError, UnknownName
+from mechdae.describe.values import names
+from mechdae.errors import InputError, MechdaeError, UnknownName
 
 MX = ca.MX
 RATES = (".speed", ".acceleration")
 CERTIFIED = 0.2
 """Newton-Kantorovich number of a step in the parameters."""
+NEAR = 1e-2
+"""Longest last step of Newton's method: sine and cosine after it are of second order."""
 HALVINGS = 40
 
 
@@ -77,6 +80,7 @@ def function(
         An input or a path twice, or two with the same name in casadi's alphabet; a coordinate
         that the task named does not drive.
     """
+    inputs, outputs = _names(inputs, "inputs"), _names(outputs, "outputs")
     _tell_apart([*inputs, *outputs])
     whole = _problem(problem)
     mechanism = whole.mechanism
@@ -84,8 +88,8 @@ def function(
     coordinates = [name for name in inputs if name in coordinate_names(mechanism)]
     base = _base(whole, coordinates, values, task, outputs)
     drivers = [driver.coordinate for driver in base.all_drivers]
-    names = [name for name in inputs if name not in drivers and not name.endswith(RATES)]
-    for name in names:
+    numbers = [name for name in inputs if name not in drivers and not name.endswith(RATES)]
+    for name in numbers:
         if name in values:
             continue
         if name in coordinates:
@@ -98,14 +102,24 @@ def function(
     for name in inputs:
         if name.endswith(RATES) and name.rpartition(".")[0] not in drivers:
             raise UnknownName("input", name, [d + r for d in drivers for r in RATES])
-    literal = whole.with_values({name: values[name] for name in names if _is_text(mechanism, name)})
-    return _Built(literal, base, list(inputs), names, list(outputs)).function()
+    literal = whole.with_values(
+        {name: values[name] for name in numbers if _is_text(mechanism, name)}
+    )
+    return _Built(literal, base, inputs, numbers, outputs).function()
 
 
 def _problem(problem: Problem | Mechanism | str | FilePath) -> Problem:
     if isinstance(problem, Mechanism):
         return Problem(problem, Table({}))
     return problem if isinstance(problem, Problem) else load(problem)
+
+
+def _names(given: Sequence[str], where: str) -> list[str]:
+    """Return the names of inputs or of outputs as a list."""
+    try:
+        return list(names(given))
+    except MechdaeError as problem:
+        raise problem.inside(where) from None
 
 
 def _tell_apart(names: Sequence[str]) -> None:
@@ -298,8 +312,11 @@ class _Built:
             steps = Path(
                 graphs, Constants(graphs, size), self.u, d, 0.05 / max(np.abs(d).max(), 0.05)
             )
-            steps.begin(x, 0.0)
-            steps.extend(1.0)
+            try:
+                steps.begin(x, 0.0)
+                steps.extend(1.0)
+            except MechdaeError:  # further than is followed, or no start: not reached
+                return nothing
             if any(
                 end is not None for reach in steps.reach.values() for end in (reach.low, reach.high)
             ):
@@ -311,27 +328,30 @@ class _Built:
     def _along(
         self, graphs: Any, x: Any, u: Any, p: Any, target: Any, size: Any, nothing: Any
     ) -> Any:
-        """Return the unknowns after moving the parameters, each step certified."""
+        """Return the unknowns after moving the parameters, each step certified.
+
+        Newton's method must be proved to converge from the old pose as well as from the one it
+        leads to: far from a pose the kernels do not even give the right Jacobian.
+        """
         done, step = 0.0, 1.0
         zero = [np.zeros(graphs.nu)] * len(graphs.driven)
+
+        def newton(start: Any, numbers: Constants) -> tuple[Any, Any, Any, Any]:
+            """Return unknowns after a step, sign of the determinants, beta, length of the step."""
+            found = graphs.pose(start, u, *zero, numbers.vector())
+            x, det, beta, eta = (np.array(found[k]).ravel() for k in (0, 2, 3, 4))
+            return x, np.sign(det), beta, np.sqrt(eta)
+
         while done < 1.0:
             ahead = min(1.0, done + step)
+            _, before, beta, _ = newton(x, Constants(graphs, size, p=p + done * (target - p)))
             numbers = Constants(graphs, size, p=p + ahead * (target - p))
-            results = graphs.pose(x, u, *zero, numbers.vector())
-            moved = np.array(results[0]).ravel()
-            again = graphs.pose(moved, u, *zero, numbers.vector())
-            beta, eta = (np.array(results[k]).ravel() for k in (3, 4))
-            h = numbers.kappa * beta * np.sqrt(eta)
-            before = np.sign(
-                np.array(
-                    graphs.pose(
-                        x, u, *zero, Constants(graphs, size, p=p + done * (target - p)).vector()
-                    )[2]
-                ).ravel()
-            )
-            same = np.sign(np.array(again[2]).ravel()) == before
-            if np.isfinite(moved).all() and (h <= CERTIFIED).all() and same.all():
-                x, done = np.array(again[0]).ravel(), ahead
+            moved, _, _, first = newton(x, numbers)
+            again, after, grown, last = newton(moved, numbers)
+            h = numbers.kappa * np.maximum(beta, grown) * np.maximum(first, last)
+            near = (h <= CERTIFIED).all() and (first <= 1).all() and (last <= NEAR).all()
+            if np.isfinite(again).all() and near and (after == before).all():
+                x, done = again, ahead
                 step *= 2
             else:
                 step = (ahead - done) / 2

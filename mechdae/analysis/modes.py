@@ -28,6 +28,7 @@ from mechdae.analysis.search import MOST, Found, Search
 from mechdae.analysis.truss import Truss, truss
 from mechdae.analysis.turns import WholeTurns
 from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.blocks import BlockGraph
 from mechdae.kernels.graphs import Graphs
 from mechdae.kernels.local import Local
@@ -81,7 +82,9 @@ class Assembler:
 
     def __init__(self, graphs: Graphs, sketch: Sketch) -> None:
         self.graphs, self.scene = graphs, graphs.scene
-        self.sketch, self.places = dict(sketch.angles), dict(sketch.places)
+        inside = {GROUND, *(name for group in self.scene.groups for name in group.bodies)}
+        self.sketch = dict(sketch.angles)
+        self.places = {c: v for c, v in sketch.places.items() if set(self._bodies(c)) <= inside}
         self.p = self.scene.model.p_values
         self.size = mechanism_scale(self.scene.model.mechanism)
         self.turns = WholeTurns(self.scene, self.sketch, self.p)

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.analysis.branches import Branches, Found
+from mechdae.analysis.carriers import carried
 from mechdae.analysis.evaluate import Evaluator
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.describe.tasks import Reactions
@@ -529,4 +530,5 @@ def _meshes(scene: Scene, motion: Motion) -> dict[str, Mesh]:
     there = np.isfinite(motion.v).all(axis=1)
     with np.errstate(invalid="ignore"):
         real = (np.abs(closing) <= REAL * size)[there].all(axis=0)
+    real &= carried(model, names, motion.q[there], columns, mechanism_scale(model.mechanism))
     return {name: Mesh(model, model.ends[name], real=bool(real[k])) for k, name in enumerate(names)}

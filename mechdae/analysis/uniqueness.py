@@ -20,6 +20,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.errors import IndeterminateFrictionError, SolveError
 from mechdae.kernels.balance import Balance
 from mechdae.kernels.batch import Batch
+from mechdae.model.friction import normal_form
 from mechdae.model.wrenches import Wrench, on_body
 
 ZERO = 1e-9
@@ -137,8 +138,8 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
             sums[body] = own
     normals = set()
     for name in balance.guides:
-        row = next(i for i in balance.rows_of[name] if statics.scene.rows[i].part == "n")
-        if all(np.abs(N[row]).max(initial=0.0) <= ZERO for N in null):
+        forms = matrices[f"normal {name}"]
+        if not any(_left_open(form, N) for form, N in zip(forms, null, strict=True)):
             normals.add(name)
     return Uniqueness(whole, joints, sums, normals)
 
@@ -179,13 +180,14 @@ def _maps(statics: Statics) -> _Maps:
             own: Wrench = balance.column[i] if i in balance.rows_of[name] else {}
             wrench.append(sign * ca.vertcat(*on_body(model, own, body, ends.p2)))
         parts[name] = ca.horzcat(*wrench)
-    for k in balance.active:
-        feedback = balance.feedbacks[k]
-        rows = balance.rows_of[feedback.joint]
-        form = ca.SX(feedback.forms.shape[0], count)
-        for position, place in enumerate(rows):
-            form[:, place] = feedback.forms[:, position]
-        parts[f"size {k}"] = form
+    known = {f"size {k}": balance.feedbacks[k] for k in balance.active}
+    forms = {key: (feedback.joint, feedback.forms) for key, feedback in known.items()}
+    forms |= {f"normal {n}": (n, normal_form(model.ends[n])) for n in balance.guides}
+    for key, (name, own_form) in forms.items():
+        form = ca.SX(own_form.shape[0], count)
+        for position, place in enumerate(balance.rows_of[name]):
+            form[:, place] = own_form[:, position]
+        parts[key] = form
     stacked = ca.vertcat(*[ca.vec(ca.densify(part)) for part in parts.values()])
     function = ca.Function("maps", [balance.inputs[0], model.p], [stacked])
     return _Maps(Batch(function, [1]), {name: part.shape for name, part in parts.items()})
@@ -297,15 +299,19 @@ def _rotated(vectors: Any, angle: float) -> Any:
     return vectors @ np.array([[c, s], [-s, c]])
 
 
+def _left_open(form: Any, N: Any) -> bool:
+    """Return whether self-stresses change linear forms of the multipliers."""
+    return bool(np.abs(form @ N).max(initial=0.0) > ZERO * max(np.abs(form).max(), 1e-300))
+
+
 def _check_friction(statics: Statics, matrices: Any, null: list[Any]) -> None:
     balance = statics.balance
     guilty = []
     for k in balance.active:
         name = balance.feedbacks[k].joint
-        for form, N in zip(matrices[f"size {k}"], null, strict=True):
-            if np.abs(form @ N).max(initial=0.0) > ZERO * max(np.abs(form).max(), 1e-300):
-                guilty.append(name)
-                break
+        forms = matrices[f"size {k}"]
+        if any(_left_open(form, N) for form, N in zip(forms, null, strict=True)):
+            guilty.append(name)
     if guilty:
         names = ", ".join(dict.fromkeys(guilty))
         raise IndeterminateFrictionError(

@@ -97,13 +97,17 @@ class Problem:
     pattern: Pattern | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        _check_kind(self.mechanism, Mechanism, "mechanism")
+        _check_kind(self.tasks, Mapping, "tasks")
         object.__setattr__(self, "tasks", Table(self.tasks))
         check_loads(self.mechanism)
         check_outputs(self.mechanism)
         for name, task in self.tasks.items():
             _check_name(name)
+            _check_kind(task, Task, f"tasks.{name}")
             _check_task(self.mechanism, name, task)
         for position, entry in enumerate(self.expected):
+            _check_kind(entry, Expected, f"expected[{position}]")
             if entry.task not in self.tasks:
                 raise UnknownName(
                     "task", entry.task, self.tasks, where=f"expected[{position}].task"
@@ -122,6 +126,10 @@ class Problem:
             if not self.tasks:
                 raise InputError(f"problem '{self.name}' has no tasks", where="tasks")
             return next(iter(self.tasks.values()))
+        if not isinstance(name, str):
+            raise InputError(
+                f"a task or the name of one is needed, not {values.describe(name)}", where="task"
+            )
         if name not in self.tasks:
             raise UnknownName("task", name, self.tasks)
         return self.tasks[name]
@@ -136,6 +144,9 @@ class Problem:
         Sizes come first, whatever the order; keys of parameters may carry a unit
         (``phi1_deg``).
         """
+        for name in changes:
+            if not isinstance(name, str):
+                raise InputError(f"a name is needed, not {values.describe(name)}", where="set")
         for name in self.sizes:
             if name in changes:
                 try:
@@ -480,6 +491,14 @@ def _check_depth(data: Any) -> None:
             raise InputError(f"tables nested deeper than {MAX_DEPTH}")
         children = item.values() if isinstance(item, Mapping) else item
         front += [(child, depth + 1) for child in children if isinstance(child, dict | list)]
+
+
+def _check_kind(value: Any, kind: type, place: str) -> None:
+    """Raise for a value of another type, which only Python can give."""
+    if not isinstance(value, kind):
+        raise InputError(
+            f"a value of type {kind.__name__} is needed, not {values.describe(value)}", where=place
+        )
 
 
 def _check_name(task: str) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any, TypeVar
 
-from mechdae.describe.values import Value, required
+from mechdae.describe.values import WITH_UNIT, Value, required
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 UNITS: dict[str, tuple[Callable[[float], float], str]] = {
@@ -86,7 +86,12 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
                 error.hint = f"units are {', '.join(UNITS)}"
             raise error
         if suffix and known is not None:
-            check_suffix(key, getattr(known[base], "metadata", {}).get("unit"))
+            about = getattr(known[base], "metadata", {})
+            if about.get("kind", "number") not in WITH_UNIT:
+                raise InputError(
+                    f"'{base}' is no number, it has no unit", where=key, hint=f"{base} = ..."
+                )
+            check_suffix(key, about.get("unit"))
         if base in result:
             raise InputError(f"'{base}' is given twice, with and without a unit")
         try:

@@ -11,8 +11,8 @@ from mechdae.describe.mechanism import Body, Ground
 from mechdae.describe.problem import SCHEMA, TOP, Expected
 from mechdae.describe.reading import suffixes
 from mechdae.describe.repeat import KEYS
-from mechdae.describe.tasks import TASKS, Driven, Driver, Equilibrium, Motion
-from mechdae.describe.values import Value, required
+from mechdae.describe.tasks import TASKS, Driver
+from mechdae.describe.values import WITH_UNIT, Value, required
 
 NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
 HOLE = r"\{[^{}]*\}"
@@ -45,7 +45,6 @@ _KINDS: dict[str, dict[str, Any]] = {
     "reference": {"type": "string", "pattern": rf"^(\w|{HOLE})+\.(\w|{HOLE})+$"},
     "free": {},
 }
-WITH_UNIT = ("number", "expression", "law", "numbers", "pair", "points", "free")
 
 
 def schema() -> dict[str, Any]:
@@ -122,15 +121,16 @@ def _joints() -> list[dict[str, Any]]:
 
 
 def _tasks() -> list[dict[str, Any]]:
-    entries = []
-    for word, kind in TASKS.items():
-        entry = _object(kind, kind=word)
-        if issubclass(kind, Driven):
-            entry["properties"]["driver"] = _object(Driver)
-        if issubclass(kind, Driven | Motion | Equilibrium):
-            entry["properties"]["drivers"] = {"type": "array", "items": _object(Driver)}
-        entries.append(entry)
-    return entries
+    return [_object(kind, kind=word) for word, kind in TASKS.items()]
+
+
+def _kind(word: str) -> dict[str, Any]:
+    """Return the schema of a kind of value."""
+    if word == "driver":
+        return _object(Driver)
+    if word == "drivers":
+        return {"type": "array", "items": _object(Driver)}
+    return dict(_KINDS[word])
 
 
 def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = "") -> dict[str, Any]:
@@ -141,7 +141,7 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
         if entry.name in skip or word is None:
             continue
         name = entry.name.rstrip("_")
-        value = dict(_KINDS[word])
+        value = _kind(word)
         if entry.metadata["doc"]:
             value["description"] = entry.metadata["doc"]
         choices = list(entry.metadata["choices"])

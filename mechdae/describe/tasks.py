@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from mechdae.describe.table import Table
-from mechdae.describe.values import Number, Value, key, sequence
+from mechdae.describe.values import COERCE, Number, Value, describe, each, key, sequence
 from mechdae.errors import InputError
 
 DEFAULT_POSES = 361
@@ -48,6 +48,24 @@ class Driver(Value):
     jerk: Number | None = key("number", None)
 
 
+def _one(value: Any) -> Driver:
+    if not isinstance(value, Driver):
+        raise InputError(
+            f"a driver is needed, not {describe(value)}",
+            hint='driver = { coordinate = "..." } in a file, Driver("...") in Python',
+        )
+    return value
+
+
+def _several(value: Any) -> tuple[Driver, ...]:
+    if isinstance(value, Driver):
+        raise InputError("a list of drivers is needed, not one", hint="'driver' is for one")
+    return tuple(each(sequence(value), _one))
+
+
+COERCE |= {"driver": _one, "drivers": _several}
+
+
 @dataclass(frozen=True)
 class Task(Value):
     """Base of all tasks."""
@@ -60,17 +78,17 @@ class Task(Value):
 class Driven(Task):
     """A task with one driver or several."""
 
-    driver: Driver | None = None
-    drivers: tuple[Driver, ...] | None = None
+    driver: Driver | None = key("driver", None)
+    drivers: tuple[Driver, ...] | None = key("drivers", None)
     outputs: tuple[str, ...] | None = key("names", None)
     mode: str | None = key("text", None, doc="start on this assembly mode")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.drivers is not None:
-            object.__setattr__(self, "drivers", tuple(sequence(self.drivers)))
         if self.driver is None and self.drivers is None:
             raise InputError("the key 'driver' is missing (or 'drivers', for several)")
+        if self.drivers == ():
+            raise InputError("the list of drivers is empty", where="drivers")
         if self.driver is not None and self.drivers is not None:
             raise InputError("'driver' and 'drivers' are given, one of them is needed")
 
@@ -140,7 +158,7 @@ class Motion(Task):
 
     start: Table[Any] | None = key("free", None, doc="coordinate -> value")
     start_speed: Table[Any] | None = key("free", None, doc="coordinate -> speed")
-    drivers: tuple[Driver, ...] | None = None
+    drivers: tuple[Driver, ...] | None = key("drivers", None)
     until: Number | None = key("number", None, doc="end [s]")
     at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
     poses: int | None = key("whole", None, doc="outputs at equal intervals")
@@ -155,11 +173,6 @@ class Motion(Task):
     kind: ClassVar[str] = "motion"
     available: ClassVar[bool] = True
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.drivers is not None:
-            object.__setattr__(self, "drivers", tuple(sequence(self.drivers)))
-
 
 @dataclass(frozen=True)
 class Equilibrium(Task):
@@ -173,7 +186,7 @@ class Equilibrium(Task):
 
     free: tuple[str, ...] | None = key("names", None)
     start: Table[Any] | None = key("free", None, doc="coordinate -> value near the pose")
-    drivers: tuple[Driver, ...] | None = None
+    drivers: tuple[Driver, ...] | None = key("drivers", None)
     friction: str | None = key("text", None, choices=("none",))
     mode: str | None = key("text", None, doc="on this assembly mode of the free coordinates")
     linearise: bool = key("flag", False, doc="frequencies, damping and shapes")
@@ -181,11 +194,6 @@ class Equilibrium(Task):
 
     kind: ClassVar[str] = "equilibrium"
     available: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.drivers is not None:
-            object.__setattr__(self, "drivers", tuple(sequence(self.drivers)))
 
 
 @dataclass(frozen=True)

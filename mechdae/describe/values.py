@@ -38,6 +38,10 @@ def key(
     return field(default=default, metadata=metadata)
 
 
+WITH_UNIT = ("number", "expression", "law", "numbers", "pair", "points", "free")
+"""Kinds of values whose keys may end in a unit."""
+
+
 def required(entry: Field[Any]) -> bool:
     """Return whether the field must be given."""
     return entry.default is MISSING and entry.default_factory is MISSING
@@ -125,7 +129,7 @@ def flag(value: Any) -> bool:
 
 
 def numbers(value: Any) -> tuple[Number, ...]:
-    return tuple(_each(sequence(value), number))
+    return tuple(each(sequence(value), number))
 
 
 def pair(value: Any) -> tuple[Number, ...]:
@@ -144,14 +148,14 @@ def rows(value: Any) -> tuple[tuple[float, float], ...]:
             raise InputError("plain numbers are needed, not expressions")
         return first, second
 
-    found = tuple(_each(sequence(value), row))
+    found = tuple(each(sequence(value), row))
     if len(found) < 2:
         raise InputError("two rows at least are needed")
     return found
 
 
 def names(value: Any) -> tuple[str, ...]:
-    return tuple(_each(sequence(value), text))
+    return tuple(each(sequence(value), text))
 
 
 def points(value: Any) -> Table[tuple[Number, ...]]:
@@ -197,7 +201,8 @@ def sequence(value: Any) -> Sequence[Any]:
     return value
 
 
-def _each(items: Sequence[Any], coerce: Callable[[Any], Any]) -> list[Any]:
+def each(items: Sequence[Any], coerce: Callable[[Any], Any]) -> list[Any]:
+    """Return what `coerce` makes of each item; errors name its place."""
     result = []
     for position, item in enumerate(items):
         try:

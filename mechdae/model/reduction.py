@@ -196,8 +196,7 @@ def reduce(scene: Scene) -> None:
         for symbol, expression in [*solved, *((symbol, symbol) for symbol in left)]:
             scene.recover[names[str(symbol)]] = expression
         rest, without = with_unknowns(rest, left)
-        if group.superfluous or without:
-            _check_free(group, model, rest, left)
+        _check_free(group, model, rest, left)
         scene.checks += [Check(group.index, *row) for row in without if not row[0].is_zero()]
         for unknowns, own in split(rest, left):
             pending.append((group.index, unknowns, own))

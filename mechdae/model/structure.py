@@ -251,6 +251,7 @@ def _contour(bodies: set[str], joints: list[Joint]) -> int:
     pairs = dict.fromkeys(bodies, 0)
     for joint in joints:
         ends = [b for b in (joint.first_body, joint.second_body) if b in bodies]
+        ends = ends or [b for b in joint.bodies if b in bodies]  # a gear holds its carrier alone
         path = ends if joint.lower else [ends[0], f"link of {joint.name}", *ends[1:]]
         for a, b in itertools.pairwise(path):
             for one, other in ((a, b), (b, a)):

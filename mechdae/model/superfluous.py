@@ -142,6 +142,7 @@ class _Cutter:
 
     def __init__(self, model: Model, rows: Sequence[Row], bodies: set[str]) -> None:
         self.real = [n for n in (*model.mechanism.bodies, *model.contacts) if n in bodies]
+        self.bodies = list(model.mechanism.bodies)
         self.body_of = [name for name, _ in model.q_names]
         self.columns: dict[str, list[int]] = {name: [] for name in self.real}
         for j, name in enumerate(self.body_of):
@@ -205,8 +206,24 @@ class _Cutter:
             found.append(one)
             known |= one
             left -= one
-        real = [one & set(self.real) for one in found]
-        return [one for one in real if one]
+        return self._with_bodies([one & set(self.real) for one in found])
+
+    def _with_bodies(self, sets: list[set[str]]) -> list[set[str]]:
+        """Return the sets with places on curves between solved bodies put to those bodies.
+
+        Such a place follows from them: its joint is superfluous for them, and no group of its own.
+        """
+        kept: list[set[str]] = []
+        for one in sets:
+            if one and not one & set(self.bodies):
+                near = {n for name in one for i in self.of_body[name] for n in self.links[i].bodies}
+                last = next((known for known in reversed(kept) if known & near), None)
+                if last is not None:
+                    last |= one
+                    continue
+            if one:
+                kept.append(one)
+        return kept
 
     def _inside(self, bodies: set[str], known: set[str]) -> list[int]:
         """Return the equations that touch `bodies` and nothing else but `known` ones."""

@@ -12,13 +12,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.carriers import RANK, carried, freedoms
 from mechdae.model.meshes import KINDS, Mesh
 from mechdae.model.model import Model
 from mechdae.model.released import Released
 
 REAL = 1e-8
 """Share of the speeds by which the teeth of a real pair may leave each other."""
-RANK = 1e-9
 ASIDE = (1e-2, 7e-3)
 """Ways along the freedoms, over natural sizes, to the poses that are looked at."""
 STEPS = 6
@@ -62,16 +62,17 @@ def real_meshes(released: Released, q: Any, length: float) -> dict[str, Mesh]:
 
     real = np.ones(len(names), bool)
     for way in ASIDE:
-        place = q + way * sizes * _freedoms(at(q)[1]).sum(axis=1)
+        place = q + way * sizes * freedoms(at(q)[1]).sum(axis=1)
         for _ in range(STEPS):
             left, G = at(place)
             place = place - sizes * np.linalg.lstsq(G, left, rcond=RANK)[0]
-        for rates in _freedoms(at(place)[1]).T:
+        for rates in freedoms(at(place)[1]).T:
             closing, size = (
                 np.array(part).ravel() for part in speeds(place, sizes * rates, model.p_values)
             )
             # a wheel that this freedom does not move is compared with those that it does
             real &= np.abs(closing) <= REAL * np.maximum(size, length * np.abs(rates).max())
+        real &= carried(model, names, place[None], range(len(place)), length)
     return {name: Mesh(model, model.ends[name], bool(real[k])) for k, name in enumerate(names)}
 
 
@@ -102,14 +103,6 @@ def slack_belts(meshes: dict[str, Mesh], reactions: dict[str, Any], t: Any) -> l
                 f"{np.nanmax(need):.6g} N at least is needed"
             )
     return found
-
-
-def _freedoms(G: Any) -> Any:
-    """Return a basis (n, k) of the rates that equations leave."""
-    norms = np.linalg.norm(G, axis=1, keepdims=True)
-    _, sigma, right = np.linalg.svd(G / np.where(norms > 0, norms, 1.0))
-    rank = int(np.sum(sigma > RANK * sigma[0])) if len(sigma) else 0
-    return right[rank:].T
 
 
 def _closing(mesh: Mesh) -> Any:
