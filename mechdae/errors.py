@@ -23,6 +23,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
+from typing import Any
 
 
 class MechdaeError(Exception):
@@ -37,6 +38,10 @@ class MechdaeError(Exception):
         advice = f"\n  try: {self.hint}" if self.hint else ""
         text = f"{place}{self.what}{advice}"
         return "".join("\ufffd" if is_control(c) else c for c in text)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what another process makes the same error from, whatever its class takes."""
+        return _again, (type(self), dict(vars(self)), self.args)
 
     def inside(self, place: str) -> MechdaeError:
         """Return the same error with `place` put before its own place."""
@@ -101,6 +106,13 @@ class InfeasibleMotionError(SolveError):
 
 class SingularMassError(SolveError):
     """A coordinate that no constraint holds has no inertia: its motion is not determined."""
+
+
+def _again(kind: type[MechdaeError], own: dict[str, Any], args: tuple[Any, ...]) -> MechdaeError:
+    error = kind.__new__(kind)
+    error.args = args
+    vars(error).update(own)
+    return error
 
 
 def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:

@@ -24,12 +24,12 @@ from job_cases import FOUR_BAR
 import mechdae as md
 from mechdae.cli import main
 from mechdae.cli.progress import starts_progress
+from mechdae.jobs.distribute import ATTEMPTS, Failure, distribute
+from mechdae.jobs.pools import Borrowed, Processes, Supply
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
-from mechdae.synthesis.jobs import ATTEMPTS, distribute
 from mechdae.synthesis.log import NAME, Log
-from mechdae.synthesis.pools import Borrowed, Processes, Supply
-from mechdae.synthesis.worker import Failure, Work, solved, text_of
+from mechdae.synthesis.worker import Work, solved, text_of
 
 ALL = 12
 """Starts of the job: six for each of two classes."""
@@ -116,7 +116,7 @@ def test_what_is_sent_is_small_and_loads_nothing(path) -> None:
 
     work = works(path, 1)[0]
     assert len(pickle.dumps(work)) < 6000
-    code = "import mechdae.synthesis.worker, mechdae.synthesis.pools, sys; print(*sys.modules)"
+    code = "import mechdae.synthesis.worker, mechdae.jobs.pools, sys; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"casadi", "numpy"} & {name.split(".")[0] for name in done.stdout.split()}
 
@@ -148,7 +148,7 @@ def test_another_version_on_a_worker_is_told(path) -> None:
         concurrent.futures.ThreadPoolExecutor(1) as executor,
         pytest.raises(md.SolveError, match=r"start 0: mechdae .* runs there, 0\.0\.1 here"),
     ):
-        distribute({0: work}, Supply(lambda: Borrowed(executor)), lambda *_: None, None)
+        distribute({0: work}, Supply(lambda: Borrowed(executor)), lambda *_: None, None, solved)
 
 
 # -- workers that die ------------------------------------------------------------------------
@@ -190,7 +190,7 @@ def test_a_start_that_kills_its_worker_is_named_and_the_others_are_solved(path) 
         pytest.raises(md.SolveError, match=f"start 1 was lost {ATTEMPTS} times"),
         Supply(pool) as supply,
     ):
-        distribute(sent, supply, taken.__setitem__, 2)
+        distribute(sent, supply, taken.__setitem__, 2, solved)
     assert sorted(taken) == [0, 2]
     assert len(pools) == ATTEMPTS
 

@@ -19,13 +19,14 @@ ROOMS = {
     "results": {"describe", "errors"},
     "export": {"results"},
     "tables": {"results"},
-    "analysis": {"kernels", "model", "describe", "results", "errors"},
-    "synthesis": {"analysis", "kernels", "model", "describe", "results", "errors"},
+    "jobs": {"errors"},
+    "analysis": {"kernels", "model", "describe", "results", "errors", "jobs"},
+    "synthesis": {"analysis", "jobs", "kernels", "model", "describe", "results", "errors"},
     "draw": {"results", "describe", "errors"},
     "bench": {"analysis", "synthesis", "kernels", "model", "describe", "results", "errors"},
     "cli": {
-        *("analysis", "bench", "describe", "draw", "errors", "export", "results", "synthesis"),
-        "tables",
+        *("analysis", "bench", "describe", "draw", "errors", "export", "jobs", "results"),
+        *("synthesis", "tables"),
     },
 }
 

@@ -102,8 +102,6 @@ def _expression(driver: Driver, t: Any, known: Mapping[str, float]) -> Any:
         return ca.SX(build(driver.law, {**known, "t": t}, FUNCTIONS))
     except MechdaeError as problem:
         raise problem.inside("law") from None
-    except (ArithmeticError, TypeError, ValueError, NotImplementedError):
-        raise InputError(f"'{driver.law}' cannot be evaluated", where="law") from None
 
 
 def _at_poses(course: Course, times: Any) -> tuple[Any, Any, Any, Any, Any]:

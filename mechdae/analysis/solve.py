@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -36,6 +36,8 @@ def solve(
     set: Mapping[str, Number] | None = None,
     mode: str | None = None,
     poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Result:
     """Return the result of one task.
 
@@ -52,6 +54,10 @@ def solve(
         Label of the assembly mode to start on, in place of the sketch.
     poses
         Number of poses, in place of the task's own.
+    workers
+        Processes of this machine that a study is spread over; 1: this one.
+    progress
+        Called with the number of sets of a study that are done, and of all.
 
     Raises
     ------
@@ -68,6 +74,7 @@ def solve(
     name, chosen = _task(whole, task)
     try:
         chosen = _changed(chosen, mode, poses)
+        _check_workers(workers, chosen)
         if type(chosen) is Sweep:
             from mechdae.analysis.sweep import sweep
 
@@ -91,7 +98,7 @@ def solve(
         if isinstance(chosen, Study):
             from mechdae.analysis.study import study
 
-            return study(whole, name, chosen)
+            return study(whole, name, chosen, workers, progress)
         if isinstance(chosen, Sensitivity):
             from mechdae.analysis.sensitivity import sensitivity
 
@@ -131,6 +138,18 @@ def _task(problem: Problem, task: Task | str | None) -> tuple[str, Task]:
     found = problem.task(task)
     name = next(n for n, known in problem.tasks.items() if known is found)
     return name, found
+
+
+def _check_workers(workers: int, task: Task) -> None:
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise InputError("a whole number above 0 is needed", where="workers")
+    if workers > 1 and not isinstance(task, Study):
+        hint = "synthesize(..., workers=...)" if task.kind == "synthesis" else ""
+        raise InputError(
+            f"only studies are spread over processes, this is a task of kind '{task.kind}'",
+            where="workers",
+            hint=hint,
+        )
 
 
 def _changed(task: Task, mode: str | None, poses: int | None) -> Task:

@@ -8,7 +8,7 @@ are computed one by one.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import in_time
 from mechdae.analysis.lockstep import Lockstep
 from mechdae.analysis.numbers import Constants, mechanism_scale
+from mechdae.analysis.sets import OF_PARTS, Row, Sets, computed, row_of, text_of
 from mechdae.analysis.setting import Setting, first_pose, prepare
 from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.dimensions import parameter_units
@@ -26,33 +27,29 @@ from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Study, Sweep
 from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
+from mechdae.jobs.distribute import distribute
+from mechdae.jobs.pools import Processes, Supply
 from mechdae.results import Result
 
 MAX_SETS = 200_000
 MAX_NUMBERS = 50_000_000
 SERIES = ("bodies", "points", "joints")
-OF_PARTS = (
-    "swing",
-    "stroke",
-    "time_ratio",
-    "return_angle",
-    "no_time_ratio",
-    "transmission",
-    "extremes",
-    "dwell",
-    "curve",
-)
-"""Entries of the summary with one value for each of some parts."""
-OTHERS = ("limits", "envelope", "centrodes", "centres_at_infinity", "undercut", "failed")
-"""Further entries that not every sweep has."""
-ARCS = ("jammed", "ambiguous")
-"""Statuses that a cycle may have between its poses, too."""
 PORTION = 400_000
 """Poses of all sets that are computed in one portion."""
+MOST, SHARES = 32, 8
+"""Sets that are sent to a process at a time: at most, and portions for each process at least."""
+AHEAD = 2
+"""Portions that are handed over for each process: the next one lies ready."""
+Progress = Callable[[int, int], None]
 
 
-def study(problem: Problem, name: str, task: Study) -> Result:
+def study(
+    problem: Problem, name: str, task: Study, workers: int = 1, progress: Progress | None = None
+) -> Result:
     """Return a result whose rows are sets of parameters.
+
+    Sets that are computed one by one are spread over `workers` processes; `progress` is told how
+    many of how many are done.
 
     ``parameters`` holds the sets, ``table`` one array (sets, ...) for each path in `outputs`;
     ``status`` is ok for sets in which all poses are, else the first other status; sets whose
@@ -72,7 +69,9 @@ def study(problem: Problem, name: str, task: Study) -> Result:
         )
     for path in task.outputs:
         _check_summary(problem, path)
-    collector = _Collector(problem, base_name, base, names, sets, tuple(task.outputs))
+    collector = _Collector(
+        problem, base_name, base, names, sets, tuple(task.outputs), workers, progress
+    )
     table, status = collector.run()
     units = parameter_units(problem.mechanism, problem.tasks.values())
     summary = {
@@ -166,12 +165,15 @@ class _Collector:
         names: list[str],
         sets: Any,
         outputs: tuple[str, ...],
+        workers: int,
+        progress: Progress | None,
     ) -> None:
         self.problem, self.name, self.task = problem, name, task
         self.names, self.sets, self.outputs = names, sets, outputs
+        self.workers, self.progress = workers, progress
         self.together = 0
         self.faults: list[dict[str, Any]] = []
-        self.refused: list[InputError] = []
+        self.refused: dict[int, InputError] = {}
 
     def run(self) -> tuple[dict[str, Any], list[str]]:
         """Return path -> (sets, ...) and the status of each set."""
@@ -179,9 +181,7 @@ class _Collector:
         status = ["unassembled"] * len(self.sets)
         if self._in_series():
             self._lockstep(rows, status)
-        for k in range(len(self.sets)):
-            if rows[k] is None:
-                rows[k], status[k] = self._single(k)
+        self._one_by_one(rows, status)
         return self._stacked(rows), status
 
     def _stacked(self, rows: list[Any]) -> dict[str, Any]:
@@ -213,28 +213,47 @@ class _Collector:
     def _values(self, k: int) -> dict[str, float]:
         return dict(zip(self.names, self.sets[k].tolist(), strict=True))
 
-    def _single(self, k: int) -> tuple[list[Any] | None, str]:
-        from mechdae.analysis.solve import solve
+    def _one_by_one(self, rows: list[Any], status: list[str]) -> None:
+        """Fill in the sets that are left, in this process or in several."""
+        left = [k for k in range(len(self.sets)) if rows[k] is None]
+        done = len(self.sets) - len(left)
 
-        try:
-            result = solve(self.problem.with_values(self._values(k)), self.name)
-        except SolveError:
-            return None, "unassembled"
-        except InputError as error:
-            self.refused.append(error)
-            if len(self.refused) == len(self.sets):
-                raise self.refused[0] from None
-            self.faults.append({"set": k, "fault": str(error.what)})
-            return None, "unassembled"
-        words = [str(word) for word in result.status]
-        words += [word for word in ARCS if result.summary.get(f"{word}_arcs")]
-        worst = next((word for word in words if word not in ("ok", "limit")), "ok")
-        if worst == "ok" and result.fault is not None:
-            self.faults.append({"set": k, "fault": result.fault})
-        row = []
-        for path in self.outputs:
-            row.append(_numbers(_missing_ok(result, path), path))
-        return row, worst
+        def take(k: int, own: Row) -> None:
+            nonlocal done
+            done += 1
+            rows[k], status[k] = own.values, own.status
+            if own.fault:
+                self.faults.append({"set": k, "fault": own.fault})
+            if own.refused is not None:
+                self.refused[k] = own.refused
+            if self.progress is not None:
+                self.progress(done, len(self.sets))
+
+        if self.workers == 1 or len(left) < 2:
+            for k in left:
+                take(k, row_of(self.problem, self.name, self.outputs, self._values(k)))
+        else:
+            self._spread(left, take)
+        self.faults.sort(key=lambda fault: int(fault["set"]))
+        if len(self.refused) == len(self.sets):
+            raise self.refused[min(self.refused)]
+
+    def _spread(self, left: list[int], take: Callable[[int, Row], None]) -> None:
+        """Compute sets in processes, a few at a time."""
+        size = min(MOST, max(1, len(left) // (SHARES * self.workers)))
+        portions = [left[i : i + size] for i in range(0, len(left), size)]
+        text = text_of(self.problem, self.name, self.task)
+        works = {
+            i: Sets(text, self.name, self.outputs, tuple(self._values(k) for k in portion))
+            for i, portion in enumerate(portions)
+        }
+
+        def landed(i: int, found: list[Row]) -> None:
+            for k, own in zip(portions[i], found, strict=True):
+                take(k, own)
+
+        with Supply(lambda: Processes(self.workers)) as supply:
+            distribute(works, supply, landed, AHEAD * self.workers, computed, "portion")
 
     # -- lockstep --------------------------------------------------------------------------
 
@@ -273,6 +292,8 @@ class _Collector:
                 rows[k] = [_series(setting, path, [part[i] for part in y]) for path in self.outputs]
                 status[k] = "ok"
                 self.together += 1
+            if self.progress is not None:
+                self.progress(self.together, len(self.sets))
 
     def _rates(self) -> Any:
         """Return speed and acceleration of the driver in each set (k, 2).
@@ -322,30 +343,6 @@ def _series(setting: Setting, path: str, y: list[Any]) -> Any:
     order, columns = column_of(setting, path)
     values = y[order][:, columns]
     return values if "/position" in path or len(columns) > 1 else values[:, 0]
-
-
-def _numbers(value: Any, path: str) -> Any:
-    """Return an array, None for a value that is not there."""
-    try:
-        array = None if value is None else np.array(value, float)
-    except (TypeError, ValueError):
-        raise InputError(f"{path} is no number and no series", where="outputs") from None
-    return None if array is None or not array.size else array
-
-
-def _missing_ok(result: Result, path: str) -> Any:
-    """Return the value at a path; None for a summary that this set does not have."""
-    try:
-        return result.value(path)
-    except UnknownName:
-        head, _, rest = path.partition("/")
-        word = rest.split("/")[0]
-        if head != "summary":
-            raise
-        if result.fault is None and word not in (*result.summary, *OF_PARTS, *OTHERS):
-            names = [f"summary/{name}" for name in (*result.summary, *OF_PARTS, *OTHERS)]
-            raise UnknownName("path", path, names) from None
-        return None
 
 
 def _check_summary(problem: Problem, path: str) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 from mechdae.errors import InputError, UnknownName, shorten
@@ -21,6 +21,9 @@ CONSTANTS = {"pi": math.pi}
 FUNCTIONS = (
     "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs sign min max hypot".split()
 )
+TWO = ("atan2", "hypot")
+MORE = ("min", "max")
+"""Functions of two arguments, and of two or more; all others have one."""
 OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: lambda a, b: a + b,
     ast.Sub: lambda a, b: a - b,
@@ -70,6 +73,7 @@ def _check(node: ast.AST, text: str, depth: int) -> None:
         if node.func.id not in FUNCTIONS:
             raise UnknownName("function", node.func.id, FUNCTIONS)
         parts = node.args
+        _check_count(node.func.id, len(parts), text)
     elif dotted(node) or _is_number(node):
         parts = []
     else:
@@ -79,6 +83,17 @@ def _check(node: ast.AST, text: str, depth: int) -> None:
         )
     for part in parts:
         _check(part, text, depth + 1)
+
+
+def _check_count(name: str, count: int, text: str) -> None:
+    """Raise for a function that is called with too few or too many arguments."""
+    least = 2 if name in TWO + MORE else 1
+    if count < least or (count > least and name not in MORE):
+        more = " or more" if name in MORE else ""
+        raise InputError(
+            f"'{shorten(text)}': {name} takes {least}{more} argument{'s' * (least > 1)}, "
+            f"here are {count}"
+        )
 
 
 def _is_number(node: ast.AST) -> bool:
@@ -114,7 +129,13 @@ def names_in(text: str) -> set[str]:
 
 
 def build(text: str, names: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Any:
-    """Return the expression over the values in `names` (floats or symbols)."""
+    """Return the expression over the values in `names` (floats or symbols).
+
+    Raises
+    ------
+    InputError
+        An unknown name, or plain numbers in it that have no value: ``1/0``.
+    """
 
     def walk(node: Any) -> Any:
         name = dotted(node)
@@ -127,13 +148,24 @@ def build(text: str, names: Mapping[str, Any], functions: Mapping[str, Callable[
         if isinstance(node, ast.Constant):
             return float(node.value)  # type: ignore[arg-type]
         if isinstance(node, ast.BinOp):
-            return OPERATORS[type(node.op)](walk(node.left), walk(node.right))
+            value = OPERATORS[type(node.op)](walk(node.left), walk(node.right))
+            if isinstance(value, complex):
+                raise InputError(f"'{shorten(text)}' is not a real number")
+            return value
         if isinstance(node, ast.UnaryOp):
             value = walk(node.operand)
             return -value if isinstance(node.op, ast.USub) else value
-        return functions[node.func.id](*[walk(argument) for argument in node.args])
+        values = [walk(argument) for argument in node.args]
+        if node.func.id in MORE:
+            return reduce(functions[node.func.id], values)
+        return functions[node.func.id](*values)
 
-    return walk(parse(text))
+    try:
+        return walk(parse(text))
+    except (ArithmeticError, ValueError) as problem:
+        if isinstance(problem, InputError):
+            raise
+        raise InputError(f"'{shorten(text)}' has no value: {problem}") from None
 
 
 def evaluate(number: float | str, names: Mapping[str, float]) -> float:
@@ -146,13 +178,7 @@ def evaluate(number: float | str, names: Mapping[str, float]) -> float:
     """
     if not isinstance(number, str):
         return float(number)
-    try:
-        value = build(number, names, _FLOAT)
-        result = float(value) if not isinstance(value, complex) else math.nan
-    except (ArithmeticError, TypeError, ValueError) as problem:
-        if isinstance(problem, InputError):
-            raise
-        raise InputError(f"'{shorten(number)}' has no value: {problem}") from None
+    result = float(build(number, names, _FLOAT))
     if not math.isfinite(result):
         raise InputError(f"'{shorten(number)}' is not a finite real number")
     return result

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 from mechdae.describe.joints import Joint
-from mechdae.describe.loads import Load
+from mechdae.describe.loads import Load, TableLoad
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import SCHEMA, Problem, unchanged
+from mechdae.describe.table import Table
 from mechdae.describe.tabulated import write_tables
-from mechdae.describe.tasks import Driver
+from mechdae.describe.tasks import Driver, Task
 from mechdae.describe.values import NAME, Value
 
 
@@ -32,6 +33,17 @@ def dump(problem: Problem, path: str | Path) -> None:
     partial = target.with_name(target.name + ".part")
     partial.write_text(text, encoding="utf-8")
     partial.replace(target)
+
+
+def alone(mechanism: Mechanism, tasks: Mapping[str, Task]) -> str:
+    """Return the TOML text of some tasks that needs no other file: tables stand in it."""
+    loads = {
+        own: replace(load, file=None, columns=None, rows=load.points)
+        if isinstance(load, TableLoad) and load.file is not None
+        else load
+        for own, load in mechanism.loads.items()
+    }
+    return dumps(Problem(replace(mechanism, loads=Table(loads)), Table(tasks)))
 
 
 def dumps(problem: Problem) -> str:

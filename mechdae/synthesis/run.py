@@ -14,17 +14,17 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import Problem, load
 from mechdae.describe.tasks import Synthesis
 from mechdae.errors import InputError, MechdaeError
+from mechdae.jobs.distribute import distribute
+from mechdae.jobs.pools import Borrowed, Processes, Supply
 from mechdae.results import Result
 from mechdae.synthesis.designs import FEASIBLE
 from mechdae.synthesis.ipopt import Optimum
-from mechdae.synthesis.jobs import distribute
 from mechdae.synthesis.log import Log
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.pools import Borrowed, Processes, Supply
 from mechdae.synthesis.search import Search
 from mechdae.synthesis.synthesize import Job as Start
 from mechdae.synthesis.synthesize import synthesize as designs_of
-from mechdae.synthesis.worker import Work, text_of
+from mechdae.synthesis.worker import Work, solved, text_of
 
 AHEAD = 2
 """Starts that are handed over for each worker: the next one lies ready."""
@@ -160,7 +160,7 @@ class Job:
                 works[k] = Work(
                     __version__, self._text, self._name, kind, start.values, start.given
                 )
-            distribute(works, self._supply, take, self._window)
+            distribute(works, self._supply, take, self._window, solved)
         return [self._optima[k] for k in places]
 
     def _enter(self, k: int, optimum: Optimum) -> None:

@@ -10,16 +10,15 @@ from __future__ import annotations
 import re
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from mechdae import __version__
-from mechdae.describe.loads import TableLoad
 from mechdae.describe.problem import Problem
-from mechdae.describe.table import Table
 from mechdae.describe.tasks import Synthesis, Task
-from mechdae.describe.writing import dumps
+from mechdae.describe.writing import alone
+from mechdae.jobs.distribute import Failure
 
 if TYPE_CHECKING:
     from mechdae.synthesis.ipopt import Optimum
@@ -41,33 +40,18 @@ class Work:
     given: Mapping[str, Any]
 
 
-@dataclass(frozen=True)
-class Failure:
-    """What went wrong in the computation itself, where nothing is gained by trying again."""
-
-    what: str
-    trace: str = ""
-
-
 def text_of(problem: Problem, name: str, task: Synthesis) -> str:
     """Return a problem file with all that determines the starts of a task.
 
     Tables of loads stand in it with their numbers, and of the other tasks those that it names.
     """
-    loads = {
-        own: replace(load, file=None, columns=None, rows=load.points)
-        if isinstance(load, TableLoad) and load.file is not None
-        else load
-        for own, load in problem.mechanism.loads.items()
-    }
-    mechanism = replace(problem.mechanism, loads=Table(loads))
     asked = repr((task.goal, task.goals, task.constraints))
     tasks: dict[str, Task] = {
         own: other
         for own, other in problem.tasks.items()
         if re.search(rf"""['"]{re.escape(own)}['"/]""", asked)
     }
-    return dumps(Problem(mechanism, Table({**tasks, name: task})))
+    return alone(problem.mechanism, {**tasks, name: task})
 
 
 def solved(work: Work) -> Optimum | Failure:

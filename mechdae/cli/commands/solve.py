@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.progress import clear, progress
 from mechdae.errors import InputError, SolveError
 
 
@@ -16,6 +17,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--task", action="append", metavar="T", help="run this task only")
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode: +,-,+")
     parser.add_argument("--poses", type=int, metavar="N", help="number of poses of a sweep")
+    parser.add_argument(
+        "--workers", type=int, metavar="W", help="processes that a study is spread over"
+    )
     parser.add_argument("--out", metavar="DIR", help="write CSV, JSON and NPZ there")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
@@ -40,23 +44,29 @@ def run(options: argparse.Namespace) -> int:
             problem.task(name)
     if options.poses is not None and options.poses < 1:
         raise InputError("a whole number above 0 is needed", where="--poses")
+    check_workers(options.workers, {problem.tasks[name].kind for name in names})
     if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
         raise InputError("is a file, not a folder", where=f"--out {options.out}")
     code = 0
     results = []
     for name in names:
         kind = problem.tasks[name].kind
+        show = progress(f"task {name}: sets", options.quiet) if kind == "study" else None
         try:
             result = solve(
                 problem,
                 name,
                 mode=options.mode if kind != "modes" or options.task else None,
                 poses=options.poses if kind == "sweep" or options.task else None,
+                workers=options.workers or 1 if kind == "study" else 1,
+                progress=show,
             )
         except SolveError as error:
+            clear(show)
             message(f"mechdae: task {name}: {error}", False)
             code = 1
             continue
+        clear(show)
         results.append(result)
         if not options.json:
             print(table(result, terminal=sys.stdout.isatty()))
@@ -72,6 +82,17 @@ def run(options: argparse.Namespace) -> int:
             for path in save(result, Path(options.out)):
                 message(f"written: {path}", options.quiet)
     return code
+
+
+def check_workers(workers: int | None, kinds: set[str]) -> None:
+    """Refuse a number of processes that is none, or that no task uses."""
+    if workers is None:
+        return
+    if workers < 1:
+        raise InputError("a whole number above 0 is needed", where="--workers")
+    if "study" not in kinds:
+        hint = "mechdae synthesize P --workers W" if "synthesis" in kinds else ""
+        raise InputError("only studies are spread over processes", where="--workers", hint=hint)
 
 
 def _empty(name: str) -> str:

@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _result(options: argparse.Namespace) -> Result:
-    from mechdae.synthesis.pools import cluster
+    from mechdae.jobs.pools import cluster
     from mechdae.synthesis.run import synthesize
 
     problem = problem_of(options)

@@ -1,4 +1,4 @@
-"""Where starts are solved: processes of this machine, an executor of the user, a Dask cluster."""
+"""Where work is done: processes of this machine, an executor of the user, a Dask cluster."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Processes:
 
     Each worker holds the reading end of a pipe whose other end is here: when this process is
     killed or leaves the pool in an error, the pipe closes and the workers stop, in the middle
-    of a start if need be.
+    of a piece of work if need be.
     """
 
     def __init__(self, workers: int) -> None:
@@ -51,7 +51,7 @@ class Processes:
         return True
 
     def close(self, at_once: bool) -> None:
-        """End the workers, in the middle of a start if it must be at once."""
+        """End the workers, in the middle of a piece if it must be at once."""
         if at_once:
             self._writing.close()
         self._pool.shutdown(cancel_futures=True)

@@ -1,32 +1,46 @@
-"""Many starts, each solved once whatever happens to the processes that do it."""
+"""Many pieces of work, each done once whatever happens to the processes that do it."""
 
 from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
-from mechdae.errors import SolveError
-from mechdae.synthesis.pools import Borrowed, Processes, Supply
-from mechdae.synthesis.worker import Failure, Work, solved
-
-if TYPE_CHECKING:
-    from mechdae.synthesis.ipopt import Optimum
+from mechdae.errors import MechdaeError, SolveError
+from mechdae.jobs.pools import Borrowed, Processes, Supply
 
 GRACE = 2.0
-"""How long the starts under way may take to end when their pool breaks [s]."""
+"""How long the pieces under way may take to end when their pool breaks [s]."""
 ATTEMPTS = 5
-"""How often a start may be lost with its worker before the job gives up."""
+"""How often a piece may be lost with its worker before the job gives up."""
 
 Pool = Processes | Borrowed
-Take = Callable[[int, "Optimum"], None]
+Take = Callable[[int, Any], None]
 
 
-def distribute(works: Mapping[int, Work], supply: Supply, take: Take, window: int | None) -> None:
-    """Solve starts in a pool and give each optimum to `take` as soon as it is there.
+@dataclass(frozen=True)
+class Failure:
+    """What went wrong in the computation itself, where nothing is gained by trying again."""
 
-    Starts whose worker dies are solved again: in a new pool if the old one broke, after all
+    what: str
+    trace: str = ""
+    error: MechdaeError | None = None
+    """What is raised in the place of a `SolveError`."""
+
+
+def distribute(
+    works: Mapping[int, Any],
+    supply: Supply,
+    take: Take,
+    window: int | None,
+    call: Callable[[Any], Any],
+    word: str = "start",
+) -> None:
+    """Do pieces of work in a pool and give each outcome to `take` as soon as it is there.
+
+    Those whose worker dies are done again: in a new pool if the old one broke, after all
     others and one by one, because one of them may be what killed it.
 
     Parameters
@@ -38,14 +52,18 @@ def distribute(works: Mapping[int, Work], supply: Supply, take: Take, window: in
     take
         Is called with each index, in the order in which they finish.
     window
-        Most starts that are handed over at a time; None: all.
+        Most pieces that are handed over at a time; None: all.
+    call
+        Does a piece: a function of a module; a `Failure` that it returns ends the job.
+    word
+        What a piece is called in messages.
 
     Raises
     ------
     SolveError
-        The computation of a start failed, or its worker died too often.
+        The computation of a piece failed, or its worker died too often.
     """
-    round_ = _Round(works, take, window or len(works))
+    round_ = _Round(works, take, window or len(works), call, word)
     while round_.waiting:
         pool = supply.pool()
         try:
@@ -64,17 +82,25 @@ def distribute(works: Mapping[int, Work], supply: Supply, take: Take, window: in
 
 
 class _Round:
-    """The starts that wait, those that are under way, and how often each was lost."""
+    """The pieces that wait, those that are under way, and how often each was lost."""
 
-    def __init__(self, works: Mapping[int, Work], take: Take, window: int) -> None:
+    def __init__(
+        self,
+        works: Mapping[int, Any],
+        take: Take,
+        window: int,
+        call: Callable[[Any], Any],
+        word: str,
+    ) -> None:
         self.works, self.take, self.window = works, take, window
+        self.call, self.word = call, word
         self.waiting = deque(works)
         self.flying: dict[Future[Any], int] = {}
         self.lost: Counter[int] = Counter()
         self.broken: BaseException | None = None
 
     def go(self, pool: Pool) -> None:
-        """Solve until nothing is left or the pool breaks."""
+        """Work until nothing is left or the pool breaks."""
         self.broken = None
         while self.waiting or self.flying:
             self._hand_over(pool)
@@ -106,14 +132,14 @@ class _Round:
             if self.flying and any(self.lost[index] for index in (first, *self.flying.values())):
                 return  # what was lost is solved alone: then it is clear which one kills
             try:
-                future = pool.submit(solved, self.works[first])
+                future = pool.submit(self.call, self.works[first])
             except Exception as error:  # whatever the engine calls it
                 self.broken = error
                 return
             self.flying[future] = self.waiting.popleft()
 
     def _land(self, future: Future[Any]) -> None:
-        """Take a result; what a pool raises by itself means that the start was lost."""
+        """Take a result; what a pool raises by itself means that the piece was lost."""
         index = self.flying[future]
         try:
             outcome = future.result()
@@ -127,8 +153,12 @@ class _Round:
             return
         if isinstance(outcome, Failure):
             del self.flying[future]
+            if outcome.error is not None:
+                raise outcome.error
             trace = outcome.trace.strip()
-            raise SolveError(f"start {index}: {outcome.what}" + (f"\n{trace}" if trace else ""))
+            raise SolveError(
+                f"{self.word} {index}: {outcome.what}" + (f"\n{trace}" if trace else "")
+            )
         self.take(index, outcome)
         del self.flying[future]
 
@@ -137,7 +167,7 @@ class _Round:
         if self.lost[index] == ATTEMPTS:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise SolveError(
-                f"start {index} was lost {ATTEMPTS} times with its worker: {reason}",
+                f"{self.word} {index} was lost {ATTEMPTS} times with its worker: {reason}",
                 hint="run with workers=1 to see why; a script that uses workers needs "
                 "`if __name__ == '__main__':`",
             ) from error

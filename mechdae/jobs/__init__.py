@@ -1,0 +1,1 @@
+"""Many computations spread over processes, whatever they are."""
