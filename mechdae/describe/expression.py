@@ -156,9 +156,10 @@ def build(text: str, names: Mapping[str, Any], functions: Mapping[str, Callable[
             value = walk(node.operand)
             return -value if isinstance(node.op, ast.USub) else value
         values = [walk(argument) for argument in node.args]
+        known = _FLOAT if all(isinstance(v, float) for v in values) else functions
         if node.func.id in MORE:
-            return reduce(functions[node.func.id], values)
-        return functions[node.func.id](*values)
+            return reduce(known[node.func.id], values)
+        return known[node.func.id](*values)
 
     try:
         return walk(parse(text))
