@@ -55,7 +55,7 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     the_scene, graphs = assembler.scene, assembler.graphs
     everything, proven, failure = assembler.modes(u)
     found = everything[: task.limit]
-    certain = certified(graphs, np.array([m.x for m in found]).reshape(-1, graphs.nx), u)
+    certain = certified(graphs, np.array([m.x for m in found]).reshape(len(found), graphs.nx), u)
     found = [replace(mode, x=x) for mode, x in zip(found, certain.x, strict=True)]
     function = ca.Function("y", [the_scene.x, the_scene.u, the_scene.model.p], [outputs.expression])
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]

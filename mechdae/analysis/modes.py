@@ -83,8 +83,13 @@ class Assembler:
     def __init__(self, graphs: Graphs, sketch: Sketch) -> None:
         self.graphs, self.scene = graphs, graphs.scene
         inside = {GROUND, *(name for group in self.scene.groups for name in group.bodies)}
+        joints = self.scene.model.mechanism.joints
         self.sketch = dict(sketch.angles)
-        self.places = {c: v for c, v in sketch.places.items() if set(self._bodies(c)) <= inside}
+        self.places = {
+            c: value
+            for c, value in sketch.places.items()
+            if set(joints[c.part].bodies if c.part in joints else (c.part,)) <= inside
+        }
         self.p = self.scene.model.p_values
         self.size = mechanism_scale(self.scene.model.mechanism)
         self.turns = WholeTurns(self.scene, self.sketch, self.p)
