@@ -13,7 +13,14 @@ from mechdae.describe.joints import Curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style, symbols
 from mechdae.draw.curves import draw_curve, reach
-from mechdae.draw.driver import draw_drivers, driven_bodies, drivers_of, value_text
+from mechdae.draw.driver import (
+    draw_drivers,
+    driven_bodies,
+    drivers_of,
+    held_drivers,
+    time_text,
+    value_text,
+)
 from mechdae.draw.figure import new_axes
 from mechdae.draw.guides import draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
@@ -162,7 +169,9 @@ def draw_pose(
                 draw_ghost(sheet, scene, name, other)
     places = places_of(scene, pose)
     drivers = drivers_of(scene, result)
-    colors = dict.fromkeys(driven_bodies(scene, drivers), style.DRIVEN)
+    held = held_drivers(result, drivers)
+    moved = [entry for entry in drivers if entry.text not in held]
+    colors = dict.fromkeys(driven_bodies(scene, moved), style.DRIVEN)
     links = _draw_links(sheet, scene, pose, size, colors, outside_of(result))
     _draw_places(sheet, scene, pose, places, links)
     draw_drivers(sheet, scene, result, pose, drivers, places)
@@ -173,7 +182,8 @@ def draw_pose(
     _draw_frame(sheet, scene, result, pose, words, extra)
     if view.labels:
         draw_labels(sheet, scene, pose, places, links, marks)
-    values = [value_text(result, entry, pose, words) for entry in drivers]
+    values = [value_text(result, own, pose, words, own.text in held) for own in drivers]
+    values.insert(0, time_text(result, pose, words))
     write_titles(sheet, result, values, pose, words, view.subtitle)
 
 
@@ -221,7 +231,7 @@ def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, A
             more.append(center + radius * np.array([[-1, -1], [1, 1]]))
         if joint.kind == "rack":
             more.append(np.array(rack_span(scene, joint, pose)[:2]))
-        if joint.kind in ("prismatic", "pin-in-slot"):
+        if joint.kind in ("prismatic", "pin-in-slot") and joint.name not in scene.cylinders:
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
             now = float(scene.slide(joint)[pose])
             ends = np.array(travel(scene, joint, pose, size)) - now
@@ -288,7 +298,8 @@ def _draw_links(
     gaps = gaps_of(sheet, scene, pose, size)
     guides = draw_guides(sheet, scene, pose, size, colors)
     links.wheels = draw_wheels(sheet, scene, pose, colors)
-    sliding = {j.second_body for j in scene.joints(pose) if j.kind == "prismatic"}
+    guides_of = [j for j in scene.joints(pose) if j.kind == "prismatic"]
+    sliding = {j.second_body for j in guides_of if j.name not in scene.cylinders}
     for name, body in scene.mechanism.bodies.items():
         if not scene.shown(name, pose):
             continue
@@ -313,7 +324,7 @@ def _draw_links(
                 links.polygons.setdefault(joint.first_body, corners)
                 sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
                 links.bars[joint.first_body] = [*links.bars[joint.first_body], *sides]
-        if joint.kind == "prismatic":
+        if joint.kind == "prismatic" and joint.name not in scene.cylinders:
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
             links.blocks[joint.second_body] = symbols.rectangle(second, axis)
         if joint.kind == "distance":

@@ -1,7 +1,8 @@
-"""The driver: its arrow and its value."""
+"""The drivers: arrows, what holds those that do not move, values."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,11 @@ from mechdae.describe.joints import Curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style, symbols
 from mechdae.draw.curves import tangent
+from mechdae.draw.guides import cylinder_of
 from mechdae.draw.places import Place
-from mechdae.draw.scene import Array, Scene
-from mechdae.draw.sheet import Sheet, arc, normal
+from mechdae.draw.scene import Array, Scene, driver_names
+from mechdae.draw.sheet import Sheet, arc, normal, unit
+from mechdae.draw.wheels import circles
 from mechdae.draw.words import ENGLISH, Words
 
 SPAN = np.deg2rad(80.0)
@@ -22,11 +25,11 @@ NEAR = 3.0
 
 
 def drivers_of(scene: Scene, result: Any) -> list[Coordinate]:
-    """Return the coordinates that are given as functions of the pose."""
-    return [coordinate(scene.mechanism, text) for text in getattr(result, "drivers", None) or {}]
+    """Return the coordinates that are given as functions of the pose, or of the time."""
+    return [coordinate(scene.mechanism, text) for text in driver_names(result)]
 
 
-def driven_bodies(scene: Scene, drivers: list[Coordinate]) -> set[str]:
+def driven_bodies(scene: Scene, drivers: Iterable[Coordinate]) -> set[str]:
     """Return the links that the drivers move."""
     return {
         entry.part
@@ -36,13 +39,63 @@ def driven_bodies(scene: Scene, drivers: list[Coordinate]) -> set[str]:
     }
 
 
-def value_text(result: Any, entry: Coordinate, pose: int, words: Words = ENGLISH) -> str:
-    """Return the driver's value in one pose, in degrees or metres."""
-    value = float(np.atleast_1d(result.drivers[entry.text].position)[pose])
+def held_drivers(result: Any, drivers: Sequence[Coordinate]) -> set[str]:
+    """Return the names of the drivers that keep their value while others move.
+
+    In a motion and an equilibrium those with a value ``at`` are held, whatever else moves.
+    """
+    given = getattr(result, "drivers", None) or {}
+    if not given:
+        listed = getattr(getattr(result, "definition", None), "drivers", None) or ()
+        return {own.coordinate for own in listed if own.law is None}
+    still = {entry.text for entry in drivers if _rests(given[entry.text])}
+    return still if len(still) < len(drivers) else set()
+
+
+def _rests(driver: Any) -> bool:
+    """Return whether a driver has one value and no speed."""
+    values = np.atleast_1d(np.asarray(driver.position, dtype=float))
+    velocity = getattr(driver, "velocity", None)
+    if velocity is None:
+        return len(values) > 1 and float(np.ptp(values)) == 0.0
+    speeds = np.atleast_1d(np.asarray(velocity, dtype=float))
+    return float(np.ptp(values)) == 0.0 and not np.nan_to_num(speeds).any()
+
+
+def values_of(result: Any, entry: Coordinate) -> Array | None:
+    """Return a driver's value in each pose, (n,), None where the result has none."""
+    given = getattr(result, "drivers", None) or {}
+    if entry.text in given:
+        return np.atleast_1d(np.asarray(given[entry.text].position, dtype=float))
+    series: Any = None
+    if entry.kind == "body angle":
+        series = result.bodies.get(entry.part, {}).get("angle")
+    elif entry.kind == "point":
+        place = result.points.get(f"{entry.part}.{entry.point}", {}).get("position")
+        series = None if place is None else place[:, entry.axis]
+    else:
+        series = result.joints.get(entry.part, {}).get(entry.text.rpartition(".")[2])
+    return None if series is None else np.atleast_1d(np.asarray(series, dtype=float))
+
+
+def value_text(
+    result: Any, entry: Coordinate, pose: int, words: Words = ENGLISH, held: bool = False
+) -> str:
+    """Return the driver's value in one pose, in degrees or metres, and whether it is held."""
+    values = values_of(result, entry)
+    if values is None:
+        return ""
+    value, rest = float(values[pose]), f" ({words('held')})" if held else ""
     if entry.is_angle:
-        return f"{entry.text} = {_plain(np.rad2deg(value), 3, words)}°"
+        return f"{entry.text} = {_plain(np.rad2deg(value), 3, words)}°{rest}"
     unit = f" {words('m')}" if entry.unit == "m" else ""
-    return f"{entry.text} = {_plain(value, 5, words)}{unit}"
+    return f"{entry.text} = {_plain(value, 5, words)}{unit}{rest}"
+
+
+def time_text(result: Any, pose: int, words: Words = ENGLISH) -> str:
+    """Return the time of one pose of a motion or of laws, empty where there is none."""
+    times = getattr(result, "time", None)
+    return "" if times is None else f"t = {words.number(float(times[pose]), 5)} {words('s')}"
 
 
 def _plain(value: float, digits: int, words: Words) -> str:
@@ -60,9 +113,13 @@ def draw_drivers(
     drivers: list[Coordinate],
     places: list[Place],
 ) -> None:
-    """Draw an arrow for each driver, in the sense of its speed if the result has one."""
+    """Draw an arrow for each driver, in the sense of its speed; held ones are braked."""
+    held = held_drivers(result, drivers)
     for entry in drivers:
         if not scene.shown(next(iter(driven_bodies(scene, [entry]))), pose):
+            continue
+        if entry.text in held:
+            draw_brake(sheet, scene, entry, places, pose)
             continue
         sense = _sense(result, entry)
         if entry.is_angle:
@@ -74,16 +131,67 @@ def draw_drivers(
         symbols.arrow(sheet, points, f"driver-{entry.text}")
 
 
+def draw_brake(
+    sheet: Sheet, scene: Scene, entry: Coordinate, places: list[Place], pose: int
+) -> None:
+    """Draw what holds a coordinate: jaws on a link or a wheel, stops beside what slides."""
+    gid = f"held-{entry.text}"
+    joint = scene.mechanism.joints.get(entry.part)
+    fixed = joint is None or GROUND in (joint.first_body, joint.second_body)
+    if not entry.is_angle:
+        point, axis = travel_of(scene, entry, pose)
+        center = sheet.at(point)
+        if entry.part in scene.cylinders:
+            assert joint is not None
+            mouth = cylinder_of(sheet, scene, joint, pose)[1]
+            symbols.stops(sheet, mouth, axis, 2.0, gid, fixed=False)
+        else:
+            blocked_by = joint is not None and joint.kind == "prismatic"
+            reach = style.BLOCK[0] if blocked_by else 1.6 * style.PIN
+            symbols.stops(sheet, center, axis, reach, gid, fixed)
+        return
+    pivot, arm = pivot_of(scene, entry, places, pose)
+    center = sheet.at(pivot)
+    if arm is None:
+        body = next(iter(driven_bodies(scene, [entry])))
+        wheels = [
+            radius * sheet.metre
+            for own in scene.joints(pose)
+            for name, _, radius in circles(scene, own, pose)
+            if name.split(".")[0] == body
+        ]
+        symbols.shoe(sheet, center, max(wheels, default=3.0 * style.PIN), gid, fixed)
+        return
+    along = unit(arm)
+    if joint is not None and not fixed:
+        other = arm_of(scene, joint.first, pose)
+        if other is not None:
+            symbols.tie(sheet, center, along, unit(other), gid)
+            return
+    length = float(np.hypot(*arm)) * sheet.metre
+    symbols.jaws(sheet, center + min(style.GRIP, 0.5 * length) * along, along, gid, fixed)
+
+
+def arm_of(scene: Scene, reference: str, pose: int) -> Array | None:
+    """Return the way [m] from a point to the farthest one of its body, None if it has one place."""
+    body, pivot = reference.split(".")[0], scene.place(reference, pose)
+    points = scene.mechanism.body(body).points
+    arms = [scene.place(f"{body}.{other}", pose) - pivot for other in points]
+    longest = max(arms, key=lambda arm: round(float(np.hypot(*arm)), 12))
+    return longest if np.hypot(*longest) > 0 else None
+
+
 def _sense(result: Any, entry: Coordinate) -> float:
     """Return +1 or -1: the sign of the speed, or of the sweep, or plus."""
-    driver = result.drivers[entry.text]
+    driver = (getattr(result, "drivers", None) or {}).get(entry.text)
     velocity = getattr(driver, "velocity", None)
-    if velocity is not None:
-        values = np.atleast_1d(np.asarray(velocity, dtype=float))
-        total = float(values[np.isfinite(values)].sum())
-    else:
-        values = np.atleast_1d(np.asarray(driver.position, dtype=float))
-        total = float(values[-1] - values[0])
+    values = values_of(result, entry) if velocity is None else np.atleast_1d(velocity)
+    if values is None:
+        return 1.0
+    values = values[np.isfinite(values)]
+    total = (
+        float(values[-1] - values[0] if velocity is None else values.sum()) if len(values) else 0
+    )
     return -1.0 if total < 0 else 1.0
 
 
@@ -107,12 +215,7 @@ def pivot_of(
         point = (known or [f"{body}.{next(iter(scene.mechanism.body(body).points))}"])[0].split(
             "."
         )[1]
-    pivot = scene.place(f"{body}.{point}", pose)
-    arms = [
-        scene.place(f"{body}.{other}", pose) - pivot for other in scene.mechanism.body(body).points
-    ]
-    longest = max(arms, key=lambda arm: round(float(np.hypot(*arm)), 12))
-    return pivot, longest if np.hypot(*longest) > 0 else None
+    return scene.place(f"{body}.{point}", pose), arm_of(scene, f"{body}.{point}", pose)
 
 
 def turn_arrow(sheet: Sheet, pivot: Array, arm: Array | None, sense: float, radius: float) -> Array:

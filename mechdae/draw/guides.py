@@ -32,6 +32,8 @@ def gaps_of(sheet: Sheet, scene: Scene, pose: int, size: float) -> dict[str, lis
     """Return for each body the stretches of its bars hidden by blocks and slots."""
     result: dict[str, list[Gap]] = {}
     for joint in scene.joints(pose):
+        if joint.name in scene.cylinders:
+            continue
         if joint.kind == "prismatic":
             center = sheet.at(scene.place(joint.second, pose))
             reach = style.BLOCK[0] * axis_of(scene, joint, pose)
@@ -46,6 +48,23 @@ def gaps_of(sheet: Sheet, scene: Scene, pose: int, size: float) -> dict[str, lis
     return result
 
 
+def cylinder_of(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> tuple[Array, Array, Array]:
+    """Return where a cylinder's barrel begins and ends on the sheet, and its piston.
+
+    The barrel ends before the shortest travel; the piston is where the travel is in it.
+    """
+    eye, tip = (sheet.at(scene.place(side, pose)) for side in (joint.first, joint.second))
+    along, now = unit(tip - eye), float(np.hypot(*(tip - eye)))
+    lengths = np.abs(scene.slide(joint)) * sheet.metre
+    lengths = lengths[np.isfinite(lengths)]
+    least, most = float(lengths.min()), float(lengths.max())
+    back = min(style.BARREL, 0.2 * now)
+    mouth = float(np.clip(0.85 * least, 0.45 * now, 0.85 * now))
+    share = (now - least) / (most - least) if most > least else 0.5
+    piston = back + (0.15 + 0.7 * share) * (mouth - back)
+    return eye + back * along, eye + mouth * along, eye + piston * along
+
+
 def draw_guides(
     sheet: Sheet, scene: Scene, pose: int, size: float, colors: dict[str, str]
 ) -> dict[str, list[tuple[Array, Array]]]:
@@ -53,7 +72,10 @@ def draw_guides(
     gaps = gaps_of(sheet, scene, pose, size)
     lines: dict[str, list[tuple[Array, Array]]] = {}
     for joint in scene.joints(pose):
-        if joint.kind == "prismatic":
+        if joint.name in scene.cylinders:
+            parts = _draw_cylinder(sheet, scene, joint, pose, colors)
+            lines.setdefault(joint.second_body, []).append(parts.pop())
+        elif joint.kind == "prismatic":
             parts = _draw_prismatic(sheet, scene, joint, pose, size, gaps, colors)
         elif joint.kind == "pin-in-slot":
             parts = _draw_slot(sheet, scene, joint, pose, size, colors)
@@ -61,6 +83,17 @@ def draw_guides(
             continue
         lines.setdefault(joint.first_body, []).extend(parts)
     return lines
+
+
+def _draw_cylinder(
+    sheet: Sheet, scene: Scene, joint: Joint, pose: int, colors: dict[str, str]
+) -> list[tuple[Array, Array]]:
+    """Draw a cylinder; return the lines of its barrel and of its rod."""
+    eye, tip = (sheet.at(scene.place(side, pose)) for side in (joint.first, joint.second))
+    back, mouth, piston = cylinder_of(sheet, scene, joint, pose)
+    color = colors.get(joint.second_body, style.INK)
+    symbols.cylinder(sheet, eye, back, mouth, piston, tip, f"joint-{joint.name}-cylinder", color)
+    return [(eye, mouth), (mouth, tip)]
 
 
 def _draw_prismatic(

@@ -8,11 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from matplotlib.font_manager import FontProperties
 
-from mechdae.describe.mechanism import Mechanism
 from mechdae.draw import layout, style
 from mechdae.draw.arrangement import feet_of
 from mechdae.draw.loads import Mark
-from mechdae.draw.places import Place, free_points, written
+from mechdae.draw.places import Place, free_points, letters_of, numbers_of, written
 from mechdae.draw.scene import Array, Scene
 from mechdae.draw.shapes import Piece, inside
 from mechdae.draw.sheet import Sheet, font, ink, unit
@@ -54,14 +53,6 @@ class Writing:
     anchors: Sequence[Piece] = ()
     color: str = style.INK
     index: str | None = None
-
-
-def numbers_of(mechanism: Mechanism) -> dict[str, int]:
-    """Return the number of each body: its own, else the next free in declared order."""
-    given = {name: body.number for name, body in mechanism.bodies.items()}
-    taken = {number for number in given.values() if number is not None}
-    free = (number for number in range(1, 2 * len(given) + 2) if number not in taken)
-    return {name: next(free) if number is None else number for name, number in given.items()}
 
 
 def draw_labels(
@@ -128,12 +119,18 @@ def _steady(entry: Writing, before: Array | None) -> Writing:
 
 def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> list[Writing]:
     result = []
+    letters = letters_of(scene, pose, places)
     rows = [
-        (place.letter, scene.place(place.references[0], pose), place.references, _gap(place))
+        (
+            letters[place.references[0]],
+            scene.place(place.references[0], pose),
+            place.references,
+            _gap(place),
+        )
         for place in places
     ]
     rows += [
-        (reference.split(".")[1], scene.place(reference, pose), (reference,), style.DOT + 2.5)
+        (letters[reference], scene.place(reference, pose), (reference,), style.DOT + 2.5)
         for reference in free_points(scene, pose)
     ]
     for name, position, references, gap in rows:

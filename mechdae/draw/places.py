@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
 
 from mechdae.describe.joints import Joint
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.scene import Scene
 
 PINNED = ("revolute", "pin-in-slot", "distance")
@@ -128,10 +130,52 @@ def free_points(scene: Scene, pose: int) -> list[str]:
     ]
 
 
+def numbers_of(mechanism: Mechanism) -> dict[str, int]:
+    """Return the number of each body: its own, else the next free in declared order."""
+    given = {name: body.number for name, body in mechanism.bodies.items()}
+    taken = {number for number in given.values() if number is not None}
+    free = (number for number in range(1, 2 * len(given) + 2) if number not in taken)
+    return {name: next(free) if number is None else number for name, number in given.items()}
+
+
+def letters_of(scene: Scene, pose: int, places: Sequence[Place]) -> dict[str, str]:
+    """Return the letter of each point of joint places and of free points, one for each place.
+
+    Where two places would have one letter, those with one joint of a short name have that name,
+    the others the number of their link as an index.
+    """
+    numbers = numbers_of(scene.mechanism)
+    owners: list[tuple[tuple[str, ...], str, list[str]]] = []
+    for place in places:
+        names = [j.name for j in place.joints if j.kind in LETTERED and len(j.name) <= LONG]
+        bodies = [body for body in place.bodies if body != GROUND]
+        own = names if len(names) == 1 else []
+        own = [*own, *_indexed(place.letter, bodies, numbers)]
+        owners.append((place.references, place.letter, own))
+    for reference in free_points(scene, pose):
+        body, point = reference.split(".")
+        owners.append(((reference,), point, _indexed(point, [body], numbers)))
+    count = Counter(letter for _, letter, _ in owners)
+    taken = {letter for letter, often in count.items() if often == 1}
+    found: dict[str, str] = {}
+    for references, letter, others in owners:
+        name = letter
+        if count[letter] > 1:
+            free = [own for own in others if own not in taken and own not in count]
+            name = free[0] if free else references[0]
+        taken.add(name)
+        found |= dict.fromkeys(references, name)
+    return found
+
+
+def _indexed(letter: str, bodies: Sequence[str], numbers: Mapping[str, int]) -> list[str]:
+    return [f"{letter}_{numbers[body]}" for body in bodies]
+
+
 def written(name: str) -> tuple[str, str]:
-    """Return a name as it is written: a number at its end is an index."""
-    match = re.fullmatch(r"([A-Za-z]+)_?(\d+)", name)
-    return (match[1], match[2]) if match else (name, "")
+    """Return a name as it is written: numbers at its end are an index."""
+    match = re.fullmatch(r"([A-Za-z]+)_?(\d+(?:_\d+)?)", name)
+    return (match[1], match[2].replace("_", ",")) if match else (name, "")
 
 
 def _points_of(joint: Joint) -> list[tuple[str, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
@@ -42,6 +42,8 @@ class Scene:
         Bodies of which no pose is known are absent.
     status
         (n,) text.
+    cylinders
+        Names of the guides that are drawn as hydraulic cylinders.
     """
 
     mechanism: Mechanism
@@ -49,6 +51,7 @@ class Scene:
     angles: Mapping[str, Array]
     origins: Mapping[str, Array]
     status: tuple[str, ...]
+    cylinders: frozenset[str] = frozenset()
 
     def local(self, reference: str) -> Array:
         """Return the coordinates of ``body.point`` in its body."""
@@ -220,7 +223,38 @@ def read_scene(result: Any) -> Scene:
         {body: angles[body] for body in origins},
         origins,
         status,
+        frozenset(_cylinders(mechanism, driver_names(result))),
     )
+
+
+def driver_names(result: Any) -> list[str]:
+    """Return the coordinates that a task drives, in a motion also those that it holds."""
+    given = getattr(result, "drivers", None)
+    if given:
+        return list(given)
+    listed = getattr(getattr(result, "definition", None), "drivers", None) or ()
+    moving = getattr(result, "kind", "") in ("motion", "equilibrium")
+    return [own.coordinate for own in listed] if moving else []
+
+
+def _cylinders(mechanism: Mechanism, drivers: list[str]) -> Iterator[str]:
+    """Yield the driven guides whose two links hang on one pin each, at the guide's points."""
+    for joint in mechanism.joints.values():
+        if joint.kind != "prismatic" or f"{joint.name}.slide" not in drivers:
+            continue
+        ends = ((joint.first_body, joint.first), (joint.second_body, joint.second))
+        if all(_hangs(mechanism, joint, body, point) for body, point in ends):
+            yield joint.name
+
+
+def _hangs(mechanism: Mechanism, guide: Joint, body: str, point: str) -> bool:
+    """Return whether a link has one joint beside its guide, a pin at the guide's point."""
+    others = [own for own in mechanism.joints.values() if body in own.bodies and own != guide]
+    if body == GROUND or len(others) != 1 or others[0].kind != "revolute":
+        return False
+    numbers = mechanism.values()
+    side = others[0].first if others[0].first_body == body else others[0].second
+    return all(numbers[f"{side}.{axis}"] == numbers[f"{point}.{axis}"] for axis in "xy")
 
 
 def _complete(

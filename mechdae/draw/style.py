@@ -104,6 +104,12 @@ HATCH: Final = 5.0
 """Spacing of hatching lines."""
 ARC: Final = 19.0
 """Radius of the driver's curved arrow."""
+JAW: Final = 13.0
+"""Length of the jaws that hold a link."""
+BARREL: Final = 14.0
+"""How far from its pin the barrel of a cylinder begins."""
+GRIP: Final = 24.0
+"""How far from its pin a link is held."""
 PULL: Final = (16.0, 40.0)
 """Least and greatest length of the arrow of a force."""
 COIL: Final = 5.0

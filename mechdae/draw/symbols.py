@@ -239,6 +239,74 @@ def brake(sheet: Sheet, center: Array, angle: float, gid: str) -> None:
     sheet.line(arc(center, radius, angle - 1.1, angle, 8), color=style.LOAD)
 
 
+def jaws(sheet: Sheet, center: Array, along: Array, gid: str, fixed: bool = True) -> None:
+    """Draw a link that is held: two jaws on its bar, hatched if the ground holds it."""
+    across, half = normal(along), style.JAW / 2 * along
+    for side in (across, -across):
+        foot = center + 2.0 * style.BAR * side
+        sheet.line([foot - half, foot + half], width=1.6 * style.LINE, z=style.Z_MARK, gid=gid)
+        if fixed:
+            hatch(sheet, foot - half, foot + half, side)
+
+
+def stops(
+    sheet: Sheet, center: Array, along: Array, reach: float, gid: str, fixed: bool = True
+) -> None:
+    """Draw what cannot slide: a stop at either side, hatched if the ground holds it."""
+    half = style.JAW / 2 * normal(along)
+    for side in (along, -along):
+        foot = center + (reach + 0.7 * style.BAR) * side
+        sheet.line([foot - half, foot + half], width=style.BAR, z=style.Z_MARK, gid=gid)
+        if fixed:
+            hatch(sheet, foot - half, foot + half, side)
+
+
+def shoe(sheet: Sheet, center: Array, radius: float, gid: str, fixed: bool = True) -> None:
+    """Draw a wheel that is held: a brake shoe on either side of its rim."""
+    span = min(style.JAW / radius, 0.6)
+    for middle in (np.deg2rad(160.0), np.deg2rad(-20.0)):
+        gap = radius + 1.2 * style.BAR
+        points = arc(center, gap, middle - span / 2, middle + span / 2, 12)
+        sheet.line(points, width=style.BAR, z=style.Z_MARK, gid=gid)
+        if fixed:
+            feet = points[1::3]
+            out = (feet - center) / gap
+            tips = feet + style.HATCH * (out - 0.8 * np.stack([-out[:, 1], out[:, 0]], axis=-1))
+            sheet.strokes(
+                feet, tips, color=style.GROUND, width=style.THIN, z=style.Z_MARK, weight=style.SOLID
+            )
+
+
+def tie(sheet: Sheet, center: Array, first: Array, second: Array, gid: str) -> None:
+    """Draw two links whose angle is held: a strut between their bars."""
+    ends = [center + style.GRIP * first, center + style.GRIP * second]
+    sheet.line(ends, width=style.BAR, z=style.Z_MARK, gid=gid)
+    for end in ends:
+        sheet.circle(end, 0.5 * style.PIN, fill=style.INK, z=style.Z_MARK)
+
+
+def cylinder(
+    sheet: Sheet,
+    eye: Array,
+    back: Array,
+    mouth: Array,
+    piston: Array,
+    tip: Array,
+    gid: str,
+    color: str = style.INK,
+) -> None:
+    """Draw a hydraulic cylinder: its eye, a closed barrel, the piston and its rod."""
+    along = unit(mouth - back)
+    half = style.BLOCK[1] * normal(along)
+    sheet.line([eye, back], width=style.BAR, z=style.Z_BLOCK, gid=f"{gid}-eye")
+    barrel = [back - half, mouth - half, mouth + half, back + half]
+    sheet.area(barrel, z=style.Z_BLOCK, width=1.4 * style.LINE, gid=gid)
+    sheet.line([piston, tip], width=style.BAR, color=color, z=style.Z_BAR, gid=f"{gid}-rod")
+    head = 0.85 * half
+    sheet.line([piston - head, piston + head], width=1.5 * style.BAR, color=color, z=style.Z_BAR)
+    sheet.box(np.minimum(back, mouth), np.maximum(back, mouth), style.SHADE)
+
+
 def mass_center(sheet: Sheet, center: Array, gid: str) -> None:
     """Draw a centre of mass: a circle with two quarters filled."""
     radius = 1.3 * style.DOT

@@ -18,8 +18,7 @@ import numpy as np
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.labels import numbers_of
-from mechdae.draw.places import Place, free_points, places_of
+from mechdae.draw.places import Place, free_points, letters_of, numbers_of, places_of
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow, End, Plan
 from mechdae.draw.scene import Array, Scene
@@ -329,8 +328,7 @@ def _letters(
     scene: Scene, pose: int, places: list[Place], numbers: dict[str, int]
 ) -> dict[str, str]:
     """Return the capital letter of each point; different points have different ones."""
-    found = {entry: place.letter for place in places for entry in place.references}
-    found |= {entry: entry.split(".")[1] for entry in free_points(scene, pose)}
+    found = letters_of(scene, pose, places)
     owners: dict[str, set[int]] = {}
     marks = {entry: k for k, place in enumerate(places) for entry in place.references}
     for k, entry in enumerate(found, start=len(places)):

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from mechdae.draw import diagram, style
-from mechdae.draw.driver import drivers_of, value_text
+from mechdae.draw.driver import drivers_of, held_drivers, time_text, value_text
 from mechdae.draw.figure import new_axes
 from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
@@ -192,7 +192,10 @@ def _single(
 
 
 def _titles(sheet: Sheet, result: Any, scene: Scene, pose: int) -> None:
-    values = [value_text(result, entry, pose) for entry in drivers_of(scene, result)]
+    drivers = drivers_of(scene, result)
+    held = held_drivers(result, drivers)
+    values = [value_text(result, own, pose, held=own.text in held) for own in drivers]
+    values.insert(0, time_text(result, pose))
     diagram.write_titles(sheet, result, values, pose)
 
 
