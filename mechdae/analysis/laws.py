@@ -176,6 +176,7 @@ def _refuse_jumps(course: Course, times: Any) -> None:
         if narrow.any():
             _refuse_place(float(a[narrow][0]))
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+    _refuse_cuts(course, grid)
     if not course.switches.numel():
         return
     u, rate, _ = course.sampled(grid)
@@ -193,6 +194,23 @@ def _refuse_jumps(course: Course, times: Any) -> None:
             low, high = (low, middle) if left >= right else (middle, high)
         if moved > SAME:
             _refuse_place(low)
+
+
+def _refuse_cuts(course: Course, grid: Any) -> None:
+    """Raise where an atan2 passes its cut and the law jumps with it."""
+    sides = course.cuts(grid)
+    size = np.max(np.abs(course.sampled(grid)[0]), axis=0) + 1e-300
+    for k, j in zip(*np.nonzero(sides[1:] * sides[:-1] < 0), strict=True):
+        low, high = float(grid[k]), float(grid[k + 1])
+        while low < (middle := (low + high) / 2) < high:
+            here = course.cuts(np.array([middle]))[0, j]
+            if not here:
+                break  # it went round the other side
+            low, high = (middle, high) if here == sides[k, j] else (low, middle)
+        else:
+            before, after = course.sampled(np.array([low, high]))[0] / size
+            if np.max(np.abs(after - before)) > SAME:
+                _refuse_place(high)
 
 
 def _refuse_place(t: float) -> None:

@@ -45,6 +45,7 @@ class Course:
     def __init__(self, s: Any, u: Any, turns: bool = False) -> None:
         self.s, self.u, self.turns = s, u, turns
         self.smooth, self.switches, self.gaps = _without_corners(s, u)
+        self._cuts = _cuts(s, u)
         rates = [self.smooth]
         for _ in range(3):
             rates.append(ca.jacobian(rates[-1], s))
@@ -87,6 +88,14 @@ class Course:
         """Return the switches (n, k) at `s` (n,)."""
         return np.sign(np.array(self.gap(np.asarray(s, float)[None, :])).reshape(-1, len(s)).T)
 
+    def cuts(self, s: Any) -> Any:
+        """Return (n, k) where each atan2 is over its cut, along which it jumps, at `s` (n,).
+
+        The number is the sign of its ordinate where the abscissa is negative, else 0.
+        """
+        parts = np.array(self._cuts(np.asarray(s, float)[None, :])).reshape(-1, len(s))
+        return (np.where(parts[::2] >= 0, 1, -1) * (parts[1::2] < 0)).T
+
     def one_sided(self, s: float, switches: Any) -> list[Any]:
         """Return u and three derivatives (nd,) at `s` with the switches of one side."""
         return [np.array(part).ravel() for part in self.piece(s, switches)]
@@ -124,7 +133,7 @@ class Course:
 
         away = moved(self.smooth)
         bent = ds * ds / 2 * (ca.fabs(second) + moved(self._rates[2]))
-        smooth = ca.logic_and(away < HUGE, ca.sum1(turning) == 0)
+        smooth = ca.logic_and(away < FINITE, ca.sum1(turning) == 0)
         return ca.fmin(ca.if_else(smooth, bent, HUGE), away + ds * ca.fabs(first))
 
     def _turning(self, s: Any, ds: Any) -> Any:
@@ -137,6 +146,19 @@ class Course:
             radius = radii(function, [[(s, ds)], switches])
             turning = ca.vertcat(turning, ca.fabs(self.gap(s)[k]) <= radius)
         return turning
+
+
+def _cuts(s: Any, u: Any) -> Any:
+    """Return the function s -> ordinate and abscissa of each atan2 in u."""
+    found: list[Any] = []
+
+    def operation(code: int, values: list[Any]) -> Any:
+        if code == ca.OP_ATAN2:
+            found.extend(values)
+        return SYMBOLIC[code](*values)
+
+    replay(ca.Function("u", [s], [ca.densify(u)]), [[s]], operation, SX)
+    return ca.Function("cuts", [s], [ca.vertcat(SX(0, 1), *found)])
 
 
 def _without_corners(s: Any, u: Any) -> tuple[Any, Any, Any]:
