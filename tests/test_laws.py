@@ -503,3 +503,73 @@ def test_a_path_goes_both_ways_in_time() -> None:
     result = sweep(mechanism, law("crank.angle", "0.5 + t**2", times=[0.5, -0.7, 1.1]))
     assert set(result.status) == {"ok"}
     assert result.bodies["crank"].angular_velocity == pytest.approx([1.0, -1.4, 2.2])
+
+
+# -- laws that begin on a limit position -----------------------------------------------------------
+
+
+def toggle(sketch: float) -> md.Mechanism:
+    """Two links of 1 m between a pivot and a slider g away: the angle at the pivot is acos(g/2)."""
+    return md.Mechanism(
+        ground=md.Ground(points={"A": (0, 0)}),
+        bodies=[
+            md.Body("s", points={"C": (0, 0)}),
+            md.Body("p", points={"A": (0, 0), "B": (1, 0)}),
+            md.Body("q", points={"B": (0, 0), "C": (1, 0)}),
+        ],
+        joints=[
+            md.Prismatic("g", "ground.A", "s.C"),
+            md.Revolute("a", "ground.A", "p.A"),
+            md.Revolute("b", "p.B", "q.B"),
+            md.Revolute("c", "q.C", "s.C"),
+        ],
+        sketch={"g": 1.2, "s": 0.0, "p": sketch, "q": -sketch},
+    )
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(
+    "law", ["2 - t", "2 - t - t**2/3", "2*cos(0.7*t + 0.2)/cos(0.2)", "2 - t/7"]
+)
+def test_a_law_that_begins_on_a_limit_position_goes_on_along_the_sketched_branch(
+    law: str, side: int
+) -> None:
+    driver = md.Driver("g.slide", law=law, from_=0, to=1)
+    result = md.solve(toggle(side * 0.9), md.Sweep(driver, poses=9))
+    assert [str(word) for word in result.status] == ["limit"] + ["ok"] * 8
+    assert result.fault is None
+    g = result.drivers["g.slide"].position
+    wanted = side * np.arccos(np.minimum(g / 2, 1))
+    assert result.bodies["p"].angle == pytest.approx(wanted, abs=1e-7)
+    assert result.bodies["p"].angle[1:] == pytest.approx(wanted[1:], abs=1e-14)
+
+
+def test_a_law_that_begins_beyond_a_limit_position_is_not_reached() -> None:
+    driver = md.Driver("g.slide", law="2.2 - t", from_=0, to=1)
+    result = md.solve(toggle(0.9), md.Sweep(driver, poses=11))
+    assert set(result.status) == {"unassembled"}
+    assert "11 of 11 poses are not reached" in result.fault
+    assert "limit position at" in result.fault
+
+
+def test_a_line_of_several_drivers_that_begins_on_a_limit_position() -> None:
+    """The pivot is on a slider of its own at h: the angle is acos((g - h) / 2)."""
+    base = toggle(0.9)
+    mechanism = md.Mechanism(
+        ground=base.ground,
+        bodies=[*base.bodies.values(), md.Body("t", points={"A": (0, 0)})],
+        joints=[
+            *[joint for name, joint in base.joints.items() if name != "a"],
+            md.Prismatic("h", "ground.A", "t.A"),
+            md.Revolute("a", "t.A", "p.A"),
+        ],
+        sketch={**base.sketch, "h": 0.0, "t": 0.0},
+    )
+    drivers = [
+        md.Driver("g.slide", from_=2.5, to=2.0),
+        md.Driver("h.slide", from_=0.5, to=1.0),
+    ]
+    result = md.solve(mechanism, md.Sweep(drivers=drivers, poses=5))
+    assert [str(word) for word in result.status] == ["limit"] + ["ok"] * 4
+    apart = result.drivers["g.slide"].position - result.drivers["h.slide"].position
+    assert result.bodies["p"].angle[1:] == pytest.approx(np.arccos(apart[1:] / 2), abs=1e-13)

@@ -25,6 +25,8 @@ ATTEMPTS = 6
 TINY = 1e-17
 """Left-over distance to the solution below which no further Newton step is taken [rad]."""
 HALF_TURN = 1.5
+FAR_OFF = 1e3
+"""Largest steps of which the last bits may be counted where the drivers hardly move."""
 RETURN = 1e-7
 """Share of a radian or of the mechanism's length within which two poses are the same one."""
 APART = 1e-3
@@ -136,11 +138,19 @@ class Evaluator:
             for limit in (reach.low, reach.high):
                 if limit is None or limit.kind != "limit":
                     continue
-                tolerance = 8 * np.finfo(float).eps * max(abs(limit.s), path.largest)
+                tolerance = 8 * np.finfo(float).eps * self._coarse(path, limit.s)
                 for k in np.flatnonzero(np.abs(s - limit.s) <= tolerance):
                     if limit not in found.setdefault(int(k), []):
                         found[int(k)].append(limit)
         return found
+
+    @staticmethod
+    def _coarse(path: Path, s: float) -> float:
+        """Return what the last bits of a place are a share of: its own, or the drivers' values."""
+        u, rate, *_ = path.motion(s)
+        moving = rate != 0
+        known = min(np.abs(u[moving] / rate[moving]).max(initial=0.0), FAR_OFF * path.largest)
+        return max(abs(s), path.largest, float(known))
 
     def _turn_round(
         self, path: Path, s: Any, alive: Any, limits: dict[int, list[Limit]]

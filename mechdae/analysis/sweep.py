@@ -17,7 +17,13 @@ from mechdae.analysis.numbers import Constants, driver_size, mechanism_scale, na
 from mechdae.analysis.path import Path
 from mechdae.analysis.report import begins_singular, limit_events, report
 from mechdae.analysis.setting import Run, Setting, covered, first_pose, prepare
-from mechdae.analysis.several import along_a_line, approach, from_pose_to_pose, scales
+from mechdae.analysis.several import (
+    along_a_line,
+    approach,
+    from_pose_to_pose,
+    leaving,
+    scales,
+)
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Sweep
 from mechdae.errors import SolveError
@@ -82,6 +88,11 @@ def _followed(setting: Setting, task: Sweep) -> Run:
     start = approach(setting, u, x, to)
     if start is not None:
         return _along(setting, task, to, start)
+    laws = plan.timing
+    way = laws and (lambda times: laws.course.sampled(times, 0)[0])
+    if found := way and leaving(setting, u, x, way, laws.times):
+        begin, start = found
+        return _along(setting, task, way(np.array([begin]))[0], start, begin)
     if plan.values is None:
         raise SolveError(
             "a limit position lies between the sketch and the values of the held drivers",
@@ -90,8 +101,12 @@ def _followed(setting: Setting, task: Sweep) -> Run:
     return from_pose_to_pose(setting, task, u, x)
 
 
-def _along(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
-    """Return the poses along one parameter: the value of the driver that moves, or time."""
+def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = None) -> Run:
+    """Return the poses along one parameter: the value of the driver that moves, or time.
+
+    The path starts from unknowns `x` at drivers' values `u`, at the time `begin` of laws where
+    that is not their first.
+    """
     plan, graphs, laws = setting.plan, setting.graphs, setting.plan.timing
     moving, is_angle = plan.lead, graphs.turns
     model, c = setting.scene.model, plan.coordinates[plan.lead]
@@ -99,7 +114,8 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     closed = contact is not None and contact.closed
     scale = mechanism_scale(model.mechanism)
     size = driver_size(model, c, scale)
-    begin = float(laws.times[0] if laws else u[moving])
+    if begin is None:
+        begin = float(laws.times[0] if laws else u[moving])
     if laws:
         largest = _largest(laws, scales(setting))
         span, margin = laws.course.sampled(laws.dense)[0], 0.1 * scales(setting)

@@ -831,6 +831,7 @@ class Drawer:
             must = ("triad",)
         if self.family == "parallel" and rng.random() < 0.4:
             must = ("triad", "geared", "planet", "gear", "gear")
+            must = must if self.driver == "crank" else ("triad",)
         when = int(rng.integers(count)) if must else -1
         for number in range(count):
             for _ in range(40):
