@@ -149,7 +149,10 @@ def check_motion(mechanism: Mechanism, task: Motion) -> None:
     for key in ("v_s", "omega_s"):
         if getattr(task, key) is not None and task.friction != "smooth":
             raise InputError(f"'{key}' belongs to friction = \"smooth\"", where=key)
-    for given in (task.until, *(task.at or ()), task.tolerance, task.v_s, task.omega_s):
+    for given in (
+        *(task.until, *(task.at or ()), task.tolerance),
+        *(task.max_step, task.v_s, task.omega_s),
+    ):
         for used in sorted(names_in(given)) if isinstance(given, str) else ():
             if used not in known:
                 raise UnknownName("parameter", used, known)

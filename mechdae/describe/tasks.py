@@ -163,6 +163,7 @@ class Motion(Task):
     at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
     poses: int | None = key("whole", None, doc="outputs at equal intervals")
     tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
+    max_step: Number | None = key("number", None, doc="longest step [s]")
     method: str | None = key("text", None, choices=("explicit", "bdf", "auto"))
     friction: str | None = key("text", None, choices=("event", "smooth", "none"))
     v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")

@@ -157,17 +157,18 @@ class Stepper:
 
     @cached_property
     def trial(self) -> Any:
-        """(state, [t_end, tol, signs]) -> state after one trial step."""
+        """(state, [t_end, tol, longest step, signs]) -> state after one trial step."""
         lay = self.layout
         state = self.kind.sym("state", lay.size)
-        numbers = self.kind.sym("numbers", 2 + self.kernel.signs.numel())
-        end, tol, signs = numbers[0], numbers[1], numbers[2:]
+        numbers = self.kind.sym("numbers", 3 + self.kernel.signs.numel())
+        end, tol, longest, signs = numbers[0], numbers[1], numbers[2], numbers[3:]
         part = {name: state[lay[name]] for name in lay._slices}
         t, x, v, a, m, w = (part[name] for name in ("t", "x", "v", "a", "m", "w"))
         left = end - t
-        near = part["h"] >= left * (1 - 1e-10)
-        half = part["h"] > left / 2
-        h = ca.if_else(near, left, ca.if_else(half, left / 2, part["h"]))
+        wanted = ca.fmin(part["h"], longest)
+        near = wanted >= left * (1 - 1e-10)
+        half = wanted > left / 2
+        h = ca.if_else(near, left, ca.if_else(half, left / 2, wanted))
         omega = self._frequency(v, a)
         top = ca.fmax(part["omega"], omega)
         slowest = ca.fmax(omega, SLOW * top)

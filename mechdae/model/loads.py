@@ -74,6 +74,8 @@ class Loads:
         self.directions: list[Direction] = []
         self.time = SX.sym(TIME)
         self.uses_time: list[str] = []
+        self.varying: list[Any] = []
+        self.timed: list[Any] = []
         self.wrenches: dict[str, Wrench] = {}
         self.bodies: set[str] = set()
         self._known: dict[str, Any] = {
@@ -119,9 +121,11 @@ class Loads:
             c = coordinate(self.model.mechanism, base)
             known[used] = self._speed(c) if order else self.model.coordinate(c)
             self._note(c)
+        built = SX(build(value, known, FUNCTIONS))
         if TIME in names_in(value):
             self.uses_time.append(load.name)
-        return SX(build(value, known, FUNCTIONS))
+            self.varying.append(built)
+        return built
 
     def _note(self, c: Coordinate) -> None:
         joints = self.model.mechanism.joints

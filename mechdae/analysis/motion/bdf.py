@@ -51,6 +51,7 @@ class Bdf(Integrator):
         super().__init__(setup)
         self.active = active
         self.switched = False
+        self._short: dict[int, Any] = {}
 
     @property
     def implicit(self) -> bool:
@@ -84,12 +85,21 @@ class Bdf(Integrator):
         found = {"t": s, "x": y, "p": p, "ode": rates}
         return found | ({"quad": span * power / energy} if stepper.works else {})
 
-    def _solver(self, count: int) -> Any:
+    def _limited(self, share: float) -> Any:
+        """Return the solver of a window whose steps are not longer than about a share of it."""
+        if share >= 1:
+            return self._window
+        power = min(int(np.floor(np.log2(share))), 0)
+        if power not in self._short:
+            self._short[power] = self._solver(COUNT, 2.0**power)
+        return self._short[power]
+
+    def _solver(self, count: int, longest: float = 0.0) -> Any:
         tolerance = STRICT * self.setup.tolerance
         options = {
             "reltol": ROUNDED, "abstol": tolerance, "max_num_steps": STEPS,
             "disable_internal_warnings": True, "show_eval_warnings": False,
-            "quad_err_con": True,
+            "quad_err_con": True, "max_step_size": longest,
         }  # fmt: skip
         grid = (np.arange(1, count + 1) / count).tolist()
         with quiet():
@@ -161,33 +171,36 @@ class Bdf(Integrator):
         grain = ROUNDING * (1 + float(np.max(np.abs(x / self.kernel.sizes), initial=0.0)))
         return x, v, miss <= CLOSED * self.setup.tolerance + grain
 
-    def steps(self, state: Any, signs: Any) -> Iterator[Nodes]:
-        """Yield accepted steps, windows of states once a force is stiff, until the end."""
+    def steps(
+        self, state: Any, signs: Any, end: float | None = None, longest: float = np.inf
+    ) -> Iterator[Nodes]:
+        """Yield accepted steps, windows of states once a force is stiff, until a time."""
+        end = self.setup.end if end is None else end
         if not self.active:
-            for nodes in super().steps(state, signs):
+            for nodes in super().steps(state, signs, end, longest):
                 yield nodes
                 state = nodes.states[-1]
                 if self.active:
                     break
             else:
                 return
-        yield from self._windows(state, signs)
+        yield from self._windows(state, signs, end, longest)
 
-    def _windows(self, state: Any, signs: Any) -> Iterator[Nodes]:
-        """Yield windows of states until the end of the motion or one of no length."""
-        lay, end = self.layout, self.setup.end
+    def _windows(self, state: Any, signs: Any, end: float, limit: float) -> Iterator[Nodes]:
+        """Yield windows of states until a time or one of no length; no step is beyond a limit."""
+        lay = self.layout
         longest = np.inf
         while state[lay["t"]][0] < end:
             t = float(state[lay["t"]][0])
             omega = self._frequency(state[lay["v"]], state[lay["a"]])
-            fine = FINE / omega if omega > 0 else np.inf
+            fine = min(FINE / omega if omega > 0 else np.inf, limit)
             span = min(COUNT * self._spacing(fine), longest)
             last = span >= (end - t) * (1 - 1e-10)
             span = end - t if last else span
-            states = self._integrated(self._window, state, span, signs)
+            states = self._integrated(self._limited(limit / span), state, span, signs)
             if states is None:
                 longest = span / SHORTER
-                if longest < LEAST * end:
+                if longest < LEAST * self.setup.end:
                     state = state.copy()
                     state[lay["h"]] = span
                     yield Nodes(state[None, :], signs, True)

@@ -7,15 +7,19 @@ from functools import cached_property
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from mechdae.analysis.motion.expressions import over_states
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.setup import Setup
+from mechdae.analysis.motion.watch import Looker, changes
 from mechdae.describe.moving import Crossing, crossings
 from mechdae.errors import MechdaeError
 from mechdae.kernels.batch import Batch
 
 SX = ca.SX
+ROUNDING = 4e-15
+"""Value of a crossing, over the sizes it is made of, that is none."""
 
 
 @dataclass(frozen=True)
@@ -36,50 +40,60 @@ class Crossings:
         self.wanted = crossings(setup.problem.mechanism, setup.task)
         self.found: list[Found] = []
 
-    def rows(self) -> list[Any]:
-        """Return what is left to each crossing, over time and state."""
-        model, r = self.setup.model, self.setup.released
-        rows = []
+    @cached_property
+    def expressions(self) -> list[Any]:
+        """What is left to each crossing, over time and absolute coordinates."""
+        found = []
         for i, crossing in enumerate(self.wanted):
             try:
-                found = over_states(model, self.setup.loads, crossing.text, {})
+                own = over_states(self.setup.model, self.setup.loads, crossing.text, {})
             except MechdaeError as problem:
                 raise problem.inside(f"events[{i}]") from None
-            rows.append(r.moved(found) - crossing.value)
-        return rows
+            found.append(own - crossing.value)
+        return found
+
+    def rows(self) -> list[Any]:
+        """Return what is left to each crossing, over time and state."""
+        return [self.setup.released.moved(own) for own in self.expressions]
 
     @cached_property
     def _function(self) -> Batch:
-        return Batch(self.setup.kernel.function("events", [ca.vertcat(*self.rows())]), [3])
+        """(t, x, v, signs) -> what is left to each crossing, and the size of its rounding."""
+        r, k = self.setup.released, self.setup.kernel
+        rows = ca.vertcat(*self.rows())
+        omega = SX.sym("omega")
+        size = ca.fabs(rows)
+        for symbols, sizes in ((r.x, ca.DM(k.sizes)), (r.v, omega * ca.DM(k.sizes))):
+            size += ca.fabs(ca.jacobian(rows, symbols)) @ (ca.fabs(symbols) + sizes)
+        results = [ca.densify(rows), ca.densify(size)]
+        return Batch(k.function("events", results, [omega]), [3])
 
-    def values(self, states: Any, signs: Any) -> Any:
-        """Return what is left to each crossing, (n, crossings)."""
-        lay = self.integrator.layout
-        t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
-        return self._function(t[:, None], x, v, signs)[0]
+    def values(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return what is left to each crossing, (n, crossings); what is rounding is 0."""
+        omega = np.max(np.abs(v) / self.setup.kernel.sizes, axis=1, initial=0.0)
+        left, size = self._function(t, x, v, signs, omega[:, None])
+        return np.where(np.abs(left) <= ROUNDING * size, 0.0, left)
 
     def look(self, nodes: Nodes) -> Found | None:
         """Look for crossings in accepted steps; return the first that stops the motion."""
-        if not self.wanted:
+        if not self.wanted or len(nodes.states) < 2:
             return None
-        lay, states = self.integrator.layout, nodes.states
-        values = self.values(states, nodes.signs)
+        lay, signs = self.integrator.layout, nodes.signs
+
+        def values(t: Any, x: Any, v: Any) -> Any:
+            return self.values(t, x, v, signs)
+
+        def value(state: Any, which: int) -> float:
+            t, x, v = (lay.of(state, name) for name in ("t", "x", "v"))
+            return float(self.values(np.reshape(t, (1, 1)), x[None, :], v[None, :], signs)[0, which])
+
+        looker = Looker(self.integrator, nodes, value)
         found: list[Found] = []
-        for k, crossing in enumerate(self.wanted):
-            own = values[:, k]
-            for i in range(len(own) - 1):
-                rises = own[i] < 0 <= own[i + 1]
-                falls = own[i] > 0 >= own[i + 1]
-                if (rises and crossing.direction != "down") or (
-                    falls and crossing.direction != "up"
-                ):
-                    h = float(lay.of(states[i + 1], "t") - lay.of(states[i], "t"))
-
-                    def value(state: Any, k: int = k) -> float:
-                        return float(self.values(state[None, :], nodes.signs)[0, k])
-
-                    state = self.integrator.located(states[i], h, nodes.signs, value)
-                    found.append(Found(crossing, state, bool(rises), nodes.signs))
+        for sign in changes(lay, nodes, values):
+            crossing = self.wanted[sign.which]
+            for state, before in looker.states(sign):
+                if crossing.direction != ("down" if before < 0 else "up"):
+                    found.append(Found(crossing, state, before < 0, signs))
         found.sort(key=lambda entry: float(lay.of(entry.state, "t")))
         stop = next((k for k, entry in enumerate(found) if entry.crossing.stop), None)
         self.found += found if stop is None else found[: stop + 1]

@@ -127,10 +127,12 @@ class Integrator:
     def _frequency(self, v: Any, a: Any) -> float:
         return float(np.array(self.stepper.frequency(v, a)).ravel()[0])
 
-    def steps(self, state: Any, signs: Any) -> Iterator[Nodes]:
-        """Yield accepted steps until the end of the motion or a step size of nothing."""
-        lay, end = self.layout, self.setup.end
-        numbers = np.concatenate([[end, self.setup.tolerance], signs])
+    def steps(
+        self, state: Any, signs: Any, end: float | None = None, longest: float = np.inf
+    ) -> Iterator[Nodes]:
+        """Yield accepted steps, none longer than `longest`, until a time or a step of nothing."""
+        lay, end = self.layout, self.setup.end if end is None else end
+        numbers = np.concatenate([[end, self.setup.tolerance, longest], signs])
         while state[lay["t"]][0] < end:
             state = state.copy()
             state[lay["passed"]] = 0
@@ -141,7 +143,8 @@ class Integrator:
             self.rejected += trials - int(good.sum())
             self.rhs += STAGES * trials
             last = states[-1]
-            stalled = bool(not last[lay["t"]][0] >= end and not last[lay["h"]][0] > LEAST * end)
+            least = LEAST * self.setup.end
+            stalled = bool(not last[lay["t"]][0] >= end and not last[lay["h"]][0] > least)
             nodes = np.vstack([state[None, :], states[good]])
             state = last
             if len(nodes) > 1 or stalled:
@@ -192,19 +195,22 @@ class Integrator:
         """Return the rates of x on the constraints and with locks."""
         return self._project(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
 
-    def located(self, state: Any, h: float, signs: Any, value: Callable[[Any], float]) -> Any:
+    def located(
+        self, state: Any, h: float, signs: Any, value: Callable[[Any], float], low: float = 0.0
+    ) -> Any:
         """Return the state inside a step where a value over states vanishes.
 
         The step is repeated with other sizes: the root is as exact as the integration. The value
-        has different signs at both ends.
+        has different signs at both ends, the times `low` and `h` after the state.
         """
         if h <= 0:
             return state
-        first = value(state)
+        begin = self.stepped(state, low, signs) if low > 0 else state
+        first = value(begin)
         if first == 0:
-            return state
+            return begin
         # inverse quadratic interpolation where it is safe, else bisection (Chandrupatla 1997)
-        one, two = (h, self.stepped(state, h, signs)), (0.0, state)
+        one, two = (h, self.stepped(state, h, signs)), (low, begin)
         (f1, f2), three, f3 = (value(one[1]), first), one, 0.0
         share = f1 / (f1 - f2) if f1 != f2 else 0.5
         for _ in range(ROOT):

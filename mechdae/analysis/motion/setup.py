@@ -34,6 +34,8 @@ TOLERANCE = 1e-9
 TIGHTEST = 1e-14
 STILL = 1e-12
 """Way until the end, in natural sizes, of a law that counts as standing still."""
+SHORTEST = 1e-9
+"""Share of the whole time that the longest step has to have."""
 DRIVERS = "drivers"
 """Name of the work that laws of time put in."""
 
@@ -44,7 +46,8 @@ class Setup:
 
     ``end`` is the last time, ``times`` those of the outputs, None for the steps themselves;
     ``notes`` what was assumed; ``held`` are coordinates
-    that nothing moves, ``meshes`` gears, racks and belts with the forces of their teeth.
+    that nothing moves, ``meshes`` gears, racks and belts with the forces of their teeth;
+    ``longest`` is the longest step asked for, ``pieces`` those of tables over the time that hold.
     """
 
     problem: Problem
@@ -59,6 +62,8 @@ class Setup:
     notes: list[str] = field(default_factory=list)
     held: dict[tuple[str, str], float] = field(default_factory=dict)
     meshes: dict[str, Mesh] = field(default_factory=dict)
+    longest: float | None = None
+    pieces: Any = field(default_factory=lambda: np.zeros(0))
 
     @cached_property
     def plain(self) -> Released:
@@ -99,8 +104,12 @@ class Setup:
 
     @property
     def loose(self) -> Any:
-        """Inputs of dry friction that neither rubs nor locks."""
-        return np.zeros(self.rubbing.signs.numel())
+        """Inputs of dry friction that neither rubs nor locks, with the pieces of tables."""
+        return np.concatenate([np.zeros(self.rubbing.signs.numel()), self.pieces])
+
+    def renewed(self, signs: Any) -> Any:
+        """Return inputs of dry friction with the pieces of tables that hold now."""
+        return np.concatenate([signs[: self.rubbing.signs.numel()], self.pieces])
 
     @cached_property
     def force_kernel(self) -> Kernel:
@@ -213,11 +222,19 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
         raise InputError(
             f"a number from {TIGHTEST:g} to 0.01 is needed, not {tolerance:g}", where="tolerance"
         )
+    longest = None if task.max_step is None else evaluate(task.max_step, known)
+    if longest is not None and not longest >= SHORTEST * end:
+        raise InputError(
+            f"a time above 0 is needed, {SHORTEST:g} of the whole at least, not {longest:g}",
+            where="max_step",
+        )
     model = Model(mechanism)
     loads = Loads(model, gradual=task.friction == "smooth")
     laws = _laws(model, loads, task)
     scale = mechanism_scale(mechanism)
-    return Setup(problem, task, model, loads, laws, end, times, tolerance, scale, notes)
+    found = Setup(problem, task, model, loads, laws, end, times, tolerance, scale, notes)
+    found.longest = longest
+    return found
 
 
 def as_motion(task: Equilibrium) -> Motion:

@@ -26,6 +26,7 @@ from mechdae.analysis.motion.onset import onset
 from mechdae.analysis.motion.setup import Setup
 from mechdae.analysis.motion.sizes import Sizes
 from mechdae.analysis.motion.verdict import NoWay
+from mechdae.analysis.motion.watch import Looker, changes
 from mechdae.kernels.batch import Batch
 
 RESTS = 1e-9
@@ -41,12 +42,6 @@ CLOSE = 1e-13
 """The same between steps, where the limit is reached."""
 STARTS = 1e-12
 """Share of the acceleration without friction from which a mechanism at rest starts."""
-NEAR = 0.2
-"""Speed between two steps, over that at their ends, below which a dip is looked into."""
-SAMPLES = np.arange(1, 8) / 8
-"""Shares of a step at which speeds are looked at."""
-FINER = 6
-"""Times that the neighbourhood of the lowest one is looked at more closely."""
 SOON = 1e-9
 """Share of the whole time after which forces tell the side of a start that is about to come."""
 IDLE = 2.0
@@ -128,7 +123,12 @@ class Sticking:
         still = np.zeros(self.k)
         still[list(resting)] = 1.0
         own = np.where(sides == IDLE, 0.0, sides)
-        return np.concatenate([own, np.where(sides == 0, 1.0, 0.0), still])
+        return np.concatenate([own, np.where(sides == 0, 1.0, 0.0), still, self.setup.pieces])
+
+    def resumed(self, signs: Any) -> Any:
+        """Return inputs of dry friction with the pieces of tables that hold now."""
+        self._last = self.setup.renewed(self._last)
+        return self.setup.renewed(signs)
 
     def sides(self, signs: Any) -> Any:
         """Return -1, 0 (locked), 1 or IDLE by slip."""
@@ -312,26 +312,12 @@ class Sticking:
 
     # -- events --------------------------------------------------------------------------------
 
-    def _margins(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
-        """Return what is left to each event, (n, k): below zero it has happened."""
-        speeds, _, held, low, high, _ = self.values(t, x, v, signs)
-        sides = self.sides(signs)
-        self._strongest = max(self._strongest, float(np.max(high, initial=0.0)))
-        self._fastest = max(
-            self._fastest, float(np.max(np.abs(speeds) / self._sizes(), initial=0.0))
-        )
-        slack = np.minimum(high - held, held - low)
-        slack += CLOSE * np.maximum(np.abs(high), np.abs(low))
-        for k in np.flatnonzero(sides == IDLE).tolist():
-            slack[:, k] = high[:, self._other[k]] - high[:, k] + SLACK * self._strongest
-        return np.where((sides == 0) | (sides == IDLE), slack, speeds * sides)
-
     def _starts(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
         """Return what is left (n,) until locks of one freedom, more than it needs, give way.
 
         The accelerations to both sides with friction at rest, over those without friction.
         """
-        t, x, v = np.atleast_1d(t), np.atleast_2d(x), np.atleast_2d(v)
+        t = np.ravel(t)
         sides = self.sides(signs).copy()
         locked = np.flatnonzero(sides == 0)
         J, C = self._jacobians(float(t[0]), x[0], v[0])
@@ -371,56 +357,78 @@ class Sticking:
             return None
         lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
         t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
-        margins = self._margins(t, x, v, signs)
         sides = self.sides(signs)
         self.verdict = self._verdict(nodes)
-        locked = np.flatnonzero(sides == 0)
-        shared = len(locked) > 0 and not self.unique(float(t[0]), x[0], v[0], signs)
-        if shared:
-            margins[:, (sides == 0) | (sides == IDLE)] = 1.0
-            margins[:, locked[0]] = self._starts(t, x, v, signs)
-        dips = self._dips(nodes, margins)
-        late = (margins[1:] < 0) | (dips > 0)
-        if not late.any():
-            return None
-        for i in np.flatnonzero(late.any(axis=1)).tolist():
-            first = self._first(nodes, i, np.flatnonzero(late[i]), margins[i], dips[i], shared)
-            if first is not None:
-                return first
-        return None  # dips that stay above zero
+        shared = bool((sides == 0).any()) and not self.unique(float(t[0]), x[0], v[0], signs)
+        watched = self._watched(sides, shared)
+        values = self._functions(watched, signs)
+        for (k, word), own in zip(watched, values(t[:1, None], x[:1], v[:1])[0], strict=True):
+            if word != "speed" and own < 0:  # over its limit from the start
+                return Turn(states[0], k, word in ("below", "above"), True)
+        self._faster(t, x, v, signs)
 
-    def _first(
-        self, nodes: Nodes, i: int, slips: Any, margins: Any, dips: Any, shared: bool
-    ) -> Turn | None:
-        """Return the first event of some slips in a step, None where dips stay above zero."""
-        lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
-        sides = self.sides(signs)
+        def value(state: Any, which: int) -> float:
+            at = (np.reshape(lay.of(state, "t"), (1, 1)), lay.of(state, "x"), lay.of(state, "v"))
+            one = self._functions(watched[which : which + 1], signs)
+            return float(one(at[0], at[1][None, :], at[2][None, :])[0, 0])
+
+        looker = Looker(self.integrator, nodes, value)
         first: Turn | None = None
-        for k in slips.tolist():
-            stuck, idle = bool(sides[k] == 0), bool(sides[k] == IDLE)
-            if margins[k] < 0 and (stuck or idle):  # over its limit from the start
-                return Turn(states[i], k, stuck and not shared, True)
-
-            def value(state: Any, k: int = k, probed: bool = shared and stuck) -> float:
-                at = (lay.of(state, "t"), lay.of(state, "x"), lay.of(state, "v"))
-                if probed:
-                    return float(self._starts(*at, signs)[0])
-                if abs(sides[k]) == 1:  # it slides: its speed alone
-                    t, x, v = np.reshape(at[0], (1, 1)), at[1][None, :], at[2][None, :]
-                    return float(self._speeds(t, x, v, signs)[0][0, k] * sides[k])
-                return float(self._margins(*at, signs)[0, k])
-
-            begin, h = states[i], float(lay.of(states[i + 1], "t") - lay.of(states[i], "t"))
-            if dips[k] > 0:
-                h *= dips[k]
-                if value(self.integrator.stepped(begin, h, signs)) >= 0:
-                    continue
-            if margins[k] <= 0:
-                begin, h = self._ahead(begin, h, signs, value)
-            state = self.integrator.located(begin, h, signs, value)
-            if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
-                first = Turn(state, k, stuck and not shared, stuck or idle)
+        row = 0
+        for sign in changes(lay, nodes, values, falls=True):
+            if first is not None and sign.row > row:
+                break
+            for state, _ in looker.states(sign)[:1]:
+                if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
+                    k, word = watched[sign.which]
+                    first = Turn(state, k, word in ("below", "above"), word != "speed")
+                    row = sign.row
         return first
+
+    def _watched(self, sides: Any, shared: bool) -> list[tuple[int, str]]:
+        """Return what is watched: slips with what happens to them where it falls below zero."""
+        found: list[tuple[int, str]] = []
+        locked = np.flatnonzero(sides == 0).tolist()
+        for k, side in enumerate(sides.tolist()):
+            if abs(side) == 1:
+                found.append((k, "speed"))
+            elif shared:
+                found += [(k, "starts")] if locked and k == locked[0] else []
+            else:
+                found += [(k, "pressed")] if side == IDLE else [(k, "below"), (k, "above")]
+        return found
+
+    def _functions(self, watched: list[tuple[int, str]], signs: Any) -> Any:
+        """Return the function (t (n, 1), x, v) -> what is left to each event, (n, watched).
+
+        A sliding speed over its sign, what a force that holds lacks to its limits, what lets the
+        side of a slot free, what keeps locks of one freedom from giving way.
+        """
+        words = {word for _, word in watched}
+
+        def values(t: Any, x: Any, v: Any) -> Any:
+            found = np.empty((len(t), len(watched)))
+            speeds = self._speeds(t, x, v, signs)[0] if "speed" in words else None
+            held = low = high = None
+            if words & {"below", "above", "pressed"}:
+                _, _, held, low, high, _ = self.values(t, x, v, signs)
+            for j, (k, word) in enumerate(watched):
+                if word == "speed":
+                    found[:, j] = speeds[:, k] * signs[k]
+                elif word == "starts":
+                    found[:, j] = self._starts(t, x, v, signs)
+                elif word == "pressed":
+                    top = np.maximum(high[:, self._other[k]], high[:, k])
+                    self._strongest = max(self._strongest, float(np.nan_to_num(top).max(initial=0.0)))
+                    slack = SLACK * self._strongest
+                    found[:, j] = high[:, self._other[k]] - high[:, k] + slack
+                else:
+                    slack = CLOSE * np.maximum(np.abs(high[:, k]), np.abs(low[:, k]))
+                    left = held[:, k] - low[:, k] if word == "below" else high[:, k] - held[:, k]
+                    found[:, j] = left + slack
+            return found
+
+        return values
 
     @cached_property
     def _speeds(self) -> Batch:
@@ -428,61 +436,10 @@ class Sticking:
         at = [k.t, k.x, k.v, k.signs]
         return Batch(ca.Function("speeds", at, [k.locking(*at)[2]]), [3])
 
-    def _between(self, before: Any, after: Any, shares: Any, signs: Any) -> Any:
-        """Return speeds of the slips (n, k) inside a step, times their sides.
-
-        Coordinates and rates are cubics, times in laws are exact.
-        """
-        lay, s = self.integrator.layout, np.asarray(shares, float)[:, None]
-        t0, t1 = (float(lay.of(state, "t")) for state in (before, after))
-        h, found = t1 - t0, []
-        for name, rate in (("x", "v"), ("v", "a")):
-            y0, y1 = lay.of(before, name), lay.of(after, name)
-            d0, d1 = h * lay.of(before, rate), h * lay.of(after, rate)
-            bent = (1 - 2 * s) * (y1 - y0) + (s - 1) * d0 + s * d1
-            found.append((1 - s) * y0 + s * y1 + s * (s - 1) * bent)
-        speeds = self._speeds(t0 + s * h, *found, signs)[0]
-        return speeds * signs[: self.k]
-
-    def _dips(self, nodes: Nodes, margins: Any) -> Any:
-        """Return where in each step (n, k) a sliding speed may fall below zero and come back.
-
-        Shares of the step at which it is lowest, 0 where it stays well above zero.
-        """
-        states, signs = nodes.states, nodes.signs
-        shares = np.zeros_like(margins[1:])
-        sliding = np.flatnonzero(signs[: self.k] != 0)
-        for i in range(len(states) - 1):
-            ends = np.minimum(margins[i], margins[i + 1])
-            if not len(sliding) or not (ends[sliding] > 0).any():
-                continue
-            inside = self._between(states[i], states[i + 1], SAMPLES, signs)
-            for k in sliding:
-                top = max(margins[i, k], margins[i + 1, k])
-                j = int(np.argmin(inside[:, k]))
-                if ends[k] <= 0 or inside[j, k] >= min(NEAR * top, ends[k]):
-                    continue
-                low, high = SAMPLES[j] - SAMPLES[0], SAMPLES[j] + SAMPLES[0]
-                for _ in range(FINER):
-                    finer = np.linspace(low, high, 9)
-                    own = self._between(states[i], states[i + 1], finer, signs)[:, k]
-                    place = int(np.argmin(own))
-                    low, high = finer[max(place - 1, 0)], finer[min(place + 1, 8)]
-                shares[i, k] = finer[place]
-        return shares
-
-    def _ahead(self, state: Any, h: float, signs: Any, value: Any) -> tuple[Any, float]:
-        """Return a state inside a step where a speed that begins at zero is above it.
-
-        It comes back to zero in the same step; the second result is what is left of the step. Where
-        no such state is found the first one is returned with nothing left.
-        """
-        for k in range(1, 40):
-            size = h / 2**k
-            found = self.integrator.stepped(state, size, signs)
-            if value(found) > 0:
-                return found, h - size
-        return state, 0.0
+    def _faster(self, t: Any, x: Any, v: Any, signs: Any) -> None:
+        """Keep the largest speed of all slips."""
+        speeds = np.abs(self._speeds(t[:, None], x, v, signs)[0]) / self._sizes()
+        self._fastest = max(self._fastest, float(np.max(speeds, initial=0.0)))
 
     def note(self, t: float, turn: Turn, signs: Any) -> None:
         """Keep an event, unless it is one of a side of a slot that nothing presses."""

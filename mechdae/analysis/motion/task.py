@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.motion.bdf import Bdf
+from mechdae.analysis.motion.clock import Clock, pieces
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.analysis.motion.creep import Creep
 from mechdae.analysis.motion.endings import Growth, check_dead_start, feasible, stalled
@@ -152,13 +153,17 @@ def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
         kept.add(0.0, x, v, np.zeros(lay.works), signs)
     if run.fault:
         return
+    clock = Clock(setup, x, v, run.crossings.expressions)
     state = integrator.first(0.0, x, v, np.zeros(lay.works), signs)
+    if clock.begin() > 0:
+        state, signs = _resumed(run, state, signs, clock.begin())
     while True:
         if sticking.final(signs, *(lay.of(state, part) for part in ("t", "x", "v"))):
             _rest(run, kept, state, signs)
             return
-        turn = None
-        for nodes in integrator.steps(state, signs):
+        turn, stop = None, None
+        stretch = clock.stretch(float(lay.of(state, "t")))
+        for nodes in integrator.steps(state, signs, stretch.end, stretch.longest):
             turn, lost = sticking.look(nodes), sticking.verdict
             nodes = _until(nodes, None if turn is None else turn.state, lay)
             if lost is not None and (turn is None or lost[0][0] < turn.state[0]):
@@ -191,7 +196,17 @@ def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
                 else:
                     run.end(*stalled(setup, integrator, sticking, run.last, nodes.signs))
         if turn is None:
-            return
+            if stop is not None or run.fault or stretch.end >= setup.end:
+                return
+            state = state if run.last is None else run.last
+            if stretch.bends:
+                fault = clock.impact(stretch)
+                if fault is not None:
+                    t = stretch.end
+                    run.end(fault, {"kind": "impact", "code": "S9", "at": t, "time": t})
+                    return
+                state, signs = _resumed(run, state, signs, stretch.resume)
+            continue
         after = turn.state
         t = float(lay.of(after, "t"))
         x, v, w = (after[lay[part]] for part in ("x", "v", "w"))
@@ -215,6 +230,17 @@ def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
         state = integrator.first(t, x, v, w, signs, h)
         trials = after[lay["trials"]]
         state[lay["trials"]] = trials
+
+
+def _resumed(run: Run, state: Any, signs: Any, t: float) -> tuple[Any, Any]:
+    """Return the state and the inputs of friction right behind a breakpoint."""
+    integrator, lay = run.integrator, run.integrator.layout
+    run.setup.pieces = pieces(run.setup, t)
+    signs = run.sticking.resumed(signs)
+    x, v, w = (state[lay[part]] for part in ("x", "v", "w"))
+    found = integrator.first(t, x, v, w, signs, float(lay.of(state, "h")))
+    found[lay["trials"]] = state[lay["trials"]]
+    return found, signs
 
 
 def _rest(run: Run, kept: Kept, state: Any, signs: Any) -> None:
