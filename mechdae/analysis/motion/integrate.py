@@ -195,22 +195,33 @@ class Integrator:
         """Return the rates of x on the constraints and with locks."""
         return self._project(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
 
-    def located(
-        self, state: Any, h: float, signs: Any, value: Callable[[Any], float], low: float = 0.0
-    ) -> Any:
+    def located(self, state: Any, h: float, signs: Any, value: Callable[[Any], float]) -> Any:
         """Return the state inside a step where a value over states vanishes.
 
         The step is repeated with other sizes: the root is as exact as the integration. The value
-        has different signs at both ends, the times `low` and `h` after the state.
+        has different signs at both ends.
         """
         if h <= 0:
             return state
-        begin = self.stepped(state, low, signs) if low > 0 else state
-        first = value(begin)
+        return self.met(state, (0.0, state), (h, self.stepped(state, h, signs)), signs, value)
+
+    def met(
+        self,
+        state: Any,
+        low: tuple[float, Any],
+        high: tuple[float, Any],
+        signs: Any,
+        value: Callable[[Any], float],
+    ) -> Any:
+        """Return the state between two others where a value over states vanishes.
+
+        They are states behind the first one with the times from there.
+        """
+        h, first = high[0], value(low[1])
         if first == 0:
-            return begin
+            return low[1]
         # inverse quadratic interpolation where it is safe, else bisection (Chandrupatla 1997)
-        one, two = (h, self.stepped(state, h, signs)), (low, begin)
+        one, two = high, low
         (f1, f2), three, f3 = (value(one[1]), first), one, 0.0
         share = f1 / (f1 - f2) if f1 != f2 else 0.5
         for _ in range(ROOT):

@@ -201,6 +201,7 @@ class Looker:
     ) -> None:
         self.integrator, self.nodes, self.value = integrator, nodes, value
         self.lay = integrator.layout
+        self._known: dict[tuple[int, float], Any] = {}
 
     def _step(self, row: int) -> tuple[Any, float]:
         states = self.nodes.states
@@ -213,7 +214,9 @@ class Looker:
             return begin
         if share >= 1:
             return self.nodes.states[row + 1]
-        return self.integrator.stepped(begin, share * h, self.nodes.signs)
+        if (row, share) not in self._known:
+            self._known[row, share] = self.integrator.stepped(begin, share * h, self.nodes.signs)
+        return self._known[row, share]
 
     def states(self, sign: Sign) -> list[tuple[Any, float]]:
         """Return the states at which a function changes its sign, with the sign before."""
@@ -242,8 +245,9 @@ class Looker:
 
     def _located(self, sign: Sign, low: float, high: float) -> Any:
         begin, h = self._step(sign.row)
-        return self.integrator.located(
-            begin, high * h, self.nodes.signs, lambda own: self.value(own, sign.which), low * h
+        ends = [(share * h, self.at(sign.row, share)) for share in (low, high)]
+        return self.integrator.met(
+            begin, *ends, self.nodes.signs, lambda own: self.value(own, sign.which)
         )
 
     def _ahead(self, sign: Sign) -> list[tuple[Any, float]]:
