@@ -149,13 +149,12 @@ def check_motion(mechanism: Mechanism, task: Motion) -> None:
     for key in ("v_s", "omega_s"):
         if getattr(task, key) is not None and task.friction != "smooth":
             raise InputError(f"'{key}' belongs to friction = \"smooth\"", where=key)
-    for given in (
-        *(task.until, *(task.at or ()), task.tolerance),
-        *(task.max_step, task.v_s, task.omega_s),
-    ):
+    keys = ("until", "tolerance", "max_step", "v_s", "omega_s")
+    numbers = [(key, getattr(task, key)) for key in keys]
+    for key, given in [*numbers, *(("at", own) for own in task.at or ())]:
         for used in sorted(names_in(given)) if isinstance(given, str) else ():
             if used not in known:
-                raise UnknownName("parameter", used, known)
+                raise UnknownName("parameter", used, known, where=key)
 
 
 def check_equilibrium(mechanism: Mechanism, task: Equilibrium) -> None:

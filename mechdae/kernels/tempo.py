@@ -73,8 +73,6 @@ def _product(a: Any, b: Any) -> Any:
     return np.where(np.isnan(found), 0.0, found)
 
 
-
-
 def _over(a: Any, b: Any, first: Any, least: Any) -> Any:
     """Return the coefficients of a / b."""
     found = np.zeros_like(a)
@@ -141,7 +139,7 @@ class Tempo:
         middle = ARRAYS[code](*[own.middle for own in values])
         if all(own.fixed for own in values):
             return Bound(middle, middle, middle, np.zeros((ORDER + 1, self._size)))
-        operation = self._operations[code] if code in self._operations else _unknown
+        operation = self._operations.get(code, _unknown)
         low, high, terms = operation(*values)
         torn = np.any([np.broadcast_to(own.torn, self._size) for own in values], axis=0)
         if code == ca.OP_SIGN:
@@ -201,9 +199,7 @@ def _unknown(*_: Any) -> tuple[Any, Any, Any]:
 
 
 def _multiplied(a: Bound, b: Bound) -> tuple[Any, Any, Any]:
-    ends = np.array(
-        [_product(one, other) for one in (a.low, a.high) for other in (b.low, b.high)]
-    )
+    ends = np.array([_product(one, other) for one in (a.low, a.high) for other in (b.low, b.high)])
     return ends.min(axis=0), ends.max(axis=0), _times(a.terms, b.terms)
 
 

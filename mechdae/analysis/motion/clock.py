@@ -1,9 +1,9 @@
 """What the time alone does to a motion: how fast loads and laws vary, and when they bend.
 
 Steps do not see what varies with the time alone: a mechanism at rest has no error, and a
-pulse between two places at which forces are looked at is none. So the time is divided into cells over
-each of which all that it does is one polynomial, proved by bounds of Taylor coefficients; steps
-are not longer than two of them. Corners of expressions and rows of tables over the time are
+pulse between two places at which forces are looked at is none. So the time is divided into cells
+over each of which all that it does is one polynomial, proved by bounds of Taylor coefficients;
+steps are not longer than two of them. Corners of expressions and rows of tables over the time are
 breakpoints, at which steps end and begin.
 """
 
@@ -42,6 +42,8 @@ APART = 4
 """Units of the last place between a breakpoint and the times right before and behind it."""
 SAME = 1e-9
 """Share by which a law and its speed may differ on the two sides of a corner."""
+PLACES = 65
+"""Places at which the sizes of laws are looked at."""
 GRAIN = 1e-3
 """Share of the whole time whose last place is the least distance of two times."""
 
@@ -116,11 +118,12 @@ class Clock:
         return self._tempo is not None or bool(self.tables)
 
     def begin(self) -> float:
-        """Return the time right behind the start: 0, or behind a breakpoint there."""
-        if self._tempo is None or self._gaps is None:
+        """Return the time from which a motion goes on: 0, or right behind a breakpoint there."""
+        if self._gaps is None:
             return 0.0
-        sides = np.sign(self._gaps.values(np.array([0.0, 2 * APART * GRAIN * self.end * 2.0**-52])))
-        return float(2 * APART * GRAIN * self.end * 2.0**-52) if (sides[0] != sides[1]).any() else 0.0
+        behind = 2 * APART * float(np.spacing(GRAIN * self.end))
+        sides = np.sign(self._gaps.values(np.array([0.0, behind])))
+        return behind if (sides[0] != sides[1]).any() else 0.0
 
     # -- stretches -----------------------------------------------------------------------------
 
@@ -164,7 +167,7 @@ class Clock:
             marks.append((until, until, False))
         if until >= self.end:
             marks.append((self.end, self.end, False))
-        found = []
+        found: list[Stretch] = []
         for before, after, bend in sorted(set(marks)):
             longest = next((own for end, own in limits if before <= end), limits[-1][1])
             if found and before <= found[-1].resume:  # within rounding of the one before
@@ -224,7 +227,9 @@ class Clock:
         """Return the times right before and behind each corner of expressions."""
         assert self._gaps is not None
         share = (1 - np.cos(np.pi * np.arange(SAMPLES) / (SAMPLES - 1))) / 2
-        times = np.append((starts[:, None] + share[:-1] * (ends - starts)[:, None]).ravel(), ends[-1])
+        times = np.append(
+            (starts[:, None] + share[:-1] * (ends - starts)[:, None]).ravel(), ends[-1]
+        )
         values = self._gaps.values(times)
         found = set()
         for j in range(values.shape[1]):
@@ -279,6 +284,13 @@ class Clock:
         both = ca.Function("laws", [loads.time, symbols, model.p], [values, ca.densify(rates)])
         return lambda t, own: [np.array(part).ravel() for part in both(t, own, model.p_values)]
 
+    @cached_property
+    def _largest(self) -> Any:
+        """Largest sizes of the laws and of their rates, at places of the whole time."""
+        times = np.linspace(0.0, self.end, PLACES)
+        found = np.abs([self._laws(t, pieces(self.setup, t)) for t in times.tolist()])
+        return np.where(np.isfinite(found), found, 0.0).max(axis=0)
+
     def impact(self, stretch: Stretch) -> str | None:
         """Return what is wrong with the laws of time where they bend, None where they are smooth.
 
@@ -288,10 +300,13 @@ class Clock:
             return None
         before = self._laws(stretch.end, self.setup.pieces)
         after = self._laws(stretch.resume, pieces(self.setup, stretch.resume))
-        for law, *own in zip(self.setup.laws, *before, *after, strict=True):
+        apart = stretch.resume - stretch.end
+        for law, top, fastest, *own in zip(
+            self.setup.laws, *self._largest, *before, *after, strict=True
+        ):
             value, rate, other, behind = own
-            grain = SAME * (abs(value) + abs(other))
-            sizes = [grain, grain / self.end + SAME * (abs(rate) + abs(behind))]
+            fastest = max(fastest, abs(rate), abs(behind))
+            sizes = [SAME * max(top, abs(value), abs(other)) + 2 * fastest * apart, SAME * fastest]
             for word, one, two, size in zip(
                 ("position", "speed"), (value, rate), (other, behind), sizes, strict=True
             ):

@@ -85,7 +85,9 @@ class Crossings:
 
         def value(state: Any, which: int) -> float:
             t, x, v = (lay.of(state, name) for name in ("t", "x", "v"))
-            return float(self.values(np.reshape(t, (1, 1)), x[None, :], v[None, :], signs)[0, which])
+            return float(
+                self.values(np.reshape(t, (1, 1)), x[None, :], v[None, :], signs)[0, which]
+            )
 
         looker = Looker(self.integrator, nodes, value)
         found: list[Found] = []

@@ -409,7 +409,9 @@ class Sticking:
         def values(t: Any, x: Any, v: Any) -> Any:
             found = np.empty((len(t), len(watched)))
             speeds = self._speeds(t, x, v, signs)[0] if "speed" in words else None
-            held = low = high = None
+            held: Any = None
+            low: Any = None
+            high: Any = None
             if words & {"below", "above", "pressed"}:
                 _, _, held, low, high, _ = self.values(t, x, v, signs)
             for j, (k, word) in enumerate(watched):
@@ -419,7 +421,9 @@ class Sticking:
                     found[:, j] = self._starts(t, x, v, signs)
                 elif word == "pressed":
                     top = np.maximum(high[:, self._other[k]], high[:, k])
-                    self._strongest = max(self._strongest, float(np.nan_to_num(top).max(initial=0.0)))
+                    self._strongest = max(
+                        self._strongest, float(np.nan_to_num(top).max(initial=0.0))
+                    )
                     slack = SLACK * self._strongest
                     found[:, j] = high[:, self._other[k]] - high[:, k] + slack
                 else:

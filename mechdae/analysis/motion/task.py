@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.motion.bdf import Bdf
-from mechdae.analysis.motion.clock import Clock, pieces
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
+from mechdae.analysis.motion.clock import Clock, pieces
 from mechdae.analysis.motion.creep import Creep
 from mechdae.analysis.motion.endings import Growth, check_dead_start, feasible, stalled
 from mechdae.analysis.motion.events import Crossings

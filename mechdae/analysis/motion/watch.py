@@ -79,7 +79,7 @@ def inside(lay: Any, states: Any, rows: Any, shares: Any) -> tuple[Any, Any, Any
     third, fourth = 10 * gap - 4 * rate + bend / 2, -15 * gap + 7 * rate - bend
     fifth = 6 * gap - 3 * rate + bend / 2
     place = x + s * (v + s * (a / 2 + s * (third + s * (fourth + s * fifth))))
-    speed = (v + s * (a + s * (3 * third + s * (4 * fourth + 5 * s * fifth))))
+    speed = v + s * (a + s * (3 * third + s * (4 * fourth + 5 * s * fifth)))
     return t + s * h, place, speed / np.where(h > 0, h, 1.0)
 
 
@@ -125,7 +125,7 @@ def fitted(
         lows, highs = lows.ravel(), highs.ravel()
     stacked: list[Any] = [np.concatenate(parts) for parts in zip(*found, strict=True)]
     order = np.lexsort((stacked[1], stacked[0]))
-    return tuple(part[order] for part in stacked)  # type: ignore[return-value]
+    return tuple(part[order] for part in stacked)
 
 
 def _sampled(lay: Any, nodes: Nodes, values: Any, rows: Any, lows: Any, highs: Any) -> Any:
@@ -245,9 +245,9 @@ class Looker:
 
     def _located(self, sign: Sign, low: float, high: float) -> Any:
         begin, h = self._step(sign.row)
-        ends = [(share * h, self.at(sign.row, share)) for share in (low, high)]
+        one, two = ((share * h, self.at(sign.row, share)) for share in (low, high))
         return self.integrator.met(
-            begin, *ends, self.nodes.signs, lambda own: self.value(own, sign.which)
+            begin, one, two, self.nodes.signs, lambda own: self.value(own, sign.which)
         )
 
     def _ahead(self, sign: Sign) -> list[tuple[Any, float]]:
