@@ -139,8 +139,9 @@ class Tempo:
         middle = ARRAYS[code](*[own.middle for own in values])
         if all(own.fixed for own in values):
             return Bound(middle, middle, middle, np.zeros((ORDER + 1, self._size)))
-        operation = self._operations.get(code, _unknown)
-        low, high, terms = operation(*values)
+        if code not in self._operations:
+            raise NotImplementedError(f"operation {code} of the time")
+        low, high, terms = self._operations[code](*values)
         torn = np.any([np.broadcast_to(own.torn, self._size) for own in values], axis=0)
         if code == ca.OP_SIGN:
             torn = torn | (low != high)
@@ -192,10 +193,6 @@ class Tempo:
                 found = Bound(found.middle * a.middle, *_multiplied(found, a), a.torn)
             return found.low, found.high, found.terms
         return _rooted(a, exponent)
-
-
-def _unknown(*_: Any) -> tuple[Any, Any, Any]:
-    raise NotImplementedError("an operation of the time without a bound")
 
 
 def _multiplied(a: Bound, b: Bound) -> tuple[Any, Any, Any]:

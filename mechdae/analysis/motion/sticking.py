@@ -408,7 +408,7 @@ class Sticking:
 
         def values(t: Any, x: Any, v: Any) -> Any:
             found = np.empty((len(t), len(watched)))
-            speeds = self._speeds(t, x, v, signs)[0] if "speed" in words else None
+            speeds: Any = self._speeds(t, x, v, signs)[0] if "speed" in words else None
             held: Any = None
             low: Any = None
             high: Any = None
