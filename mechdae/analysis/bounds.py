@@ -20,24 +20,34 @@ def output_bounds(
     a unit in the last place of the driver's value does not count, the bound is for the float64
     data given.
     """
-    slope, rounding = graphs.output_bounds(
-        constants.size_x, constants.size_u, constants.p, constants.floors, *constants.boxes
-    )
-    count = constants.boxes[0].shape[1]
-    rounding = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
-    rows = _rows(slope, graphs.ny, graphs.nx)
-    error = np.nan_to_num(error, nan=0.0)
+    bounds = OutputBounds(graphs, outputs, constants)
     result = {}
     for word, kinds in (("length", ("position", "slide")), ("angle", ("angle",))):
         entries = [e for e in outputs.entries if e.name in kinds]
         if word == "angle":
             entries = [e for e in entries if e.kind == "bodies"]
         columns = [i for entry in entries for i in entry.columns]
-        if not columns:
-            continue
-        worst = _worst(error, [rows[i] for i in columns])
-        result[word] = worst + float(rounding[columns].max(initial=0.0))
+        if columns:
+            result[word] = bounds.largest(error, columns)
     return result
+
+
+class OutputBounds:
+    """Bounds on outputs from those on the unknowns, by |dy/dx| bounded for a whole path."""
+
+    def __init__(self, graphs: Graphs, outputs: Outputs, constants: Constants) -> None:
+        slope, rounding = graphs.output_bounds(
+            constants.size_x, constants.size_u, constants.p, constants.floors, *constants.boxes
+        )
+        count = constants.boxes[0].shape[1]
+        self.rounding = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
+        self.rows = _rows(slope, graphs.ny, graphs.nx)
+
+    def largest(self, error: Any, columns: list[int]) -> Any:
+        """Return the largest bound of some columns at each pose, (n,); `error` is (n, nx)."""
+        error = np.nan_to_num(error, nan=0.0)
+        worst = _worst(error, [self.rows[i] for i in columns])
+        return worst + float(self.rounding[columns].max(initial=0.0))
 
 
 Row = tuple[tuple[int, ...], tuple[float, ...]]

@@ -27,6 +27,12 @@ NO_POWER = 1e-9
 """Share of the losses below which the power without friction is none: idling, all is lost."""
 ROUNDING = 1e-12
 """Share of the losses, or of what goes in and out, that a power has to reach to have a sign."""
+DRIVER = 2
+"""Powers of the driver, without friction and with it, before the losses of the joints."""
+EPSILON = 16 * float(np.finfo(float).eps)
+"""Rounding of a mean, as a share of the largest power."""
+SMALL = 1e-9
+"""Share of the largest power below which a joint's loss does not count for the error."""
 KNOWN = 1e-6
 """Error of the integrals, relative, above which the result says so."""
 STEPS = (1e-5, 1e-7)
@@ -98,17 +104,20 @@ def cycle(
     def powers(s: Any) -> Any:
         return state.powers(s, coupled and not arcs["jammed"])
 
-    gross = float(np.nan_to_num(np.abs(powers(grid))).mean(axis=0).max()) * (high - low)
+    way = high - low
+    flow = np.nan_to_num(np.abs(powers(grid))).mean(axis=0) * way
+    gross = float(flow.max(initial=0.0))
 
-    def size(found: Any) -> Any:  # the mean power of masses alone is zero, that in and out is not
-        return np.full(len(found), np.abs(found).max(initial=gross))
+    def sizes(found: Any) -> Any:  # the mean power of masses alone is zero, that in and out is not
+        return np.maximum(np.abs(found), np.where(np.arange(len(found)) < DRIVER, flow, 0.0))
 
-    total, error = integrate(powers, charts, size)
+    total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), gross))
     total[np.abs(total) <= ROUNDING * gross] = 0.0
-    mean = total / (high - low)
-    figures |= _figures(statics, mean, count, task, coupled, bool(arcs["jammed"]))
-    largest = float(size(total).max(initial=0.0))
-    figures["quadrature_error"] = float(error.max(initial=0.0) / largest) if largest else 0.0
+    error += EPSILON * gross
+    jammed = bool(arcs["jammed"])
+    figures |= _figures(statics, total / way, error / way, count, task, coupled, jammed)
+    share = error / np.maximum(sizes(total), SMALL * gross) if gross else np.zeros(len(error))
+    figures["quadrature_error"] = float(share.max(initial=0.0))
     if not np.isfinite(total).all():
         faults.append(
             "the mean powers of the cycle have no value: a force is not finite between the poses"
@@ -138,10 +147,18 @@ def _unbounded(state: State, low: float, high: float) -> float | None:
 
 
 def _figures(
-    statics: Statics, mean: Any, count: int, task: Reactions, coupled: bool, jammed: bool
+    statics: Statics,
+    mean: Any,
+    error: Any,
+    count: int,
+    task: Reactions,
+    coupled: bool,
+    jammed: bool,
 ) -> dict[str, Any]:
+    """Return the figures of a cycle from mean powers and their errors, of driver and joints."""
     free, whole = mean[0], mean[1]
-    lost_free, lost = mean[2 : 2 + count], mean[2 + count :]
+    lost_free, lost = mean[DRIVER : DRIVER + count], mean[DRIVER + count :]
+    off_free, off = error[DRIVER : DRIVER + count], error[DRIVER + count :]
     names = statics.balance.joints
     lossy = {statics.balance.feedbacks[k].joint for k in statics.balance.active}
     rows = [k for k, name in enumerate(names) if name in lossy]
@@ -160,6 +177,15 @@ def _figures(
         figures["loss_by_joint_uncoupled"] = {names[k]: float(lost_free[k]) for k in rows}
     if jammed:
         return figures
+    off = off if coupled else off_free
+    inner, outer = float(error[0]), float(error[1 if coupled else 0])
+    figures["mean_errors"] = {
+        "useful": inner if drives or not coupled else outer,
+        "input": outer if drives or not coupled else inner,
+        "loss": float(off.sum()),
+        "loss_by_joint": {names[k]: float(off[k]) for k in rows},
+        "loss_by_joint_uncoupled": {names[k]: float(off_free[k]) for k in rows},
+    }
     if not coupled:
         lost, whole = lost_free, free
         loss = estimate if rows else 0.0

@@ -103,6 +103,7 @@ class BlockSolver:
         self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
     ) -> None:
         self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
+        self.values = p
         self.angle = [scene.x_names[i][1] == "angle" for i in graph.own]
         J = graph.J
         self.constant = [

@@ -22,6 +22,7 @@ from mechdae.analysis.lattice import lattices, with_periods
 from mechdae.analysis.limits import solve
 from mechdae.analysis.nearest import Nearest, Sketched
 from mechdae.analysis.numbers import mechanism_scale, natural_sizes
+from mechdae.analysis.opening import opening
 from mechdae.analysis.plan import Sketch
 from mechdae.analysis.redundant import RedundantSolver
 from mechdae.analysis.search import MOST, Found, Search
@@ -224,6 +225,9 @@ class Assembler:
                 if not len(solutions):
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
                     free = result is not None and result.free
+                    if gap > 0 and at is None:
+                        at = opening(solver, self.scene.model, start, u)
+                        gap = at.size
                     failure = Failure(group, gap, infinite, starts, at, free)
                 own = []
                 for solution in solutions:

@@ -16,6 +16,7 @@ import numpy as np
 
 from mechdae.analysis.closing import Gap, worst
 from mechdae.analysis.eliminant import BlockSolver, Solutions
+from mechdae.analysis.opening import opening
 from mechdae.kernels.blocks import BlockGraph
 from mechdae.model.reduction import Block, Scene
 
@@ -47,7 +48,7 @@ class RedundantSolver(BlockSolver):
         self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
     ) -> None:
         super().__init__(scene, graph, p, size, slopes)
-        self.scene, self.values, self.slopes = scene, p, slopes
+        self.scene, self.slopes = scene, slopes
         self.row_size = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
         self.x_size = np.where(self.angle, 1.0, size)
         self._chains: dict[bytes, list[list[Step]]] = {}
@@ -139,7 +140,7 @@ class RedundantSolver(BlockSolver):
                     continue
                 proven &= result.proven
                 if not len(result.x):
-                    nearest = min(nearest, self._missed(step, x, u, result.gap), key=_size)
+                    nearest = min(nearest, self._missed(step, x, u), key=_size)
                 for solution in result.x:
                     new = x.copy()
                     new[[self.graph.own[j] for j in step.columns]] = solution
@@ -157,15 +158,14 @@ class RedundantSolver(BlockSolver):
         refined = [self._refined(x, u, every, rows)[0][self.graph.own] for x in found]
         return Solutions(np.array(refined), proven and not free, free=free)
 
-    def _missed(self, step: Step, x: Any, u: Any, gap: float) -> Gap:
+    def _missed(self, step: Step, x: Any, u: Any) -> Gap:
         """Return what stays open where the step's own equations have no solution.
 
         With a single angle it is the least over all equations of the step, and superfluous
         ones are to blame where one of them alone could be met.
         """
-        at = Gap(gap, "m", self.graph.block.owners[step.rows[0]], superfluous=False)
         if len(step.columns) > 1 or not self.angle[step.columns[0]] or len(step.rows) == 1:
-            return at
+            return opening(step.solver, self.scene.model, x, u)
         places = np.repeat(x[None], SAMPLES, axis=0)
         angles = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
         places[:, self.graph.own[step.columns[0]]] = angles

@@ -61,6 +61,8 @@ class Place:
 
     at: float
     value: float
+    place: float
+    """Where on the path that is: `at` less whole turns."""
     sense: int = 0
     """1 at a maximum, -1 at a minimum, 0 at an end."""
     rest: tuple[float, float] | None = None
@@ -123,7 +125,8 @@ def _follow(track: Track, members: list[Course]) -> None:
             if stop.sense and last >= track.low - slack and first <= track.high + slack:
                 at = float(np.clip((first + last) / 2, track.low, track.high))
                 rest = (first, last) if stop.rests else None
-                members[k].stationary.append(Place(at, stop.value, stop.sense, rest))
+                place = Place(at, stop.value, float(stop.first), stop.sense, rest)
+                members[k].stationary.append(place)
     for piece in track.pieces(track.low, track.high):
         ends = np.array([piece.low, piece.high])
         poses = track.at(ends)
@@ -131,4 +134,4 @@ def _follow(track: Track, members: list[Course]) -> None:
             for s, value in zip(ends, poses.y[0][:, column], strict=True):
                 if np.isfinite(value):
                     at = float(np.clip(s + piece.shift, track.low, track.high))
-                    course.ends.append(Place(at, float(value)))
+                    course.ends.append(Place(at, float(value), float(s)))

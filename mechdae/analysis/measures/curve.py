@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.analysis.measures.courses import travel
 from mechdae.analysis.measures.quadrature import Chart, integrate
 from mechdae.analysis.measures.stops import AT_REST
-from mechdae.analysis.measures.track import SAME, Family, Piece, Sample, Track
+from mechdae.analysis.measures.track import KNOWN, SAME, Family, Piece, Sample, Track
 from mechdae.analysis.outputs import Entry, Outputs
 
 CUSP = 1e-12
@@ -22,6 +22,8 @@ BESIDE = 1e-6
 STEPS = 8
 """Largest steps of the path in one panel of the quadrature."""
 CLOSED = 1e-9
+ROUNDING = 8 * float(np.finfo(float).eps)
+"""Share of a length that the rounding of speeds may add up to."""
 
 
 def directions(outputs: Outputs, values: list[Any], unit: float) -> dict[str, dict[str, Any]]:
@@ -129,7 +131,7 @@ class _Curve:
         ]
 
     def facts(self) -> dict[str, Any]:
-        """Return length, error estimate, whether the path is closed, its area, its cusps."""
+        """Return length and area with their errors, whether the path is closed, its cusps."""
         track = self.track
         pieces = track.pieces(track.low, track.high)
         charts = [chart for piece in pieces for chart in self._charts(piece)]
@@ -146,14 +148,33 @@ class _Curve:
         def size(integrals: Any) -> Any:
             return np.array([integrals[0], integrals[0] ** 2])
 
-        (length, area), (error, _) = integrate(integrand, charts, size)
-        facts: dict[str, Any] = {"length": float(length), "error": float(error)}
+        (length, area), error = integrate(integrand, charts, size)
+        ends = [s for piece in pieces for s in (piece.low, piece.high)]
+        error = error + size((length, area)) * ROUNDING + self._cut(ends) * np.array([1, length])
+        facts: dict[str, Any] = {"length": float(length), "error": float(error[0])}
         facts["closed"] = self._closed(pieces, float(length))
         if facts["closed"]:
-            facts["area"] = track.sense * float(area)
+            facts |= {"area": track.sense * float(area), "area_error": float(error[1])}
         facts["cusps"] = self.cusps
         facts["reversals"] = self.reversals
         return facts
+
+    def _cut(self, ends: list[float]) -> float:
+        """Return how much of the way the errors of limit positions may cut off or add.
+
+        A place is known to the share `KNOWN` of the driver's unit. The point's own limit
+        positions add what the pose there is known to; elsewhere its speed is finite.
+        """
+        track = self.track
+        found = [
+            end.s for reach in track.path.reach.values() for end in (reach.low, reach.high) if end
+        ]
+        ends = [s for s in ends if s in found]
+        if not ends:
+            return 0.0
+        v = track.at(np.array(ends)).y[1][:, self.columns]
+        speed = np.hypot(v[:, 0], v[:, 1])
+        return float(np.where(np.isfinite(speed), speed * track.unit, track.scale).sum() * KNOWN)
 
     def _charts(self, piece: Piece) -> list[Chart]:
         """Return the intervals to integrate over: ends at limits and at stops."""

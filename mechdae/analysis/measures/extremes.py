@@ -5,17 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 from mechdae.analysis.measures.courses import Course
+from mechdae.analysis.measures.stops import AT_REST
+from mechdae.analysis.measures.track import Track
 
 
-def extremes(courses: dict[str, Course]) -> dict[str, Any]:
-    """Return name -> {"min": {"value", "at"}, "max": {...}} of everything that moves."""
+def extremes(track: Track, courses: dict[str, Course]) -> dict[str, Any]:
+    """Return name -> {"min": {"value", "at", "error"}, "max": {...}} of everything that moves."""
     found = {}
     for name, course in courses.items():
         low, high = course.extreme(-1), course.extreme(1)
         if course.moves and low is not None and high is not None:
+            size = 1.0 if course.quantity.is_angle else track.scale
+            errors = track.errors([low.place, high.place], course.quantity.column)
+            rests = [AT_REST * size if place.rest else 0.0 for place in (low, high)]
             found[name] = {
-                "min": {"value": low.value, "at": low.at},
-                "max": {"value": high.value, "at": high.at},
+                word: {"value": place.value, "at": place.at, "error": float(error + rest)}
+                for word, place, error, rest in zip(
+                    ("min", "max"), (low, high), errors, rests, strict=True
+                )
             }
     return found
 

@@ -143,7 +143,7 @@ def along_path(
     wanted = quantities(outputs)
     followed = courses(track, wanted) if set(asked) & set(ALONG) else {}
     if "extremes" in asked:
-        summary["extremes"] = extremes(followed)
+        summary["extremes"] = extremes(track, followed)
         found.events += _once(stationary_events(followed))
     if "time-ratio" in asked:
         summary |= time_ratios(track, [q for q in wanted if q.name != driver.text])

@@ -24,6 +24,11 @@ PLACES, KRONROD, GAUSS = (_RULE[:, 0] + 1) / 2, _RULE[:, 1] / 2, _RULE[:, 2] / 2
 HALVINGS = 40
 TOLERANCE = 1e-11
 """Share of a function's size that the first panels together may contribute to its error."""
+NOISE = 1e-12
+"""Share of the largest integral below which a difference that halving does not shrink is
+rounding."""
+SHRINKS = 0.2
+"""Share of its panel's difference that a half has at least where the function has a kink."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,10 @@ class Chart:
 
 
 def integrate(
-    function: Callable[[Any], Any], charts: list[Chart], size: Callable[[Any], Any]
+    function: Callable[[Any], Any],
+    charts: list[Chart],
+    size: Callable[[Any], Any],
+    gross: Callable[[Any], Any] | None = None,
 ) -> tuple[Any, Any]:
     """Return the integrals (m,) of functions over all charts and estimates of their errors.
 
@@ -57,7 +65,10 @@ def integrate(
     charts
         Intervals to begin with.
     size
-        From the integrals so far to what their errors are compared with, (m,).
+        From the integrals so far to what the error of each is compared with, (m,).
+    gross
+        From the integrals so far to the size of the numbers from which each function is
+        computed, (m,): their rounding is no error that halving could mend. `size` if left out.
 
     Panels are halved until the rules of 7 and 15 nodes agree; the estimate is the sum of
     their differences, far above the true error of the finer rule.
@@ -65,7 +76,9 @@ def integrate(
     panels = [(chart, 0.0, 1.0) for chart in charts]
     total: Any = 0.0
     error: Any = 0.0
-    scale = None
+    allowed: Any = None
+    noise: Any = None
+    before: Any = np.inf
     for halving in range(HALVINGS + 1):
         if not panels:
             break
@@ -78,16 +91,20 @@ def integrate(
         values = values.reshape(len(panels), len(PLACES), -1)
         fine = np.einsum("pkm,k->pm", values, KRONROD)
         gap = np.abs(fine - np.einsum("pkm,k->pm", values, GAUSS))
-        if scale is None:
-            scale = size(fine.sum(axis=0))
+        if allowed is None:
+            first = fine.sum(axis=0)
+            allowed = TOLERANCE / len(charts) * size(first)
+            noise = NOISE * (size(first) if gross is None else gross(first))
         with np.errstate(invalid="ignore"):
-            again = (gap > TOLERANCE / len(charts) * scale).any(axis=1) & (halving < HALVINGS)
+            rounding = (gap <= noise) & (gap > SHRINKS * before)
+            again = ((gap > allowed) & ~rounding).any(axis=1) & (halving < HALVINGS)
         total = total + fine[~again].sum(axis=0)
         error = error + gap[~again].sum(axis=0)
-        halves = [panels[p] for p in np.flatnonzero(again)]
-        panels = [
-            (chart, *part)
-            for chart, a, b in halves
-            for part in ((a, (a + b) / 2), ((a + b) / 2, b))
-        ]
+        left = np.flatnonzero(again)
+        panels = [(panels[p][0], *part) for p in left for part in _halves(*panels[p][1:])]
+        before = np.repeat(gap[left], 2, axis=0)
     return total, error
+
+
+def _halves(a: float, b: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    return (a, (a + b) / 2), ((a + b) / 2, b)

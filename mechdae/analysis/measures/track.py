@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.arc import arc_of
+from mechdae.analysis.bounds import OutputBounds
 from mechdae.analysis.evaluate import Evaluator
 from mechdae.analysis.limits import Limit
 from mechdae.analysis.path import Path
@@ -19,6 +20,8 @@ FINEST = TURN / 64
 ITERATIONS = 80
 ROUGH = 1e-11
 """Share of the driver's unit below which a step that does not shrink is rounding."""
+KNOWN = 1e-13
+"""Share of a radian or of the mechanism's length to which limit positions are solved."""
 SAME = 1e-9
 """Share of the driver's unit within which two places are the same one."""
 
@@ -85,6 +88,10 @@ class Track:
         self.unit = 1.0 if is_angle else scale
         self.turns = turns
         self.lost = 0
+        self._bounds: OutputBounds | None = None
+        self._turning = {
+            entry.columns[0] for entry in evaluator.outputs.entries if entry.name == "angle"
+        }
         self._grid = Sample(np.zeros(0), [])
         self._samples: dict[Piece, Sample] = {}
         self.margin = path.largest
@@ -94,6 +101,21 @@ class Track:
         """Return the quantities at places of the path."""
         poses = self.evaluator.at(self.path, np.asarray(s, float))
         return Sample(poses.s, poses.y)
+
+    def errors(self, s: Any, column: int) -> Any:
+        """Return how far values of a column at places (n,) may be off.
+
+        At limit positions, which are solved for as such, that is the share `KNOWN` of a radian
+        or of the mechanism's length; the bound of a pose at the rounded driver's value there
+        is far above it.
+        """
+        if self._bounds is None:
+            evaluator = self.evaluator
+            graphs, outputs = evaluator.graphs, evaluator.outputs
+            self._bounds = OutputBounds(graphs, outputs, self.path.constants)
+        poses = self.evaluator.at(self.path, np.asarray(s, float))
+        size = 1.0 if column in self._turning else self.scale
+        return np.where(poses.at_limit, KNOWN * size, self._bounds.largest(poses, [column]))
 
     def reach(self, low: float, high: float) -> bool:
         """Follow the path to both places; return whether its bounds still hold there."""
