@@ -213,7 +213,9 @@ class Linkage:
         found = {}
 
         def inside(u):
-            return u if self.low is None else np.clip(u, self.low, self.high)
+            for end in (self.low, self.high) if self.low is not None else ():
+                u = np.where(np.abs(u - end) < 1e-9, end, u)  # beside it roots are rounding
+            return u
 
         for name in self.at(np.array([self.start])):
             for axis, part in (("x", np.real), ("y", np.imag)):
