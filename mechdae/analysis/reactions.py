@@ -24,7 +24,9 @@ from mechdae.analysis.force_faults import (
     verdicts,
 )
 from mechdae.analysis.force_series import efforts_of, jams_of, series_of, solutions_of, unique_of
+from mechdae.analysis.lifting import along
 from mechdae.analysis.margin import critical_factor
+from mechdae.analysis.measures.measure import sorted_events
 from mechdae.analysis.moving import Moving, requests
 from mechdae.analysis.report import report
 from mechdae.analysis.setting import Run, Setting, prepare
@@ -112,6 +114,9 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         summary["reverse"] = {key: reverse.summary[key] for key in keys}
     faults += slack_belts(statics, answer)
     faults += failed_checks(found)
+    lifted, notes = along(statics, moving, answer, unique)
+    if notes:
+        summary["notes"] = [*summary.get("notes", []), *notes]
     assumptions = list(dict.fromkeys([*statics.assumptions, *assumptions_of(statics, task)]))
     summary["assumptions"] = assumptions
     if answer.whole is not answer.free:
@@ -145,6 +150,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         solutions=tuple(solutions_of(setting, statics, answer, unique)),
         checks=found,
         summary=summary,
+        events=tuple(sorted_events([*result.events, *lifted], setting.plan.lead)),
         fault="; ".join(faults) or None,
     )
 

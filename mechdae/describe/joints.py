@@ -70,6 +70,9 @@ class Joint(Value):
 
 
 TURN = 2 * math.pi
+SIDES, SENSES = ("left", "right"), ("positive", "negative")
+LIES = "side on which the second body lies, and to which alone the contact pushes it"
+TURNS = "sense in which alone the teeth push the second body"
 NOT_NEGATIVE = (
     "friction",
     "friction_static",
@@ -119,6 +122,7 @@ class Prismatic(Joint):
     friction: Number | None = key("number", None, unit="1")
     friction_static: Number | None = key("number", None, unit="1")
     contact_length: Number | None = key("number", None, doc="2b, m; absent: long guide", unit="m")
+    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
@@ -142,6 +146,7 @@ class PinInSlot(Joint):
     )
     friction: Number | None = key("number", None, unit="1")
     pin_radius: Number | None = key("number", None, doc="m", unit="m")
+    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
 
     kind: ClassVar[str] = "pin-in-slot"
     lower: ClassVar[bool] = False
@@ -176,6 +181,7 @@ class Gear(Joint):
     phase: Number = key("number", 0.0, doc="rad", unit="rad")
     pressure_angle: Number = key("number", 0.3490658503988659, doc="rad", unit="rad")
     mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
+    one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
 
     kind: ClassVar[str] = "gear"
     lower: ClassVar[bool] = False
@@ -222,6 +228,7 @@ class Rack(Joint):
     phase: Number = key("number", 0.0, doc="m", unit="m")
     pressure_angle: Number = key("number", 0.3490658503988659, unit="rad")
     mesh_loss: Number | None = key("number", None, unit="1")
+    one_sided: str | None = key("text", None, choices=SENSES, doc=TURNS)
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False
@@ -264,6 +271,9 @@ class Distance(Joint):
     """Massless bar: the two points keep their distance ``length`` [m]."""
 
     length: Number = key("number", doc="m", unit="m")
+    one_sided: str | None = key(
+        "text", None, choices=("pull", "push"), doc="what it can do: a rope, a prop"
+    )
 
     kind: ClassVar[str] = "distance"
     lower: ClassVar[bool] = False
@@ -295,6 +305,7 @@ class Curve(Joint):
     roller_radius: Number | None = key("number", None, doc="m; absent: a point follower", unit="m")
     side: str = key("text", "right", choices=("right", "left"), doc="of the roller")
     friction: Number | None = key("number", None, unit="1")
+    one_sided: str | None = key("text", None, choices=SIDES, doc=LIES)
 
     kind: ClassVar[str] = "curve"
     lower: ClassVar[bool] = False
@@ -322,6 +333,12 @@ class Curve(Joint):
                 "the key 'range' is missing",
                 where=f"joints.{self.name}.range",
                 hint="range = [first s, last s], or closed = true for one turn",
+            )
+        if self.one_sided is not None and self.roller_radius and self.one_sided != self.side:
+            raise MechanismError(
+                f"the roller lies on the {self.side} of the curve, which pushes it there",
+                where=f"joints.{self.name}.one_sided",
+                hint=f'one_sided = "{self.side}", or another side',
             )
         if values["end"] <= values["start"]:
             raise MechanismError(

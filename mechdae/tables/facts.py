@@ -86,6 +86,8 @@ def _happens(event: dict[str, Any]) -> str:
     if event["kind"] == "stationary":
         kind = "angle" if event["of"].endswith(".angle") else "length"
         return f"{event['of']} {event['extreme']} {quantity(event['value'], kind)}"
+    if event["kind"] == "lift_off":
+        return f"joint {event['joint']} would have to pull, by up to {-event['force']:.6g}"
     if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
         x, y = event["position"]
         return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) m"
