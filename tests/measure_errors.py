@@ -26,7 +26,7 @@ from jets import unit
 import mechdae as md
 
 TURN = 2 * np.pi
-MEAN_BAR, LENGTH_BAR, VALUE_BAR = 1e-9, 1e-9, 1e-11
+MEAN_BAR, LENGTH_BAR, VALUE_BAR = 1e-9, 1e-9, 1e-9
 """Largest errors given: of a mean, relative to it; of a length, relative; of an extreme, in
 lengths of the mechanism."""
 WORDS = ("length", "area", "min", "max", "mean")

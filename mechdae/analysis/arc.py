@@ -18,6 +18,10 @@ from mechdae.analysis.path import Path
 
 TURNING = ("limit", "pole")
 """Ends at which the mechanism can only turn back."""
+INTO = 8
+"""Places looked at between a limit position and the node from which it was proved."""
+NEARER, TIMES = 1 / 8, 15
+"""Share of the distance to a limit position at which it is looked at next, and how often."""
 SAME = 8 * np.finfo(float).eps
 """Share of a place, or of the largest step, within which it is a limit position."""
 
@@ -82,3 +86,18 @@ def arc_of(path: Path) -> Arc:
     first = low.s if low is not None else first
     last = high.s if high is not None else last
     return Arc(low, high, first, last, path.largest)
+
+
+def before_limits(path: Path) -> list[float]:
+    """Return the ends of the arc, and places ever nearer to its limit positions.
+
+    In front of a fold s = s* + c sigma^2 quantities are smooth in sigma: they may turn back within
+    a hair of s, and steps of the path see nothing of it.
+    """
+    arc, found = arc_of(path), []
+    nodes = [s for s in path.s if arc.first < s < arc.last]
+    for way, end, last in zip((-1, 1), arc.ends, nodes and (nodes[0], nodes[-1]), strict=False):
+        if end is not None:
+            found += [end + (last - end) * (k / INTO) ** 2 for k in range(INTO)]
+            found += [end - way * arc.largest * NEARER**k for k in range(1, TIMES)]
+    return [s for s in found if arc.first <= s <= arc.last]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.arc import arc_of
+from mechdae.analysis.arc import arc_of, before_limits
 from mechdae.analysis.evaluate import Evaluator, Poses
 from mechdae.analysis.interpolate import turning
 from mechdae.analysis.outputs import Outputs
@@ -19,8 +19,6 @@ NEAR = 1e-4
 SAME = 1e-6
 """Share of a bracket within which stationary places are one, and a place is good enough."""
 CHUNK = 256
-INTO = 12
-"""Places looked at between the last node of a path and the limit position it was led into."""
 
 
 def ranges(
@@ -46,7 +44,7 @@ def ranges(
     result: dict[str, dict[str, float]] = {"swing": {}, "stroke": {}}
     if not entries or len(poses.y) < 3:
         return result
-    nodes = np.array([*path.s, *between, *_to_limits(path)])
+    nodes = np.array([*path.s, *between, *before_limits(path)])
     nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
     inner = nodes[(nodes > low) & (nodes < high)]
     places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
@@ -64,19 +62,6 @@ def ranges(
         if np.isfinite(span):
             result["stroke" if entry.name == "slide" else "swing"][entry.part] = span
     return result
-
-
-def _to_limits(path: Path) -> list[float]:
-    """Return the ends of the arc, and places between each and the node from which it was proved.
-
-    Towards a limit position quantities are smooth in the root of the distance.
-    """
-    arc, found = arc_of(path), []
-    nodes = [s for s in path.s if arc.first < s < arc.last]
-    for end, last in zip(arc.ends, nodes and (nodes[0], nodes[-1]), strict=False):
-        if end is not None:
-            found += [end + (last - end) * (k / INTO) ** 2 for k in range(INTO)]
-    return found
 
 
 def _shifts(path: Path, low: float, high: float) -> list[float]:

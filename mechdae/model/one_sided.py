@@ -12,9 +12,10 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.friction import left, tangent_of
+from mechdae.model.friction import tangent_of
 from mechdae.model.model import Model
 from mechdae.model.residuals import Ends
+from mechdae.model.wrenches import left
 
 SX = ca.SX
 POSITIVE = ("left", "positive", "push")

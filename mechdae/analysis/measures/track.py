@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.arc import arc_of
+from mechdae.analysis.arc import arc_of, before_limits
 from mechdae.analysis.bounds import OutputBounds
 from mechdae.analysis.evaluate import Evaluator
 from mechdae.analysis.limits import Limit
@@ -115,7 +115,7 @@ class Track:
             self._bounds = OutputBounds(graphs, outputs, self.path.constants)
         poses = self.evaluator.at(self.path, np.asarray(s, float))
         size = 1.0 if column in self._turning else self.scale
-        return np.where(poses.at_limit, KNOWN * size, self._bounds.largest(poses, [column]))
+        return np.where(poses.at_limit, KNOWN * size, self._bounds.largest(poses.error, [column]))
 
     def reach(self, low: float, high: float) -> bool:
         """Follow the path to both places; return whether its bounds still hold there."""
@@ -181,10 +181,12 @@ class Track:
         if piece not in self._samples:
             grid = self._grid_over(piece)
             inside = _part(grid, (grid.s > piece.low) & (grid.s < piece.high))
-            ends = self.at([piece.low, piece.high])
-            last = slice(1, 2 if piece.high > piece.low else 1)
-            whole = _joined(_part(ends, slice(0, 1)), inside)
-            self._samples[piece] = _joined(whole, _part(ends, last))
+            beside = [s for s in before_limits(self.path) if piece.low < s < piece.high]
+            near = self.at(
+                [s for s in sorted({piece.low, piece.high, *beside}) if s not in inside.s]
+            )
+            whole = _joined(near, inside)
+            self._samples[piece] = _part(whole, np.argsort(whole.s, kind="stable"))
         return self._samples[piece]
 
     def _grid_over(self, piece: Piece) -> Sample:
