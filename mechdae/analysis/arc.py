@@ -18,7 +18,7 @@ from mechdae.analysis.path import Path
 
 TURNING = ("limit", "pole")
 """Ends at which the mechanism can only turn back."""
-INTO = 8
+INTO = 12
 """Places looked at between a limit position and the node from which it was proved."""
 NEARER, TIMES = 1 / 8, 15
 """Share of the distance to a limit position at which it is looked at next, and how often."""
