@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import math
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 import pytest
+import stuck
 
 import mechdae as md
-from mechdae.analysis.motion import task as motions
 from mechdae.analysis.motion import watch
 from mechdae.analysis.motion.clock import Clock, Stretch
 from mechdae.describe.problem import from_dict
 from mechdae.kernels.tempo import ORDER, Tempo
 
 G = 9.81
+ROOT = Path(__file__).resolve().parent.parent
 
 
 def block(value: str, friction: dict[str, float] | None = None, **task: Any) -> Any:
@@ -323,7 +326,9 @@ def test_without_the_clock_a_pulse_is_lost(monkeypatch: pytest.MonkeyPatch) -> N
     assert result.joints["G"].slide_velocity[-1] == 0.0
 
 
-def test_looking_at_the_ends_of_steps_alone_loses_events(monkeypatch: pytest.MonkeyPatch) -> None:
+def _ends_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plant the old mistake: nothing between nodes, no limit of steps but their error."""
+
     def ends(lay: Any, nodes: Any, values: Any) -> Any:
         rows, lows, highs, samples = fitted(lay, nodes, values)
         whole = (lows == 0) & (highs == 1)
@@ -333,13 +338,36 @@ def test_looking_at_the_ends_of_steps_alone_loses_events(monkeypatch: pytest.Mon
 
     fitted = watch.fitted
     monkeypatch.setattr(watch, "fitted", ends)
+    whole = lambda self, t: Stretch(self.end, self.end, np.inf)  # noqa: E731
+    monkeypatch.setattr(Clock, "stretch", whole)
+
+
+def test_looking_at_the_ends_of_steps_alone_loses_events(monkeypatch: pytest.MonkeyPatch) -> None:
+    _ends_alone(monkeypatch)
     problem = block("14/3*sin(60*t)", {"friction": 0.15, "friction_static": 0.2})
-    monkeypatch.setattr(
-        motions, "Clock", lambda *args: type("Whole", (), {
-            "begin": lambda self: 0.0,
-            "stretch": lambda self, t: Stretch(5.0, 5.0, np.inf),
-        })(),
-    )  # fmt: skip
     found = happened(md.solve(problem, "m"))
     true = math.asin(0.2 * 3 * G / 14) / 60
     assert not found or abs(found[0]["at"] - true) > 1e-3
+
+
+# -- random loads against closed forms -------------------------------------------------------------
+
+
+def test_stuck_pairs_under_random_loads() -> None:
+    """A sample of `tests/stuck.py`, whose 300 cases are in docs/data/stuck.json."""
+    for seed, case, true in stuck.cases(16):
+        found = stuck.compared(case, true)
+        assert found["same"], seed
+        assert found["time"] <= stuck.TIME, seed
+        assert found["place"] <= 1e-8 * max(1.0, found["size"]), seed
+    report = json.loads((ROOT / "docs/data/stuck.json").read_text(encoding="utf-8"))
+    assert report["cases"] == 300
+    assert report["wrong"] == []
+    assert report["worst_time"] <= stuck.TIME
+
+
+def test_the_random_loads_see_steps_that_jump(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the clock, and looking at the ends of steps alone, most of them are missed."""
+    _ends_alone(monkeypatch)
+    missed = [seed for seed, case, true in stuck.cases(8) if not stuck.compared(case, true)["same"]]
+    assert len(missed) >= 4
