@@ -154,3 +154,48 @@ def test_bad_values_are_refused_with_the_choices() -> None:
     with pytest.raises(md.InputError, match="one_sided") as caught:
         md.Distance("rope", "ground.O", "a.A", length=1.0, one_sided="left")
     assert "pull" in str(caught.value)
+
+
+def test_a_motion_says_when_its_contacts_would_pull() -> None:
+    """A stone on a rope, an arm of no mass beside it, let go above the pivot."""
+    length, start = 0.5, 0.8 * np.pi  # from straight down
+    stone = md.Mechanism(
+        ground=md.Ground({"O": (0, 0)}),
+        bodies=[
+            md.Body("arm", {"O": (0, 0)}),
+            md.Body("stone", {"C": (0, 0)}, mass=2.0, inertia=0.0, center=(0, 0)),
+        ],
+        joints=[
+            md.Revolute("O", "ground.O", "arm.O"),
+            md.Prismatic("slide", "arm.O", "stone.C"),
+            md.Distance("rope", "ground.O", "stone.C", length=length, one_sided="pull"),
+        ],
+        gravity=(0.0, -G),
+        sketch={"arm": start - np.pi / 2, "stone": start - np.pi / 2, "slide": length},
+    )
+    task = md.Motion(start={"arm.angle": start - np.pi / 2}, until=0.6, poses=7)
+    result = md.solve(stone, task)
+    (event,) = [e for e in result.events if e["kind"] == "lift_off"]
+    # from rest w^2 = 2 g (cos a - cos start) / l, pull m (w^2 l + g cos a)
+    assert event["at"] == pytest.approx(0.0, abs=1e-12)
+    assert event["force"] == pytest.approx(2.0 * G * np.cos(start), rel=1e-9)
+    angle = np.arccos(2 * np.cos(start) / 3)
+    x, w = np.polynomial.legendre.leggauss(400)
+    # the time down to that angle, with a = start - s^2 (the root at rest vanishes)
+    edge = np.sqrt(start - angle)
+    s = edge * (x + 1) / 2
+    rate = np.sqrt(2 * G / length * (np.cos(start - s**2) - np.cos(start)))
+    time = float(np.sum(w * edge / 2 * 2 * s / rate))
+    assert event["until"] == pytest.approx(time, rel=1e-8)
+    assert any("rope" in note and "would have to pull" in note for note in result.summary["notes"])
+
+
+def test_a_driven_motion_lifts_off_where_the_reactions_task_says() -> None:
+    whole = 2 * np.pi / OMEGA
+    task = md.Motion(drivers=(md.Driver("cam.angle", law=f"{OMEGA}*t"),), until=whole, poses=5)
+    (event,) = [e for e in md.solve(cam(), task).events if e["kind"] == "lift_off"]
+    falls, rises = zeros(normal)
+    assert event["at"] == pytest.approx(falls / OMEGA, rel=1e-9)
+    assert event["until"] == pytest.approx(rises / OMEGA, rel=1e-9)
+    grid = np.linspace(0, 2 * np.pi, 200_001)
+    assert event["force"] == pytest.approx(float(normal(grid).min()), rel=1e-7)

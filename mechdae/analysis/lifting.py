@@ -16,6 +16,7 @@ from mechdae.analysis.answer import Answer
 from mechdae.analysis.cycle import SAMPLES, State
 from mechdae.analysis.legs import Legs
 from mechdae.analysis.moving import Moving
+from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.start import shown
 from mechdae.analysis.statics import Statics
 from mechdae.analysis.uniqueness import Uniqueness
@@ -27,7 +28,7 @@ HALVINGS = 60
 SHARES = 80
 """Steps of the search for the strongest pull in an arc, each to two thirds."""
 NOTHING = 1e-12
-"""Share of the largest force of a contact that is rounding."""
+"""Share of the largest reaction of the mechanism that is rounding."""
 Arc = dict[str, Any]
 
 
@@ -38,6 +39,7 @@ class Contacts:
         self.model = model
         self.found = one_sided(model, among)
         self.unit = {own.name: own.unit for own in self.found}
+        self.scale = mechanism_scale(model.mechanism)
 
     @property
     def names(self) -> list[str]:
@@ -58,7 +60,12 @@ class Contacts:
         forms = self._forms(q, self.model.p_values)[0].reshape(len(q), -1, 4)
         acting = np.stack([reactions[name] for name in self.names], axis=1)
         push = np.sum(forms[:, :, :3] * acting, axis=2)
-        return push - np.abs(acting[:, :, 2]) / forms[:, :, 3]
+        push -= np.abs(acting[:, :, 2]) / forms[:, :, 3]
+        every = np.stack([own[:, :2] for own in reactions.values()], axis=1)
+        largest = np.nanmax(np.abs(every), axis=(1, 2), initial=0.0)[:, None]
+        turning = np.array([own.unit != "N" for own in self.found])
+        rounding = NOTHING * np.where(turning, largest * self.scale, largest)
+        return np.where(np.abs(push) <= rounding, 0.0, push)
 
 
 def arcs(force: Callable[[Any], Any], grid: Any, names: list[str]) -> list[Arc]:
@@ -88,9 +95,8 @@ def arcs(force: Callable[[Any], Any], grid: Any, names: list[str]) -> list[Arc]:
             return force(s)[:, k]
 
         s, f = _with_dips(grid, values[:, k], own)
-        size = float(np.max(np.abs(f[np.isfinite(f)]), initial=0.0))
         with np.errstate(invalid="ignore"):
-            pulls = f < -NOTHING * size
+            pulls = f < 0
         edges = np.flatnonzero(np.diff(np.concatenate([[0], pulls.astype(int), [0]])))
         for first, end in edges.reshape(-1, 2):
             low = _edge(own, s, f, first - 1, first) if first else s[0]
@@ -223,7 +229,7 @@ def at_poses(values: Any, names: list[str], places: Any) -> list[Arc]:
     found: list[Arc] = []
     for k, name in enumerate(names):
         with np.errstate(invalid="ignore"):
-            pulls = values[:, k] < -NOTHING * np.nanmax(np.abs(values[:, k]), initial=0.0)
+            pulls = values[:, k] < 0
         edges = np.flatnonzero(np.diff(np.concatenate([[0], pulls.astype(int), [0]])))
         for first, end in edges.reshape(-1, 2):
             worst = first + int(np.argmin(values[first:end, k]))

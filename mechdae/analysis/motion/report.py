@@ -13,6 +13,7 @@ from mechdae.analysis.motion.endings import Growth
 from mechdae.analysis.motion.events import Crossings, Found
 from mechdae.analysis.motion.expressions import WithReactions
 from mechdae.analysis.motion.integrate import Integrator
+from mechdae.analysis.motion.lifting import Lifting
 from mechdae.analysis.motion.meshing import slack_belts
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.passages import Passages
@@ -53,6 +54,7 @@ class Run:
     stiffness: Stiffness = field(init=False)
     ranges: Ranges = field(init=False)
     growth: Growth = field(init=False)
+    lifting: Lifting = field(init=False)
     creep: Creep | None = None
     first_energy: float = 0.0
     states: States = field(init=False)
@@ -143,6 +145,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         + expressions.notes
         + lost
         + run.stiffness.notes()
+        + run.lifting.notes()
     )
     if run.begin.correction > CORRECTED:
         notes.append(
@@ -270,7 +273,7 @@ def _events(run: Run) -> tuple[dict[str, Any], ...]:
     for t, name, sign, kind in run.sticking.found:
         owner = "load" if name in loads else "joint"
         found.append({"kind": kind, "at": t, "time": t, owner: name, "sign": sign})
-    found += run.stiffness.events()
+    found += run.stiffness.events() + run.lifting.events()
     found += [run.ends] if run.ends is not None else []
     found.sort(key=lambda entry: float(entry["at"]))
     return tuple(entry | {"in_range": True} for entry in found)

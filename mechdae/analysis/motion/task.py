@@ -14,6 +14,7 @@ from mechdae.analysis.motion.creep import Creep
 from mechdae.analysis.motion.endings import Growth, check_dead_start, feasible, stalled
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
+from mechdae.analysis.motion.lifting import Lifting
 from mechdae.analysis.motion.meshing import about, real_meshes
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.onset import verdict_ahead
@@ -101,7 +102,7 @@ def prepared(problem: Problem, task: Motion) -> tuple[Run, Any, Any]:
     run = Run(whole, begin, integrator, Passages(whole, integrator))
     run.crossings, run.sticking = Crossings(whole, integrator), Sticking(whole, integrator)
     run.stiffness, run.ranges = Stiffness(whole, integrator), Ranges(whole, integrator)
-    run.growth = Growth(whole, integrator)
+    run.growth, run.lifting = Growth(whole, integrator), Lifting(whole, integrator)
     check_rest(whole, x, v)
     return run, x, v
 
@@ -182,6 +183,7 @@ def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
             run.passages.look(nodes)
             run.stiffness.look(nodes)
             run.ranges.look(nodes)
+            run.lifting.look(nodes)
             _keep(kept, nodes, integrator, times)
             run.last = nodes.states[-1]
             if setup.laws:
