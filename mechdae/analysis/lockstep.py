@@ -8,6 +8,7 @@ to be followed one by one.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from mechdae.analysis.evaluate import H_LIMIT, Evaluator
 from mechdae.analysis.numbers import Constants
+from mechdae.analysis.own_modes import Starts
 from mechdae.analysis.setting import Setting
 from mechdae.kernels.batch import Batch
 
@@ -55,19 +57,18 @@ class Lockstep:
         self.pose = Batch(self.graphs.pose)
         self.evaluator = Evaluator(self.graphs, setting.outputs)
 
-    def run(self, numbers: list[Constants], x: Any, s: float, values: Any) -> Lanes:
+    def run(self, numbers: Sequence[Constants], starts: Starts, s: float, values: Any) -> Lanes:
         """Return the poses at the driver's `values` (n,) of all lanes.
 
         Parameters
         ----------
         numbers
             Parameter values and bounds of each lane; bounds must hold for |x| as in a path.
-        x, s
-            A pose of the first lane, solved at the driver's value s; the other lanes start
-            from it by Newton's method, on the same side of each dyad.
+        starts, s
+            A pose of each lane, solved at the driver's value s.
         """
         consts = np.array([number.vector() for number in numbers])
-        state, sign, kept = self._start(numbers, consts, x, s)
+        state, sign, kept = self._start(consts, starts, s)
         self.steps, self.size = 0, np.min([number.size_x for number in numbers], axis=0)
         upper = self._march(state, consts, sign, kept, s, float(values.max()))
         lower = self._march(state, consts, sign, kept, s, float(values.min()))
@@ -75,7 +76,20 @@ class Lockstep:
         states = np.stack([node for _, node in (*lower[:0:-1], *upper)], axis=1)
         return self._poses(numbers, consts, sign, kept, places, states, values)
 
-    def _start(self, numbers: Any, consts: Any, x: Any, s: float) -> tuple[Any, Any, Any]:
+    def begin(self, numbers: Sequence[Constants], x: Any, s: float) -> Starts:
+        """Return where lanes come to by Newton's method from one pose of the first lane.
+
+        ``sure`` (k, nb) tells which blocks come to a pose on the same side of each dyad.
+        """
+        consts = np.array([number.vector() for number in numbers])
+        state, det, moved = self._settled(consts, x, s)
+        sign = np.sign(det)
+        with np.errstate(invalid="ignore"):
+            sure = (sign == sign[0]) & (moved < 1e-9) & np.isfinite(moved)
+        return Starts(state[:, : self.graphs.nx], sign, sure)
+
+    def _settled(self, consts: Any, x: Any, s: float) -> tuple[Any, Any, Any]:
+        """Return states, determinants and last steps of the blocks by Newton's method from x."""
         g, k = self.graphs, len(consts)
         state = np.zeros((k, 3 * g.nx + g.nb))
         state[:, : g.nx] = x
@@ -85,13 +99,18 @@ class Lockstep:
             state, _, det, _ = self._advanced(state, s, 0.0, consts)
             for b, graph in enumerate(g.blocks):
                 moved[:, b] = np.abs(state[:, graph.own] - before[:, graph.own]).max(axis=1)
-            if not np.any(moved > 1e-13 * (1 + np.abs(state[:, : g.nx]).max())):
-                break
-        sign = np.sign(det[0])
-        kept = (np.sign(det) == sign).all(axis=1) & np.isfinite(state).all(axis=1)
-        kept &= (moved < 1e-9).all(axis=1)
-        kept &= self.evaluator.sign_tells.all() | (np.arange(k) == 0)
-        return state, sign, kept
+            with np.errstate(invalid="ignore"):
+                if not np.any(moved > 1e-13 * (1 + np.nanmax(np.abs(state[:, : g.nx])))):
+                    break
+        return state, det, moved
+
+    def _start(self, consts: Any, starts: Starts, s: float) -> tuple[Any, Any, Any]:
+        state, det, moved = self._settled(consts, starts.x, s)
+        with np.errstate(invalid="ignore"):
+            kept = (np.sign(det) == starts.sign).all(axis=1) & np.isfinite(state).all(axis=1)
+            kept &= (moved < 1e-9).all(axis=1) & starts.sure
+        kept &= self.evaluator.sign_tells.all() | (np.arange(len(consts)) == 0)
+        return state, starts.sign, kept
 
     def _advanced(self, state: Any, s: float, ds: float, consts: Any) -> list[Any]:
         rows = len(state)
@@ -128,7 +147,7 @@ class Lockstep:
             )
             self.steps += len(going)
             with np.errstate(invalid="ignore"):
-                good = ((test <= 1) & (miss <= 1) & (np.sign(det) == sign)).all(axis=1)
+                good = ((test <= 1) & (miss <= 1) & (np.sign(det) == sign[rows[going]])).all(axis=1)
                 good &= (np.abs(after[:, : self.graphs.nx]) <= self.size).all(axis=1)
             ahead[going] = after
             held[going[~good]] = False
@@ -157,7 +176,8 @@ class Lockstep:
         mu = np.repeat(np.array([numbers[i].mu for i in lanes]).reshape(-1, g.nb), n, axis=0)
         with np.errstate(invalid="ignore", over="ignore"):
             h = kappa * results[3] * (np.sqrt(results[4]) + results[3] * rho)
-            good = ((h <= H_LIMIT) & (np.sign(results[2]) == sign)).all(axis=1)
+            sides = np.repeat(sign[lanes], n, axis=0)
+            good = ((h <= H_LIMIT) & (np.sign(results[2]) == sides)).all(axis=1)
             good &= (np.abs(results[0]) <= self.size).all(axis=1)
             good &= (kappa * results[3] * results[4] <= 1e-15).all(axis=1)
         held = good.reshape(len(lanes), n).all(axis=1)

@@ -156,7 +156,7 @@ class Sketched:
         deepest, failure, taken = -1, None, 0
         while begun and taken < 2 * MOST_BEGUN:
             *_, cost, done, x = heapq.heappop(begun)
-            if found and _farther(cost, found[0][0]):
+            if found and told_apart(cost, found[0][0]):
                 break
             if done == len(part):
                 found.append((cost, x))
@@ -188,7 +188,7 @@ class Sketched:
             whole = [self._unwound(part, x, u) for x in near]
             least = min(whole)
             by_turns = sorted(zip(whole, range(len(near)), strict=True))
-            near = [near[k] for far, k in by_turns if not _farther(far**2, least**2)]
+            near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
         result.x = near[0]
         if len(near) > 1:
             differ = [k for k in part if self._differ(self.groups[k], near)]
@@ -338,7 +338,7 @@ def _key(c: Coordinate) -> str:
     return f"{c.part}_deg" if c.kind == "body angle" else c.part
 
 
-def _farther(one: float, other: float) -> bool:
+def told_apart(one: Any, other: Any) -> Any:
     """Return whether a sum of squares is more than that of another mode, told apart by it."""
-    far, near = math.sqrt(one), math.sqrt(other)
+    far, near = np.sqrt(one), np.sqrt(other)
     return far - near > TIE * near + ROUNDING

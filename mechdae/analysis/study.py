@@ -18,6 +18,9 @@ from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import in_time
 from mechdae.analysis.lockstep import Lockstep
 from mechdae.analysis.numbers import Constants, mechanism_scale
+from mechdae.analysis.own_modes import OwnModes
+from mechdae.analysis.plan import Sketch, sketched
+from mechdae.analysis.plan import plan as plan_of
 from mechdae.analysis.sets import OF_PARTS, Row, Sets, computed, row_of, text_of
 from mechdae.analysis.setting import Setting, first_pose, prepare
 from mechdae.describe.coordinates import coordinate_names
@@ -26,7 +29,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Study, Sweep
-from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
+from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError, UnknownName
 from mechdae.jobs.distribute import distribute
 from mechdae.jobs.pools import Processes, Supply
 from mechdae.results import Result
@@ -266,7 +269,10 @@ class _Collector:
             column_of(setting, path)  # unknown names are reported before anything is computed
         try:
             u, x = first_pose(setting, self.task)
-        except SolveError:
+        except (SolveError, MechanismError):  # other sets may have other sketches
+            return
+        own = OwnModes(setting, u, x)
+        if not own.usable:
             return
         plan, s = setting.plan, float(u[0])
         is_angle = plan.coordinates[0].is_angle
@@ -283,17 +289,40 @@ class _Collector:
         for start in range(0, len(self.sets), portion):
             chosen = range(start, min(start + portion, len(self.sets)))
             p = [base, *(numbers[k] for k in chosen)]
-            found = lanes.run([Constants(setting.graphs, size_u, p=q) for q in p], x, s, values)
-            own = np.concatenate([rates[:1], rates[start : start + len(chosen)]])[:, None, :]
-            y = in_time(found.y, own[:, :, :1], own[:, :, 1:])
+            constants = [Constants(setting.graphs, size_u, p=q) for q in p]
+            sketches, there = self._sketches(setting, chosen)
+            starts = own.starts(lanes, constants, sketches, s)
+            found = lanes.run(constants, starts, s, values)
+            speeds = np.concatenate([rates[:1], rates[start : start + len(chosen)]])[:, None, :]
+            y = in_time(found.y, speeds[:, :, :1], speeds[:, :, 1:])
             for i, k in enumerate(chosen, start=1):
-                if not found.kept[i]:
+                if not (found.kept[i] and there[i]):
                     continue
                 rows[k] = [_series(setting, path, [part[i] for part in y]) for path in self.outputs]
                 status[k] = "ok"
                 self.together += 1
             if self.progress is not None:
                 self.progress(self.together, len(self.sets))
+
+    def _sketches(self, setting: Setting, chosen: range) -> tuple[list[Sketch], list[bool]]:
+        """Return the sketches of the first set and of others, and which begin at its driver value.
+
+        A sketch may name parameters that the study varies.
+        """
+        mechanism = self.problem.mechanism
+        base = sketched(mechanism)
+        words = [number for number in mechanism.sketch.values() if isinstance(number, str)]
+        if not words or not set(self.names) & set(mechanism.parameters):
+            return [base] * (len(chosen) + 1), [True] * (len(chosen) + 1)
+        sketches, there = [base], [True]
+        for k in chosen:
+            varied = mechanism
+            for name, value in self._values_of(k, mechanism.parameters).items():
+                varied = varied.with_values({name: value})
+            sketches.append(sketched(varied))
+            other = plan_of(varied, self.task).sketch
+            there.append(np.array_equal(other, setting.plan.sketch, equal_nan=True))
+        return sketches, there
 
     def _rates(self) -> Any:
         """Return speed and acceleration of the driver in each set (k, 2).
