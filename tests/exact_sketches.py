@@ -283,9 +283,9 @@ def judged(linkage, pose):
     answer, hint = asked(linkage, pose)
     if answer != "refused":
         return answer
-    key = hint.removeprefix("add ").split(" ")[0].strip('"')
-    more = [key] if key.count(".") == 2 else []
-    if not more:
+    keys = hint.removeprefix("add ").partition(" to ")[0].split(" and ")
+    more = [key.strip('"') for key in keys]
+    if not all(key.count(".") == 2 for key in more):
         return f"refused, with no place that tells: {hint}"
     again, _ = asked(linkage, pose, more)
     return "own by the hint" if again == "own" else f"after the hint {hint!r}: {again}"

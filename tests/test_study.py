@@ -98,9 +98,10 @@ def test_a_swapped_branch_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
 
     right = Lockstep._start
 
-    def wrong(self, numbers, consts, x, s):
-        state, sign, kept = right(self, numbers, consts, x, s)
-        state[1, : self.graphs.nx] = right(self, numbers, consts, -x, s)[0][1, : self.graphs.nx]
+    def wrong(self, consts, starts, s):
+        state, sign, kept = right(self, consts, starts, s)
+        other = replace(starts, x=-starts.x)
+        state[1, : self.graphs.nx] = right(self, consts, other, s)[0][1, : self.graphs.nx]
         return state, sign, kept
 
     monkeypatch.setattr(Lockstep, "_start", wrong)

@@ -62,14 +62,14 @@ class Entry:
 class Nearest:
     """The pose nearest to the sketch, or the group that failed on the way to it.
 
-    ``doubtful`` are groups whose mode the sketch does not tell, ``tied`` the poses between which
-    it does not; ``ended`` tells that the search was ended before all modes were compared.
+    ``doubtful`` are groups whose mode the sketch does not tell, ``tied`` their places and the poses
+    between which it does not; ``ended`` tells that the search was ended before all were compared.
     """
 
     x: Any
     failure: Failure | None = None
     doubtful: list[Group] = field(default_factory=list)
-    tied: list[Any] = field(default_factory=list)
+    tied: list[tuple[list[int], list[Any]]] = field(default_factory=list)
     ended: bool = False
 
 
@@ -93,6 +93,8 @@ class Sketched:
         entries = [self._entry(c, value) for c, value in (told | assembler.places).items()]
         self.entries = [entry for entry in entries if entry is not None]
         self.parts = self._parts()
+        self.ended = False
+        """Whether the last search ended before all modes were compared."""
 
     def _entry(self, c: Coordinate, wanted: float) -> Entry | None:
         """Return an entry of the sketch, None where it tells of bodies that are not solved for."""
@@ -146,6 +148,7 @@ class Sketched:
             self._part(part, result, u)
             if result.failure is not None:
                 break
+        self.ended = result.ended
         return result
 
     def _part(self, part: list[int], result: Nearest, u: Any) -> None:
@@ -191,9 +194,11 @@ class Sketched:
             near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
         result.x = near[0]
         if len(near) > 1:
-            differ = [k for k in part if self._differ(self.groups[k], near)]
-            result.doubtful += [self.groups[k] for k in differ[:1]]
-            result.tied = result.tied or near
+            result.doubtful.append(self._first_to_differ(part, near))
+            result.tied.append((part, near))
+
+    def _first_to_differ(self, part: list[int], poses: list[Any]) -> Group:
+        return next(self.groups[k] for k in part if self._differ(self.groups[k], poses))
 
     def _differ(self, group: Group, poses: list[Any]) -> bool:
         """Return whether the group's own unknowns are not the same in all poses."""
@@ -287,15 +292,32 @@ class Sketched:
 
     # -- what would tell -------------------------------------------------------------------
 
-    def hint(self, found: Nearest, u: Any) -> tuple[list[str], str]:
-        """Return keys of the sketch that tell the tied modes apart, and a line as one has it."""
-        for group in found.doubtful:
-            if telling := self._telling(group, found.tied, u):
-                keys = [_key(entry.coordinate) for entry in telling]
-                value = telling[0].value(found.tied[0], u, self.assembler.p).item()
-                angle = telling[0].coordinate.kind == "body angle"
-                return keys, f"{keys[0]} = {math.degrees(value) if angle else value:.6g}"
-        return [], ""
+    def hint(self, found: Nearest, u: Any) -> tuple[list[str], list[str]]:
+        """Return keys of the sketch that tell the tied modes apart, and lines as one mode has them.
+
+        All keys are needed; where any of some does, they are joined by "or".
+        """
+        keys, lines, p = [], [], self.assembler.p
+        for part, poses in found.tied:
+            left = poses
+            while len(left) > 1:
+                telling = self._telling(self._first_to_differ(part, left), left, u)
+                if not telling:
+                    return [], []
+                first = telling[0]
+                value = first.value(left[0], u, p).item()
+                angle = first.coordinate.kind == "body angle"
+                keys.append(" or ".join(_key(entry.coordinate) for entry in telling))
+                shown = math.degrees(value) if angle else value
+                lines.append(f"{_key(first.coordinate)} = {shown:.6g}")
+                left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= TIE]
+        return keys, lines
+
+    def _moved(self, entry: Entry, x: Any, y: Any, u: Any) -> float:
+        """Return by how much a coordinate differs between two poses, in its size."""
+        p = self.assembler.p
+        gap = entry.gap(y, u, p, True) - entry.gap(x, u, p, True)
+        return math.remainder(gap, 2 * math.pi) if entry.turns else gap
 
     def _telling(self, group: Group, poses: list[Any], u: Any) -> list[Entry]:
         """Return angles that differ between poses, else slides, else the point that moves most."""
@@ -319,11 +341,7 @@ class Sketched:
             apart = {}
             for entry in entries:
                 if entry is not None:
-                    values = [entry.gap(x, u, self.assembler.p) for x in poses]
-                    gaps = [value - values[0] for value in values]
-                    if entry.turns:
-                        gaps = [math.remainder(gap, 2 * math.pi) for gap in gaps]
-                    apart[entry] = max(abs(gap) for gap in gaps)
+                    apart[entry] = max(abs(self._moved(entry, poses[0], x, u)) for x in poses)
             telling = [entry for entry, gap in apart.items() if gap > TIE]
             telling.sort(key=lambda entry: -apart[entry])
             if telling:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.modes import Assembler, Failure, Mode
+from mechdae.analysis.nearest import MOST_BEGUN
 from mechdae.analysis.plan import Plan
 from mechdae.errors import AssemblyError, MechanismError, UnknownName
 from mechdae.model.reduction import Scene
@@ -28,12 +29,13 @@ def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
     if found.failure is not None:
         raise not_assembled(assembler.scene, found.failure, u)
     if found.doubtful:
-        keys, line = assembler.sketched.hint(found, u)
+        keys, lines = assembler.sketched.hint(found, u)
         raise MechanismError(
             f"does not tell which assembly mode of group {found.doubtful[0].name} is meant",
             where="sketch",
             hint=(
-                f"add {' or '.join(keys)} to [sketch], like {line}, or choose a mode with --mode"
+                f"add {' and '.join(keys)} to [sketch], like {' and '.join(lines)}, "
+                f"or choose a mode with --mode"
                 if keys
                 else "the modes meet at this pose: sketch another one"
             ),
@@ -67,6 +69,11 @@ def doubts(assembler: Assembler, plan: Plan, x: Any, u: Any) -> list[str]:
                 f"numbers without a suffix are radians"
             )
     notes += assembler.contacts.corners()
+    if assembler.sketched.ended:
+        notes.append(
+            f"the sketch is too rough to compare all modes: {MOST_BEGUN} were begun, another may "
+            f"be nearer to it"
+        )
     for group in assembler.scene.groups:
         off = assembler.sketched.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:
