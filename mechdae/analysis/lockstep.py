@@ -156,7 +156,7 @@ class Lockstep:
 
     def _poses(
         self,
-        numbers: list[Constants],
+        numbers: Sequence[Constants],
         consts: Any,
         sign: Any,
         kept: Any,

@@ -95,7 +95,7 @@ class OwnModes:
         sizes = self._size(p)[0][:, 0]
         x = np.tile(self.x, (len(p), 1))
         sure = np.ones(len(p), bool)
-        sign = None
+        sign: Any = None
         for part, modes in zip(self.sketched.parts, self.modes, strict=True):
             own = self._columns(part)
             if not own or modes is None:
@@ -113,8 +113,8 @@ class OwnModes:
                 sure &= told_apart(next_, near)
             for k, start in enumerate(states):
                 chosen = np.flatnonzero(order[0] == k)
-                x[np.ix_(chosen, own)] = start.x[np.ix_(chosen, own)]
-                sign[np.ix_(chosen, blocks)] = start.sign[np.ix_(chosen, blocks)]
+                x[chosen[:, None], own] = start.x[chosen[:, None], own]
+                sign[chosen[:, None], blocks] = start.sign[chosen[:, None], blocks]
         if sign is None:  # nothing to choose
             start = lockstep.begin(numbers, self.x, s)
             return Starts(start.x, start.sign, start.sure.all(axis=1))
@@ -166,7 +166,8 @@ def _size_of(setting: Setting) -> Any:
     model = setting.scene.model
     mechanism = model.mechanism
     spans = [ca.SX(0)]
-    for name, body in [("ground", mechanism.ground), *mechanism.bodies.items()]:
+    parts: list[tuple[str, Any]] = [("ground", mechanism.ground), *mechanism.bodies.items()]
+    for name, body in parts:
         for axis in "xyz"[: mechanism.dimension] if len(body.points) > 1 else "":
             places = [ca.SX(model.numbers[f"{name}.{point}.{axis}"]) for point in body.points]
             spans.append(ca.mmax(ca.vertcat(*places)) - ca.mmin(ca.vertcat(*places)))
