@@ -57,7 +57,7 @@ class Lockstep:
         self.pose = Batch(self.graphs.pose)
         self.evaluator = Evaluator(self.graphs, setting.outputs)
 
-    def run(self, numbers: Sequence[Constants], starts: Starts, s: float, values: Any) -> Lanes:
+    def run(self, numbers: list[Constants], starts: Starts, s: float, values: Any) -> Lanes:
         """Return the poses at the driver's `values` (n,) of all lanes.
 
         Parameters
@@ -156,7 +156,7 @@ class Lockstep:
 
     def _poses(
         self,
-        numbers: Sequence[Constants],
+        numbers: list[Constants],
         consts: Any,
         sign: Any,
         kept: Any,
