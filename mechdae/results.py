@@ -65,6 +65,7 @@ SUMMARY = {
     "efficiency_formula_10": "1",
     "frequencies": "Hz",
     "damping": "1",
+    "settling_time": "s",
     "envelope": "m",
 }
 """Units of entries of a summary."""
@@ -77,6 +78,8 @@ PLURALS = {
     "driver": "drivers",
     "output": "outputs",
 }
+HISTORY = ("last", "highest", "lowest", "peak", "settling")
+"""First steps of paths that give one number of a motion's time history."""
 KINDS = ("drivers", "bodies", "points", "joints", "outputs")
 
 
@@ -267,7 +270,8 @@ class Result:
     def value(self, path: str) -> Any:
         """Return the plain data at a slash path below the task (``points/rod.B/velocity``).
 
-        A named output stands for its value, or is the first step of a path.
+        A named output stands for its value, or is the first step of a path; a number is a place
+        in a list (``summary/frequencies/0``).
 
         Raises
         ------
@@ -276,6 +280,9 @@ class Result:
         """
         here: Any = self._plain
         for step in self.whole_path(path).split("/"):
+            if isinstance(here, list) and step.isdigit() and int(step) < len(here):
+                here = here[int(step)]
+                continue
             if not isinstance(here, dict) or step not in here:
                 raise UnknownName("path", path, list(here) if isinstance(here, dict) else [])
             here = here[step]
@@ -346,6 +353,9 @@ class Result:
 
     def path_unit(self, path: str) -> str:
         """Return the unit of what a path of a study names; empty where it is not known."""
+        word, _, rest = path.partition("/")
+        if word in HISTORY:
+            return "s" if word == "settling" else self.path_unit(rest)
         head, _, rest = self._named(path).partition("/")
         part, _, name = rest.rpartition("/")
         if head in KINDS and part:

@@ -16,8 +16,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis import figures
 from mechdae.analysis.answer import solved
 from mechdae.analysis.composed import Composed, is_series
+from mechdae.analysis.figures import base_of, prepared
+from mechdae.analysis.motion.implicit import Implicit
 from mechdae.analysis.moving import Moving, requests
 from mechdae.analysis.numbers import mechanism_scale
 from mechdae.analysis.reactions import loaded_bodies
@@ -29,7 +32,7 @@ from mechdae.analysis.uniqueness import require_unique
 from mechdae.describe.expression import build, evaluate, names_in
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Driver, Reactions, Sensitivity, Sweep
+from mechdae.describe.tasks import Driver, Equilibrium, Motion, Reactions, Sensitivity, Sweep
 from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
 from mechdae.kernels.batch import Batch
 from mechdae.model.model import FUNCTIONS
@@ -42,6 +45,8 @@ STEP = 2.0**-6
 """First step, as a share of the parameter (of the mechanism's length where it is zero)."""
 SAMPLES, FEW_SAMPLES = 1000, 200
 """Sets of a Monte Carlo run, fewer where each is a whole task of its own."""
+SHARP = 1e-13
+"""Tolerance of motions that are differenced."""
 SETTLED = 1e-9
 """How far the last Newton step of a sampled pose may still move."""
 
@@ -69,7 +74,9 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
     InputError
         Unknown tasks, paths or parameters; nothing to differentiate.
     """
-    base_name, base = _base(problem, task)
+    base_name, base = base_of(problem, task.of, "differentiated")
+    outputs = task.outputs or ()
+    problem = _sharp(prepared(problem, base_name, outputs), base_name)
     if not task.outputs:
         raise InputError("name the paths to differentiate", where="outputs")
     tolerances = _tolerances(problem, task)
@@ -87,8 +94,14 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
     paths = [whole.whole_path(path) for path in task.outputs]
     series = [path for path in paths if is_series(path) and _has_series(base)]
     rest = [path for path in paths if path not in series]
-    poses = _Poses(literal, base, series, names) if series else None
-    found = poses.found(task.order) if poses else {}
+    poses = None
+    found: dict[str, Found] = {}
+    if isinstance(base, Sweep) and series:
+        poses = _Poses(literal, base, series, names)
+        found = poses.found(task.order)
+    if isinstance(base, Equilibrium) and task.order == 1:
+        found = _at_rest(literal, base, names, rest)
+        rest = [path for path in rest if path not in found]
     for path in rest:
         found[path] = _differenced(literal, base_name, path, names, task.order, whole)
     data = {
@@ -97,17 +110,21 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
     }
     if task.order == 2:
         data["second"] = {path: found[path].second for path in paths}
+    implicit = [path for path in paths if path not in (*series, *rest)]
     errors = {path: found[path].error for path in rest}
     if errors:
         data["estimated_error"] = errors
     if tolerances:
-        data["tolerances"] = _spread(literal, base_name, poses, rest, names, found, tolerances)
+        data["tolerances"] = _spread(
+            literal, base_name, poses, [*implicit, *rest], names, found, tolerances
+        )
     summary = {
         "of": base_name,
         "wrt": names,
         "order": task.order,
         "exact": series,
         "differenced": rest,
+        **({"implicit": implicit} if implicit else {}),
         "status": whole.summary.get("status", {}),
     }
     return Result(
@@ -123,17 +140,6 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
         definition=task,
         data=data,
     )
-
-
-def _base(problem: Problem, task: Sensitivity) -> tuple[str, Sweep]:
-    known = {key: other for key, other in problem.tasks.items() if isinstance(other, Sweep)}
-    if task.of is None:
-        if len(known) != 1:
-            raise InputError("say which task is differentiated", where="of", hint=", ".join(known))
-        return next(iter(known.items()))
-    if task.of not in known:
-        raise UnknownName("sweep", task.of, known, where="of")
-    return task.of, known[task.of]
 
 
 def _tolerances(problem: Problem, task: Sensitivity) -> dict[str, float]:
@@ -161,8 +167,38 @@ def _is_text(problem: Problem, name: str) -> bool:
     return isinstance(numbers[name], str)
 
 
-def _has_series(task: Sweep) -> bool:
-    return all(driver.law is None and driver.range is None for driver in task.all_drivers)
+def _has_series(task: Sweep | Motion | Equilibrium) -> bool:
+    return isinstance(task, Sweep) and all(
+        driver.law is None and driver.range is None for driver in task.all_drivers
+    )
+
+
+def _sharp(problem: Problem, name: str) -> Problem:
+    """Return the problem with a motion sharp enough to be differenced."""
+    task = problem.tasks[name]
+    if not isinstance(task, Motion):
+        return problem
+    return problem.with_task(name, replace(task, tolerance=SHARP))
+
+
+def _at_rest(
+    problem: Problem, base: Equilibrium, names: list[str], paths: list[str]
+) -> dict[str, Found]:
+    """Return values and derivatives of the paths of an equilibrium that have exact ones."""
+    implicit = Implicit(problem, base, names)
+    found = {}
+    for path in paths:
+        if not implicit.knows(path):
+            continue
+        of_pose = is_series(path)
+        value, slopes = implicit.place(path) if of_pose else implicit.motion(path)
+        first = {name: slopes[..., k] for k, name in enumerate(names)}
+        if of_pose and len(value) == 1:  # one pose
+            first = {name: np.ravel(slope) for name, slope in first.items()}
+        elif of_pose:
+            value, first = value[None, :], {name: slope[None, :] for name, slope in first.items()}
+        found[path] = Found(value, first, {}, {})
+    return found
 
 
 def _solved(problem: Problem, name: str) -> Result:
@@ -375,7 +411,7 @@ def _extrapolated(column: list[Any]) -> tuple[Any, Any]:
 
 
 def _number(result: Result, path: str) -> Any:
-    value = result.value(path)
+    value = figures.value(result, path)
     if value is None:
         raise SolveError(f"{path} has no value here", hint="ask for a path that has one")
     try:

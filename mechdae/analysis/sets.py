@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from mechdae.analysis.figures import figure, is_figure
 from mechdae.describe.problem import Problem, from_dict
-from mechdae.describe.tasks import Sweep
+from mechdae.describe.tasks import Task
 from mechdae.describe.writing import alone
 from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
 from mechdae.jobs.distribute import Failure
@@ -41,13 +42,15 @@ KEPT = 4
 class Row:
     """What a set gives: a value for each path (None: not assembled), its status.
 
-    ``fault`` is what else is wrong with it; ``refused`` that the set is no valid mechanism.
+    ``fault`` is what else is wrong with it; ``refused`` that the set is no valid mechanism;
+    ``errors`` how far figures of time histories may be off, by path.
     """
 
     values: list[Any] | None
     status: str
     fault: str = ""
     refused: InputError | None = None
+    errors: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ class Sets:
     sets: tuple[Mapping[str, float], ...]
 
 
-def text_of(problem: Problem, name: str, task: Sweep) -> str:
+def text_of(problem: Problem, name: str, task: Task) -> str:
     """Return a problem file with all that determines the rows of a study."""
     return alone(problem.mechanism, {name: task})
 
@@ -99,7 +102,14 @@ def row_of(problem: Problem, name: str, outputs: Sequence[str], values: Mapping[
     words += [word for word in ARCS if result.summary.get(f"{word}_arcs")]
     worst = next((word for word in words if word not in ("ok", "limit")), "ok")
     fault = str(result.fault) if worst == "ok" and result.fault is not None else ""
-    return Row([_numbers(_missing_ok(result, path), path) for path in outputs], worst, fault)
+    row, errors = [], {}
+    for path in outputs:
+        if is_figure(path):
+            value, errors[path] = figure(result, path)
+        else:
+            value = _missing_ok(result, path)
+        row.append(_numbers(value, path))
+    return Row(row, worst, fault, errors=errors)
 
 
 def _numbers(value: Any, path: str) -> Any:

@@ -16,6 +16,7 @@ import numpy as np
 from mechdae.analysis.composed import column_of
 from mechdae.analysis.crossings import NODES_PER_TURN
 from mechdae.analysis.evaluate import in_time
+from mechdae.analysis.figures import base_of, prepared
 from mechdae.analysis.lockstep import Lockstep
 from mechdae.analysis.numbers import Constants, mechanism_scale
 from mechdae.analysis.own_modes import OwnModes
@@ -28,7 +29,7 @@ from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Study, Sweep
+from mechdae.describe.tasks import Equilibrium, Motion, Study, Sweep
 from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError, UnknownName
 from mechdae.jobs.distribute import distribute
 from mechdae.jobs.pools import Processes, Supply
@@ -64,7 +65,7 @@ def study(
     InputError
         Unknown parameters, paths or tasks, too many sets.
     """
-    base_name, base = _base(problem, task)
+    base_name, base = base_of(problem, task.of, "varied")
     names, sets = _sets(problem, task)
     if not task.outputs:
         raise InputError(
@@ -72,6 +73,8 @@ def study(
         )
     for path in task.outputs:
         _check_summary(problem, path)
+    problem = prepared(problem, base_name, tuple(task.outputs))
+    _, base = base_of(problem, base_name, "varied")
     collector = _Collector(
         problem, base_name, base, names, sets, tuple(task.outputs), workers, progress
     )
@@ -86,6 +89,8 @@ def study(
     }
     if collector.faults:
         summary["faults"] = collector.faults
+    if collector.errors:
+        summary["estimated_error"] = collector.errors
     reached = any(word == "ok" for word in status)
     return Result(
         problem.name,
@@ -100,17 +105,6 @@ def study(
         fault=None if reached else f"none of {len(sets)} sets is assembled at all poses",
         definition=task,
     )
-
-
-def _base(problem: Problem, task: Study) -> tuple[str, Sweep]:
-    known = {key: other for key, other in problem.tasks.items() if isinstance(other, Sweep)}
-    if task.of is None:
-        if len(known) != 1:
-            raise InputError("say which task is varied", where="of", hint=", ".join(known))
-        return next(iter(known.items()))
-    if task.of not in known:
-        raise UnknownName("sweep", task.of, known, where="of")
-    return task.of, known[task.of]
 
 
 def _sets(problem: Problem, task: Study) -> tuple[list[str], Any]:
@@ -164,7 +158,7 @@ class _Collector:
         self,
         problem: Problem,
         name: str,
-        task: Sweep,
+        task: Sweep | Motion | Equilibrium,
         names: list[str],
         sets: Any,
         outputs: tuple[str, ...],
@@ -177,6 +171,7 @@ class _Collector:
         self.together = 0
         self.faults: list[dict[str, Any]] = []
         self.refused: dict[int, InputError] = {}
+        self.errors: dict[str, float] = {}
 
     def run(self) -> tuple[dict[str, Any], list[str]]:
         """Return path -> (sets, ...) and the status of each set."""
@@ -206,8 +201,8 @@ class _Collector:
 
     def _in_series(self) -> bool:
         """Return whether all outputs are series of one driver over given values."""
-        if type(self.task) is not Sweep:
-            return False
+        if not isinstance(self.task, Sweep) or type(self.task) is not Sweep:
+            return False  # only plain sweeps have a lockstep
         drivers = self.task.all_drivers
         plain = len(drivers) == 1 and drivers[0].law is None and drivers[0].range is None
         heads = all(path.split("/")[0] in SERIES for path in self.outputs)
@@ -227,6 +222,8 @@ class _Collector:
             rows[k], status[k] = own.values, own.status
             if own.fault:
                 self.faults.append({"set": k, "fault": own.fault})
+            for path, error in own.errors.items():
+                self.errors[path] = max(self.errors.get(path, 0.0), error)
             if own.refused is not None:
                 self.refused[k] = own.refused
             if self.progress is not None:

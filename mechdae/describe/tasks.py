@@ -215,12 +215,12 @@ class Synthesis(Task):
 
 @dataclass(frozen=True)
 class Study(Task):
-    """A sweep over a grid of parameters (``vary``) or over sets of them (``samples``)."""
+    """A task over a grid of parameters (``vary``) or over sets of them (``samples``)."""
 
     vary: Any = key("free", None, doc="name -> [from, to, count]; all combinations")
     samples: Any = key("free", None, doc="name -> [values], as many for each name")
-    of: str | None = key("text", None, doc="the sweep that is repeated")
-    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that sweep in the JSON")
+    of: str | None = key("text", None, doc="the sweep, motion or equilibrium repeated")
+    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
 
     kind: ClassVar[str] = "study"
     available: ClassVar[bool] = True
@@ -230,7 +230,7 @@ class Study(Task):
 class Sensitivity(Task):
     """Derivatives of outputs with respect to parameters, and what tolerances do to them."""
 
-    of: str | None = key("text", None, doc="the sweep or reactions task")
+    of: str | None = key("text", None, doc="the sweep, reactions, motion or equilibrium task")
     outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
     wrt: tuple[str, ...] | None = key("names", None, doc="parameters and automatic names")
     order: int = key("whole", 1, doc="1, or 2 for second derivatives too")

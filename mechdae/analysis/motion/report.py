@@ -138,6 +138,11 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         if row.name not in forced and (row.owner, row.part) not in setup.held
     }
     summary |= sole.summary
+    efforts = {
+        row.owner: -lam[:, i] if sole.multipliers[i] else np.full(len(lam), np.nan)
+        for i, row in enumerate(rows)
+        if row.driver and row.part == "law"
+    }
     notes = (
         sole.notes
         + setup.notes
@@ -181,6 +186,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         fault="; ".join(faults) or None,
         definition=task,
         time=states.t,
+        efforts=Series(efforts),
         scalars=Series(scalars),
         work=Series(work),
         unique=sole.joints,

@@ -17,6 +17,9 @@ from mechdae.describe.moving import named_coordinate
 from mechdae.describe.tasks import Equilibrium
 from mechdae.errors import InputError, SingularMassError
 
+SETTLED = math.log(50)
+"""Time, in those of the slowest small motion, after which 2 % of it are left."""
+
 
 def small_motions(
     balance: Balance, task: Equilibrium, x: Any, basis: Any, along: list[Any]
@@ -75,6 +78,7 @@ def small_motions(
         "stable": verdict,
         "frequencies": [mode["frequency"] for mode in modes],
         "damping": [mode["damping"] for mode in modes],
+        "settling_time": SETTLED / -growth if verdict == "asymptotically stable" else None,
     }
 
 

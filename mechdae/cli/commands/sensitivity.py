@@ -14,7 +14,9 @@ from mechdae.errors import InputError
 def arguments(parser: argparse.ArgumentParser) -> None:
     problem_arguments(parser)
     parser.add_argument(
-        "--task", metavar="T", help="the sweep or reactions task, or one of kind sensitivity"
+        "--task",
+        metavar="T",
+        help="the sweep, reactions, motion or equilibrium task, or one of kind sensitivity",
     )
     parser.add_argument(
         "--of", action="append", metavar="PATH", help="path below the task in the JSON"
