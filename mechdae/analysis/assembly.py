@@ -67,6 +67,7 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         "formula": formula(the_scene.groups),
         "groups": [g.name for g in the_scene.groups if assembler.labelled(g)],
         "not_in_scene": the_scene.not_in_scene,
+        "bound": "estimated" if certain.constants.estimated else "proved",
         "sketches": [start.as_sketch(assembler, mode, u) for mode in found],
     }
     rollers = cuts(the_scene, np.array([mode.x for mode in found]), np.tile(u, (len(found), 1)))

@@ -37,6 +37,10 @@ APART = 0.01
 """Share of 1/beta within which a solution is the only one: equations of size 1 bend by a few."""
 GRAIN, ROUGHEST = 4e-15, 1e-5
 """Rounding of a solution over beta, and the most it is taken for at a fold."""
+FAR = 1e6
+"""Sizes of the mechanism beyond which a length is at infinity: what is met there is no pose."""
+CROWD = 512
+"""Solutions above which the search ends: they are no single ones."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +101,7 @@ class Search:
             kept, hits = self._merge(kept, hits, reached)
             settled = done and len(kept) == known and np.all(hits >= HITS)
             done, goal = goal, 2 * goal
-            if settled or goal > most:
+            if settled or goal > most or len(kept) > CROWD:
                 return Found(kept, hits, done)
 
     def _starts(self, first: int, last: int) -> Any:
@@ -149,7 +153,7 @@ class Search:
         reached = reached - newton_steps(J, F) * self.scale
         F, _ = self._values(reached)
         far = 1 + np.abs(reached[:, self.lengths] / self.solver.size).max(axis=1, initial=0.0)
-        return reached[np.abs(F).max(axis=1) <= self.rounding * far]
+        return reached[(np.abs(F).max(axis=1) <= self.rounding * far) & (far <= FAR)]
 
     def _merge(self, kept: Any, hits: Any, reached: Any) -> tuple[Any, Any]:
         """Return the distinct solutions with their hits when `reached` is added."""

@@ -37,17 +37,19 @@ def facts_text(result: Result, width: int) -> list[str]:
     if result.kind in ("sweep", "reactions"):
         counts = ", ".join(f"{count} {status}" for status, count in summary["status"].items())
         lines.append(f"  status    {counts}")
+    if result.kind in ("sweep", "reactions", "modes"):
         fine = np.asarray(result.status) == "ok"
         bounds = [
-            f"{name} {array[fine].max():.1e} {'m' if name == 'length' else 'rad'}"
+            f"{name} {np.nanmax(array[fine]):.1e} {'m' if name == 'length' else 'rad'}"
             for name, array in result.bound.items()
-            if fine.any()
+            if np.isfinite(array[fine]).any()
         ]
         if bounds:
-            worst = np.nanmax(result.condition[np.isfinite(result.condition)], initial=1.0)
-            lines.append(
-                f"  error <=  {', '.join(bounds)} ({summary['bound']}); condition {worst:.3g}"
-            )
+            line = f"  error <=  {', '.join(bounds)} ({summary['bound']})"
+            if result.condition is not None:
+                worst = np.nanmax(result.condition[np.isfinite(result.condition)], initial=1.0)
+                line += f"; condition {worst:.3g}"
+            lines.append(line)
     for entry in summary.get("superfluous", []):
         joints = ", ".join(entry["joints"])
         lines.append(f"  redundant {entry['count']} equation(s) superfluous among {joints}")
