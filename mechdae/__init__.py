@@ -23,6 +23,7 @@ _HOMES = {
     "mechdae.describe.writing": "dump dumps",
     "mechdae.analysis.solve": "solve",
     "mechdae.analysis.function": "function",
+    "mechdae.analysis.opened": "opened",
     "mechdae.synthesis.run": "synthesize",
     "mechdae.results": "Result",
     "mechdae.draw": "plot",

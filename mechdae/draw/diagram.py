@@ -22,6 +22,7 @@ from mechdae.draw.driver import (
     value_text,
 )
 from mechdae.draw.figure import new_axes
+from mechdae.draw.gaps import blame_text, draw_gaps, open_text
 from mechdae.draw.guides import draw_guides, gaps_of, travel
 from mechdae.draw.labels import Links, draw_labels
 from mechdae.draw.loads import Mark, draw_loads, load_points
@@ -178,12 +179,13 @@ def draw_pose(
     marks: list[Mark] = []
     if view.loads:
         marks = draw_loads(sheet, scene, result, pose, places, words, view.peak)
+    marks += draw_gaps(sheet, scene, result, words)
     extra = view.overlay(sheet) if view.overlay is not None else ""
     _draw_frame(sheet, scene, result, pose, words, extra)
     if view.labels:
         draw_labels(sheet, scene, pose, places, links, marks)
     values = [value_text(result, own, pose, words, own.text in held) for own in drivers]
-    values.insert(0, time_text(result, pose, words))
+    values = [time_text(result, pose, words), *values, open_text(result, words)]
     write_titles(sheet, result, values, pose, words, view.subtitle)
 
 
@@ -455,6 +457,8 @@ def note_text(scene: Scene, result: Any, pose: int, words: Words) -> str:
         parts.append(f"{words('unasked')}: {', '.join(unasked)}")
     if unsolved:
         parts.append(f"{status}, {words('undrawn')}: {', '.join(unsolved)}")
+    elif scene.open:
+        parts.append(blame_text(result, words))
     elif scene.status[pose] != "ok":
         parts.append(f"{words('pose')}: {status}")
     return "; ".join(parts)

@@ -80,6 +80,7 @@ def places_of(scene: Scene, pose: int) -> list[Place]:
         if joint in both
         or (
             joint.kind == "revolute"
+            and joint.name not in scene.open
             and GROUND in joint.bodies
             and set(joint.bodies) <= set(scene.origins)
         )
@@ -114,6 +115,7 @@ def free_points(scene: Scene, pose: int) -> list[str]:
     used = {
         reference
         for joint in scene.mechanism.joints.values()
+        if joint.name not in scene.open
         for reference in (joint.first, joint.second)
     }
     return [

@@ -44,6 +44,8 @@ class Scene:
         (n,) text.
     cylinders
         Names of the guides that are drawn as hydraulic cylinders.
+    open
+        Names of the joints that do not close: their links are drawn apart.
     """
 
     mechanism: Mechanism
@@ -52,6 +54,7 @@ class Scene:
     origins: Mapping[str, Array]
     status: tuple[str, ...]
     cylinders: frozenset[str] = frozenset()
+    open: frozenset[str] = frozenset()
 
     def local(self, reference: str) -> Array:
         """Return the coordinates of ``body.point`` in its body."""
@@ -101,7 +104,9 @@ class Scene:
         return [
             joint
             for joint in self.mechanism.joints.values()
-            if self.shown(joint.first_body, pose) and self.shown(joint.second_body, pose)
+            if self.shown(joint.first_body, pose)
+            and self.shown(joint.second_body, pose)
+            and joint.name not in self.open
         ]
 
     def fixed_bodies(self) -> set[str]:
@@ -224,7 +229,13 @@ def read_scene(result: Any) -> Scene:
         origins,
         status,
         frozenset(_cylinders(mechanism, driver_names(result))),
+        frozenset(own["joint"] for own in open_of(result)),
     )
+
+
+def open_of(result: Any) -> list[dict[str, Any]]:
+    """Return the joints of a pose that does not close: names, gaps, places."""
+    return list((getattr(result, "summary", None) or {}).get("open", ()))
 
 
 def driver_names(result: Any) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from mechdae.cli.pictures import (
 )
 from mechdae.cli.progress import progress
 from mechdae.draw.options import DESIGNS, GRAPHS, OPTIONS
-from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.errors import AssemblyError, InputError, MechdaeError, SolveError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
 TYPES = {"whole": int, "number": float}
@@ -69,7 +70,16 @@ def run(options: argparse.Namespace) -> int:
     check_suits(problem, name, kind, options.mode)
     extra = options_for(kind, asked)
     problem = prepared(problem, name, kind, asked.get("of", ()))
-    result = _solved(problem, name, kind, options.mode)
+    try:
+        result = _solved(problem, name, kind, options.mode)
+    except AssemblyError as error:
+        return _written_open(options, problem, name, error)
+    pose = extra.get("pose")
+    if kind == "diagram" and _not_assembled(result, pose):
+        drawn = _opened(problem, name, result, pose)
+        if drawn is not None:
+            del extra["pose"]
+            return _written(options, drawn, kind, extra, form, f"open-{pose}")
     if kind == "design" and not options.kind and not result.data["designs"]:
         kind, extra = "census", {}
     return _written(options, result, kind, extra, form)
@@ -85,7 +95,12 @@ def _form(options: argparse.Namespace) -> str:
 
 
 def _written(
-    options: argparse.Namespace, result: Any, kind: str, extra: dict[str, Any], form: str
+    options: argparse.Namespace,
+    result: Any,
+    kind: str,
+    extra: dict[str, Any],
+    form: str,
+    word: str = "",
 ) -> int:
     """Write the picture and say where it is; return the exit code."""
     from mechdae.draw import plot, save
@@ -93,7 +108,7 @@ def _written(
     picture = plot(result, kind, **extra)
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
-    words = [result.problem, result.task, extra.get("which") or kind]
+    words = [result.problem, result.task, word or extra.get("which") or kind]
     words += ["polar"] if extra.get("polar") else []
     words += [str(extra["design"] + 1)] if "design" in extra else []
     words += [str(extra["pose"])] if "pose" in extra else []
@@ -107,6 +122,39 @@ def _written(
         message(f"mechdae: task {result.task}: {result.fault}", False)
         return 1
     return 0
+
+
+def _not_assembled(result: Any, pose: int | None) -> bool:
+    """Return whether a pose was asked for that does not assemble."""
+    there = pose is not None and -len(result.status) <= pose < len(result.status)
+    return there and str(result.status[pose]) == "unassembled"
+
+
+def _written_open(
+    options: argparse.Namespace, problem: Any, name: str, error: AssemblyError
+) -> int:
+    """Write the diagram of a mechanism that does not close, say why; return the exit code."""
+    picture = _opened(problem, name, None, None)
+    if picture is None:
+        raise error
+    print(f"mechdae: {error}", file=sys.stderr)
+    style = {
+        word: getattr(options, word)
+        for word in ("dark", "lang")
+        if getattr(options, word) is not None
+    }
+    form = "svg" if options.kind == "animation" else _form(options)
+    return _written(options, picture, "diagram", style, form, "open")
+
+
+def _opened(problem: Any, name: str, result: Any, pose: int | None) -> Any:
+    """Return the pose drawn open, None where it closes or several loops are open."""
+    from mechdae.analysis.opened import opened
+
+    try:
+        return opened(problem, name, result=result, pose=pose)
+    except SolveError:
+        return None
 
 
 def _check_folder(out: str) -> None:
