@@ -43,7 +43,8 @@ class Limit:
     are not met beyond) or "unproved"; ``x`` (nx,) the
     unknowns there; for a fold ``own`` are the unknowns of its block, ``v`` (nx,) and ``c`` its
     expansion. ``reached`` is how far the path was proved where that is short of the end, at
-    the end of a curve ``joint`` is its joint.
+    the end of a curve ``joint`` is its joint. Where branches touch to a higher ``order`` the place
+    lies ``within`` a range; those that stay apart are ``nearest`` to each other somewhere behind.
     """
 
     s: float
@@ -57,6 +58,9 @@ class Limit:
     gap: float = 0.0
     reached: float | None = None
     joint: str = ""
+    order: float = 1.0
+    within: tuple[float, float] | None = None
+    nearest: float | None = None
 
     @property
     def belongs(self) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 from mechdae.analysis.bridge import ZONE, Bridge, Builder, Zone
 from mechdae.analysis.crossings import Crossing, CrossingFinder
 from mechdae.analysis.curve_ends import CurveEnds
-from mechdae.analysis.cusps import CuspFinder
+from mechdae.analysis.cusps import CuspFinder, Touch
 from mechdae.analysis.expansion import Expansion, Stretch
 from mechdae.analysis.interpolate import near_limit, quintic
 from mechdae.analysis.limits import Limit, LimitFinder
@@ -529,10 +529,11 @@ class Path:
         if near is not None:
             return Limit(s, b, group, "ambiguous", x, gap=near.gap)
         for k in reversed(self.graphs.ancestors(b)):
-            place = CuspFinder(self.bridges.finder).find(k, s, state, sense)
-            if place is not None:
-                return Limit(place, k, self.block_group[k], "cusp", x, reached=s)
-        return Limit(s, b, group, kind, x)
+            touch = CuspFinder(self.bridges.finder).find(k, s, state, sense)
+            if touch is not None:
+                return _touching(touch, s, k, self.block_group[k], x)
+        # without a place and its range nothing is said to meet
+        return Limit(s, b, group, "unproved" if kind == "change_point" else kind, x)
 
     # -- curves --------------------------------------------------------------------------
 
@@ -772,3 +773,12 @@ class Path:
                     rows, values = near_limit(s, S, X, V, limit, side)
                     result[np.ix_(np.flatnonzero(rows), np.array(columns))] = values[:, columns]
         return result
+
+
+def _touching(touch: Touch, s: float, b: int, group: int, x: Any) -> Limit:
+    """Return the end of a path at `s` just before a place at which branches touch, or nearly do."""
+    if not touch.meet:
+        return Limit(s, b, group, "ambiguous", x, gap=touch.gap, nearest=touch.s)
+    kind = "cusp" if touch.cusp else "change_point"
+    place = {"reached": s, "gap": touch.gap, "order": touch.order}
+    return Limit(touch.s, b, group, kind, x, within=(touch.low, touch.high), **place)

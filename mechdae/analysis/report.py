@@ -66,6 +66,10 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
             event |= {"kind": limit.kind, "joint": limit.joint or group.key_joint}
             if limit.kind == "ambiguous":
                 event["gap"] = limit.gap
+            if limit.nearest is not None:
+                event["nearest"] = limit.nearest
+            if limit.within is not None:
+                event |= {"order": limit.order, "range": list(limit.within), "gap": limit.gap}
             found.append((limit.s, event))
     found += [pair for zone in path.zones for pair in _crossed(setting, path, zone, low, high)]
     for s, event in found:
@@ -472,7 +476,7 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
         if begins_singular(setting, run.path, event):
             text += f"; the motion begins at {_place(setting, event)}, {SINGULAR_START}"
             continue
-        text += f"; the motion stops at {_place(setting, event)}: {why}"
+        text += f"; the motion stops at {_place(setting, event)}: {why}{_range(event)}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
             text += (
                 ", and the other one does not meet the superfluous equations"
@@ -482,6 +486,15 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
     if status[0] == "unassembled":
         text += _modes_at_start(setting, run)
     return text
+
+
+def _range(event: dict[str, Any]) -> str:
+    """Return to which order branches touch and how well the place is known, '' for others."""
+    if "range" not in event:
+        return ""
+    low, high = event["range"]
+    touch = f" and touch to order {event['order']:.0f}" if event["kind"] == "change_point" else ""
+    return f"{touch}, within {(high - low) / 2:.1g} of it"
 
 
 def _place(setting: Setting, event: dict[str, Any]) -> str:
