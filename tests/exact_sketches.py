@@ -299,7 +299,7 @@ def examine(seed, family, most=6):
     try:
         sketch = linkage.sketch(linkage.pose)
         md.solve(linkage.mechanism(sketch), md.Modes(drivers=linkage.at(linkage.pose), limit=1))
-    except (md.MechanismError, IndexError):
+    except md.MechanismError:
         return []  # some of it is held twice, some not at all
     except md.MechdaeError as error:
         return [f"{type(error).__name__}: {error}"]

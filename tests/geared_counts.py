@@ -126,7 +126,7 @@ def counted(seed, search=True):
     task = md.Modes(drivers=linkage.at(linkage.pose))
     try:
         result = md.solve(linkage.mechanism(linkage.sketch(linkage.pose)), task)
-    except (md.MechdaeError, IndexError):
+    except md.MechdaeError:
         return None  # some of it is held twice
     wrong, proven = [], result.summary["proven"]
     poses = [read(linkage, result, k) for k in range(len(result))]

@@ -17,8 +17,10 @@ def modes_text(result: Result, width: int) -> list[str]:
     lines = [
         f"  {summary['count']} assembly mode(s), {how}; labels of {', '.join(summary['groups'])}"
     ]
-    for label, sketch in zip(result.labels or (), summary["sketches"], strict=True):
+    rows = zip(result.labels or (), summary["sketches"], result.status, strict=True)
+    for label, sketch, status in rows:
         text = "  ".join(f"{name} = {value:g}" for name, value in sketch.items())
+        text = text if status == "ok" else f"{status}  {text}"
         lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
     for entry in summary.get("search", []):
         text = f"{entry['found']} found from {entry['starts']} starts"
