@@ -128,3 +128,75 @@ def test_a_place_where_the_proof_ends_is_not_the_change_point(
     result = swept(on_curve("2 - 0.2*s**6", -1.0))
     with pytest.raises(AssertionError):
         check(result, 0.0, 3)
+
+
+# -- change points of several groups at one pose ---------------------------------------------------
+
+
+def parallelograms(serial: bool, sketch: float = 0.6) -> md.Mechanism:
+    """Two parallelograms with cranks of 1: the second on the first one's rocker, or beside it."""
+    carrier, second = ("r1", 3.0) if serial else ("crank", 3.0)
+    base = 5.0 if serial else 3.0
+    bodies = [
+        md.Body("crank", points={"O": (0, 0), "B": (1, 0)}),
+        md.Body("c1", points={"A": (0, 0), "B": (2, 0)}),
+        md.Body("r1", points={"C": (0, 0), "B": (1, 0)}),
+        md.Body("c2", points={"B": (0, 0), "D": (second, 0)}),
+        md.Body("r2", points={"E": (0, 0), "D": (1, 0)}),
+    ]
+    joints = [
+        md.Revolute("O", "ground.O", "crank.O"),
+        md.Revolute("A", "crank.B", "c1.A"),
+        md.Revolute("B", "c1.B", "r1.B"),
+        md.Revolute("C", "ground.C", "r1.C"),
+        md.Revolute("B2", f"{carrier}.B", "c2.B"),
+        md.Revolute("D", "c2.D", "r2.D"),
+        md.Revolute("E", "ground.E", "r2.E"),
+    ]
+    ground = md.Ground(points={"O": (0, 0), "C": (2, 0), "E": (base, 0)})
+    sketched = {"crank": sketch, "c1": 0.0, "r1": sketch, "c2": 0.0, "r2": sketch}
+    return md.Mechanism(ground=ground, bodies=bodies, joints=joints, sketch=sketched)
+
+
+def anti(u: np.ndarray, d: float) -> np.ndarray:
+    """The rocker of an antiparallelogram with cranks 1 and ground d: tan halves in one ratio."""
+    return -2 * np.arctan((d + 1) / (d - 1) * np.tan(u / 2))
+
+
+def through_zero(serial: bool, action: str) -> md.Result:
+    driver = md.Driver("crank.angle", from_=0.6, to=-0.6)
+    task = md.Sweep(driver, poses=25, on_change_point=action)
+    return md.solve(parallelograms(serial), task)
+
+
+@pytest.mark.parametrize("serial", [True, False])
+def test_two_parallelograms_go_on_together(serial: bool) -> None:
+    result = through_zero(serial, "continue")
+    assert set(result.status) == {"ok"}
+    for body in ("r1", "r2"):
+        u = result.drivers["crank.angle"].position
+        assert result.bodies[body].angle == pytest.approx(u, abs=1e-12)
+    together = [e["together_with"] for e in result.events if e["kind"] == "change_point"]
+    assert together == [["II.1 RRR(4,5)"], ["II.1 RRR(2,3)"]]
+
+
+def test_side_by_side_both_switch() -> None:
+    result = through_zero(False, "switch")
+    u = result.drivers["crank.angle"].position
+    assert set(result.status) == {"ok"}
+    for body, d in (("r1", 2.0), ("r2", 3.0)):
+        before, behind = u > 1e-9, u < -1e-9
+        angle = result.bodies[body].angle
+        assert angle[before] == pytest.approx(u[before], abs=1e-12)
+        assert angle[behind] == pytest.approx(anti(u[behind], d), abs=1e-11)
+
+
+def test_one_on_the_other_neither_is_switched_unasked() -> None:
+    """Which of the three other ways is meant is not told by "switch"."""
+    result = through_zero(True, "switch")
+    u = result.drivers["crank.angle"].position
+    assert set(result.status[u > 1e-9]) == {"ok"}
+    assert set(result.status[u < -1e-9]) == {"unassembled"}
+    events = [e for e in result.events if e["kind"] == "change_point" and abs(e["at"]) < 1]
+    assert [(e["action"], e["at"]) for e in events] == [("stop", pytest.approx(0, abs=1e-12))] * 2
+    assert "which of them is to switch is not told" in result.fault

@@ -124,7 +124,9 @@ class Builder:
     ) -> Bridge | None:
         """Return the bridge from the proved node `state` at `s`, None where it does not hold.
 
-        A path that would `switch` to a branch on which the driver stands still stops.
+        A path that would `switch` to a branch on which the driver stands still stops; so it does
+        where a block crosses together with one it hangs on: with that one switched it comes from
+        another side, and which of its branches is the other one is not told by the way it came.
         """
         g, n = self.graphs, self.graphs.nx
         sense = np.sign(crossing.s - s)
@@ -148,7 +150,8 @@ class Builder:
         before = self._centre(living, crossing.s, state, s, known)
         carried = self._carried(s, state, crossing.s, before)
         after = before
-        if action == "switch" and any(c.other is None for c in crossings):
+        serial = any(one in g.ancestors(b) for b in blocks for one in blocks if one != b)
+        if action == "switch" and (serial or any(c.other is None for c in crossings)):
             action = "stop"
         switch = action == "switch"
         guess = np.array(carried(far)[0])

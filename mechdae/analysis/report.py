@@ -124,6 +124,9 @@ def _crossed(
             "gap": crossing.gap,
             **({"excluded": True} if crossing.excluded else {}),
         }
+        if others := [c.group for c in zone.crossings if c is not crossing]:
+            named = [g.name for g in setting.scene.groups if g.index in others]
+            event["together_with"] = named
         events.append((crossing.s, event))
     return events
 
@@ -471,21 +474,34 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
             text += f"{c.text} = {', '.join(ends)}"
         else:
             text += "; ".join(_place(setting, event) for event in limits)
+    told = set()
     for event in stops:
+        if "together_with" in event and (str(event["at"]) in told):
+            continue  # of groups that meet at one pose the first one names the others
+        told.add(str(event["at"]))
         why = STOPS[event["kind"]].format(joint=event["joint"])
         if begins_singular(setting, run.path, event):
             text += f"; the motion begins at {_place(setting, event)}, {SINGULAR_START}"
             continue
         text += f"; the motion stops at {_place(setting, event)}: {why}{_range(event)}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
-            text += (
-                ", and the other one does not meet the superfluous equations"
-                if event.get("excluded")
-                else ", and on the other one the driver stands still"
-            )
+            text += f", and {_not_switched(event)}"
     if status[0] == "unassembled":
         text += _modes_at_start(setting, run)
     return text
+
+
+def _not_switched(event: dict[str, Any]) -> str:
+    """Return why a path that was to switch stops at a change point."""
+    if event.get("excluded"):
+        return "the other one does not meet the superfluous equations"
+    if any(other is None for _, other in event["tangents"].values()):
+        return "on the other one the driver stands still"
+    others = " and ".join(event["together_with"])
+    return (
+        f"so do two of group {others}: one hangs on the other, which of them is to switch is not "
+        "told; sketch the mechanism behind it, on the branches that are meant"
+    )
 
 
 def _range(event: dict[str, Any]) -> str:
