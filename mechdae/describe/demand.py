@@ -79,6 +79,7 @@ class Transmission:
     bodies: tuple[str, ...]
     least: float
     poses: bool = False
+    place: str = "constraints"
 
 
 @dataclass(frozen=True)
@@ -272,13 +273,14 @@ def _constraints(
 def _transmission(mechanism: Mechanism, entry: Mapping[str, Any], place: str) -> Transmission:
     bodies = tuple(str(body) for body in items_of(entry.get("between"), f"{place}.between"))
     for body in bodies:
-        if body not in mechanism.bodies:
-            raise UnknownName("body", body, mechanism.bodies, where=f"{place}.between")
+        known = [*mechanism.bodies, GROUND]
+        if body not in known:
+            raise UnknownName("body", body, known, where=f"{place}.between")
     least = number(mechanism, entry.get("min"), f"{place}.min")
     if not 0 <= least < 1.5707963:
         raise InputError("a transmission angle lies between 0 and 90 degrees", where=f"{place}.min")
     over = word_of(entry.get("over", "turn"), ("turn", "goal"), "word", f"{place}.over")
-    return Transmission(bodies, least, over == "goal")
+    return Transmission(bodies, least, over == "goal", place)
 
 
 def _box(mechanism: Mechanism, entry: Mapping[str, Any], place: str) -> Box:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from mechdae.describe.tasks import Driver, Sweep
 from mechdae.describe.writing import dumps
 from mechdae.synthesis.cognates import are_cognates
+from mechdae.synthesis.exchange import exchanged
 from mechdae.synthesis.fourbar import FourBarStarts
 from mechdae.synthesis.goals.visits import Visits
 from mechdae.synthesis.ipopt import Optimum
@@ -40,6 +41,8 @@ AGREES = 1e-6
 """Share by which the sweep's objective may differ from that of the NLP."""
 FINER = 0.5
 """The same where the sweep looks between the nodes of the NLP: what it finds is reported."""
+KEEPS = 1e-7
+"""By how much a transmission angle may be below its limit in the sweep of a design [rad]."""
 SILENT = ("closure", "target", "error", "deviation", "peak", "least", "stroke", "straight on",
           "swing", "end of the swing")  # fmt: skip
 """Constraints that state a goal, not a limit with a price."""
@@ -104,11 +107,11 @@ def designs(
         if len(kept) == most or (worse and kept[0]["term"] > 0):
             break
         nlp = problems[candidate.kind]
-        if len(kept) < 2:
-            polished = nlp.polished(candidate.found, candidate.given)
-        else:
-            polished = candidate.found
-        judged = _judged(search, nlp, polished, candidate, hits)
+        found_, given = candidate.found, candidate.given
+        if len(kept) < 2 or search.asked.transmission:
+            found_ = nlp.polished(found_, given)
+        found_, given = exchanged(search, nlp, found_, given)
+        judged = _judged(search, nlp, found_, replace(candidate, given=given), hits)
         if not judged.get("reasons") and group.others:
             same = cognates_among(search, problems, group)
             if same:
@@ -237,12 +240,21 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
     if found is None:
         return []
     defects = []
-    turned = [asked.least for asked in search.asked.transmission if not asked.poses]
-    turned = turned if search.asked.full_turn else []
-    least = max(turned, default=0.0)
-    angle = design.transmission
-    if angle is not None and angle < least - 1e-6:
-        defects.append(f"the transmission angle falls to {np.degrees(angle):.4g} deg")
+    measured = found.summary.get("transmission", {})
+    for asked in search.space.held_over_turn:
+        dyad = search.space.dyad(asked.bodies)
+        least = measured[dyad.joint]["min"]
+        if not least >= asked.least - KEEPS:
+            word = f"the transmission angle in {dyad.joint} falls to {np.degrees(least):.4g} deg"
+            defects.append(word)
+    for asked in search.space.held_at_poses:
+        joint = search.space.dyad(asked.bodies).joint
+        for goal in search.goals:
+            at, _ = goal.programme(design.values, design.given)
+            least = float(np.min(design.transmissions(np.unique(at))[joint]))
+            if not least >= asked.least - KEEPS:
+                word = f"the transmission angle in {joint} is {np.degrees(least):.4g} deg"
+                defects.append(f"{word} at a pose of the goal")
     for box in search.asked.boxes:
         for point in box.points:
             places = found.points[point].position

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -169,6 +170,17 @@ class Nlp:
                 found.seconds + new.seconds, new.bound_prices * scale, new.prices * scale,
             )  # fmt: skip
         return found
+
+    def again(self, z: Any, given: Mapping[str, Any], objective: float) -> Optimum:
+        """Return the optimum near a point that is nearly one: tight, and where that fails anew."""
+        scale = max(abs(objective), 1e-16) * 1e-4
+        new = self._polisher.solve(z, self.settings(given, scale), *self.bounds)
+        if new.solved:
+            return replace(
+                new, objective=new.objective * scale, bound_prices=new.bound_prices * scale,
+                prices=new.prices * scale,
+            )  # fmt: skip
+        return self.solve(z, given)
 
     # -- what cannot be met ------------------------------------------------------------------
 

@@ -9,6 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.measures.transmission import Dyad, dyads
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import UnavailableError
@@ -19,6 +20,8 @@ from mechdae.model.parameters import parameters_of
 from mechdae.model.reduction import Scene, scene
 
 SX = ca.SX
+SINE = "sine of "
+"""Prefix of the asked value that is the sine of a dyad's transmission angle."""
 
 
 class Poses:
@@ -56,14 +59,20 @@ class Poses:
             )
         self.graphs = Graphs(self.scene, SX(0, 1), 0)
         self.nx = self.graphs.nx
-        self.asked = {name: SX(e) for name, e in asks(self.model).items()}
         g = self.graphs
         values = SX.sym("free", len(self.free))
         p = parameters_of(self.model, self.free, values)
+        self.dyads = dyads(self.scene)
+        self.asked = {name: SX(e) for name, e in asks(self.model).items()}
+        self.asked |= {SINE + d.joint: d.sine for d in self.dyads if self.branch_of(d) is None}
         residuals, signs = [], []
-        for graph in g.blocks:
+        for k, graph in enumerate(g.blocks):
             F, J, _ = graph.value(g.x, g.u, g.p)
             residuals.append(F)
+            dyad = self._dyad_of(k)
+            if dyad is not None and not (graph.size == 2 and dyad.group.kind == "RRR"):
+                signs.append(self._over_graphs(dyad.sine))
+                continue
             columns = [ca.sqrt(ca.sumsqr(J[:, k])) for k in range(graph.size)]
             size = SX(1)
             for column in columns:
@@ -71,10 +80,7 @@ class Poses:
             det = inverse(J)[1] if graph.size <= 4 else ca.det(J)
             signs.append(det / size)
         names, parts = list(self.asked), list(self.asked.values())
-        asked = ca.substitute(
-            self.scene.expression(ca.vertcat(*parts) if parts else SX(0, 1)),
-            ca.vertcat(self.scene.x, self.scene.u), ca.vertcat(g.x, g.u),
-        )  # fmt: skip
+        asked = self._over_graphs(ca.vertcat(*parts) if parts else SX(0, 1))
         self._spans, start = {}, 0
         for name, part in zip(names, parts, strict=True):
             self._spans[name] = slice(start, start + part.numel())
@@ -126,11 +132,32 @@ class Poses:
         """(body, coordinate) of each unknown of a pose."""
         return self.scene.x_names
 
-    def block_of(self, bodies: Sequence[str]) -> int | None:
-        """Return the place among the branches of the dyad that bodies belong to."""
-        for k, block in enumerate(self.scene.blocks):
-            group = self.scene.groups[block.group]
-            held = {b for name in group.joints for b in self.mechanism.joints[name].bodies}
-            if group.is_dyad and set(bodies) <= held and set(bodies) & set(group.bodies):
-                return k
-        return None
+    # -- transmission angles -----------------------------------------------------------------
+
+    def _over_graphs(self, expression: Any) -> Any:
+        """Return an expression of the model over the symbols of the graphs."""
+        g = self.graphs
+        old, new = ca.vertcat(self.scene.x, self.scene.u), ca.vertcat(g.x, g.u)
+        return ca.substitute(self.scene.expression(expression), old, new)
+
+    def _dyad_of(self, k: int) -> Dyad | None:
+        """Return the dyad whose branch a block alone decides; its sine is the branch then."""
+        group = self.scene.groups[self.scene.blocks[k].group]
+        own = [dyad for dyad in self.dyads if dyad.group is group and group.is_dyad]
+        alone = sum(self.scene.groups[b.group] is group for b in self.scene.blocks) == 1
+        return own[0] if own and alone else None
+
+    def branch_of(self, dyad: Dyad) -> int | None:
+        """Return the place among the branches of a dyad's sine, None where it is not there."""
+        places = range(len(self.scene.blocks))
+        return next((k for k in places if self._dyad_of(k) is dyad), None)
+
+    def sine(self, dyad: Dyad, branch: Any, values: Any, sigma: Any) -> Any:
+        """Return the sine of a dyad's transmission angle at a pose of `function`."""
+        k = self.branch_of(dyad)
+        return ca.fabs(self.sine_of(dyad, values)) if k is None else sigma[k] * branch[k]
+
+    def sine_of(self, dyad: Dyad, values: Any) -> Any:
+        """Return the signed sine of a dyad that no branch tells, out of the asked values."""
+        found = self.part(values, SINE + dyad.joint)
+        return found[..., 0] if isinstance(found, np.ndarray) else found

@@ -15,7 +15,7 @@ from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Synthesis
 from mechdae.errors import InputError
 from mechdae.model.model import Model
-from mechdae.synthesis.goals.base import Goal, Seed
+from mechdae.synthesis.goals.base import Drawn, Goal, Seed
 from mechdae.synthesis.goals.extreme import Extreme, quantity_of
 from mechdae.synthesis.goals.function import Function
 from mechdae.synthesis.goals.rocker import Rocker as RockerGoal
@@ -24,8 +24,9 @@ from mechdae.synthesis.goals.visits import Visits as VisitsGoal
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.poses import Poses
 from mechdae.synthesis.quantity import Quantity
-from mechdae.synthesis.space import Space
+from mechdae.synthesis.space import TURN, Space
 from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.watch import watched
 
 
 class Search:
@@ -73,6 +74,8 @@ class Search:
         # a goal with targets of its own leads: starts are drawn for it, the others follow
         self.lead = min(self.goals, key=lambda goal: isinstance(goal, Extreme))
         self.kinds = self.space.kinds
+        for limit in self.asked.transmission:
+            self.space.dyad(limit.bodies, f"{limit.place}.between")
         self._check_effect()
 
     def _goal(self, asked: Any, name: str, names: list[str]) -> Goal:
@@ -228,18 +231,25 @@ class Search:
                 own, more = goal.completed(spread, drawn)
                 values |= own
                 given |= more
-            if self.asked.full_turn and (not self.space.single_loop or self.asked.boxes):
-                start = float(drawn.u[0])
-                ahead = np.argmin(np.abs(np.mod(self.space.circle - start + np.pi, 2 * np.pi)
-                                         - np.pi))  # fmt: skip
-                order = np.roll(np.arange(len(self.space.circle)), -int(ahead))
-                turned = self.space.circle[order] + 2 * np.pi * (
-                    np.round((start - self.space.circle[ahead]) / (2 * np.pi))
-                )
-                turned = np.unwrap(turned)
-                _, x, _ = spread.followed(drawn.d, drawn.x[0], start, turned)
-                values["turn"] = x[np.argsort(order)]
+            if self.space.turn_needed:
+                turn, places = self._turned(spread, drawn)
+                values["turn"] = turn
+                given["watched"] = places
             yield Seed(values, given, drawn.residual)
+
+    def _turned(self, spread: Spread, drawn: Drawn) -> tuple[Any, Any]:
+        """Return the poses of a whole turn of a start, and driver values that are watched."""
+        circle, start = self.space.circle, float(drawn.u[0])
+        ahead = int(np.argmin(np.abs(np.mod(circle - start + np.pi, TURN) - np.pi)))
+        order = np.roll(np.arange(len(circle)), -ahead)
+        turned = circle[order] + TURN * np.round((start - circle[ahead]) / TURN)
+        turned = np.unwrap(turned)
+        _, x, _ = spread.followed(drawn.d, drawn.x[0], start, turned)
+        turn = x[np.argsort(order)]
+        if not self.space.watched_dyads:
+            return turn, np.zeros(0)
+        own, more, _ = watched(spread, drawn.d, turned, x)
+        return np.concatenate([turn, more]), own
 
     @property
     def all_solutions(self) -> int | None:

@@ -11,7 +11,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.demand import Demand
+from mechdae.analysis.measures.transmission import Dyad
+from mechdae.describe.demand import Demand, Transmission
 from mechdae.errors import InputError
 from mechdae.model.parameters import parameters_of
 from mechdae.synthesis.loops import FourBar, four_bar
@@ -26,8 +27,8 @@ FAR = 100.0
 """The same for lengths among the unknowns, in sizes of the mechanism."""
 BRANCH = 1e-6
 """Least |determinant| of a pose relative to its columns, sin(theta4 - theta3) of a four-bar."""
-BETWEEN = 2e-3
-"""What a transmission angle may fall between nodes of a turn [rad]."""
+WATCHED = 4
+"""Poses of a turn, beside its nodes, at which a transmission angle is least."""
 CLASSES = ("crank-rocker", "drag-link")
 """Grashof's classes in which the driven link turns fully."""
 
@@ -147,7 +148,9 @@ class Space:
         F, branch, values = self.poses.function(x, u, d)
         nlp.constrain("closure", F / self.units)
         nlp.constrain("branch", sigma * branch, BRANCH, np.inf)
-        self._transmission(nlp, branch, sigma, turned=False)
+        for asked in self.held_at_poses:
+            sine = self.poses.sine(self.dyad(asked.bodies), branch, values, sigma)
+            nlp.constrain("transmission", sine, np.sin(asked.least), np.inf)
         if self.asked.full_turn:
             return values
         self._boxes(nlp, values)
@@ -165,30 +168,58 @@ class Space:
         blocks = self.poses.scene.blocks
         return np.array([unit == "m" for block in blocks for unit in block.units], bool)
 
-    def _transmission(self, nlp: Nlp, branch: Any, sigma: Any, turned: bool) -> None:
-        """Add the limits that hold over a turn, or those that hold at the goals' poses."""
-        for asked in self.asked.transmission:
-            if (self.asked.full_turn and not asked.poses) != turned:
-                continue
-            k = self.dyad(asked.bodies)
-            least = np.sin(asked.least + (BETWEEN if turned else 0.0))
-            nlp.constrain("transmission", sigma[k] * branch[k], least, np.inf)
+    # -- transmission angles -------------------------------------------------------------------
 
-    def dyad(self, bodies: tuple[str, ...]) -> int:
-        """Return the branch of the dyad that bodies belong to.
+    @cached_property
+    def held_at_poses(self) -> list[Transmission]:
+        """Limits of transmission angles that hold at the poses of the goals."""
+        every = self.asked.transmission
+        return [asked for asked in every if asked.poses or not self.asked.full_turn]
+
+    @cached_property
+    def held_over_turn(self) -> list[Transmission]:
+        """Limits of transmission angles that hold over the whole turn."""
+        return [asked for asked in self.asked.transmission if asked not in self.held_at_poses]
+
+    def of_loop(self, dyad: Dyad) -> bool:
+        """Whether a dyad closes the four-bar next to the driver: its extremes are known."""
+        loop = self.loop
+        return loop is not None and set(dyad.bodies) == {loop.coupler, loop.rocker}
+
+    @cached_property
+    def watched_limits(self) -> list[Transmission]:
+        """Limits over the turn whose extremes have no closed form."""
+        return [a for a in self.held_over_turn if not self.of_loop(self.dyad(a.bodies))]
+
+    @cached_property
+    def watched_dyads(self) -> list[Dyad]:
+        """The dyads of those limits."""
+        return [self.dyad(asked.bodies) for asked in self.watched_limits]
+
+    def dyad(self, bodies: tuple[str, ...], place: str = "") -> Dyad:
+        """Return the dyad whose transmission angle is that between two bodies.
 
         Raises
         ------
         InputError
-            They belong to none: only dyads have a transmission angle.
+            They do not meet where a transmission angle is measured.
         """
-        k = self.poses.block_of(bodies)
-        if k is None:
-            raise InputError(
-                f"{' and '.join(bodies) or 'no body'}: no dyad of the scene holds them",
-                where="constraints.between", hint="name two bodies of one dyad",
-            )  # fmt: skip
-        return k
+        every = self.poses.dyads
+        for dyad in every:
+            if len(bodies) == 2 and set(bodies) == set(dyad.bodies):
+                return dyad
+        near = [
+            dyad for dyad in every
+            if set(bodies) & {b for name in dyad.group.joints
+                              for b in self.poses.mechanism.joints[name].bodies}
+        ]  # fmt: skip
+        words = [f"{' and '.join(d.bodies)} (joint {d.joint})" for d in near or every]
+        hint = f"the transmission angle is that between {', or '.join(words)}" if words else ""
+        raise InputError(
+            f"{' and '.join(bodies) or 'no body'}: no transmission angle belongs to them: it is "
+            f"the angle in the joint between the two links of a dyad",
+            where=place, hint=hint or "the mechanism has no dyad",
+        )  # fmt: skip
 
     def _boxes(self, nlp: Nlp, values: Any, around: tuple[Any, Any] | None = None) -> None:
         """Keep points in their boxes, between nodes of a turn too: `around` are its neighbours.
@@ -222,6 +253,12 @@ class Space:
         """Classes that each have an NLP of their own."""
         return CLASSES if self.asked.full_turn and self.loop is not None else ("",)
 
+    @property
+    def turn_needed(self) -> bool:
+        """Whether poses of a whole turn are part of the problem."""
+        more = not self.single_loop or bool(self.asked.boxes) or bool(self.watched_limits)
+        return self.asked.full_turn and more
+
     def limits(self, nlp: Nlp, d: Any, sigma: Any, kind: str) -> None:
         """Add what the task demands of the design as a whole."""
         for ratio in self.asked.ratios:
@@ -234,7 +271,7 @@ class Space:
             return
         if self.loop is not None:
             self._grashof(nlp, d, kind)
-        if not self.single_loop or self.asked.boxes:
+        if self.turn_needed:
             self._turned(nlp, d, sigma)
 
     def _region(self, nlp: Nlp, region: Any, d: Any) -> None:
@@ -259,12 +296,8 @@ class Space:
             slack = [r3 + r4 - r1 - r2, r2 + r4 - r1 - r3, r2 + r3 - r1 - r4]
         margin = self.asked.margin / self.size
         nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf, self.size)
-        if not self.single_loop:
-            return
-        turned = [asked for asked in self.asked.transmission if not asked.poses]
-        least = max((float(asked.least) for asked in turned), default=0.0)
-        for asked in turned:
-            self.dyad(asked.bodies)
+        own = [a for a in self.held_over_turn if self.of_loop(self.dyad(a.bodies))]
+        least = max((float(asked.least) for asked in own), default=0.0)
         if least:
             nlp.constrain("transmission", self.cosines(d), -np.cos(least), np.cos(least))
 
@@ -285,15 +318,21 @@ class Space:
         return TURN * np.arange(self.NODES) / self.NODES
 
     def _turned(self, nlp: Nlp, d: Any, sigma: Any) -> None:
-        """Add a whole turn of the driver."""
-        x = self.pose_variables(nlp, "turn", self.NODES)
+        """Add a whole turn of the driver, and poses where transmission angles are least."""
+        count = len(self.watched_limits) * WATCHED
+        x = self.pose_variables(nlp, "turn", self.NODES + count)
+        watched = nlp.parameter("watched", np.zeros(count))
         every = []
-        for k, u in enumerate(self.circle):
+        for k in range(self.NODES + count):
+            u = self.circle[k] if k < self.NODES else watched[k - self.NODES]
             F, branch, values = self.poses.function(x[:, k], u, d)
-            every.append(values)
             nlp.constrain("closure", F / self.units)
+            if k < self.NODES:
+                every.append(values)
             if not self.single_loop:
                 nlp.constrain("determinants over the turn", sigma * branch, 1e-3, np.inf)
-                self._transmission(nlp, branch, sigma, turned=True)
+            for asked in self.watched_limits:
+                sine = self.poses.sine(self.dyad(asked.bodies), branch, values, sigma)
+                nlp.constrain("transmission", sine, np.sin(asked.least), np.inf)
         for k, values in enumerate(every):
             self._boxes(nlp, values, (every[k - 1], every[(k + 1) % self.NODES]))

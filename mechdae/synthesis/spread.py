@@ -37,7 +37,8 @@ class Spread:
         self.space, self.poses = space, space.poses
 
     @cached_property
-    def _step(self) -> Batch:
+    def newton(self) -> Batch:
+        """(x, u, d) -> x after a step of Newton's method, closure, branches, asked values."""
         g = self.poses.graphs
         d = SX.sym("d", len(self.poses.free))
         F, branch, values = self.poses.function(g.x, g.u, d)
@@ -62,8 +63,8 @@ class Spread:
             for i in range(k):
                 at = u[kept, i : i + 1]
                 for _ in range(NEXT if i else FIRST):
-                    x = np.nan_to_num(self._step(x, at, d[kept])[0], posinf=0, neginf=0)
-                _, F, branch, value = self._step(x, at, d[kept])
+                    x = np.nan_to_num(self.newton(x, at, d[kept])[0], posinf=0, neginf=0)
+                _, F, branch, value = self.newton(x, at, d[kept])
                 sign = np.sign(branch)
                 held = np.abs(F).max(axis=1, initial=0.0) <= CLOSED
                 held &= (sign == (sign if signs is None else signs)).all(axis=1)
@@ -90,8 +91,8 @@ class Spread:
                 steps = max(1, int(np.ceil(abs(target - last) / STEP)))
                 for at in np.linspace(last, target, steps + 1)[1:]:
                     for _ in range(NEXT):
-                        x = np.nan_to_num(self._step(x, [[at]], d)[0], posinf=0, neginf=0)
-                _, F, branch, value = self._step(x, [[target]], d)
+                        x = np.nan_to_num(self.newton(x, [[at]], d)[0], posinf=0, neginf=0)
+                _, F, branch, value = self.newton(x, [[target]], d)
                 last = target
                 sign = np.sign(branch) if sign is None else sign
                 held &= bool(np.abs(F).max(initial=0.0) <= CLOSED)

@@ -171,6 +171,24 @@ class Design:
         assert isinstance(found, Result)
         return found
 
+    def solved_as(self, task: Task) -> Result:
+        """Return the result of a task of one's own with these dimensions."""
+        found = solve(self.as_problem({"own": task}), "own")
+        assert isinstance(found, Result)
+        return found
+
+    def transmissions(self, at: Any) -> dict[str, Any]:
+        """Return the transmission angles (k,) by joint at driver values."""
+        task = Sweep(
+            Driver(self.driver, at=tuple(float(value) for value in at)), derivatives=0,
+            measures=("transmission",),
+        )  # fmt: skip
+        joints = self.solved_as(task).joints
+        return {
+            name: np.asarray(own["transmission_angle"], float)
+            for name, own in joints.items() if "transmission_angle" in own
+        }  # fmt: skip
+
     @property
     def others(self) -> dict[str, Task]:
         """The problem's tasks that are no syntheses."""

@@ -9,6 +9,7 @@ the other line is that of the follower.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -25,8 +26,28 @@ from mechdae.model.structure import Group
 PREFIX = "transmission of "
 
 
-def requests(scene: Scene) -> list[Request]:
-    """Return cross and dot product of the two lines of each dyad."""
+@dataclass(frozen=True)
+class Dyad:
+    """Where a group has a transmission angle.
+
+    ``joint`` is the one it belongs to and ``bodies`` the two that this joint joins; ``across``
+    and ``dot`` are cross and dot product of the two lines, over the coordinates of the scene.
+    """
+
+    joint: str
+    bodies: tuple[str, str]
+    group: Group
+    across: Any
+    dot: Any
+
+    @property
+    def sine(self) -> Any:
+        """Sine of the angle between the lines, with the sign of the side they are on."""
+        return self.across / ca.sqrt(self.across**2 + self.dot**2)
+
+
+def dyads(scene: Scene) -> list[Dyad]:
+    """Return the groups of a scene that have a transmission angle, in the order of solving."""
     found = []
     for group in scene.groups:
         if not group.is_dyad and group.kind != "cam":
@@ -35,10 +56,20 @@ def requests(scene: Scene) -> list[Request]:
         if lines is not None:
             key, first, second = lines
             across = first[0] * second[1] - first[1] * second[0]
-            joints = [scene.model.mechanism.joints[name] for name in group.joints]
-            bodies = dict.fromkeys(body for joint in joints for body in joint.bodies)
-            moving = tuple(body for body in bodies if body != GROUND)
-            found.append((PREFIX + key, ca.vertcat(across, ca.dot(first, second)), moving))
+            joint = scene.model.mechanism.joints[key]
+            bodies = (joint.first_body, joint.second_body)
+            found.append(Dyad(key, bodies, group, across, ca.dot(first, second)))
+    return found
+
+
+def requests(scene: Scene) -> list[Request]:
+    """Return cross and dot product of the two lines of each dyad."""
+    found = []
+    for dyad in dyads(scene):
+        joints = [scene.model.mechanism.joints[name] for name in dyad.group.joints]
+        bodies = dict.fromkeys(body for joint in joints for body in joint.bodies)
+        moving = tuple(body for body in bodies if body != GROUND)
+        found.append((PREFIX + dyad.joint, ca.vertcat(dyad.across, dyad.dot), moving))
     return found
 
 

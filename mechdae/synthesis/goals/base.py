@@ -105,6 +105,12 @@ class Goal:
         """Return what certified sweeps say about a design."""
         raise NotImplementedError
 
+    def refined(
+        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        """Return variables and parameters that see the true extremes, None where they do."""
+        return None
+
     def value(self, term: float) -> float:
         """Return the goal's value for its term in the objective."""
         return term * self.unit

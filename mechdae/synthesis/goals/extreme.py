@@ -15,6 +15,7 @@ import numpy as np
 
 from mechdae.describe.goals import Extreme as Asked
 from mechdae.errors import InputError, MechdaeError
+from mechdae.synthesis.extremes import largest, values_of
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.quantity import MEANS, Quantity
@@ -118,7 +119,8 @@ class Extreme(Goal):
             return SX(0)
         if self.asked.path in MEANS or self.asked.reduce in ("mean", "rms"):
             return self.sense * self._mean(rows)
-        worst = nlp.variable(self.own("worst"), 1, -np.inf, np.inf)
+        ends = (0.0, np.pi / 2) if self.quantity.transmission else (-np.inf, np.inf)
+        worst = nlp.variable(self.own("worst"), 1, *ends)
         bound = ca.sin(worst) if self.quantity.transmission else worst
         for row in rows:
             value = self._size(row)
@@ -234,28 +236,43 @@ class Extreme(Goal):
         if bad:
             defects.append(f"task {self.asked.task}: {len(bad)} poses are {bad[0]}")
         if self.bounds is None:
-            return Worth(quantity_of(found, self.asked), np.zeros(0), defects)
-        # between the nodes a bound may be missed by what the grid leaves
+            return Worth(self._reached(design, found), np.zeros(0), defects)
         low, high = self.bounds
-        series = series_of(found, self.asked)
-        if self.asked.reduce in ("mean", "rms"):
-            series = np.array([quantity_of(found, self.asked)])
+        series = values_of(found, self.asked.path)
         slack = NEAR * max(float(np.max(np.abs(series))), self.unit)
-        for value in (float(np.min(series)), float(np.max(series))):
+        reached = (
+            [quantity_of(found, self.asked)] * 2
+            if self.asked.reduce in ("mean", "rms")
+            else self._ends(design, found)
+        )
+        for value in dict.fromkeys(reached):
             if not low - slack <= value <= high + slack:
                 defects.append(f"{self.asked.path} is {value:.6g}, the limit is missed")
         return Worth(float(np.max(series)), np.zeros(0), defects)
 
+    def _reached(self, design: Design, found: Any) -> float:
+        """Return the reduced quantity, extremes refined."""
+        if self.asked.path in MEANS or self.asked.reduce in ("mean", "rms"):
+            return quantity_of(found, self.asked)
+        if self.asked.reduce == "least":
+            return self._ends(design, found)[0]
+        return largest(design, found, self.asked, np.abs)
 
-def series_of(found: Any, asked: Asked) -> Any:
-    """Return the values of a quantity over the poses of a solved task; of vectors the length."""
-    series = np.atleast_1d(np.asarray(found.value(asked.path), float))
-    return np.hypot(series[:, 0], series[:, 1]) if series.ndim == 2 else series
+    def _ends(self, design: Design, found: Any) -> tuple[float, float]:
+        """Return the least and the largest value over the task, refined."""
+        if self.asked.path in MEANS:
+            value = quantity_of(found, self.asked)
+            return value, value
+        if self.quantity.transmission:
+            own = found.summary["transmission"][self.asked.path.split("/")[1]]
+            return float(own["min"]), float(own["max"])
+        low = -largest(design, found, self.asked, np.negative)
+        return low, largest(design, found, self.asked, np.positive)
 
 
 def quantity_of(found: Any, asked: Asked) -> float:
     """Return the reduced quantity of a solved task."""
-    series = series_of(found, asked)
+    series = values_of(found, asked.path)
     if len(series) == 1:
         return float(series[0])
     if asked.reduce in ("mean", "rms") and len(series) > 2:
