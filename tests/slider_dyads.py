@@ -26,7 +26,7 @@ TURN = 2 * np.pi
 FAMILIES = ("slider-crank", "inverted", "pin in a slot", "turning guide", "second dyad", "yoke")
 
 
-# -- closed forms: sine of the transmission angle and the output over the angles of the crank -------
+# -- closed forms: sine of the transmission angle and the output over the angles of the crank ----
 
 
 def slider_crank(v, t):
@@ -71,7 +71,7 @@ FORMS = dict(
     zip(FAMILIES, (slider_crank, inverted, inverted, turning_guide, second_dyad, yoke), strict=True)
 )
 
-# -- files ------------------------------------------------------------------------------------------
+# -- files ----------------------------------------------------------------------------------------
 
 HEAD = """schema = 1
 [ground]
@@ -201,6 +201,7 @@ def case(seed):
     at -= at[0]
     output = FORMS[family](bad, at)[1]
     slides = family in ("slider-crank", "second dyad", "yoke")
+    own = f'between = {list(PAIRS[family])}, min = {float(limit)!r}, over = "{over}"'
     word = "slide" if slides else "angle"
     ground = {"slider-crank": '[0, "e"]', "second dyad": '[0, "e"]', "yoke": "[0, 0]"}
     text = HEAD % (
@@ -220,7 +221,7 @@ seed = {seed}
 goal = {{ kind = "function", input = "O.angle", output = "out.{word}", targets = {targets} }}
 constraints = [
   {{ kind = "full-turn", coordinate = "O.angle" }},
-  {{ kind = "transmission-angle", between = {list(PAIRS[family])}, min = {float(limit)!r}, over = "{over}" }},
+  {{ kind = "transmission-angle", {own} }},
 ]
 [tasks.design.free]
 """.replace("'", '"')

@@ -30,6 +30,8 @@ CONSTRAINTS: dict[str, tuple[str, ...]] = {
     "limit": ("of", "min", "max", "reduce"),
 }
 STARTS = 40
+KEEP = 5
+"""Designs that are reported where the task does not say how many."""
 Bounds = tuple[float, float]
 
 
@@ -87,7 +89,8 @@ class Demand:
     """Everything a task of synthesis asks for.
 
     ``free`` has (low, high) by name, ``choices`` the values out of which a parameter is chosen;
-    ``full_turn`` tells whether the driver turns fully, ``margin`` of its inequalities [m].
+    ``full_turn`` tells whether the driver turns fully, ``margin`` of its inequalities [m];
+    ``keep`` designs are reported.
     """
 
     driver: str
@@ -103,6 +106,7 @@ class Demand:
     boxes: tuple[Box, ...] = ()
     ratios: tuple[Ratio, ...] = ()
     limits: tuple[Limit, ...] = field(default=())
+    keep: int = KEEP
 
 
 def demand(problem: Problem, task: Synthesis) -> Demand:
@@ -129,7 +133,7 @@ def demand(problem: Problem, task: Synthesis) -> Demand:
     found = _constraints(problem, task, driver, names)
     return Demand(
         driver, tuple(goals), free, choices, task.starts or STARTS, task.seed or 0,
-        regions=regions, **found,
+        regions=regions, keep=task.keep or KEEP, **found,
     )  # fmt: skip
 
 

@@ -208,6 +208,7 @@ class Synthesis(Task):
     constraints: Any = key("free", None)
     starts: int | None = key("whole", None)
     seed: int | None = key("natural", None)
+    keep: int | None = key("whole", None, doc="designs that are reported, 5")
 
     kind: ClassVar[str] = "synthesis"
     available: ClassVar[bool] = True

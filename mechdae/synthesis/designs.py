@@ -23,8 +23,6 @@ FEASIBLE = 1e-7
 """Largest violation of a (dimensionless) constraint at an optimum that counts."""
 SAME = 1e-5
 """Share by which objectives of one optimum may differ."""
-MOST = 5
-"""Designs that are reported."""
 TRIES = 20
 """Distinct optima that are looked at for them, where not all solutions are sought."""
 WORTH = 3.0
@@ -96,8 +94,10 @@ def designs(
     """Return the designs that hold in their sweeps, and those that do not with the reasons."""
     kept: list[dict[str, Any]] = []
     rejected: list[dict[str, Any]] = []
-    most = MOST if search.all_solutions is None else len(found)
-    for group in found if search.all_solutions is not None else found[:TRIES]:
+    every = search.all_solutions is not None
+    exact = [each for each in found if each.best.found.objective <= ZERO] if _zero(search) else []
+    most = len(found) if every else max(search.asked.keep, len(exact))
+    for group in found if every else found[: max(TRIES, len(exact), search.asked.keep)]:
         candidate, hits = group.best, group.hits
         worse = (
             search.all_solutions is None
@@ -120,18 +120,25 @@ def designs(
     for design in kept:
         del design["term"]
     kept.sort(key=lambda design: _rank(search, design))
-    return kept, rejected
+    return kept if every else kept[: search.asked.keep], rejected
+
+
+def _zero(search: Search) -> bool:
+    """Whether nothing tells designs without an error apart but rounding."""
+    own = [goal for goal in search.goals if not goal.exact]
+    return all(isinstance(goal, Visits) for goal in own)
 
 
 def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
-    """Return what designs are ranked by: exact solutions by their least transmission angle.
+    """Return what designs are ranked by: exact ones by their least transmission angle.
 
     Their objectives are roundings, another on each machine.
     """
     value = design["objective"] * search.sense
     lead = search.lead
     exact = isinstance(lead, Visits) and lead.exact
-    if exact and abs(value) <= MET * search.objective_unit:
+    least = MET if exact else ZERO if _zero(search) else 0.0
+    if abs(value) <= least * search.objective_unit:
         value = 0.0
     return bool(design["defects"]), value, -(design["transmission_angle_min"] or 0.0)
 

@@ -85,4 +85,3 @@ def _at(design: Design, task: Sweep, asked: Asked, places: Any) -> Any:
     values = np.empty(len(places))
     values[order] = values_of(found, asked.path)[back]
     return values
-

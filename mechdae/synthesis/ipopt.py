@@ -37,7 +37,12 @@ POLISH: dict[str, Any] = {
     "ipopt.warm_start_bound_push": 1e-9,
     "ipopt.warm_start_mult_bound_push": 1e-9,
 }
+APPROXIMATE: dict[str, Any] = {
+    "ipopt.hessian_approximation": "limited-memory",
+    "ipopt.max_iter": 500,
+}
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+EXHAUSTED = ("Maximum_Iterations_Exceeded", "Maximum_CpuTime_Exceeded")
 INFEASIBLE = ("Infeasible_Problem_Detected",)
 ALONE = threading.RLock()
 """Held while casadi builds or solves: neither it nor MUMPS may be entered by two threads."""
@@ -66,6 +71,11 @@ class Optimum:
         return self.status in SOLVED
 
     @property
+    def exhausted(self) -> bool:
+        """IPOPT ran out of iterations: it says nothing about the problem."""
+        return self.status in EXHAUSTED
+
+    @property
     def infeasible(self) -> bool:
         """IPOPT says that no point near satisfies the constraints."""
         return self.status in INFEASIBLE
@@ -80,13 +90,22 @@ class Solver:
         Variables, parameters, objective, constraints.
     polish
         With the settings of a last solve from a point that is nearly optimal.
+    approximate
+        Second derivatives from the last gradients: where exact ones cost much or mislead.
     """
 
-    def __init__(self, z: Any, p: Any, f: Any, g: Any, polish: bool = False) -> None:
+    def __init__(
+        self, z: Any, p: Any, f: Any, g: Any, polish: bool = False, approximate: bool = False
+    ) -> None:
         options = {**SETTINGS, **(POLISH if polish else {})}
+        options |= APPROXIMATE if approximate else {}
         with quiet():
             self._solver = ca.nlpsol("nlp", "ipopt", {"x": z, "p": p, "f": f, "g": g}, options)
         self._values = ca.Function("values", [z, p], [f, g])
+
+    def value(self, z: Any, p: Any) -> float:
+        """Return the objective at a point."""
+        return float(self._values(z, p)[0])
 
     def solve(self, z0: Any, p: Any, low: Any, high: Any, g_low: Any, g_high: Any) -> Optimum:
         """Return the local optimum from a start."""

@@ -13,6 +13,8 @@ import numpy as np
 from mechdae.synthesis.ipopt import Optimum, Solver
 
 SX = ca.SX
+MET = 1e-7
+"""Largest violation of a (dimensionless) constraint of what is feasible."""
 MISSED = 1e-5
 """Smallest (dimensionless) violation that is told."""
 STIFF = ("closure",)
@@ -24,6 +26,12 @@ class Nlp:
 
     Variables have a scale: the solver sees them divided by it, everybody else as they are.
 
+    Parameters
+    ----------
+    rough
+        Whether the objective or a limit bends sharply, as forces with friction do where a speed
+        changes its sign: second derivatives are approximate then.
+
     Attributes
     ----------
     objective : SX
@@ -32,7 +40,8 @@ class Nlp:
         What the objective is made of, one for each goal.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, rough: bool = False) -> None:
+        self.rough = rough
         self._variables: dict[str, tuple[Any, Any, Any, Any]] = {}
         self._parameters: dict[str, tuple[Any, Any]] = {}
         self._constraints: list[tuple[str, Any, Any, Any]] = []
@@ -149,11 +158,34 @@ class Nlp:
 
     @cached_property
     def _polisher(self) -> Solver:
-        return Solver(self.z, self.p, self.objective / self._rest, self.g, polish=True)
+        return Solver(
+            self.z, self.p, self.objective / self._rest, self.g, polish=True,
+            approximate=self.rough,
+        )  # fmt: skip
+
+    @cached_property
+    def _approximate(self) -> Solver:
+        return Solver(self.z, self.p, self.objective, self.g, approximate=True)
 
     def solve(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
-        """Return the local optimum from a start."""
-        return self._solver.solve(z0, self.settings(given), *self.bounds)
+        """Return the local optimum from a start, or the start where that is feasible and better."""
+        if not self.rough:
+            return self._solver.solve(z0, self.settings(given), *self.bounds)
+        found = self.gone_on(z0, given)
+        if found.violation <= MET:
+            return found
+        other = self._solver.solve(z0, self.settings(given), *self.bounds)
+        return other if other.violation < found.violation else found
+
+    def gone_on(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
+        """Return the optimum with approximate second derivatives; at worst a feasible start."""
+        found = self._approximate.solve(z0, self.settings(given), *self.bounds)
+        p = self.settings(given)
+        begin = self._approximate.value(z0, p)
+        feasible = np.abs(self.violations(z0, given)).max(initial=0.0) <= MET
+        if feasible and not (found.violation <= MET and found.objective <= begin):
+            return replace(found, z=z0, objective=begin, violation=0.0)
+        return found
 
     def polished(self, found: Optimum, given: Mapping[str, Any]) -> Optimum:
         """Return an optimum with the tolerances drawn tight; the old one if that is no better.

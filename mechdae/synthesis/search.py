@@ -26,6 +26,7 @@ from mechdae.synthesis.poses import Poses
 from mechdae.synthesis.quantity import Quantity
 from mechdae.synthesis.space import TURN, Space
 from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.verify import sketched
 from mechdae.synthesis.watch import watched
 
 
@@ -142,7 +143,9 @@ class Search:
 
     def build(self, kind: str) -> Nlp:
         """Return the NLP of a class."""
-        nlp, space = Nlp(), self.space
+        every = [*self.goals, *self.limits]
+        rough = any(isinstance(goal, Extreme) and goal.quantity.forces for goal in every)
+        nlp, space = Nlp(rough), self.space
         d = space.design(nlp)
         sigma = nlp.parameter("sigma", np.ones(space.poses.nb))
         for goal, share in zip(self.goals, self.shares, strict=True):
@@ -222,20 +225,47 @@ class Search:
     def seeds(self, kind: str, nlp: Nlp, generator: Any, count: int) -> Iterable[Seed]:
         """Yield starts of a class, the most promising first."""
         spread = Spread(self.space)
-        free = len(self.space.box)
         others = [goal for goal in [*self.goals, *self.limits] if goal is not self.lead]
         for drawn in self.lead.drawn(kind, generator, count):
-            values = {"d": drawn.d[:free], **drawn.own, self.lead.own("x"): drawn.x}
-            given = {"sigma": drawn.sigma, "choice": drawn.d[free:], **drawn.given}
-            for goal in others:
-                own, more = goal.completed(spread, drawn)
-                values |= own
-                given |= more
-            if self.space.turn_needed:
-                turn, places = self._turned(spread, drawn)
-                values["turn"] = turn
-                given["watched"] = places
-            yield Seed(values, given, drawn.residual)
+            own = {**drawn.own, self.lead.own("x"): drawn.x}
+            yield self._seed(spread, drawn, own, drawn.given, others)
+        if self.all_solutions is not None:
+            return
+        drawn = self._of_file(spread, kind)
+        if drawn is not None:
+            yield self._seed(spread, drawn, {}, {}, [self.lead, *others])
+
+    def _seed(
+        self, spread: Spread, drawn: Drawn, own: dict[str, Any], given: dict[str, Any],
+        others: Iterable[Goal],
+    ) -> Seed:  # fmt: skip
+        """Return a start with the variables of other goals, and of a whole turn."""
+        free = len(self.space.box)
+        values = {"d": drawn.d[:free], **own}
+        given = {"sigma": drawn.sigma, "choice": drawn.d[free:], **given}
+        for goal in others:
+            own, more = goal.completed(spread, drawn)
+            values |= own
+            given |= more
+        if self.space.turn_needed:
+            values["turn"], given["watched"] = self._turned(spread, drawn)
+        return Seed(values, given, drawn.residual)
+
+    def _of_file(self, spread: Spread, kind: str) -> Drawn | None:
+        """Return the design of the file as a start, ahead of all others.
+
+        None where it is not of the class, does not assemble near its sketch, or its parameters
+        lie beyond their bounds by so much that those within do not.
+        """
+        d = self.space.middle
+        if not spread.turning(d[None], kind)[0]:
+            return None
+        found = sketched(self.problem, self.space, d, self.lead.first(d))
+        if found is None:
+            return None
+        u, x = found
+        branch = np.array(self.space.poses.function(x, u, d)[1]).ravel()
+        return Drawn(d, {}, {}, np.array([u]), x[None], np.sign(branch), -np.inf)
 
     def _turned(self, spread: Spread, drawn: Drawn) -> tuple[Any, Any]:
         """Return the poses of a whole turn of a start, and driver values that are watched."""

@@ -22,6 +22,8 @@ SEARCHED = 6
 STARTS = 6000
 NEAR = 1e-6
 """Share of the mechanism by which a solution may miss the bounds."""
+TRIES = 40
+"""Places within the bounds from which the parameters of a solution are looked for."""
 DIMENSIONS = 9
 POSES = 5
 
@@ -48,8 +50,9 @@ def solutions(
         found = exact_path(targets, given, starts=STARTS, seed=seed).designs
     result = []
     for each in found:
-        d, miss = starts.fitted(each, each.frame)
-        if miss <= NEAR * starts.space.size:
+        met = NEAR * starts.space.size
+        d, miss = starts.fitted(each, each.frame, tries=TRIES, met=met)
+        if miss <= met:
             result.append((each, d, _faults(each, asked)))
     return result
 

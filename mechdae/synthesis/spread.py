@@ -101,6 +101,24 @@ class Spread:
                 values.append(value[0])
         return held, np.array(places), np.array(values)
 
+    def reached(self, d: Any, x: Any, u: Any, start: float) -> tuple[Any, bool]:
+        """Return the poses at driver values (k,) up to where a design opens, and whether it does.
+
+        It is followed from a pose at `start`; the second is True where all are reached.
+        """
+        found: list[Any] = []
+        last = np.array(x, float)
+        sign = np.sign(self.newton(last[None], [[start]], np.asarray(d, float)[None])[2])
+        before = start
+        for value in u:
+            held, poses, _ = self.followed(d, last, before, [value])
+            branch = self.newton(poses, [[value]], np.asarray(d, float)[None])[2]
+            if not held or (np.sign(branch) != sign).any():
+                return np.array(found), False
+            last, before = poses[0], float(value)
+            found.append(last)
+        return np.array(found), True
+
     # -- dimensions ----------------------------------------------------------------------------
 
     def designs(self, generator: Any, count: int, lengths: Any = None) -> Any:

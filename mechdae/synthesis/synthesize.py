@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -59,6 +60,7 @@ def synthesize(
     by_class = planned(search, problems, count, seed)
     drawn = time.process_time() - began - built
     jobs, optima = _solved(search, problems, by_class, count, run)
+    again = _gone_on(problems, jobs, optima)
     candidates = [
         Candidate(found, kind, start.given, len(search.space.box))
         for (kind, start), found in zip(jobs, optima, strict=True)
@@ -72,6 +74,9 @@ def synthesize(
     statuses = [found.status for found in optima]
     summary: dict[str, Any] = {
         "starts": len(jobs),
+        "asked": count,
+        "exhausted": sum(found.exhausted for found in optima),
+        "gone_on": again,
         "converged": len(candidates),
         "distinct": len(several),
         "hits_of_best": kept[0]["hits"] if sound else 0,
@@ -111,6 +116,24 @@ def synthesize(
     )  # fmt: skip
 
 
+def _gone_on(problems: Sequence[Nlp], jobs: Sequence[Job], optima: list[Optimum]) -> int:
+    """Go on with the starts that ran out of iterations, where none met all constraints.
+
+    Returns how many; their optima are replaced where the constraints are missed by less.
+    """
+    if any(found.violation <= FEASIBLE for found in optima):
+        return 0
+    out = [i for i, found in enumerate(optima) if found.exhausted]
+    for i in out:
+        kind, start = jobs[i]
+        nlp = problems[kind]
+        for z in (nlp.point(start.values), optima[i].z):
+            new = nlp.gone_on(z, start.given)
+            if new.violation < optima[i].violation:
+                optima[i] = replace(new, iterations=new.iterations + optima[i].iterations)
+    return len(out)
+
+
 def _reported(search: Search, nlp: Nlp, found: Optimum, start: Seed) -> float | None:
     """Return the objective of an optimum as it is reported, None where constraints are missed."""
     if found.violation > FEASIBLE or not np.isfinite(found.objective):
@@ -126,7 +149,8 @@ def planned(search: Search, problems: Sequence[Nlp], count: int, seed: int) -> l
     for k, kind in enumerate(search.kinds):
         generator = np.random.default_rng([seed, k])
         own = list(search.seeds(kind, problems[k], generator, count))
-        found.append(sorted(own, key=lambda start: start.residual))
+        own.sort(key=lambda start: start.residual)
+        found.append(own[:count] if search.all_solutions is None else own)
     return found
 
 
@@ -178,19 +202,26 @@ def _fault(
     if not jobs:
         return "no design found: no sample within the bounds assembles over the whole goal", {}
     best: dict[str, float] = {}
-    least = np.inf
+    least, exhausted = np.inf, False
     order = np.argsort([found.violation for found in optima], kind="stable")[:ELASTIC]
     for i in order:
         kind, start = jobs[i]
         nlp = problems[kind]
         for z in (optima[i].z, nlp.point(start.values)):
             found, amounts = nlp.conflicts(z, start.given)
+            exhausted |= found.exhausted
             if amounts and found.violation <= NEAR and found.objective < least:
                 best, least = amounts, found.objective
     stuck = sum(found.infeasible for found in optima)
-    words = ", ".join(f"{word} by {amount:.3g}" for word, amount in best.items())
-    text = (
-        f"no design found from {len(jobs)} starts ({stuck} ended where no design near meets all "
-        f"limits); nearest to it, in conflict: {words or 'not known'}"
-    )
-    return text, best
+    out = sum(found.exhausted for found in optima)
+    ends = [f"{stuck} ended where no design near meets all limits"] if stuck or not out else []
+    ends += [f"{out} ran out of iterations, which says nothing about the task"] if out else []
+    text = f"no design found from {len(jobs)} starts ({', '.join(ends)})"
+    if best:
+        words = ", ".join(f"{word} by {amount:.3g}" for word, amount in best.items())
+        return f"{text}; nearest to it, in conflict: {words}", best
+    why = (
+        "the search for them ran out of iterations too" if exhausted
+        else "no design near keeps its links together"
+    )  # fmt: skip
+    return f"{text}; limits in conflict could not be told: {why}", best

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.synthesis.space import TURN
 from mechdae.synthesis.spread import CLOSED, Spread
 
 STEPS = 6
@@ -59,6 +60,22 @@ class Trace:
         held = np.abs(F).max(axis=1, initial=0.0) <= CLOSED
         held &= (np.sign(branch) == self.sigma).all(axis=1)
         return x, branch, values, held
+
+
+def around(spread: Spread, d: Any, u: float, x: Any, count: int) -> tuple[Trace, bool]:
+    """Return a design followed both ways from a pose, and whether it turns fully.
+
+    What a full turn passes is there once; else all that is reached before the closure opens.
+    """
+    ahead, whole = spread.reached(d, x, u + TURN * np.arange(1, count + 1) / count, u)
+    if whole:
+        ahead = ahead[:-1]
+        places = u + TURN * np.arange(count) / count
+        return Trace(spread, d, places, np.concatenate([[x], ahead])), True
+    back, _ = spread.reached(d, x, u - TURN * np.arange(1, count + 1) / count, u)
+    places = u + TURN * np.arange(-len(back), len(ahead) + 1) / count
+    parts = [back[::-1].reshape(-1, len(x)), [x], ahead.reshape(-1, len(x))]
+    return Trace(spread, d, places, np.concatenate(parts)), False
 
 
 def maxima(curve: Curve, grid: Any) -> tuple[Any, Any]:

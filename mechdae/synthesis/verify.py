@@ -26,6 +26,49 @@ POSES = 721
 TURN = 2 * np.pi
 
 
+def sketched(problem: Problem, space: Space, d: Any, at: float | None) -> tuple[float, Any] | None:
+    """Return driver value and unknowns (nx,) of parameters in the pose of the file's sketch.
+
+    The pose is the one at `at`, or else at the sketch's own driver value, or at zero; None where
+    none of them assembles.
+    """
+    poses = space.poses
+    parameters = dict(zip(space.names, d.tolist(), strict=True))
+    mechanism = problem.mechanism.with_values(parameters)
+    driver = poses.scene.drivers[0]
+    keys = (driver.part, driver.text)
+    own = next((mechanism.sketch[key] for key in keys if key in mechanism.sketch), 0.0)
+    values = [float(v) for v in (at, own, 0.0) if isinstance(v, (int, float))]
+    for u in dict.fromkeys(values):
+        task = Sweep(Driver(driver.text, at=(u,)), derivatives=0)
+        try:
+            found = sweep(Problem(mechanism, Table({"own": task})), "own", task)
+        except MechdaeError:
+            continue
+        if str(found.status[0]) != "ok":
+            continue
+        x = np.array([_coordinate(mechanism, found, *name) for name in poses.x_names])
+        if np.isfinite(x).all():
+            return u, x
+    return None
+
+
+def _coordinate(mechanism: Any, found: Result, part: str, word: str) -> float:
+    """Return a coordinate of a body, or of a joint that has its own, at the first pose."""
+    if part not in found.bodies:
+        own = found.joints.get(part, {})
+        return float(own[word][0]) if word in own else np.nan
+    angle = float(found.bodies[part].angle[0])
+    if word == "angle":
+        return angle
+    name = next(iter(mechanism.bodies[part].points))
+    values = mechanism.values()
+    x, y = (values[f"{part}.{name}.{axis}"] for axis in "xy")
+    place = found.points[f"{part}.{name}"].position[0]
+    c, s = np.cos(angle), np.sin(angle)
+    return float(place[0] - c * x + s * y if word == "x" else place[1] - s * x - c * y)
+
+
 @dataclass
 class Design:
     """A point of the NLP as a mechanism of its own.

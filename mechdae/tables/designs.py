@@ -57,8 +57,10 @@ def _price(name: str, price: float) -> str:
 def _census(result: Result, width: int) -> list[str]:
     """Return how many starts led where, and why optima were rejected."""
     summary = result.summary
+    asked = summary.get("asked", summary["starts"])
+    few = f" of the {asked} asked for: no more that differ" if summary["starts"] < asked else ""
     words = [
-        f"{summary['starts']} starts", f"{summary['converged']} met all constraints",
+        f"{summary['starts']} starts{few}", f"{summary['converged']} met all constraints",
         f"{summary['distinct']} distinct",
     ]  # fmt: skip
     if summary.get("hits_of_best"):

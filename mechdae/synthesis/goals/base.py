@@ -93,6 +93,10 @@ class Goal:
         """Yield starts of a class, the most promising first."""
         raise NotImplementedError
 
+    def first(self, d: Any) -> float | None:
+        """Return the driver's value at the goal's first pose, None where it is free."""
+        return None
+
     def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return values of this goal's variables, and parameters, for a start of another goal."""
         raise NotImplementedError

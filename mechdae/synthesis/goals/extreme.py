@@ -212,6 +212,9 @@ class Extreme(Goal):
         size = size / (1.0 if self.quantity.transmission else self.unit)
         return reduced(size, self.asked.reduce)
 
+    def first(self, d: Any) -> float | None:
+        return float(self.quantity.nodes[0])
+
     def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
         if self.exactly:
             _, x, _ = spread.followed(

@@ -104,8 +104,10 @@ class Function(Goal):
 
     def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
         """Yield designs that come nearest to the function."""
-        starts = self._by_equation(kind, generator, count)
-        yield from starts if starts is not None else self._any(generator, count)
+        starts = self._by_equation(kind, generator, count) or []
+        yield from starts
+        if len(starts) < count:
+            yield from self._any(generator, count - len(starts))
 
     def _by_equation(self, kind: str, generator: Any, count: int) -> list[Drawn] | None:
         """Return starts by Freudenstein's equation, None where it does not say all."""
@@ -221,6 +223,10 @@ class Function(Goal):
         if isinstance(asked, str):
             return self.of_free(asked, d)
         return np.full(len(error), float(asked))
+
+    def first(self, d: Any) -> float | None:
+        given = self.asked.input_start
+        return float(self.of_free(given, d)) if isinstance(given, str) else given
 
     def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
         start = float(drawn.u[0])

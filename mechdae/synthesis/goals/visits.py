@@ -22,6 +22,8 @@ from mechdae.synthesis.similar import Similar
 from mechdae.synthesis.solutions import solutions
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.timing import PLACES, closed_in, ordered
+from mechdae.synthesis.trace import around
 from mechdae.synthesis.verify import Design
 
 SX = ca.SX
@@ -33,6 +35,10 @@ ORDER = 1e-3
 """Least step of the driver between targets in order [rad]."""
 SLIDES = 5.0
 """A driver that slides is drawn from so many sizes of the targets to both sides."""
+BETTER = 1e-6
+"""Share by which other times of the same design must be better to be taken."""
+NOTHING = 1e-12
+"""A (dimensionless) objective that no other times need make less."""
 EXACT = 1e-9
 """Error of an exact target, relative to the spread of the targets."""
 
@@ -231,6 +237,9 @@ class Visits(Goal):
             squares += 2 - 2 * np.cos(places[..., 2] - self.targets[:, 2])
         return squares @ self.weights
 
+    def first(self, d: Any) -> float | None:
+        return float(self.steps[0]) if self.asked.timing == "absolute" else None
+
     def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
         start = float(drawn.u[0])
         if self.asked.timing == "absolute":
@@ -238,10 +247,80 @@ class Visits(Goal):
         elif self.asked.timing == "steps":
             u = start + self.steps
         else:
+            best = self._best_times(spread, drawn.d, start, drawn.x[0])
+            if best is not None:
+                return best[0], best[1]
             u = start + TURN * np.arange(self.count) / self.count
         _, x, _ = spread.followed(drawn.d, drawn.x[0], start, u)
         own, given = self._own(np.asarray(u), 1.0)
         return own | {self.own("x"): x}, given
+
+    # -- the best times ------------------------------------------------------------------------
+
+    def _costs(self, values: Any, own: Any = None) -> Any:
+        """Return the (dimensionless) costs of asked values (n, w): of all targets, or of `own`."""
+        places = self.space.poses.part(values, self.asked.what)
+        if own is None:
+            places, targets, weights = places[:, None], self.targets, self.weights
+        else:
+            targets, weights = self.targets[own], self.weights[own]
+        gap = places[..., :2] - targets[..., :2]
+        squares = np.sum(gap**2, axis=-1) / self.size**2
+        if self.asked.is_motion:
+            squares = squares + 2 - 2 * np.cos(places[..., 2] - targets[..., 2])
+        return squares if self.minimax else squares * weights
+
+    def _best_times(
+        self, spread: Spread, d: Any, u: float, x: Any
+    ) -> tuple[dict[str, Any], dict[str, Any], float] | None:
+        """Return variables and parameters of the best times of a design, and its costs there.
+
+        Along all that is reached from a pose; None where times are not free.
+        """
+        if self.asked.timing not in ("free", "any") or not self.space.turned:
+            return None
+        trace, closed = around(spread, d, u, np.asarray(x, float), PLACES)
+        costs = self._costs(trace.poses(trace.u)[2])
+        if self.asked.timing == "any":
+            places, sense = np.argmin(costs, axis=0), 1.0
+        elif len(costs) < self.count:
+            return None
+        else:
+            ways = [
+                (*ordered(own, self.minimax, closed), way)
+                for own, way in ((costs, 1.0), (costs[::-1], -1.0))
+            ]
+            total, places, sense = min(ways, key=lambda way: way[0])
+            if not np.isfinite(total):
+                return None
+            places = places if sense > 0 else len(costs) - 1 - places
+        step = TURN / PLACES
+        at, poses = closed_in(trace, self._costs, trace.u[0] + step * places, step)
+        _, _, values, held = trace.poses(at)
+        final = self._costs(values, np.arange(self.count))
+        if not held.all():
+            return None
+        own, given = self._own(at, sense)
+        worst = float(np.sqrt(final.max()))
+        own |= {self.own("x"): poses, self.own("worst"): [worst]}
+        return own, given, worst if self.minimax else float(final.sum())
+
+    def refined(
+        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        if self.exact or self.asked.timing not in ("free", "any"):
+            return None
+        u, x = np.array(values[self.own("u")]), self.poses_of(values)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        best = self._best_times(spread, d, float(u[0]), x[0])
+        if best is None:
+            return None
+        places = [spread.poses.function(x[i], u[i], d)[2] for i in range(self.count)]
+        costs = self._costs(np.array([np.array(p).ravel() for p in places]), np.arange(self.count))
+        now = float(np.sqrt(costs.max())) if self.minimax else float(costs.sum())
+        if not best[2] < now * (1 - BETTER) or now <= NOTHING:
+            return None
+        return best[0], best[1]
 
     # -- what a design is worth --------------------------------------------------------------
 
