@@ -31,7 +31,7 @@ def exchanged(
     search: Search, nlp: Nlp, found: Optimum, given: dict[str, Any]
 ) -> tuple[Optimum, dict[str, Any]]:
     """Return the optimum on the true extremes, with the parameters that belong to it."""
-    spread = Spread(search.space)
+    spread = search.spread
     for _ in range(ROUNDS):
         values = nlp.read(found.z)
         change = _change(search, spread, values, given)

@@ -70,8 +70,9 @@ class Search:
         outputs = [name if "." in name else f"{name}.angle" for name in dict.fromkeys(whole)]
         poses = Poses(problem.mechanism, self.asked.driver, names, outputs, asks)
         self.space = Space(poses, self.asked, self.size)
+        self.spread = Spread(self.space)
         for goal in every:
-            goal.space = self.space
+            goal.space, goal.spread = self.space, self.spread
         # a goal with targets of its own leads: starts are drawn for it, the others follow
         self.lead = min(self.goals, key=lambda goal: isinstance(goal, Extreme))
         self.kinds = self.space.kinds
@@ -224,7 +225,7 @@ class Search:
 
     def seeds(self, kind: str, nlp: Nlp, generator: Any, count: int) -> Iterable[Seed]:
         """Yield starts of a class, the most promising first."""
-        spread = Spread(self.space)
+        spread = self.spread
         others = [goal for goal in [*self.goals, *self.limits] if goal is not self.lead]
         for drawn in self.lead.drawn(kind, generator, count):
             own = {**drawn.own, self.lead.own("x"): drawn.x}

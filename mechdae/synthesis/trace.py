@@ -21,7 +21,7 @@ ZOOM, ROUNDS = 9, 4
 """Places in a bracket, and how often it is narrowed to the neighbours of the best of them."""
 FINE = 8
 """Places of the first grid for each node."""
-MET = 1e-9
+MET = 1e-6
 """Share by which an extreme may exceed what the nodes see."""
 
 Curve = Callable[[Any], Any]

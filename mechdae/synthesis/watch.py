@@ -10,7 +10,10 @@ import numpy as np
 from mechdae.analysis.measures.transmission import Dyad
 from mechdae.synthesis.space import TURN, WATCHED
 from mechdae.synthesis.spread import Spread
-from mechdae.synthesis.trace import MET, Trace, grid_of, maxima
+from mechdae.synthesis.trace import Trace, grid_of, maxima
+
+SEEN = 1e-9
+"""What the sine of an angle may fall below its limit between the poses of the NLP."""
 
 
 def watched(spread: Spread, d: Any, u: Any, x: Any) -> tuple[Any, Any, Any]:
@@ -61,6 +64,6 @@ def fallen(
     d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
     own, x, least = watched(spread, d, space.circle, whole[: space.NODES])
     bounds = np.array([np.sin(asked.least) for asked in space.watched_limits])
-    if not (least < bounds - MET).any():
+    if not (least < bounds - SEEN).any():
         return None
     return {"turn": np.concatenate([whole[: space.NODES], x])}, {"watched": own}

@@ -76,6 +76,7 @@ class Goal:
     sense = 1
     exact = False
     space: Space
+    spread: Spread
 
     def bodies(self) -> tuple[str, ...]:
         """Return the bodies whose motion is needed."""

@@ -15,11 +15,14 @@ import numpy as np
 
 from mechdae.describe.goals import Extreme as Asked
 from mechdae.errors import InputError, MechdaeError
+from mechdae.kernels.batch import Batch
 from mechdae.synthesis.extremes import largest, values_of
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.quantity import MEANS, Quantity
+from mechdae.synthesis.space import TURN
 from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.synthesis.verify import Design
 
 SX = ca.SX
@@ -103,10 +106,10 @@ class Extreme(Goal):
             nlp.constrain("least", space.cosines(d) - ca.cos(angle), -np.inf, 0.0)
             nlp.constrain("least", space.cosines(d) + ca.cos(angle), 0.0, np.inf)
             return -angle
-        nodes = self.quantity.nodes
-        x = space.pose_variables(nlp, self.own("x"), len(nodes))
+        nodes = nlp.parameter(self.own("nodes"), self.quantity.nodes)
+        x = space.pose_variables(nlp, self.own("x"), nodes.numel())
         rows = []
-        for i, u in enumerate(nodes):
+        for i, u in enumerate(ca.vertsplit(nodes)):
             space.at(nlp, x[:, i], u, d, sigma)
             rows.append(self.at_pose(x[:, i], u, d))
         if self.bounds is not None:
@@ -175,7 +178,69 @@ class Extreme(Goal):
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         x = self.poses_of(values)
-        return self.quantity.nodes[: len(x)], x
+        return given.get(self.own("nodes"), self.quantity.nodes)[: len(x)], x
+
+    # -- the true extremes ---------------------------------------------------------------------
+
+    @property
+    def _averaged(self) -> bool:
+        """Whether all nodes count, not the extremes."""
+        return self.asked.path in MEANS or self.asked.reduce in ("mean", "rms")
+
+    def refined(
+        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        if self._averaged or self.exactly or self.quantity.setting.plan.named:
+            return None
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        trace = Trace(spread, d, u, x)
+        size = Batch(self._size_at, ())
+
+        def curve(at: Any, sign: float) -> Any:
+            x, _, _, held = trace.poses(at)
+            found = size(x, at[:, None], np.broadcast_to(d, (len(at), len(d))))[0][:, 0]
+            return np.where(held, sign * found, np.nan)
+
+        grid = grid_of(np.append(u, u[0] + TURN) if self.quantity.turns else u)
+        signs, bounds = [], []
+        if self.bounds is not None:
+            low, high = (self._scaled(bound) for bound in self.bounds)
+            signs, bounds = [-1.0, 1.0], [-low, high]
+        else:
+            worst = float(values[self.own("worst")][0])
+            bound = np.sin(worst) if self.quantity.transmission else worst
+            peak = self.asked.reduce == "peak"
+            signs, bounds = ([1.0], [bound]) if peak else ([-1.0], [-bound])
+        places, tops, missed = [], [], False
+        for sign, bound in zip(signs, bounds, strict=True):
+            if not np.isfinite(bound) or abs(bound) > 1e200:
+                continue
+            at, own = maxima(lambda s, sign=sign: curve(s, sign), grid)
+            missed |= bool(len(own) and own.max() > bound + MET * max(1.0, abs(bound)))
+            places.append(at)
+            tops.append(own - bound)
+        if not missed:
+            return None
+        held = np.zeros(len(u), bool)
+        if not self.quantity.turns:
+            held[[0, -1]] = True
+        nodes = moved(u, np.concatenate(places), np.concatenate(tops), held)
+        own = {self.own("x"): trace.poses(nodes)[0]}
+        if self.bounds is None:
+            top = float(tops[0].max()) + bounds[0]
+            value = float(signs[0] * top)
+            if self.quantity.transmission:
+                value = float(np.arcsin(np.clip(value, 0.0, 1.0)))
+            own[self.own("worst")] = [value]
+        return own, {self.own("nodes"): nodes}
+
+    @cached_property
+    def _size_at(self) -> Any:
+        """(x, u, free) -> the (dimensionless) quantity that is bounded."""
+        poses = self.space.poses
+        x, u, d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", len(poses.free))
+        return ca.Function("size", [x, u, d], [ca.densify(self._size(self.at_pose(x, u, d)))])
 
     # -- starts ------------------------------------------------------------------------------
 

@@ -22,6 +22,7 @@ from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.synthesis.verify import Design
 
 SX = ca.SX
@@ -98,7 +99,7 @@ class Function(Goal):
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         begin = self._value(values, "begin", self.asked.input_start)
-        return begin + self.inputs, self.poses_of(values)
+        return begin + given.get(self.own("inputs"), self.inputs), self.poses_of(values)
 
     # -- starts ------------------------------------------------------------------------------
 
@@ -247,13 +248,60 @@ class Function(Goal):
         }  # fmt: skip
         return own, {self.own("sense"): sense}
 
+    # -- the true extremes ---------------------------------------------------------------------
+
+    def _extremes(
+        self, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[Trace, Any, Any, Any]:
+        """Return the design, its nodes as shares of the interval, shares of extremes, errors."""
+        begin = self._value(values, "begin", self.asked.input_start)
+        end = self._value(values, "end", self.asked.output_start)
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        trace, nodes = Trace(self.spread, d, u, x), (u - begin) / self.asked.spans[0]
+        sense = given[self.own("sense")]
+
+        def error(shares: Any) -> Any:
+            inputs, outputs = (np.array(part) for part in self.asked.scales(shares.tolist()))
+            _, _, found, held = trace.poses(begin + inputs)
+            value = self.space.poses.part(found, self.asked.output)[:, 0]
+            return np.where(held, np.abs(value - end - sense * outputs), np.nan)
+
+        return trace, nodes, *maxima(error, grid_of(nodes))
+
+    def refined(
+        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        if not self.minimax or self.asked.points:
+            return None
+        trace, nodes, places, tops = self._extremes(values, given)
+        worst = float(values[self.own("worst")][0]) * self.size
+        if not len(tops) or not tops.max() > worst * (1 + MET):
+            return None
+        held = np.isin(np.arange(len(nodes)), (0, len(nodes) - 1))
+        inputs, outputs = (
+            np.array(p) for p in self.asked.scales(moved(nodes, places, tops, held).tolist())
+        )
+        begin = self._value(values, "begin", self.asked.input_start)
+        own = {
+            self.own("x"): trace.poses(begin + inputs)[0],
+            self.own("worst"): [tops.max() / self.size],
+        }
+        return own, {self.own("inputs"): inputs, self.own("outputs"): outputs}
+
     # -- what a design is worth --------------------------------------------------------------
 
     def worth(self, design: Design) -> Worth:
         begin = self._value(design.values, "begin", self.asked.input_start)
         end = self._value(design.values, "end", self.asked.output_start)
+        shares = np.linspace(0, 1, FINE)
+        refined = self.minimax and not self.asked.points
+        if refined:  # largest errors lie between any nodes
+            shares = np.unique([*shares, *self._extremes(design.values, design.given)[2]])
         inputs, outputs = (
-            (self.inputs, self.outputs) if self.asked.points else self._scales(FINE, even=True)
+            (self.inputs, self.outputs)
+            if self.asked.points
+            else (np.array(part) for part in self.asked.scales(shares.tolist()))
         )
         found, defects = design.swept(begin + inputs, (self.asked.output,))
         if found is None:
@@ -265,6 +313,8 @@ class Function(Goal):
             errors = errors - TURN * np.round(np.nanmedian(errors) / TURN)
         size = np.abs(errors)
         own = float(size.max()) if self.minimax else float(np.mean(errors**2))
+        if refined:
+            errors = errors[np.isin(shares, np.linspace(0, 1, FINE))]
         return Worth(own, errors, defects)
 
 

@@ -19,6 +19,7 @@ from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.similar import Similar
 from mechdae.synthesis.space import FAR, TURN, WIDE
 from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.synthesis.verify import Design
 
 SX = ca.SX
@@ -27,6 +28,8 @@ COARSE = 13
 FINE = 721
 BACK = 1e-5
 """Share of the stroke by which the point may move back between the nodes."""
+NONE = 1e-13
+"""Deviation per stroke that is rounding."""
 LEAST = 0.05
 """Least stroke in sizes of the mechanism: a point that stays is no line."""
 
@@ -40,7 +43,8 @@ class Straight(Goal):
 
     def __init__(self, asked: StraightLine, name: str) -> None:
         self.asked, self.name = asked, name
-        self.inputs = asked.arc * np.linspace(0, 1, asked.nodes)
+        self.shares = np.linspace(0, 1, asked.nodes)
+        self.inputs = asked.arc * self.shares
 
     def bodies(self) -> tuple[str, ...]:
         return (self.asked.point.split(".")[0],)
@@ -52,6 +56,7 @@ class Straight(Goal):
 
     def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
         space, count = self.space, len(self.inputs)
+        nodes = nlp.parameter(self.own("nodes"), self.shares)
         begin = nlp.variable(self.own("begin"), 1, -WIDE, WIDE)
         way = nlp.variable(self.own("way"), 1, -WIDE, WIDE)
         far = FAR * space.size
@@ -62,7 +67,7 @@ class Straight(Goal):
         along, across = [], []
         c, s = ca.cos(way), ca.sin(way)
         for i in range(count):
-            values = space.at(nlp, x[:, i], begin + self.inputs[i], d, sigma)
+            values = space.at(nlp, x[:, i], begin + self.asked.arc * nodes[i], d, sigma)
             px, py = ca.vertsplit(space.poses.part(values, self.asked.point))
             along.append((c * px + s * py) / space.size)
             across.append((c * py - s * px - offset) / space.size)
@@ -75,8 +80,13 @@ class Straight(Goal):
         ahead = ca.vertcat(*along[1:]) - ca.vertcat(*along[:-1])
         nlp.constrain("straight on", ahead, 0.0, np.inf)
         # the speed at both ends, by a parabola: nothing turns back beside the last node
-        nlp.constrain("straight on", 3 * ahead[0] - ahead[1], 0.0, np.inf)
-        nlp.constrain("straight on", 3 * ahead[-1] - ahead[-2], 0.0, np.inf)
+        for steps, gaps in (
+            ((ahead[0], ahead[1]), (nodes[1] - nodes[0], nodes[2] - nodes[1])),
+            ((ahead[-1], ahead[-2]), (nodes[-1] - nodes[-2], nodes[-2] - nodes[-3])),
+        ):
+            share = gaps[0] / gaps[1]
+            slope = (1 + 2 * share) * steps[0] - share**2 * steps[1]
+            nlp.constrain("straight on", slope, 0.0, np.inf)
         lines = ca.vertcat(*across)
         nlp.constrain("deviation", (lines - worst * stroke) * 1e3, -np.inf, 0.0)
         nlp.constrain("deviation", (lines + worst * stroke) * 1e3, 0.0, np.inf)
@@ -85,7 +95,8 @@ class Straight(Goal):
     unit = 1e-3
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
-        return values[self.own("begin")][0] + self.inputs, self.poses_of(values)
+        shares = given.get(self.own("nodes"), self.shares)
+        return values[self.own("begin")][0] + self.asked.arc * shares, self.poses_of(values)
 
     # -- starts ------------------------------------------------------------------------------
 
@@ -169,11 +180,54 @@ class Straight(Goal):
         }  # fmt: skip
         return own, {}
 
+    # -- the true extremes ---------------------------------------------------------------------
+
+    def _extremes(
+        self, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[Trace, Any, Any]:
+        """Return the design, shares of the arc where deviations are largest, and those."""
+        begin = float(values[self.own("begin")][0])
+        u, x = self.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        trace = Trace(self.spread, d, u, x)
+        way, offset = (float(values[self.own(word)][0]) for word in ("way", "offset"))
+
+        def across(shares: Any) -> Any:
+            _, _, found, held = trace.poses(begin + self.asked.arc * shares)
+            place = self.space.poses.part(found, self.asked.point)
+            gap = place @ np.array([-np.sin(way), np.cos(way)]) - offset
+            return np.where(held, np.abs(gap), np.nan)
+
+        nodes = given.get(self.own("nodes"), self.shares)
+        return trace, *maxima(across, grid_of(nodes))
+
+    def refined(
+        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        trace, places, tops = self._extremes(values, given)
+        way, begin = (float(values[self.own(word)][0]) for word in ("way", "begin"))
+        _, _, found, _ = trace.poses(begin + self.asked.arc * np.array([0.0, 1.0]))
+        ends = self.space.poses.part(found, self.asked.point) @ np.array([np.cos(way), np.sin(way)])
+        stroke = float(ends[1] - ends[0])
+        worst = float(values[self.own("worst")][0]) * stroke
+        if not len(tops) or not tops.max() > worst * (1 + MET) + NONE * stroke:
+            return None
+        nodes = given.get(self.own("nodes"), self.shares)
+        held = np.isin(np.arange(len(nodes)), (0, len(nodes) - 1))
+        nodes = moved(nodes, places, tops, held)
+        own = {
+            self.own("x"): trace.poses(begin + self.asked.arc * nodes)[0],
+            self.own("worst"): [tops.max() / stroke],
+        }
+        return own, {self.own("nodes"): nodes}
+
     # -- what a design is worth --------------------------------------------------------------
 
     def worth(self, design: Design) -> Worth:
         begin = float(design.values[self.own("begin")][0])
-        at = begin + self.asked.arc * np.linspace(0, 1, FINE)
+        fine = np.linspace(0, 1, FINE)
+        shares = np.unique([*fine, *self._extremes(design.values, design.given)[1]])
+        at = begin + self.asked.arc * shares
         found, defects = design.swept(at, (self.asked.point,))
         if found is None:
             return Worth(np.inf, np.full(FINE, np.nan), defects)
@@ -185,7 +239,8 @@ class Straight(Goal):
         back = float(np.max(np.maximum.accumulate(along) - along))
         if back > BACK * stroke:
             defects.append(f"the point moves back by {back:.3g} within the stroke")
-        return Worth(float(np.abs(errors).max()) / stroke, errors, defects)
+        value = float(np.abs(errors).max()) / stroke
+        return Worth(value, errors[np.isin(shares, fine)], defects)
 
 
 def lines_of(places: Any) -> tuple[Any, Any, Any, Any, Any]:
