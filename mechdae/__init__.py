@@ -16,7 +16,7 @@ _HOMES = {
     "InconsistentStartError InfeasibleMotionError SingularMassError",
     "mechdae.describe.mechanism": "Mechanism Ground Body",
     "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt Distance Curve",
-    "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad",
+    "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis Study "
     "Sensitivity",
     "mechdae.describe.problem": "Problem Expected load",

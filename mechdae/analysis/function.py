@@ -278,8 +278,9 @@ class _Built:
     def _pieces(self, q: Any, p: Any) -> Any:
         assert self.statics is not None
         loads = self.statics.loads
+        timed = [MX(ca.DM(table.piece(0.0))) for table in loads.timed]
         if not loads.signals:
-            return MX(0, 1)
+            return ca.vertcat(MX(0, 1), *timed)
         places = [signal.at for signal in loads.signals]
         at = ca.Function("at", [self.statics.balance.inputs[0], self.setting.scene.model.p],
                          [ca.vertcat(*places)])(q, p)  # fmt: skip
@@ -294,7 +295,7 @@ class _Built:
             place = ca.low(ca.DM(X), inside)
             found += [MX(ca.DM(X))[place] + (at[k] - inside), MX(ca.DM(Y))[place]]
             found.append(MX(ca.DM(slopes))[place])
-        return ca.vertcat(*found)
+        return ca.vertcat(*found, *timed)
 
     # -- the pose ----------------------------------------------------------------------------
 

@@ -223,13 +223,15 @@ class Statics:
     def _pieces(self, motion: Motion) -> Any:
         """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
         n = len(motion)
-        if not self.tables:
-            return np.zeros((n, 0))
-        at = self._abscissae(motion.q, motion.v, self.p)[0]
-        columns = []
-        for k, table in enumerate(self.tables):
-            columns += self._piece(k, table, at[:, k])
-        return np.stack(columns, axis=1)
+        columns: list[Any] = []
+        if self.tables:
+            at = self._abscissae(motion.q, motion.v, self.p)[0]
+            for k, table in enumerate(self.tables):
+                columns += self._piece(k, table, at[:, k])
+        t = np.zeros(n) if motion.t is None else np.reshape(motion.t, n)
+        for timed in self.loads.timed:
+            columns += list(timed.piece(t).T)
+        return np.stack(columns, axis=1) if columns else np.zeros((n, 0))
 
     def _piece(self, k: int, table: Any, at: Any) -> list[Any]:
         X, Y = table.T
@@ -257,6 +259,13 @@ class Statics:
                     lost = (at[:, k] < table[0, 0] - slack) | (at[:, k] > table[-1, 0] + slack)
                 if lost.any() and not load.periodic:
                     found[load.name] = lost
+        t = np.zeros(len(motion)) if motion.t is None else np.reshape(motion.t, len(motion))
+        for timed in self.loads.timed:
+            if timed.ends is not None:
+                slack = 1e-12 * max(map(abs, timed.ends))
+                lost = (t < timed.ends[0] - slack) | (t > timed.ends[1] + slack)
+                if lost.any():
+                    found[timed.name.removeprefix("load ")] = lost
         return found
 
     @cached_property

@@ -10,6 +10,9 @@ from typing import Any, ClassVar
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 
+TIME = "t"
+"""Abscissa of a table over the time."""
+
 
 @dataclass(frozen=True)
 class Load(Value):
@@ -93,10 +96,11 @@ class Spring(Load):
 
 @dataclass(frozen=True)
 class TableLoad(Load):
-    """Values over a coordinate, from a CSV file or ``rows``, joined by straight lines.
+    """Values over a coordinate or the time, from a CSV file or ``rows``, joined by straight lines.
 
     A force [N] on the coordinate ``along``, positive in the sense of its growth, or a torque
-    [N m] on a ``body``. ``periodic`` tables repeat outside their range.
+    [N m] on a ``body``. ``periodic`` tables repeat outside their range. Over the time ``t`` a table
+    may begin ``shift`` later, repeat after ``period``, and be joined by a ``spline``.
     """
 
     coordinate: str = key("text")
@@ -109,6 +113,9 @@ class TableLoad(Load):
     along: str | None = key("text", None)
     body: str | None = key("name", None)
     periodic: bool = key("flag", False)
+    shift: Number = key("number", 0.0, unit="s")
+    period: Number | None = key("number", None, unit="s")
+    interpolation: str = key("text", "linear", choices=("linear", "spline"))
     from_file: tuple[tuple[float, float], ...] | None = field(
         default=None, compare=False, repr=False
     )
@@ -116,29 +123,73 @@ class TableLoad(Load):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.file is None and self.rows is None:
-            raise InputError("a table needs 'file' or 'rows'")
-        if self.file is not None and self.rows is not None:
-            raise InputError("a table needs 'file' or 'rows', not both")
         if (self.along is None) == (self.body is None):
             both = ", not both" if self.body else ""
             raise InputError(f"a table needs 'along' (a coordinate) or 'body'{both}")
-        if len(self.points) == 1:
-            raise InputError(
-                "two rows at least are needed", where="rows" if self.file is None else "file"
-            )
-        for k, (before, after) in enumerate(itertools.pairwise(self.points), start=2):
-            if after[0] <= before[0]:
-                raise InputError(
-                    f"row {k} does not lie after the one before it ({after[0]:g} after "
-                    f"{before[0]:g})",
-                    where="rows" if self.file is None else "file",
-                )
+        _check_rows(self)
+        if self.coordinate != TIME:
+            given = {"shift": self.shift != 0.0, "period": self.period is not None}
+            given["interpolation"] = self.interpolation != "linear"
+            for word, there in given.items():
+                if there:
+                    raise InputError("it belongs to a table over t", where=word)
 
     @property
     def points(self) -> tuple[tuple[float, float], ...]:
         """The pairs (abscissa, value); none where the file has not been read."""
         return (self.rows if self.file is None else self.from_file) or ()
+
+
+@dataclass(frozen=True)
+class TimeTable(Value):
+    """Values over the time, from a CSV file or ``rows``: a measured law of a driver.
+
+    The table begins ``shift`` later, and repeats after ``period`` (``periodic``: after its own
+    length). Rows are joined by a ``spline``: straight lines would jump in their speed.
+    """
+
+    file: str | None = key("text", None, doc="CSV in the folder of the problem file")
+    rows: tuple[tuple[float, float], ...] | None = key(
+        "rows", None, doc="[[time, value], ...]", unit="s, and m or rad"
+    )
+    columns: tuple[str, ...] | None = key("names", None)
+    factor: Number = key("number", 1.0, unit="m or rad over the unit of the table")
+    shift: Number = key("number", 0.0, unit="s")
+    period: Number | None = key("number", None, unit="s")
+    interpolation: str = key("text", "spline", choices=("spline", "linear"))
+    periodic: bool = key("flag", False)
+    from_file: tuple[tuple[float, float], ...] | None = field(
+        default=None, compare=False, repr=False
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_rows(self)
+
+    @property
+    def points(self) -> tuple[tuple[float, float], ...]:
+        """The pairs (time, value); none where the file has not been read."""
+        return (self.rows if self.file is None else self.from_file) or ()
+
+
+def _check_rows(table: TableLoad | TimeTable) -> None:
+    """Raise for rows that make no table."""
+    if table.file is None and table.rows is None:
+        raise InputError("a table needs 'file' or 'rows'")
+    if table.file is not None and table.rows is not None:
+        raise InputError("a table needs 'file' or 'rows', not both")
+    if table.periodic and table.period is not None:
+        raise InputError("a table has a 'period' or is 'periodic', not both", where="periodic")
+    if len(table.points) == 1:
+        raise InputError(
+            "two rows at least are needed", where="rows" if table.file is None else "file"
+        )
+    for k, (before, after) in enumerate(itertools.pairwise(table.points), start=2):
+        if after[0] <= before[0]:
+            raise InputError(
+                f"row {k} does not lie after the one before it ({after[0]:g} after {before[0]:g})",
+                where="rows" if table.file is None else "file",
+            )
 
 
 LOADS: dict[str, type[Load]] = {

@@ -168,9 +168,10 @@ def check_equilibrium(mechanism: Mechanism, task: Equilibrium) -> None:
             raise problem.inside(f"free[{i}]") from None
     _check_drivers(mechanism, task, evaluate_all(mechanism.parameters))
     for i, driver in enumerate(task.drivers or ()):
-        if driver.law is not None:
+        if driver.law is not None or driver.table is not None:
+            word = "law" if driver.law is not None else "table"
             raise InputError(
-                "an equilibrium has no time", where=f"drivers[{i}].law", hint="at = [value]"
+                "an equilibrium has no time", where=f"drivers[{i}].{word}", hint="at = [value]"
             )
 
 
@@ -183,13 +184,21 @@ def _check_drivers(
         try:
             driven.append(coordinate(mechanism, driver.coordinate).text)
             ways = [w for w in ("at", "from_", "to", "range", "times") if getattr(driver, w)]
-            if driver.law is None and (driver.at is None or len(driver.at) != 1):
+            timed = driver.law is not None or driver.table is not None
+            if not timed and (driver.at is None or len(driver.at) != 1):
                 raise InputError(
                     "a driver of a motion follows a law of time or is held",
-                    hint='law = "..." of t, or at = [value]',
+                    hint='law = "..." of t, table = { file = "law.csv" }, or at = [value]',
                 )
-            if driver.law is not None and ways:
+            if driver.law is not None and driver.table is not None:
+                raise InputError("a driver has a law or a table, not both", where="table")
+            if timed and ways:
                 raise InputError(f"a law of a motion needs no '{ways[0].rstrip('_')}'")
+            for word in ("factor", "shift", "period"):
+                number = getattr(driver.table, word, None)
+                for used in sorted(names_in(number)) if isinstance(number, str) else ():
+                    if used not in known:
+                        raise UnknownName("parameter", used, known, where=f"table.{word}")
             for key in ("speed", "acceleration", "jerk"):
                 if getattr(driver, key) is not None:
                     raise InputError("it follows from the law", where=key)

@@ -21,7 +21,7 @@ from mechdae.describe.named import check_outputs
 from mechdae.describe.reading import check_suffix, plain, read, split_unit, to_si
 from mechdae.describe.repeat import Pattern, expand, pattern_of
 from mechdae.describe.table import Table
-from mechdae.describe.tabulated import with_tables, with_tables_of
+from mechdae.describe.tabulated import with_tables, with_tables_of, with_time_tables
 from mechdae.describe.tasks import (
     TASKS,
     Driven,
@@ -199,7 +199,10 @@ def load(name_or_path: str | Path) -> Problem:
     try:
         problem = from_dict(_parse(path), path.stem)
         tabled = with_tables(problem.mechanism, path.parent)
-        return problem if tabled is problem.mechanism else replace(problem, mechanism=tabled)
+        tasks = with_time_tables(problem.tasks, path.parent)
+        if tabled is problem.mechanism and tasks is problem.tasks:
+            return problem
+        return replace(problem, mechanism=tabled, tasks=tasks)
     except RecursionError:
         raise ProblemFileError("nested too deeply", where=str(path)) from None
     except MechdaeError as problem:
@@ -537,6 +540,10 @@ def _check_task(mechanism: Mechanism, name: str, task: Task) -> None:
 
 def _check_driver(driver: Driver, known: Mapping[str, float], timed: bool) -> None:
     """Raise for keys that do not make a driver; `timed`: a law of the task names its times."""
+    if driver.table is not None:
+        raise InputError(
+            "tables over the time drive motions", where="driver.table", hint='law = "..." of t'
+        )
     span = driver.from_ is not None or driver.to is not None
     by_time = driver.law is not None
     ways = [

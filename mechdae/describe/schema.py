@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 from mechdae.describe.joints import JOINTS
-from mechdae.describe.loads import LOADS
+from mechdae.describe.loads import LOADS, TimeTable
 from mechdae.describe.mechanism import Body, Ground
 from mechdae.describe.problem import SCHEMA, TOP, Expected
 from mechdae.describe.reading import suffixes
@@ -128,6 +128,8 @@ def _kind(word: str) -> dict[str, Any]:
     """Return the schema of a kind of value."""
     if word == "driver":
         return _object(Driver)
+    if word == "timetable":
+        return _object(TimeTable)
     if word == "drivers":
         return {"type": "array", "items": _object(Driver)}
     return dict(_KINDS[word])

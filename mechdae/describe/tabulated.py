@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from mechdae.describe.loads import TableLoad
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
+from mechdae.describe.tasks import Task
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 
 MAX_BYTES = 10_000_000
@@ -55,18 +57,56 @@ def with_tables(mechanism: Mechanism, folder: Path) -> Mechanism:
     return replace(mechanism, loads=Table(loads))
 
 
-def write_tables(mechanism: Mechanism, folder: Path) -> None:
-    """Write the files of table loads into another folder, with the columns that are used.
+def with_time_tables(tasks: Table[Task], folder: Path) -> Table[Task]:
+    """Return the tasks with the files of their drivers' tables read.
+
+    Raises
+    ------
+    InputError
+        With the key path of the driver.
+    """
+    found = dict(tasks)
+    for name, task in tasks.items():
+        drivers: Any = getattr(task, "drivers", None) or ()
+        if not any(driver.table is not None and driver.table.file for driver in drivers):
+            continue
+        read = []
+        for i, driver in enumerate(drivers):
+            table, changed = driver.table, driver
+            try:
+                if table is not None and table.file is not None:
+                    rows = _read(_inside(folder, table.file), table.columns)
+                    changed = replace(driver, table=replace(table, from_file=rows))
+            except MechdaeError as problem:
+                raise problem.inside(f"tasks.{name}.drivers[{i}].table") from None
+            read.append(changed)
+        own: Any = task
+        found[name] = replace(own, drivers=tuple(read))
+    return Table(found) if any(found[n] is not task for n, task in tasks.items()) else tasks
+
+
+def _tables(mechanism: Mechanism, tasks: Mapping[str, Task]) -> Iterator[tuple[str, Any]]:
+    """Yield the tables that have been read from files, with their key paths."""
+    for name, load in mechanism.loads.items():
+        if isinstance(load, TableLoad) and load.file is not None and load.from_file is not None:
+            yield f"loads.{name}", load
+    for name, task in tasks.items():
+        for i, driver in enumerate(getattr(task, "drivers", None) or ()):
+            if driver.table is not None and driver.table.from_file is not None:
+                yield f"tasks.{name}.drivers[{i}].table", driver.table
+
+
+def write_tables(mechanism: Mechanism, tasks: Mapping[str, Task], folder: Path) -> None:
+    """Write the files of tables into another folder, with the columns that are used.
 
     Raises
     ------
     InputError
         With the key path of the load: a file of that name with other numbers is there.
     """
-    files: dict[str, dict[str, TableLoad]] = {}
-    for name, load in mechanism.loads.items():
-        if isinstance(load, TableLoad) and load.file is not None and load.from_file is not None:
-            files.setdefault(load.file, {})[name] = load
+    files: dict[str, dict[str, Any]] = {}
+    for name, load in _tables(mechanism, tasks):
+        files.setdefault(load.file, {})[name] = load
     for file, loads in files.items():
         path = folder / file
         if path.exists():
@@ -74,7 +114,7 @@ def write_tables(mechanism: Mechanism, folder: Path) -> None:
                 if _read(path, load.columns) != load.from_file:
                     raise InputError(
                         f"another file '{shorten(file, 60)}' is in the folder written to",
-                        where=f"loads.{name}.file",
+                        where=f"{name}.file",
                     )
             continue
         columns: dict[str, list[float]] = {}

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from mechdae.describe.loads import TimeTable
+from mechdae.describe.reading import read
 from mechdae.describe.table import Table
 from mechdae.describe.values import COERCE, Number, Value, describe, each, key, sequence
 from mechdae.errors import InputError
@@ -29,7 +32,7 @@ class Driver(Value):
 
     A ``law`` is an expression of the time ``t``, over the interval ``from_``, ``to`` [s] or at
     ``times``; with several laws one of them names the times. Among drivers that move, one
-    with a single value ``at`` is held.
+    with a single value ``at`` is held. In a motion a law may be a ``table`` over the time.
 
     ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
     ``speed``, ``acceleration`` and ``jerk`` are its rates at every pose (default 1, 0 and 0:
@@ -46,6 +49,7 @@ class Driver(Value):
     speed: Number | None = key("number", None)
     acceleration: Number | None = key("number", None)
     jerk: Number | None = key("number", None)
+    table: TimeTable | None = key("timetable", None, doc="a law by rows, in a motion")
 
 
 def _one(value: Any) -> Driver:
@@ -63,7 +67,15 @@ def _several(value: Any) -> tuple[Driver, ...]:
     return tuple(each(sequence(value), _one))
 
 
-COERCE |= {"driver": _one, "drivers": _several}
+def _timetable(value: Any) -> TimeTable:
+    if isinstance(value, Mapping):
+        return read(TimeTable, value, "", from_file=None)
+    if not isinstance(value, TimeTable):
+        raise InputError(f"a table is needed, not {describe(value)}", hint='{ file = "law.csv" }')
+    return value
+
+
+COERCE |= {"driver": _one, "drivers": _several, "timetable": _timetable}
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.describe.joints import Joint
-from mechdae.describe.loads import Load, TableLoad
+from mechdae.describe.loads import Load, TableLoad, TimeTable
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.problem import SCHEMA, Problem, unchanged
 from mechdae.describe.table import Table
@@ -29,7 +29,7 @@ def dump(problem: Problem, path: str | Path) -> None:
     """
     target = Path(path)
     text = dumps(problem)
-    write_tables(problem.mechanism, target.parent)
+    write_tables(problem.mechanism, problem.tasks, target.parent)
     partial = target.with_name(target.name + ".part")
     partial.write_text(text, encoding="utf-8")
     partial.replace(target)
@@ -43,7 +43,25 @@ def alone(mechanism: Mechanism, tasks: Mapping[str, Task]) -> str:
         else load
         for own, load in mechanism.loads.items()
     }
-    return dumps(Problem(replace(mechanism, loads=Table(loads)), Table(tasks)))
+    alone = {name: _with_rows(task) for name, task in tasks.items()}
+    return dumps(Problem(replace(mechanism, loads=Table(loads)), Table(alone)))
+
+
+def _with_rows(task: Task) -> Task:
+    """Return a task whose drivers' tables hold the rows of their files."""
+    drivers: Any = getattr(task, "drivers", None) or ()
+    if not any(driver.table is not None and driver.table.file for driver in drivers):
+        return task
+    found = []
+    for driver in drivers:
+        table = driver.table
+        if table is not None and table.file is not None:
+            rows = replace(table, file=None, columns=None, rows=table.points)
+            found.append(replace(driver, table=rows))
+        else:
+            found.append(driver)
+    own: Any = task
+    return replace(own, drivers=tuple(found))  # type: ignore[no-any-return]
 
 
 def dumps(problem: Problem) -> str:
@@ -148,8 +166,8 @@ def _value(value: Any) -> str:
         return repr(value)
     if isinstance(value, str):
         return _text(value)
-    if isinstance(value, Driver):
-        value = _given(value)
+    if isinstance(value, Driver | TimeTable):
+        value = _given(value, skip=("from_file",))
     if isinstance(value, Mapping):
         return "{ " + ", ".join(_entries(value)) + " }" if value else "{}"
     return "[" + ", ".join(_value(item) for item in value) + "]"

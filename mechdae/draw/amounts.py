@@ -118,10 +118,17 @@ class _Known:
 def _looked_up(load: TableLoad, names: _Known) -> float:
     at = names.of(load.coordinate)
     rows = np.array(load.points, dtype=float)
-    if not len(rows):
+    if not len(rows) or load.interpolation != "linear":
         raise LookupError(load.name)
     first, last = rows[0, 0], rows[-1, 0]
-    if load.periodic:
+    if load.coordinate == TIME:
+        at -= names.value(load, "shift")
+    if load.period is not None:
+        period = names.value(load, "period")
+        at = first + (at - first) % period
+        if period > last - first:
+            rows, last = np.vstack([rows, [first + period, rows[0, 1]]]), first + period
+    elif load.periodic:
         at = first + (at - first) % (last - first)
     if not first <= at <= last:
         raise LookupError(load.name)

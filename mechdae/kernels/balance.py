@@ -99,6 +99,7 @@ class Balance:
         q, v, a = self.model.q, self.model.velocity, self.model.acceleration
         self.signs = ca.vertcat(*[slip.sign for slip in self.slips]) if self.slips else SX(0, 1)
         pieces = [signal.piece for signal in loads.signals]
+        pieces += [table.symbols for table in loads.timed]
         self.pieces = ca.vertcat(*pieces) if pieces else SX(0, 1)
         self.sizes = SX.sym("m", len(self.feedbacks))
         self.inputs = [

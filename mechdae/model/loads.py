@@ -19,6 +19,7 @@ from mechdae.describe.named import TIME, split_rate
 from mechdae.errors import InputError, MechdaeError
 from mechdae.model.friction import Slip
 from mechdae.model.model import FUNCTIONS, Model
+from mechdae.model.timed import Timed
 from mechdae.model.wrenches import Wrench, add, couple, push
 
 SX = ca.SX
@@ -62,6 +63,10 @@ class Loads:
     slips : list of Slip
         Speeds whose signs are inputs.
     signals : list of Signal
+    timed : list of Timed
+        Tables over the time, those of laws too.
+    varying : list of SX
+        Numbers that the time is in.
     directions : list of Direction
     uses_time
         Loads that depend on the time t.
@@ -75,7 +80,7 @@ class Loads:
         self.time = SX.sym(TIME)
         self.uses_time: list[str] = []
         self.varying: list[Any] = []
-        self.timed: list[Any] = []
+        self.timed: list[Timed] = []
         self.wrenches: dict[str, Wrench] = {}
         self.bodies: set[str] = set()
         self._known: dict[str, Any] = {
@@ -196,6 +201,8 @@ class Loads:
             raise InputError(
                 "the file has not been read", where="file", hint="load the problem from its file"
             )
+        if load.coordinate == TIME:
+            return self._placed(load, self._timed(load).value)
         base, order = split_rate(load.coordinate)
         c = coordinate(self.model.mechanism, base)
         self._note(c)
@@ -203,7 +210,21 @@ class Loads:
         at = self._speed(c) if order else self.model.coordinate(c)
         self.signals.append(Signal(load, at, piece))
         start, value, slope = ca.vertsplit(piece)
-        value = self._number(load, "factor") * (value + slope * (at - start))
+        return self._placed(load, value + slope * (at - start))
+
+    def _timed(self, load: TableLoad) -> Timed:
+        """Return a table over the time."""
+        shift = self._number(load, "shift")
+        period = None if load.period is None else self._number(load, "period")
+        p, values = self.model.p, self.model.p_values
+        found = Timed(f"load {load.name}", load, self.time, shift, period, p, values)
+        self.timed.append(found)
+        self.uses_time.append(load.name)
+        return found
+
+    def _placed(self, load: TableLoad, value: Any) -> Wrench:
+        """Return the force or the torque of a table's value."""
+        value = self._number(load, "factor") * value
         if load.body is not None:
             self.bodies.add(load.body)
             return couple(self.model, load.body, value)

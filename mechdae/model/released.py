@@ -161,8 +161,8 @@ class Released:
 
     @property
     def signs(self) -> Any:
-        """Inputs of dry friction that are fixed between events."""
-        return self.rubbing.signs
+        """Inputs that are fixed between events: of dry friction, pieces of tables over the time."""
+        return ca.vertcat(self.rubbing.signs, *[table.symbols for table in self.loads.timed])
 
     @cached_property
     def slips(self) -> Any:

@@ -103,7 +103,7 @@ class Quantity:
                 self.setting.scene, followed.evaluator, base,
                 Moving(self.setting, followed).poses(), turned=base.direction == "load",
             )  # fmt: skip
-            if self.statics.loads.signals:
+            if self.statics.loads.signals or self.statics.loads.timed:
                 raise UnavailableError("loads from tables cannot be optimised yet", where=place)
         self.turns = self._closed()
 

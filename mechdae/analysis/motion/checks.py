@@ -39,8 +39,8 @@ def check_start(setup: Setup, begin: Start) -> None:
     """
     r = setup.released
     rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else ca.SX(0, 1)
-    function = ca.Function("rows", [r.model.q, r.t, r.model.p], [rows])
-    values = np.array(function(begin.q, 0.0, r.model.p_values)).ravel()
+    function = ca.Function("rows", [r.model.q, r.t, r.signs, r.model.p], [rows])
+    values = np.array(function(begin.q, 0.0, setup.loose, r.model.p_values)).ravel()
     sizes = np.array([1.0 if row.unit == "rad" else setup.length for row in r.rows])
     left = {
         row.name: float(value)

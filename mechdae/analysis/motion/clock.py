@@ -91,9 +91,8 @@ class Clock:
         own = [SX(part) for part in own if ca.depends_on(SX(part), time)]
         if not own:
             return None, None
-        inputs = [r.x, r.v, r.t, model.p]
-        place = ca.Function("place", inputs, [ca.densify(r.q), ca.densify(r.qd)])
-        q, qd = (np.array(part).ravel() for part in place(x, v, 0.0, model.p_values))
+        place = setup.kernel.function("place", [ca.densify(r.q), ca.densify(r.qd)])
+        q, qd = (np.array(part).ravel() for part in place(0.0, x, v, setup.loose))
         state = ca.vertcat(model.q, model.velocity)
         whole = ca.vertcat(*own)
         symbols = ca.vertcat(SX(0, 1), *[table.symbols for table in self.tables])
@@ -288,7 +287,7 @@ class Clock:
     def _largest(self) -> Any:
         """Largest sizes of the laws and of their rates, at places of the whole time."""
         times = np.linspace(0.0, self.end, PLACES)
-        found = np.abs([self._laws(t, pieces(self.setup, t)) for t in times.tolist()])
+        found = np.abs([self._laws(t, self.setup.pieces_at(t)) for t in times.tolist()])
         return np.where(np.isfinite(found), found, 0.0).max(axis=0)
 
     def impact(self, stretch: Stretch) -> str | None:
@@ -299,7 +298,7 @@ class Clock:
         if not self.setup.laws:
             return None
         before = self._laws(stretch.end, self.setup.pieces)
-        after = self._laws(stretch.resume, pieces(self.setup, stretch.resume))
+        after = self._laws(stretch.resume, self.setup.pieces_at(stretch.resume))
         apart = stretch.resume - stretch.end
         for law, top, fastest, *own in zip(
             self.setup.laws, *self._largest, *before, *after, strict=True
@@ -318,9 +317,3 @@ class Clock:
                         'join rows by interpolation = "spline"'
                     )
         return None
-
-
-def pieces(setup: Setup, t: float) -> Any:
-    """Return the coefficients of the pieces of all tables over the time that hold behind t."""
-    found = [table.piece(t) for table in setup.loads.timed]
-    return np.concatenate(found) if found else np.zeros(0)

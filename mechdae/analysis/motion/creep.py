@@ -52,6 +52,7 @@ class Creep:
 
     def _state(self, t: float, x: Any, v: Any) -> None:
         k, count = self.kernel, len(self.slips)
+        self.setup.pieces = self.setup.pieces_at(t)
         loose = self.setup.loose
         speeds = self._at(self._values, t, x, v, loose)[0]
         slow = np.flatnonzero(np.abs(speeds) <= RESTS * self.setup.widths)

@@ -79,9 +79,9 @@ class Observer:
         model, r = self.model, self.r
         rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else SX(0, 1)
         rate = ca.jtimes(rows, ca.vertcat(model.q, r.t), ca.vertcat(model.velocity, SX(1)))
-        inputs = [model.q, model.velocity, r.t, model.p]
+        inputs = [model.q, model.velocity, r.t, r.signs, model.p]
         function = ca.Function("gaps", inputs, [ca.densify(rows), ca.densify(rate)])
-        return Batch(function, [3], straight=lambda: None)
+        return Batch(function, [4], straight=lambda: None)
 
     def gaps(self, s: States, q: Any, v: Any) -> tuple[Any, Any]:
         """Return the largest gap of all equations at each state, and that of their rates.
@@ -92,7 +92,7 @@ class Observer:
             return np.zeros(len(s.t)), np.zeros(len(s.t))
         length = self.setup.length
         sizes = np.array([1.0 if row.unit == "rad" else length for row in self.r.rows])
-        gaps, rates = self._gaps(q, v, s.t[:, None], self.p)
+        gaps, rates = self._gaps(q, v, s.t[:, None], s.signs, self.p)
         return np.max(np.abs(gaps / sizes), axis=1), np.max(np.abs(rates / sizes), axis=1)
 
     # -- multipliers -----------------------------------------------------------------------

@@ -35,6 +35,10 @@ class Ranges:
                 self._at.append(signal.at)
                 points = signal.load.points
                 self._ends.append((f"load {signal.load.name}", points[0][0], points[-1][0]))
+        for table in setup.loads.timed:
+            if table.ends is not None:
+                self._at.append(setup.loads.time)
+                self._ends.append((table.name, *table.ends))
         for name, contact in setup.model.contacts.items():
             if not contact.closed:
                 self._at.append(contact.s)
@@ -66,8 +70,9 @@ class Ranges:
         faults = []
         for name, (t, at) in self.left.items():
             word, _, own = name.partition(" ")
-            what = f"the table of load {own}" if word == "load" else f"the curve of joint {own}"
-            advice = "add rows, or periodic = true" if word == "load" else "a longer range"
+            what = f"the curve of {name}" if word == "joint" else f"the table of the {name}"
+            what = f"the table of load {own}" if word == "load" else what
+            advice = "a longer range" if word == "joint" else "add rows, or periodic = true"
             faults.append(
                 f"{what} ends before the motion does: nothing is given at {at:.6g}, reached by "
                 f"t = {t:.6g} s; what follows is not valid. Try {advice}"

@@ -16,7 +16,7 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import Mechanism, evaluate_all
 from mechdae.describe.named import TIME
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Equilibrium, Motion
+from mechdae.describe.tasks import Driver, Equilibrium, Motion
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.kernels.proximal import Kernel
 from mechdae.kernels.smooth import Smooth
@@ -26,6 +26,7 @@ from mechdae.model.meshes import Mesh
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.model.released import Law, Released
 from mechdae.model.rubbing import Rubbing
+from mechdae.model.timed import Timed
 
 SX = ca.SX
 SMOOTHED = ("revolute", "prismatic", "curve")
@@ -106,6 +107,11 @@ class Setup:
     def loose(self) -> Any:
         """Inputs of dry friction that neither rubs nor locks, with the pieces of tables."""
         return np.concatenate([np.zeros(self.rubbing.signs.numel()), self.pieces])
+
+    def pieces_at(self, t: float) -> Any:
+        """Return the pieces of tables over the time that hold right behind a time."""
+        found = [table.piece(t) for table in self.loads.timed]
+        return np.concatenate(found) if found else np.zeros(0)
 
     def renewed(self, signs: Any) -> Any:
         """Return inputs of dry friction with the pieces of tables that hold now."""
@@ -233,7 +239,7 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
     laws = _laws(model, loads, task)
     scale = mechanism_scale(mechanism)
     found = Setup(problem, task, model, loads, laws, end, times, tolerance, scale, notes)
-    found.longest = longest
+    found.longest, found.pieces = longest, found.pieces_at(0.0)
     return found
 
 
@@ -271,6 +277,13 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
     known[TIME] = loads.time
     laws = []
     for i, driver in enumerate(task.drivers or ()):
+        if driver.table is not None:
+            try:
+                value = _tabulated(model, loads, driver, known)
+            except MechdaeError as problem:
+                raise problem.inside(f"drivers[{i}].table") from None
+            laws.append(Law(coordinate(model.mechanism, driver.coordinate), value))
+            continue
         text: Any = driver.law if driver.law is not None else (driver.at or (0.0,))[0]
         try:
             value = SX(build(text, known, FUNCTIONS)) if isinstance(text, str) else SX(text)
@@ -278,6 +291,34 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
             raise problem.inside(f"drivers[{i}].law") from None
         laws.append(Law(coordinate(model.mechanism, driver.coordinate), value))
     return laws
+
+
+def _tabulated(model: Model, loads: Loads, driver: Driver, known: dict[str, Any]) -> Any:
+    """Return the law that a table over the time gives."""
+    table = driver.table
+    assert table is not None
+    if not table.points:
+        raise InputError(
+            "the file has not been read", where="file", hint="load the problem from its file"
+        )
+    numbers: dict[str, Any] = {}
+    for word in ("factor", "shift", "period"):
+        given = getattr(table, word)
+        try:
+            numbers[word] = build(given, known, FUNCTIONS) if isinstance(given, str) else given
+        except MechdaeError as problem:
+            raise problem.inside(word) from None
+    if table.interpolation == "linear" and len(table.points) > 2:
+        raise InputError(
+            "straight lines jump in their speed, which no driver can", where="interpolation",
+            hint='"spline", the default',
+        )  # fmt: skip
+    found = Timed(
+        f"law of {driver.coordinate}", table, loads.time, SX(numbers["shift"]),
+        None if numbers["period"] is None else SX(numbers["period"]), model.p, model.p_values,
+    )  # fmt: skip
+    loads.timed.append(found)
+    return SX(numbers["factor"]) * found.value
 
 
 def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[str]:

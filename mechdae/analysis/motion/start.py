@@ -58,11 +58,12 @@ class _Starter:
         self.speeds = start_values(mechanism, task.start_speed, "start_speed")
         model, laws = setup.model, setup.laws
         self.aims = dict(self.given)
-        time = [setup.loads.time, model.p]
+        pieces = ca.vertcat(ca.SX(0, 1), *[table.symbols for table in setup.loads.timed])
+        time = [setup.loads.time, pieces, model.p]
         values = ca.vertcat(*[law.value for law in laws]) if laws else ca.SX(0, 1)
         rates = ca.jacobian(values, setup.loads.time)
         law_values = ca.Function("laws", time, [ca.densify(values), ca.densify(rates)])
-        found = [np.array(part).ravel() for part in law_values(0.0, model.p_values)]
+        found = [np.array(part).ravel() for part in law_values(0.0, setup.pieces, model.p_values)]
         for law, value in zip(laws, found[0], strict=True):
             self.aims.setdefault(law.coordinate, float(value))
         self.law_speeds = {

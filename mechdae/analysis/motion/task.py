@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.analysis.motion.bdf import Bdf
 from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
-from mechdae.analysis.motion.clock import Clock, pieces
+from mechdae.analysis.motion.clock import Clock
 from mechdae.analysis.motion.creep import Creep
 from mechdae.analysis.motion.endings import Growth, check_dead_start, feasible, stalled
 from mechdae.analysis.motion.events import Crossings
@@ -119,6 +119,7 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
     whole, integrator = run.setup, run.integrator
     kept = Kept()
     integrate(run, kept, x, v)
+    whole.pieces = whole.pieces_at(0.0)
     _keep_last(kept, run)
     if run.ends is not None and run.ends["kind"] == "infeasible":
         _cut(kept, run)
@@ -237,7 +238,7 @@ def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
 def _resumed(run: Run, state: Any, signs: Any, t: float) -> tuple[Any, Any]:
     """Return the state and the inputs of friction right behind a breakpoint."""
     integrator, lay = run.integrator, run.integrator.layout
-    run.setup.pieces = pieces(run.setup, t)
+    run.setup.pieces = run.setup.pieces_at(t)
     signs = run.sticking.resumed(signs)
     x, v, w = (state[lay[part]] for part in ("x", "v", "w"))
     found = integrator.first(t, x, v, w, signs, float(lay.of(state, "h")))
