@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Driven, Study, Sweep
+from mechdae.describe.tasks import Driven, Equilibrium, Study, Sweep
 from mechdae.draw.options import DESIGNS, GRAPHS, checked, names_of
 from mechdae.errors import InputError
 
@@ -18,7 +18,7 @@ FIRST = {
     "map": ("study", "sweep"),
     "curves": ("sweep", "reactions", "motion"),
     "coupler": ("sweep", "reactions", "motion"),
-    "animation": ("sweep", "reactions", "motion"),
+    "animation": ("sweep", "reactions", "motion", "equilibrium"),
 }
 """Kinds of tasks that a kind of picture is drawn of, the first that the problem has."""
 MEASURED = {
@@ -132,10 +132,13 @@ def left_out(problem: Problem, name: str) -> list[str]:
 def prepared(problem: Problem, name: str, kind: str, paths: Sequence[str]) -> Problem:
     """Return the problem with a task that computes what the picture shows.
 
-    Series that a measure gives are asked for, extremes are located where the driver allows
-    it, and outputs that the task leaves out are added. Nothing else is changed.
+    Small motions of an equilibrium that moves and series that a measure gives are asked for,
+    extremes are located where the driver allows it, and outputs that the task leaves out are
+    added. Nothing else is changed.
     """
     task = problem.task(name)
+    if kind == "animation" and isinstance(task, Equilibrium):
+        return problem.with_task(name, replace(task, linearise=True))
     if kind not in GRAPHS or not isinstance(task, Sweep):
         return problem
     words = [path.split("/")[-1] for path in paths]

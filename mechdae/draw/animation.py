@@ -19,6 +19,7 @@ from mechdae.draw import diagram, style
 from mechdae.draw.figure import new_axes
 from mechdae.draw.loads import peak_force
 from mechdae.draw.scene import Scene, longest_run, read_scene
+from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
@@ -54,6 +55,10 @@ class Animation:
         Pixels to the inch, the picture has 7 x 5 in.
     traces, labels, loads, dark, lang
         As in `mechdae.draw.diagram.draw`.
+    subtitle
+        In place of driver value, task and pose.
+    ghosts
+        Poses that are drawn faintly in all frames.
     """
 
     result: Any
@@ -66,6 +71,8 @@ class Animation:
     loads: bool = True
     dark: bool = False
     lang: str = "en"
+    subtitle: str = ""
+    ghosts: tuple[int, ...] = ()
 
     def __len__(self) -> int:
         return len(self.poses)
@@ -93,12 +100,21 @@ class Animation:
     def _view(self, scene: Scene, poses: Sequence[int]) -> diagram.View:
         """Return what all frames have in common: the scale above all."""
         traces = self.traces and diagram.has_paths(self.result, scene)
-        every = [diagram.extent(scene, pose, traces, 0) for pose in poses]
+        every = [diagram.extent(scene, pose, traces, 0) for pose in (*poses, *self.ghosts)]
         low = np.min([entry[0] for entry in every], axis=0)
         high = np.max([entry[1] for entry in every], axis=0)
         size = max(entry[2] for entry in every)
         peak = peak_force(scene, self.result, poses) if self.loads else None
-        return diagram.View(traces, 0, self.labels, self.loads, (low, high, size), peak, {})
+        return diagram.View(
+            traces,
+            self.ghosts or 0,
+            self.labels,
+            self.loads,
+            (low, high, size),
+            peak,
+            {},
+            subtitle=self.subtitle,
+        )
 
     def _picture(self, scene: Scene, pose: int, view: diagram.View) -> Image.Image:
         theme = style.DARK if self.dark else style.LIGHT
@@ -176,6 +192,7 @@ def animate(
     loads: bool = True,
     dark: bool = False,
     lang: str = "en",
+    shape: int | None = None,
 ) -> Animation:
     """Return the motion of a result as an animation.
 
@@ -195,6 +212,9 @@ def animate(
         Pixels to the inch, 7 x 5 in.
     traces, labels, loads, dark, lang
         As in a diagram, see `mechdae.draw.diagram.draw`.
+    shape
+        Of an equilibrium: number of the small motion that is shown, enlarged, over one
+        period; 1, the slowest, without it.
 
     Raises
     ------
@@ -213,6 +233,11 @@ def animate(
         raise InputError("a round takes 0.1 to 600 seconds", where="seconds")
     if isinstance(dpi, bool) or not isinstance(dpi, int) or not 20 <= dpi <= 300:
         raise InputError("dpi is a whole number from 20 to 300", where="dpi")
+    shown = (traces, labels, loads, dark, lang)
+    if getattr(result, "kind", "") == "equilibrium":
+        return _shape(result, 1 if shape is None else shape, most, seconds, dpi, shown)
+    if shape is not None:
+        raise InputError("shapes are those of small motions at an equilibrium", where="shape")
     scene = read_scene(result)
     known = scene.assembled()
     if len(known) < 2:
@@ -227,9 +252,37 @@ def animate(
     chosen = [poses[k] for k in picks.tolist()]
     if not whole:
         chosen += chosen[-2:0:-1]
-    duration = max(FASTEST, round(1000.0 * seconds / len(chosen) / 10.0) * 10)
-    shown = (traces, labels, loads, dark, lang)
+    duration = _duration(seconds, len(chosen))
     return Animation(result, tuple(chosen), whole, duration, dpi, *shown)
+
+
+def _shape(
+    result: Any,
+    number: int,
+    frames: int,
+    seconds: float,
+    dpi: int,
+    shown: tuple[bool, bool, bool, bool, str],
+) -> Animation:
+    """Return a small motion around an equilibrium as an animation, its rest drawn faintly."""
+    poses = list(range(frames))
+    swings = bool(shape_of(result, number)["eigenvalue"][1])
+    chosen = poses if swings else poses + poses[-2:0:-1]
+    return Animation(
+        swinging(result, number, frames),
+        tuple(chosen),
+        swings,
+        _duration(seconds, len(chosen)),
+        dpi,
+        *shown,
+        subtitle=swing_text(result, number, Words(shown[-1])),
+        ghosts=(frames,),
+    )
+
+
+def _duration(seconds: float, count: int) -> int:
+    """Return the time of a frame [ms]."""
+    return max(FASTEST, round(1000.0 * seconds / count / 10.0) * 10)
 
 
 def closes(scene: Scene, run: Sequence[int]) -> bool:

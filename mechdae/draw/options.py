@@ -64,6 +64,7 @@ OPTIONS: Mapping[str, Option] = {
     "loads": Option(DIAGRAMS, "off", "no loads"),
     "dark": Option(DIAGRAMS, "on", "colours for dark paper"),
     "lang": Option((*DIAGRAMS, *DESIGNS), "name", "language of the words: en, ru"),
+    "shape": Option(("animation",), "whole", "number of the small motion shown, 1: the slowest"),
     "frames": Option(("animation",), "whole", "most frames of an animation"),
     "seconds": Option(("animation",), "number", "time of one round"),
     "dpi": Option(("animation",), "whole", "pixels to the inch"),

@@ -42,6 +42,7 @@ def small_motions(
     names, gradient = told(whole, task, x, n)
     scaled = gradient * whole.kernel.sizes @ basis if len(names) else basis
     labels = names or [".".join(own) for own in whole.released.names]
+    placed = _placements(whole, x) * whole.kernel.sizes @ basis
     modes: list[dict[str, Any]] = []
     largest = float(np.max(np.abs(values)))
     rounding = NEUTRAL * largest
@@ -53,7 +54,9 @@ def small_motions(
         swing = 0.0 if abs(value.imag) <= rounding else float(value.imag)
         size = math.hypot(real, swing)
         shape = scaled @ vectors[:n, k]
-        shape = shape / shape[np.argmax(np.abs(shape))]
+        largest_of = shape[np.argmax(np.abs(shape))]
+        shape = shape / largest_of
+        bodies = np.reshape(placed @ vectors[:n, k] / largest_of, (-1, 3))
         shown = {
             label: [float(z.real), float(z.imag)] for label, z in zip(labels, shape, strict=True)
         }
@@ -64,6 +67,13 @@ def small_motions(
                 "natural_frequency": size / (2 * math.pi),
                 "damping": 0.0 - real / size if size else 0.0,
                 "shape": shown,
+                "bodies": {
+                    body: {
+                        word: [float(z.real), float(z.imag)]
+                        for word, z in zip(("x", "y", "angle"), row, strict=True)
+                    }
+                    for body, row in zip(whole.problem.mechanism.bodies, bodies, strict=True)
+                },
             }
         )
     growth = float(values.real.max())
@@ -80,6 +90,18 @@ def small_motions(
         "damping": [mode["damping"] for mode in modes],
         "settling_time": SETTLED / -growth if verdict == "asymptotically stable" else None,
     }
+
+
+def _placements(whole: Setup, x: Any) -> Any:
+    """Return the gradients of origin and angle of each body by the free coordinates."""
+    model, r = whole.model, whole.released
+    rows = [
+        ca.vertcat(model.origin(body), model.frame(body).angle)
+        for body in whole.problem.mechanism.bodies
+    ]
+    slopes = ca.jacobian(r.moved(ca.vertcat(*rows)), r.x)
+    function = whole.kernel.function("placements", [ca.densify(slopes)])
+    return np.array(function(0.0, x, np.zeros(len(x)), whole.loose))
 
 
 def told(whole: Setup, task: Equilibrium, x: Any, count: int) -> tuple[list[str], Any]:

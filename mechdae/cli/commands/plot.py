@@ -111,6 +111,7 @@ def _written(
     words = [result.problem, result.task, word or extra.get("which") or kind]
     words += ["polar"] if extra.get("polar") else []
     words += [str(extra["design"] + 1)] if "design" in extra else []
+    words += [f"shape-{extra['shape']}"] if "shape" in extra else []
     words += [str(extra["pose"])] if "pose" in extra else []
     path = folder / f"{'-'.join(words)}.{form}"
     if kind == "animation":

@@ -1,0 +1,112 @@
+"""The shapes of small motions around an equilibrium, as poses that can be drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechdae.draw.scene import Array, read_scene, turned
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+from mechdae.results import Named, Series
+
+TURN = 0.15
+"""Largest turn of a link that is shown [rad]: motions are small, their links keep their lengths."""
+TRAVEL = 0.12
+"""Largest way of a point that is shown, as a share of the size of the mechanism."""
+DECAY = 3.0
+"""What does not swing is shown over so many of its time constants."""
+
+
+def shape_of(result: Any, number: int) -> dict[str, Any]:
+    """Return an entry of the modes of an equilibrium, 1 is the slowest.
+
+    Raises
+    ------
+    InputError
+        No small motions, or none of that number.
+    """
+    listed = result.summary.get("modes")
+    if listed is None:
+        raise InputError(
+            "there are no shapes of small motions in this result",
+            where=f"tasks.{result.task}",
+            hint="linearise = true",
+        )
+    if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= len(listed):
+        raise InputError(
+            f"there is no shape {number}", where="shape",
+            hint=f"a whole number from 1 to {len(listed)}" if listed else "nothing can move",
+        )  # fmt: skip
+    found: dict[str, Any] = listed[number - 1]
+    return found
+
+
+def swinging(result: Any, number: int, frames: int) -> Any:
+    """Return a result whose poses are a small motion, enlarged; the last pose is the one at rest.
+
+    A shape that swings is shown over one period without its damping; what does not swing goes
+    back to rest, or away from it where it grows.
+    """
+    mode = shape_of(result, number)
+    real, swing = mode["eigenvalue"]
+    if swing:
+        phases = np.exp(2j * np.pi * np.arange(frames) / frames)
+    else:
+        phases = np.exp(-DECAY * np.linspace(0.0, 1.0, frames))[:: -1 if real > 0 else 1] + 0j
+    scene = read_scene(result)
+    bodies, points = {}, {}
+    size = enlargement(result, mode)
+    for body, own in result.mechanism.bodies.items():
+        z = {word: complex(*value) for word, value in mode["bodies"][body].items()}
+        moved = {word: size * np.append((value * phases).real, 0.0) for word, value in z.items()}
+        angle = scene.angles[body][0] + moved["angle"]
+        origin = scene.origins[body][0] + np.stack([moved["x"], moved["y"]], axis=1)
+        bodies[body] = Series({"angle": angle})
+        for point in own.points:
+            place = origin + turned(angle, scene.local(f"{body}.{point}"))
+            points[f"{body}.{point}"] = Series({"position": place})
+    return replace(
+        result,
+        bodies=Named("body", bodies),
+        points=Named("point", points),
+        joints=Named("joint", {}),
+        outputs=Named("output", {}),
+        status=np.array(["ok"] * (frames + 1)),
+    )
+
+
+def enlargement(result: Any, mode: dict[str, Any]) -> float:
+    """Return the factor on a shape with which it is seen."""
+    scene = read_scene(result)
+    turns = [0.0]
+    ways: list[float] = [0.0]
+    spots = []
+    for body, own in result.mechanism.bodies.items():
+        z = {word: complex(*value) for word, value in mode["bodies"][body].items()}
+        turns.append(abs(z["angle"]))
+        for point in own.points or ("",):
+            place = scene.place(f"{body}.{point}", 0) if point else scene.origins[body][0]
+            spots.append(place)
+            arm: Array = place - scene.origins[body][0]
+            ways.append(float(np.hypot(abs(z["x"] - z["angle"] * arm[1]),
+                                       abs(z["y"] + z["angle"] * arm[0]))))  # fmt: skip
+    size = float(np.ptp(spots, axis=0).max()) or 1.0
+    limits = [TURN / max(turns) if max(turns) else np.inf]
+    limits.append(TRAVEL * size / max(ways) if max(ways) else np.inf)
+    least = float(min(limits))
+    return least if np.isfinite(least) else 1.0
+
+
+def swing_text(result: Any, number: int, words: Words) -> str:
+    """Return which shape it is, with frequency and damping."""
+    mode = shape_of(result, number)
+    parts = [str(result.task), words("shape of", number, len(result.summary["modes"]))]
+    if mode["eigenvalue"][1]:
+        parts.append(f"{words.number(mode['frequency'], 4)} {words('Hz')}")
+        parts.append(words("damping", words.number(mode["damping"], 3)))
+    else:
+        parts.append(words("rate", words.number(mode["eigenvalue"][0], 4)))
+    return "  ·  ".join([*parts, words("enlarged")])
