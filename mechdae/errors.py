@@ -71,6 +71,7 @@ class UnknownName(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str], *, where: str = "") -> None:
         near = nearest(name, known)
+        self.name = str(name)
         hint = f"did you mean {' or '.join(near)}?" if near else ""
         super().__init__(f"unknown {kind} '{shorten(name)}'", where=where, hint=hint)
 

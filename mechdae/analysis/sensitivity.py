@@ -31,7 +31,8 @@ from mechdae.analysis.sweep import run
 from mechdae.analysis.uniqueness import require_unique
 from mechdae.describe.expression import build, evaluate, names_in
 from mechdae.describe.mechanism import evaluate_all
-from mechdae.describe.problem import Problem
+from mechdae.describe.problem import Problem, check_number
+from mechdae.describe.reading import split_unit, to_si
 from mechdae.describe.tasks import Driver, Equilibrium, Motion, Reactions, Sensitivity, Sweep
 from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
 from mechdae.kernels.batch import Batch
@@ -148,13 +149,18 @@ def _tolerances(problem: Problem, task: Sensitivity) -> dict[str, float]:
     if not isinstance(task.tolerances, Mapping):
         raise InputError("a table name = half width is needed", where="tolerances")
     known = evaluate_all(problem.mechanism.parameters)
-    values, found = problem.mechanism.values(), {}
+    values = problem.mechanism.values()
+    found: dict[str, float] = {}
     for key, number in task.tolerances.items():
         try:
-            if key not in values:
+            name, suffix = (key, "") if key in values else split_unit(key)
+            if name not in values:
                 raise UnknownName("parameter", key, values)
-            found[key] = evaluate(number, known)
-            if found[key] < 0:
+            if name in found:
+                raise InputError(f"'{name}' is given twice, with and without a unit")
+            check_number(problem.mechanism, name, suffix)
+            found[name] = evaluate(to_si(number, suffix), known)
+            if found[name] < 0:
                 raise InputError("a half width is not negative")
         except MechdaeError as error:
             raise error.inside(f"tolerances.{key}") from None

@@ -18,6 +18,7 @@ from mechdae.analysis.numbers import Constants, divisors
 from mechdae.analysis.outputs import Outputs, Request
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan, plan, sketched
+from mechdae.analysis.slips import driver_slips
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Sweep
 from mechdae.errors import SolveError, UnavailableError
@@ -105,7 +106,8 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
     """Return driver values and unknowns of the pose the path starts from."""
     if task.mode is None:
         u, x = start.sketched_pose(setting.assembler, setting.plan)
-        setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u)
+        slips = driver_slips(task, setting.plan)
+        setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u, slips)
         return u, x
     first = setting.plan.first
     u = np.where(np.isnan(first), start.start_values(setting.plan), first)

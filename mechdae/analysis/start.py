@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from mechdae.analysis.modes import Assembler, Failure, Mode
 from mechdae.analysis.nearest import MOST_BEGUN
 from mechdae.analysis.plan import Plan
+from mechdae.analysis.slips import long_length
 from mechdae.errors import AssemblyError, MechanismError, UnknownName
 from mechdae.model.reduction import Scene
 
@@ -55,13 +57,20 @@ def try_redundant(assembler: Assembler, plan: Plan) -> None:
         assembler.from_sketch(start_values(plan))
 
 
-def doubts(assembler: Assembler, plan: Plan, x: Any, u: Any) -> list[str]:
-    """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch."""
-    notes = []
+def doubts(
+    assembler: Assembler, plan: Plan, x: Any, u: Any, slips: Sequence[str] = ()
+) -> list[str]:
+    """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch.
+
+    `slips` are those of the drivers' values.
+    """
+    notes = list(slips)
     for body, angle in assembler.sketch.items():
         if abs(angle) > 4 * math.pi:
             notes.append(f"sketch: {body} = {angle:g} is in radians; did you mean {body}_deg?")
-    if plan.values is not None and plan.coordinates[0].is_angle:
+    long = long_length(assembler.scene.model.mechanism)
+    notes += [long] if long else []
+    if not slips and plan.values is not None and plan.coordinates[0].is_angle:
         turns = float(np.ptp(plan.values[:, 0])) / (2 * math.pi)
         if turns > 5 and len(plan.values) < 20 * turns:
             notes.append(
@@ -126,7 +135,9 @@ def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
     joint, unit = (at.joint, at.unit) if at is not None else (group.key_joint, "m")
     gap = f" by {failure.gap:.4g} {unit}" if 0 < failure.gap < math.inf else ""
     what = f"group {group.name} cannot be assembled: joint {joint} stays open{gap}"
-    hint = "check the lengths, or give the sketch with a driver value at which it closes"
+    hint = long_length(scene.model.mechanism) or (
+        "check the lengths, or give the sketch with a driver value at which it closes"
+    )
     if failure.starts:
         what = (
             f"group {group.name}: no pose was found by Newton's method from {failure.starts} starts"

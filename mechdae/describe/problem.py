@@ -16,6 +16,7 @@ from mechdae.describe.expression import names_in
 from mechdae.describe.joints import JOINTS, SPATIAL, Joint
 from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground, Mechanism, evaluate_all
+from mechdae.describe.misplaced import explain
 from mechdae.describe.moving import check_equilibrium, check_motion
 from mechdae.describe.named import check_outputs
 from mechdae.describe.reading import check_suffix, plain, read, split_unit, to_si
@@ -161,7 +162,7 @@ class Problem:
             base, suffix = (name, "") if name in known else split_unit(name)
             try:
                 if base in known:
-                    _check_set(self.mechanism, base, suffix)
+                    check_number(self.mechanism, base, suffix)
                 new = number(to_si(number(value), suffix))
                 mechanism = self.mechanism.with_values({base: new})
             except MechdaeError as problem:
@@ -239,6 +240,14 @@ def _parse(path: Path) -> dict[str, Any]:
 
 def from_dict(data: Mapping[str, Any], name: str = "mechanism") -> Problem:
     """Return the problem described by the tables of a problem file."""
+    try:
+        return _from_dict(data, name)
+    except MechdaeError as problem:
+        explain(data, problem)
+        raise
+
+
+def _from_dict(data: Mapping[str, Any], name: str) -> Problem:
     _check_depth(data)
     for entry in data:
         if entry not in TOP:
@@ -426,8 +435,8 @@ def _grid(table: Mapping[str, Any], place: str) -> dict[str, Any]:
     return result
 
 
-def _check_set(mechanism: Mechanism, name: str, suffix: str) -> None:
-    """Raise for an automatic name set in a unit that is not that of its number."""
+def check_number(mechanism: Mechanism, name: str, suffix: str) -> None:
+    """Raise for an automatic name given in a unit that is not that of its number."""
     part, *rest = name.split(".")
     if not rest or not suffix:
         return  # a parameter has no unit
@@ -468,7 +477,7 @@ def _check_units(problem: Problem, data: Mapping[str, Any]) -> None:
             for entry in task.get(word, ()):
                 base, suffix = split_unit(entry)
                 try:
-                    _check_set(mechanism, base, suffix)
+                    check_number(mechanism, base, suffix)
                 except MechdaeError as error:
                     raise error.inside(f"tasks.{name}.{word}") from None
         if not isinstance(problem.tasks[name], Driven):

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.results import Result
 from mechdae.tables.force_facts import force_facts
 from mechdae.tables.motions import equilibrium_facts, motion_facts
-from mechdae.tables.text import MOST, driver_value, moves, quantity
+from mechdae.tables.text import MOST, driver_value, moves, noises, quantity, zero
 
 
 def facts_text(result: Result, width: int) -> list[str]:
@@ -18,7 +18,7 @@ def facts_text(result: Result, width: int) -> list[str]:
         return motion_facts(result)
     if result.kind == "equilibrium":
         return equilibrium_facts(result)
-    summary, lines = result.summary, []
+    summary, lines, noise = result.summary, [], noises(result)
     units = [result.unit("drivers", c, "position") for c in result.drivers]
     moving = [moves(series.position) for series in result.drivers.values()]
     unit = (units[moving.index(True)] if any(moving) else units[0]) if units else "m"
@@ -31,7 +31,7 @@ def facts_text(result: Result, width: int) -> list[str]:
         lines.append(f"  limits    {ends[0]} .. {ends[1]}")
     for word, suffix in (("swing", "deg"), ("stroke", "m")):
         for name, value in summary.get(word, {}).items():
-            value = value if abs(value) > 1e-14 else 0.0
+            value = zero(value, noise["angle" if word == "swing" else "length"])
             shown = math.degrees(value) if word == "swing" else value
             lines.append(f"  {word:9} {name}: {shown:.12g} {suffix}")
     if result.kind in ("sweep", "reactions"):
@@ -58,7 +58,7 @@ def facts_text(result: Result, width: int) -> list[str]:
         sizes = [f"{value:.1e} {words[word]}" for word, value in summary["closure"].items()]
         lines.append(f"  closes to {', '.join(sizes)} (largest residual)")
     lines += force_facts(result, width)
-    lines += _measures(result, unit)
+    lines += _measures(result, unit, noise)
     for event in result.events:
         if event["in_range"]:
             digits = 12 if event["kind"] in ("limit", "end_of_curve") else 6
@@ -66,7 +66,7 @@ def facts_text(result: Result, width: int) -> list[str]:
             place = driver_value(event["at"], units, digits)
             if "time" in event:
                 place = f"t = {event['time']:.{digits}g} s, {place}"
-            lines.append(f"  {word:9} {place}: {_happens(event)}")
+            lines.append(f"  {word:9} {place}: {_happens(event, noise)}")
     for entry in summary.get("failed", []):
         place = f"{driver_value(entry['from'], unit)} .. {driver_value(entry['to'], unit)}"
         if "time" in entry:
@@ -83,20 +83,20 @@ def facts_text(result: Result, width: int) -> list[str]:
     return lines
 
 
-def _happens(event: dict[str, Any]) -> str:
+def _happens(event: dict[str, Any], noise: dict[str, float]) -> str:
     """Return what an event is about."""
     if event["kind"] == "stationary":
         kind = "angle" if event["of"].endswith(".angle") else "length"
-        return f"{event['of']} {event['extreme']} {quantity(event['value'], kind)}"
+        return f"{event['of']} {event['extreme']} {quantity(event['value'], kind, noise[kind])}"
     if event["kind"] == "lift_off":
         return f"joint {event['joint']} would have to pull, by up to {-event['force']:.6g}"
     if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
-        x, y = event["position"]
+        x, y = (zero(value, noise["length"]) for value in event["position"])
         return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) m"
     return f"group {event['name']}, joint {event['joint']}"
 
 
-def _measures(result: Result, unit: str) -> list[str]:
+def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
     """Return short lines of what the task's measures found."""
     summary, lines = result.summary, []
 
@@ -104,13 +104,15 @@ def _measures(result: Result, unit: str) -> list[str]:
         return driver_value(value, unit, 6)
 
     for joint, found in summary.get("transmission", {}).items():
-        low, high = (quantity(found[word], "angle") for word in ("min", "max"))
+        low, high = (quantity(found[word], "angle", noise["angle"]) for word in ("min", "max"))
         places = f"{low} at {at(found['at'])}, greatest {high} at {at(found['max_at'])}"
         lines.append(f"  transmission angle {joint}: least {places}")
     ranges = summary.get("extremes", {})
     for name, ends in list(ranges.items())[:MOST]:
         kind = "angle" if name.endswith(".angle") else "length"
-        texts = [f"{quantity(e['value'], kind)} at {at(e['at'])}" for e in ends.values()]
+        texts = [
+            f"{quantity(e['value'], kind, noise[kind])} at {at(e['at'])}" for e in ends.values()
+        ]
         lines.append(f"  extremes  {name}: {' .. '.join(texts)}")
     if len(ranges) > MOST:
         lines.append(f"  extremes  ({MOST} of {len(ranges)} shown)")
@@ -121,16 +123,15 @@ def _measures(result: Result, unit: str) -> list[str]:
         lines.append(f"  time ratio {name}: none, {reason}")
     for name, entries in summary.get("dwell", {}).items():
         slides = name in result.joints and "slide" in result.joints[name]
+        kind = "length" if slides else "angle"
         for entry in entries:
-            mean, half = (
-                quantity(entry[word], "length" if slides else "angle")
-                for word in ("mean", "within")
-            )
+            mean, half = (quantity(entry[word], kind, noise[kind]) for word in ("mean", "within"))
             cut = ", cut" if entry.get("cut") else ""
             interval = f"{at(entry['from'])} .. {at(entry['to'])}{cut}"
             lines.append(f"  dwell     {name}: {interval} at {mean} +- {half}")
     if summary.get("envelope"):
-        x0, x1, y0, y1 = (f"{value:.9g}" for value in summary["envelope"]["all"])
+        ends = (zero(value, noise["length"]) for value in summary["envelope"]["all"])
+        x0, x1, y0, y1 = (f"{value:.9g}" for value in ends)
         lines.append(f"  envelope  x {x0} .. {x1} m, y {y0} .. {y1} m")
     for name, found in summary.get("curve", {}).items():
         area = f", closed, area {found['area']:.9g} m2" if "area" in found else ""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from mechdae.results import Result
@@ -19,7 +21,7 @@ def modes_text(result: Result, width: int) -> list[str]:
     ]
     rows = zip(result.labels or (), summary["sketches"], result.status, strict=True)
     for label, sketch, status in rows:
-        text = "  ".join(f"{name} = {value:g}" for name, value in sketch.items())
+        text = "  ".join(f"{name} = {value + 0.0:g}" for name, value in sketch.items())
         text = text if status == "ok" else f"{status}  {text}"
         lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
     for entry in summary.get("search", []):
@@ -40,13 +42,14 @@ def study_text(result: Result) -> list[str]:
         unit = result.path_unit(whole)
         units += [f"[{unit}]" if unit not in ("", "1") else ""] * (1 if array.ndim == 1 else 2)
         if array.ndim == 1:
-            columns.append((path, cells(array)))
+            columns.append((path, cells(array, _size(array))))
             continue
         flat = array.reshape(len(array), -1)
         seen = np.isfinite(flat).any(axis=1)
         low, high = (np.full(len(flat), np.nan) for _ in range(2))
         low[seen], high[seen] = np.nanmin(flat[seen], axis=1), np.nanmax(flat[seen], axis=1)
-        columns += [(f"least {path}", cells(low)), (f"largest {path}", cells(high))]
+        size = _size(flat)
+        columns += [(f"least {path}", cells(low, size)), (f"largest {path}", cells(high, size))]
     rows = rows_of(len(result))
     sizes = [max(len(title), *(len(own[k]) for k in rows)) + 2 for title, own in columns]
     while len(columns) > 3 and sum(sizes) > WIDE:
@@ -69,3 +72,8 @@ def study_text(result: Result) -> list[str]:
     if len(faults) > FAULTS:
         lines.append(f"  fault     in {len(faults) - FAULTS} more sets; --json has them")
     return lines
+
+
+def _size(values: Any) -> float:
+    """Return the largest of the numbers that are there."""
+    return float(np.nanmax(np.abs(values), initial=0.0))

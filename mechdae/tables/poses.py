@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from mechdae.results import KINDS, Result
 from mechdae.tables.forces import force_columns, is_force, motion_is_aside, single_forces
+from mechdae.tables.moving import Quantities
 from mechdae.tables.text import Column, cells, rows_of
 
 
@@ -18,7 +18,8 @@ def pose_text(result: Result) -> list[str]:
     lines = []
     if result.time is not None:
         lines.append(f"  {'time':39} {result.time[0]:.15g} s")
-    points = set(_distinct_points(result))
+    moving = Quantities(result)
+    points = set(moving.distinct_points())
     units = {
         (part, name): result.unit(kind, part, name)
         for kind in KINDS
@@ -33,7 +34,8 @@ def pose_text(result: Result) -> list[str]:
             for name, array in series.items():
                 if kind == "joints" and is_force(name):
                     continue
-                value = array[0]
+                noise = moving.noise(kind, part, name)
+                value = np.where(np.abs(array[0]) <= noise, 0.0, array[0])
                 unit = units.get((part, name), "")
                 text = (
                     f"({value[0]: .12g}, {value[1]: .12g})" if np.ndim(value) else f"{value: .15g}"
@@ -63,19 +65,11 @@ def poses_text(result: Result, width: int) -> list[str]:
         unit = "deg" if angle else result.unit("drivers", coordinate, "position")
         largest = float(np.max(np.abs(values), initial=0.0))
         columns.append((f"{coordinate} [{unit}]", cells(values, largest)))
-    named, forces = _outputs(result), force_columns(result)
+    moving = Quantities(result)
+    named, forces = moving.outputs(), force_columns(result)
     columns += forces + named if motion_is_aside(result) else named + forces
-    driven = set(result.drivers)
-    points = set(_distinct_points(result))
-    for kind in () if motion_is_aside(result) else ("points", "joints", "bodies"):
-        entries = list(getattr(result, kind).items())
-        # the last links are the ones a mechanism is made for
-        for part, series in reversed(entries) if kind == "points" else entries:
-            if {f"{part}.angle", f"{part}.slide", f"{part}.s"} & driven:
-                continue
-            if kind == "points" and (part not in points or {f"{part}.x", f"{part}.y"} <= driven):
-                continue
-            columns += _columns(kind, part, series)
+    if not motion_is_aside(result):
+        columns += moving.columns()
     places = rows_of(len(result))
     chosen: list[tuple[str, Sequence[str], int]] = []
     used = 2
@@ -97,47 +91,3 @@ def poses_text(result: Result, width: int) -> list[str]:
     if notes:
         lines.append(f"  ({', '.join(notes)} shown; --out DIR writes all, --json prints all)")
     return lines
-
-
-def _outputs(result: Result) -> list[Column]:
-    """Return the named outputs."""
-    columns = []
-    for name, series in result.outputs.items():
-        unit = result.unit("outputs", name, "value")
-        values = np.degrees(series["value"]) if unit == "rad" else series["value"]
-        title = f"{name} [{'deg' if unit == 'rad' else unit}]" if unit else name
-        columns.append((title, cells(values, float(np.nanmax(np.abs(values), initial=0.0)))))
-    return columns
-
-
-def _distinct_points(result: Result) -> list[str]:
-    """Return the points that move, each place once."""
-    kept: list[str] = []
-    for name, series in result.points.items():
-        places = series.position
-        span = np.nanmax(np.ptp(places, axis=0), initial=0.0) if len(places) > 1 else np.inf
-        size = np.nanmax(np.abs(places), initial=0.0)
-        speed = np.nanmax(np.abs(series["velocity"]), initial=0.0) if "velocity" in series else 1.0
-        moves = span > 1e-13 * size and speed > 0
-        if moves and not any(
-            np.array_equal(places, result.points[other].position, equal_nan=True) for other in kept
-        ):
-            kept.append(name)
-    return kept
-
-
-def _columns(kind: str, part: str, series: Any) -> list[Column]:
-    entries: list[Column] = []
-    if kind == "points":
-        for i, axis in enumerate("xy"):
-            size = float(np.nanmax(np.abs(series.position), initial=0.0))
-            entries.append((f"{part}.{axis} [m]", cells(series.position[:, i], size)))
-    elif kind == "bodies":
-        entries.append((f"{part} [deg]", cells(np.degrees(series.angle))))
-        if "angular_velocity" in series:
-            entries.append((f"{part} [rad/s]", cells(series.angular_velocity)))
-    elif "slide" in series:
-        entries.append((f"{part}.slide [m]", cells(series.slide)))
-    elif "s" in series:
-        entries.append((f"{part}.s", cells(series.s)))
-    return entries

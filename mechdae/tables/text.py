@@ -5,10 +5,15 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from mechdae.results import Result
+
+ROUNDING = 1e-14
+"""Share of the largest number of a kind below which a number is rounding."""
 ROWS = 19
 """Poses that are shown."""
 WIDE = 100
@@ -22,10 +27,10 @@ FIXED = "\xa0"
 
 
 class Cells(Sequence[str]):
-    """Numbers as text, written when they are looked at; rounding noise beside `size` is 0."""
+    """Numbers as text, written when they are looked at; what is not above the noise is 0."""
 
-    def __init__(self, values: Any, size: float = 0.0) -> None:
-        self._values, self._noise = values, 1e-14 * size
+    def __init__(self, values: Any, noise: float) -> None:
+        self._values, self._noise = values, noise
 
     def __len__(self) -> int:
         return len(self._values)
@@ -40,15 +45,36 @@ class Cells(Sequence[str]):
         value = float(self._values[place])
         if not math.isfinite(value):
             return "-"
-        return f"{0.0 if abs(value) < self._noise else value:.6g}"
+        return f"{zero(value, self._noise):.6g}"
 
 
 Column = tuple[str, Sequence[str]]
 
 
-def cells(values: Any, size: float = 0.0) -> Sequence[str]:
-    """Return the numbers as text; what is rounding noise beside `size` as 0."""
-    return Cells(values, size)
+def cells(values: Any, size: float = 0.0, noise: float = 0.0) -> Sequence[str]:
+    """Return the numbers as text; what is `noise`, or rounding beside `size`, as 0."""
+    return Cells(values, max(noise, ROUNDING * size))
+
+
+def zero(value: float, noise: float) -> float:
+    """Return the value, 0 without a sign where it is not above the noise."""
+    return 0.0 if abs(value) <= noise else value
+
+
+def noises(result: Result) -> dict[str, float]:
+    """Return up to which size an angle and a length are rounding."""
+    sizes = [float(np.nanmax(np.abs(p.position), initial=0.0)) for p in result.points.values()]
+    return {
+        "angle": rest(result, "angle", 1.0),
+        "length": rest(result, "length", max(sizes, default=0.0)),
+    }
+
+
+def rest(result: Result, kind: str, size: float) -> float:
+    """Return up to which size a length or an angle may be rounding: its bound at least."""
+    bound = result.bound.get(kind, np.zeros(0))
+    fine = bound[np.isfinite(bound)]
+    return max(float(fine.max(initial=0.0)), ROUNDING * size)
 
 
 def moves(values: Any) -> bool:
@@ -56,7 +82,8 @@ def moves(values: Any) -> bool:
     return bool(np.size(values) and np.ptp(values) > 0)
 
 
-def quantity(value: float, unit: str) -> str:
+def quantity(value: float, unit: str, noise: float = 0.0) -> str:
+    value = zero(value, noise)
     return f"{math.degrees(value):.9g} deg" if unit == "angle" else f"{value:.9g} m"
 
 
@@ -68,6 +95,7 @@ def driver_value(value: Any, unit: str | list[str], digits: int = 12) -> str:
         units = unit if isinstance(unit, list) else [unit] * len(value)
         return ", ".join(driver_value(v, u, digits) for v, u in zip(value, units, strict=True))
     unit = unit[0] if isinstance(unit, list) else unit
+    value = zero(value, 0.0)
     if unit == "rad":
         return f"{math.degrees(value):.{digits}g} deg"
     return f"{value:.{digits}g}" + (" m" if unit == "m" else "")
