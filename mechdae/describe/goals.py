@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe.coordinates import SLIDE_JOINTS, coordinate
 from mechdae.describe.entries import (
     flag,
     items_of,
@@ -36,7 +36,7 @@ GOALS: dict[str, tuple[str, ...]] = {
         "input", "output", "function", "range", "input_range", "output_range", "input_start",
         "output_start", "targets", "measure", "weight",
     ),
-    "rocker": ("body", "swing", "time_ratio", "weight"),
+    "rocker": ("body", "swing", "joint", "stroke", "time_ratio", "weight"),
     "straight-line": ("point", "arc", "stroke", "measure", "weight"),
     "minimise": ("of", "reduce", "weight"),
     "maximise": ("of", "reduce", "weight"),
@@ -107,11 +107,15 @@ class FunctionTargets:
 
 @dataclass(frozen=True)
 class Rocker:
-    """A body swings by an angle [rad], its forward stroke lasts longer by the time ratio."""
+    """A coordinate goes to and fro: a body's angle [rad] or the slide of a joint [m].
 
-    body: str
-    swing: float
-    time_ratio: float
+    ``reach`` is the way between its ends, ``time_ratio`` that of the times of both strokes;
+    None: free.
+    """
+
+    coordinate: str
+    reach: float | None
+    time_ratio: float | None
 
 
 @dataclass(frozen=True)
@@ -172,13 +176,7 @@ def goal_of(
     if kind == "function":
         return _function(mechanism, table, place, driver, free)
     if kind == "rocker":
-        swing = _needed(mechanism, table, "swing", place)
-        ratio = _needed(mechanism, table, "time_ratio", place)
-        if not 0 < swing < 2 * math.pi or not 0.1 < ratio < 10:
-            raise InputError(
-                "a swing within a turn and a ratio of 0.1 to 10 are needed", where=place
-            )
-        return Rocker(_body(mechanism, table, place), swing, ratio)
+        return _rocker(mechanism, table, place)
     if kind == "straight-line":
         arc = _needed(mechanism, table, "arc", place)
         if not 0 < abs(arc) <= 2 * math.pi:
@@ -189,6 +187,30 @@ def goal_of(
             raise InputError("a stroke is positive", where=f"{place}.stroke")
         return StraightLine(_point(mechanism, table, place), arc, stroke)
     return extreme(table, place, tasks, 1 if kind == "minimise" else -1)
+
+
+def _rocker(mechanism: Mechanism, table: Mapping[str, Any], place: str) -> Rocker:
+    slides = "joint" in table or "stroke" in table
+    if slides and ("body" in table or "swing" in table):
+        raise InputError(
+            "give 'body' and 'swing' of what turns, or 'joint' and 'stroke' of what slides",
+            where=place,
+        )
+    key = "stroke" if slides else "swing"
+    reach = _needed(mechanism, table, key, place) if key in table else None
+    ratio = _needed(mechanism, table, "time_ratio", place) if "time_ratio" in table else None
+    if reach is None and ratio is None:
+        raise InputError(f"'{key}' or 'time_ratio' is missing", where=place)
+    if ratio is not None and not 0.1 < ratio < 10:
+        raise InputError("a ratio of 0.1 to 10 is needed", where=f"{place}.time_ratio")
+    if reach is not None and not 0 < reach < (math.inf if slides else 2 * math.pi):
+        words = "a stroke is positive" if slides else "a swing within a turn is needed"
+        raise InputError(words, where=f"{place}.{key}")
+    if not slides:
+        return Rocker(f"{_body(mechanism, table, place)}.angle", reach, ratio)
+    known = [name for name, joint in mechanism.joints.items() if joint.kind in SLIDE_JOINTS]
+    name = word_of(table.get("joint"), known, "joint that slides", f"{place}.joint")
+    return Rocker(f"{name}.slide", reach, ratio)
 
 
 def extreme(table: Mapping[str, Any], place: str, tasks: Mapping[str, Task], sense: int) -> Extreme:

@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinates import SLIDE_JOINTS
 from mechdae.describe.demand import Demand, demand
 from mechdae.describe.goals import Extreme as AskedExtreme
 from mechdae.describe.goals import FunctionTargets, Rocker, StraightLine, Visits
+from mechdae.describe.mechanism import GROUND
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Synthesis
-from mechdae.errors import InputError
+from mechdae.describe.tasks import Sweep, Synthesis
+from mechdae.errors import InputError, UnknownName
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Seed
 from mechdae.synthesis.goals.extreme import Extreme, quantity_of
@@ -28,6 +30,9 @@ from mechdae.synthesis.space import TURN, Space
 from mechdae.synthesis.spread import Spread
 from mechdae.synthesis.verify import sketched
 from mechdae.synthesis.watch import watched
+
+ENDS = ("stroke", "swing", "time_ratio")
+"""Scalars of a summary that follow from the two ends of a coordinate."""
 
 
 class Search:
@@ -58,7 +63,7 @@ class Search:
         every = [*self.goals, *self.limits]
         bodies = dict.fromkeys(body for goal in every for body in goal.bodies())
         boxed = dict.fromkeys(point for box in self.asked.boxes for point in box.points)
-        held = [body for asked in self.asked.transmission for body in asked.bodies]
+        held = [b for asked in self.asked.transmission for b in asked.bodies if b != GROUND]
 
         def asks(model: Model) -> dict[str, Any]:
             found = {point: model.point(point) for point in boxed}
@@ -93,7 +98,10 @@ class Search:
 
     def _extreme(
         self, asked: AskedExtreme, name: str, names: list[str], bounds: Any = None
-    ) -> Extreme:
+    ) -> Goal:
+        word, _, part = asked.path.removeprefix("summary/").partition("/")
+        if asked.path.startswith("summary/") and word in ENDS:
+            return self._ends(asked, name, word, part, bounds)
         key = (asked.task, asked.path)
         if key not in self._quantities:
             self._quantities[key] = Quantity(self.problem, asked, self.asked.driver, names)
@@ -105,6 +113,38 @@ class Search:
             found = abs(quantity_of(solve(self.problem, asked.task), asked))
             typical = found if np.isfinite(found) and found > 0 else 1.0
         return Extreme(asked, name, quantity, typical, bounds)
+
+    def _ends(
+        self, asked: AskedExtreme, name: str, word: str, part: str, bounds: Any
+    ) -> RockerGoal:
+        """Return stroke, swing or time ratio of a task over a turn as a goal or a limit."""
+        from mechdae.analysis.solve import solve
+
+        place = f"{name}.of: {asked.task}"
+        task = self.problem.tasks[asked.task]
+        assert isinstance(task, Sweep)
+        mechanism = self.problem.mechanism
+        if [d.coordinate for d in task.all_drivers] != [self.asked.driver]:
+            raise InputError(
+                f"task '{asked.task}' is not driven by {self.asked.driver}", where=place
+            )
+        if not self.asked.full_turn:
+            raise InputError(
+                f"'{asked.path}' is that of a driver that turns fully", where=place,
+                hint='constraints = [{ kind = "full-turn", coordinate = ... }]',
+            )  # fmt: skip
+        joints = [n for n, j in mechanism.joints.items() if j.kind in SLIDE_JOINTS]
+        known = {"stroke": joints, "swing": list(mechanism.bodies)}.get(
+            word, [*joints, *mechanism.bodies]
+        )
+        if part not in known:
+            raise UnknownName(f"{word.replace('_', ' ')} of", part, known, where=place)
+        text = f"{part}.slide" if part in joints else f"{part}.angle"
+        found = solve(self.problem, asked.task)
+        typical = abs(float(found.summary.get(word, {}).get(part, 1.0))) or 1.0
+        own = "time_ratio" if word == "time_ratio" else "reach"
+        sense = 0 if bounds is not None else asked.sense
+        return RockerGoal(Rocker(text, None, None), name, own, sense, bounds, typical, asked.path)
 
     def _size(self) -> float:
         """Return a length that the mechanism is as large as [m]."""
@@ -216,7 +256,7 @@ class Search:
     def between_nodes(self) -> bool:
         """Whether a sweep finds more than the nodes of the NLP see."""
         return any(
-            not (isinstance(goal, VisitsGoal) or getattr(goal, "exactly", False))
+            not (isinstance(goal, VisitsGoal | RockerGoal) or getattr(goal, "exactly", False))
             for goal in self.goals
             if not goal.exact
         )

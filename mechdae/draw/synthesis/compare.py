@@ -172,16 +172,16 @@ def _errors(
 
 
 def _angles(designs: Sequence[Found], goal: Rocker, ax: Axes | None, words: Words) -> Axes:
-    """Draw the angle of a rocker from its first extreme over the driver's angle from there."""
+    """Draw a rocker's angle, or a slide, from its first extreme over the driver's way from there."""
     driver = designs[0].asked.driver
-    title, subtitle = _head(designs, f"{goal.body}.angle", words)
+    title, subtitle = _head(designs, goal.coordinate, words)
     frame = Frame(ax, 1, title, subtitle, _key(designs, words), height=HEIGHT * 0.8)
     panel, k = frame.panels[0], frame.k
     across = scale_of(coordinate(designs[0].problem.mechanism, driver).unit)
-    up = scale_of("rad")
+    up = scale_of(coordinate(designs[0].problem.mechanism, goal.coordinate).unit)
     for index, own in enumerate(designs):
         at = own.driven(own.motion)
-        angle = own.series(own.motion, f"{goal.body}.angle")
+        angle = own.series(own.motion, goal.coordinate)
         panel.plot(
             across(at - at[0]),
             up(angle - angle[0]),
@@ -196,7 +196,7 @@ def _angles(designs: Sequence[Found], goal: Rocker, ax: Axes | None, words: Word
         panel.locator_params(axis="x", steps=[1, 1.5, 3, 4.5, 6, 9, 10])
     start = f"\N{MINUS SIGN} {words('start')}"
     frame.label(
-        panel, f"{driver} {start} [{across.unit}]", f"{goal.body}.angle {start} [{up.unit}]"
+        panel, f"{driver} {start} [{across.unit}]", f"{goal.coordinate} {start} [{up.unit}]"
     )
     return panel
 

@@ -151,7 +151,8 @@ def _swinging(found: Found, axes: Axes, labels: bool, words: Words) -> None:
     scene = read_scene(found.motion)
     facts = [found.name(words), *found.facts(words)]
     rockers = [goal for goal, _ in found.asked.goals if isinstance(goal, Rocker)]
-    end = _end_of(found, scene, rockers[0].body if rockers else None)
+    turning = [goal.coordinate for goal in rockers if goal.coordinate.endswith(".angle")]
+    end = _end_of(found, scene, turning[0].rpartition(".")[0] if turning else None)
     if end is None:
         view = View(labels=labels, loads=False, subtitle="  ·  ".join(facts))
         draw_pose(axes, scene, found.motion, 0, view, style.LIGHT, words)
@@ -162,6 +163,8 @@ def _swinging(found: Found, axes: Axes, labels: bool, words: Words) -> None:
     if turns:
         facts.insert(1, words("swing", words.number(np.degrees(swing), 4)))
     for goal in rockers:
+        if goal.time_ratio is None:
+            continue
         facts.insert(2, words("time ratio", words.number(goal.time_ratio, 4)))
 
     def overlay(sheet: Sheet) -> str:

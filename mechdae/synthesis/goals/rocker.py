@@ -1,18 +1,19 @@
-"""A body swings by a given angle with a given ratio of the times of its two strokes.
+"""A coordinate goes to and fro between two ends: swing or stroke, and the ratio of the times.
 
-At the ends of the swing the rate of its angle by the driver vanishes; between them the driver
-turns by 2 pi Q/(1 + Q). Rates are unknowns of their own, linear in the Jacobian of the pose.
+At the ends the rate by the driver vanishes; between them the driver turns by 2 pi Q/(1 + Q).
+Rates are unknowns of their own, linear in the Jacobian of the pose.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate
+from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.describe.goals import Rocker as Asked
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
@@ -27,48 +28,111 @@ NODES = 36
 FAST = 100.0
 """Largest rate of an unknown by the driver, in sizes of the mechanism."""
 EXACT = 1e-9
+LEAST = 1e-3
+"""Least way between the ends, and least part of a turn of a stroke, where they are free."""
 
 
 class Rocker(Goal):
-    """Swing and time ratio; they are met exactly, so that other goals choose among designs."""
+    """Way and time ratio; they are met exactly, so that other goals choose among designs.
 
-    exact = True
+    With a ``sense`` of 1 or -1 one of them, ``word``, is as small or as large as it can be
+    instead; with ``bounds`` it lies between them.
 
-    def __init__(self, asked: Asked, name: str) -> None:
-        self.asked, self.name = asked, name
-        self.stroke = TURN * asked.time_ratio / (1 + asked.time_ratio)
+    Parameters
+    ----------
+    asked
+        Coordinate, way, ratio; what is None is free.
+    name
+        Prefix of the variables.
+    word
+        "reach" or "time_ratio": what is an objective or a limit.
+    sense, bounds
+        Of the objective, or of the limit.
+    typical
+        Size of the way in the file [rad or m].
+    """
+
+    def __init__(
+        self, asked: Asked, name: str, word: str = "", sense: int = 0, bounds: Any = None,
+        typical: float = 1.0, path: str = "",
+    ) -> None:  # fmt: skip
+        self.asked, self.name, self.word, self.bounds = asked, name, word, bounds
+        self.path = path
+        self.exact = not sense
+        self.sense = sense or 1
+        self.typical = typical
+        self.unit = typical if word == "reach" else 1.0
+        ratio = asked.time_ratio
+        self.stroke = None if ratio is None else TURN * ratio / (1 + ratio)
+
+    @cached_property
+    def slides(self) -> bool:
+        """Whether the coordinate is a length."""
+        return self.asked.coordinate.endswith(".slide")
+
+    @property
+    def part(self) -> str:
+        """The body or the joint."""
+        return self.asked.coordinate.rpartition(".")[0]
 
     def bodies(self) -> tuple[str, ...]:
-        return (self.asked.body,)
+        return (self.asked.coordinate if self.slides else self.part,)
 
     def asks(self, model: Model) -> Mapping[str, Any]:
-        name = self.asked.body
-        return {f"{name}.angle": model.coordinate(Coordinate(f"{name}.angle", "body angle", name))}
+        text = self.asked.coordinate
+        if self.slides:
+            return {text: model.coordinate(coordinate(model.mechanism, text))}
+        return {text: model.coordinate(Coordinate(text, "body angle", self.part))}
 
     # -- the problem -------------------------------------------------------------------------
 
     def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
-        space, poses = self.space, self.space.poses
+        space, poses, text = self.space, self.space.poses, self.asked.coordinate
         sense = nlp.parameter(self.own("sense"), 1.0)
         upward = nlp.parameter(self.own("upward"), 1.0)
         begin = nlp.variable(self.own("begin"), 1, -WIDE, WIDE)
+        free = self.stroke is None
+        stroke = nlp.variable(self.own("stroke"), int(free), TURN * LEAST, TURN * (1 - LEAST))
+        stroke = stroke if free else self.stroke
         x = space.pose_variables(nlp, self.own("x"), 2)
         fast = np.tile(np.where(space.turns, FAST, FAST * space.size), 2)
         scale = np.tile(np.where(space.turns, 1.0, space.size), 2)
         v = ca.reshape(nlp.variable(self.own("v"), 2 * poses.nx, -fast, fast, scale), poses.nx, 2)
-        angles = []
-        for i, u in enumerate((begin, begin + sense * self.stroke)):
+        places = []
+        for i, u in enumerate((begin, begin + sense * stroke)):
             values = space.at(nlp, x[:, i], u, d, sigma)
-            angles.append(poses.part(values, f"{self.asked.body}.angle"))
+            places.append(poses.part(values, text))
             left, rates = poses.rates(x[:, i], u, d, v[:, i])
             nlp.constrain("closure", left / space.units)
-            nlp.constrain("end of the swing", poses.part(rates, f"{self.asked.body}.angle"))
-        nlp.constrain("swing", upward * (angles[1] - angles[0]) - self.asked.swing)
-        return SX(0)
+            nlp.constrain("end of the swing", poses.part(rates, text) / self.size)
+        way = upward * (places[1] - places[0])
+        if self.asked.reach is not None:
+            nlp.constrain("swing", (way - self.asked.reach) / self.size)
+        else:
+            nlp.constrain("swing", way / self.size, LEAST, np.inf)
+        # the longer stroke is the forward one
+        if self.word == "time_ratio":
+            nlp.constrain("longer stroke", stroke, np.pi, np.inf)
+            value = stroke / (TURN - stroke)
+        else:
+            value = way / self.unit
+        if self.bounds is not None:
+            low, high = (bound / self.unit for bound in self.bounds)
+            nlp.constrain(f"limit of {self.path}", value, max(low, -1e18), min(high, 1e18))
+        return SX(0) if self.exact else self.sense * value
+
+    @property
+    def size(self) -> float:
+        """One of the coordinate: a radian, or the size of the mechanism."""
+        return self.space.size if self.slides else 1.0
+
+    def value(self, term: float) -> float:
+        return self.sense * term * self.unit if not self.exact else term
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
         begin = float(values[self.own("begin")][0])
-        return begin + given[self.own("sense")] * self.stroke * np.arange(2), self.poses_of(values)
+        stroke = float(values[self.own("stroke")][0]) if self.stroke is None else self.stroke
+        return begin + given[self.own("sense")] * stroke * np.arange(2), self.poses_of(values)
 
     # -- starts ------------------------------------------------------------------------------
 
@@ -79,38 +143,60 @@ class Rocker(Goal):
         u = np.broadcast_to(TURN * np.arange(NODES) / NODES, (len(d), NODES))
         kept, x, sigma, values = spread.moved(d, u, generator)
         d = d[kept]
-        angle = self.space.poses.part(values, f"{self.asked.body}.angle")[..., 0]
-        low, high = np.argmin(angle, axis=1), np.argmax(angle, axis=1)
+        if not len(d):
+            return
+        place = self.space.poses.part(values, self.asked.coordinate)[..., 0]
+        low, high = np.argmin(place, axis=1), np.argmax(place, axis=1)
         rows = np.arange(len(d))
-        swing = angle[rows, high] - angle[rows, low]
+        way = place[rows, high] - place[rows, low]
         rise = ((high - low) % NODES) * TURN / NODES
         # the longer stroke is the forward one where the ratio is above one
         choices = []
         for forward in (True, False):
             stroke = rise if forward else TURN - rise
-            miss = np.abs(np.log(np.maximum(swing, 1e-9) / self.asked.swing))
-            choices.append(miss + np.abs(stroke - self.stroke))
+            choices.append(self._misses(way, stroke))
         rank = np.concatenate(choices)
         order = np.argsort(rank, kind="stable")
         for i in spread.distinct(np.vstack([d, d]), order, count):
             k, sense = i % len(d), 1.0 if i < len(d) else -1.0
             ends = [low[k], high[k]]
-            own = {self.own("begin"): [u[0, ends[0]]]}
-            given = {self.own("sense"): sense, self.own("upward"): 1.0}
-            begin = float(u[0, ends[0]])
-            at = begin + sense * self.stroke * np.arange(2)
+            own, given = self._own(float(u[0, ends[0]]), float(rise[k]), sense)
+            stroke = self.stroke if self.stroke is not None else own[self.own("stroke")][0]
+            at = float(u[0, ends[0]]) + sense * stroke * np.arange(2)
             yield Drawn(d[k], own, given, at, x[k, ends], sigma[k], float(rank[i]))
+
+    def _misses(self, way: Any, stroke: Any) -> Any:
+        """Return how far ways and strokes are from what is asked for."""
+        miss = np.zeros(len(way))
+        if self.asked.reach is not None:
+            miss = miss + np.abs(np.log(np.maximum(way, 1e-9 * self.size) / self.asked.reach))
+        elif self.word == "reach" and not self.exact:
+            miss = miss + self.sense * np.log(np.maximum(way, 1e-9 * self.size) / self.size)
+        if self.stroke is not None:
+            miss = miss + np.abs(stroke - self.stroke)
+        elif self.word == "time_ratio":
+            miss = miss + (0.0 if self.exact else self.sense) * stroke + 10 * (stroke < np.pi)
+        return miss
+
+    def _own(
+        self, begin: float, rise: float, sense: float
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        own: dict[str, Any] = {self.own("begin"): [begin]}
+        if self.stroke is None:
+            own[self.own("stroke")] = [rise if sense > 0 else TURN - rise]
+        return own, {self.own("sense"): sense, self.own("upward"): 1.0}
 
     def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
         start = float(drawn.u[0])
         u = start + TURN * np.arange(NODES) / NODES
         _, x, found = spread.followed(drawn.d, drawn.x[0], start, u)
-        angle = self.space.poses.part(found, f"{self.asked.body}.angle")[:, 0]
-        ends = [int(np.argmin(angle)), int(np.argmax(angle))]
-        rise = (u[ends[1]] - u[ends[0]]) % TURN
-        sense = 1.0 if abs(rise - self.stroke) < abs(TURN - rise - self.stroke) else -1.0
-        own = {self.own("begin"): [u[ends[0]]], self.own("x"): x[ends]}
-        return own, {self.own("sense"): sense, self.own("upward"): 1.0}
+        place = self.space.poses.part(found, self.asked.coordinate)[:, 0]
+        ends = [int(np.argmin(place)), int(np.argmax(place))]
+        rise = float((u[ends[1]] - u[ends[0]]) % TURN)
+        wanted = self.stroke if self.stroke is not None else np.pi + 1.0
+        sense = 1.0 if abs(rise - wanted) < abs(TURN - rise - wanted) else -1.0
+        own, given = self._own(float(u[ends[0]]), rise, sense)
+        return own | {self.own("x"): x[ends]}, given
 
     # -- what a design is worth --------------------------------------------------------------
 
@@ -120,13 +206,28 @@ class Rocker(Goal):
         if found is None:
             return Worth(np.inf, np.full(2, np.nan), list(defects))
         defects = list(defects)
-        swing = found.summary.get("swing", {}).get(self.asked.body)
-        ends, own = design.swept(at, (self.asked.body,))
+        table = found.summary.get("stroke" if self.slides else "swing", {})
+        way = table.get(self.part)
+        ends, own = design.swept(at, self.bodies())
         defects += own
-        if ends is None or swing is None:
-            return Worth(np.inf, np.full(2, np.nan), [*defects, "the body does not swing"])
-        reached = float(np.ptp(ends.bodies[self.asked.body].angle))
-        errors = np.array([swing - self.asked.swing, reached - swing])
-        if np.abs(errors).max() > EXACT * max(1.0, self.asked.swing):
-            defects.append(f"the body swings by {np.degrees(swing):.6g} deg")
-        return Worth(float(np.abs(errors).max()), errors, defects)
+        if ends is None or way is None:
+            word = "the joint does not slide" if self.slides else "the body does not swing"
+            return Worth(np.inf, np.full(2, np.nan), [*defects, word])
+        series = ends.joints[self.part].slide if self.slides else ends.bodies[self.part].angle
+        reached = float(np.ptp(series))
+        size = max(self.size, self.asked.reach or 0.0)
+        wanted = way if self.asked.reach is None else self.asked.reach
+        errors = np.array([way - wanted, reached - way])
+        if np.abs(errors).max() > EXACT * size:
+            shown = f"{way:.9g} m" if self.slides else f"{np.degrees(way):.6g} deg"
+            defects.append(f"{self.part} goes to and fro by {shown}")
+        turned = float(abs(at[1] - at[0]))
+        value = {"reach": float(way), "time_ratio": turned / (TURN - turned)}.get(self.word)
+        if value is not None and self.bounds is not None:
+            low, high = self.bounds
+            slack = 1e-7 * max(abs(value), self.unit)
+            if not low - slack <= value <= high + slack:
+                defects.append(f"{self.path} is {value:.6g}, the limit is missed")
+        if value is None or self.exact:
+            value = float(np.abs(errors).max())
+        return Worth(value, errors, defects)
