@@ -172,7 +172,7 @@ def _errors(
 
 
 def _angles(designs: Sequence[Found], goal: Rocker, ax: Axes | None, words: Words) -> Axes:
-    """Draw a rocker's angle, or a slide, from its first extreme over the driver's way from there."""
+    """Draw what a rocker turns or slides from its first extreme, over the driver from there."""
     driver = designs[0].asked.driver
     title, subtitle = _head(designs, goal.coordinate, words)
     frame = Frame(ax, 1, title, subtitle, _key(designs, words), height=HEIGHT * 0.8)
