@@ -5,7 +5,8 @@
 A pose is drawn first: places and angles of all bodies. Lengths, axes, phases are then worked
 out so that the joints close there, and the sketch is that pose, with slides and coordinates of
 joints and points. The answer has to be the pose itself, whatever other modes there are. The
-other modes are those that the package lists, if they close by the equations written out here.
+other modes are those that the package lists, if they close by the equations written out here. A
+rough sketch of each mechanism has to be answered with the nearest mode that is listed.
 The exit code is 1 where something was wrong.
 """
 
@@ -31,6 +32,7 @@ SHARE = {
 RATIOS = (-2.0, -1.5, -1.0, -0.75, -0.5, 0.5, 0.6, 1.5, 2.0)
 CLOSES = 1e-9
 """Residual below which a pose closes [m, rad]."""
+RIGHT = ("own", "own by the hint", "nearest")
 SHARP = 1e5
 """Largest condition of the equations at a pose that is used."""
 OFF = 1e-6
@@ -291,6 +293,45 @@ def judged(linkage, pose):
     return "own by the hint" if again == "own" else f"after the hint {hint!r}: {again}"
 
 
+def off_sketch(linkage, sketch, pose):
+    """Return how far a pose is from a sketch: radians without turns, lengths in sizes."""
+    spans = [
+        max(place[axis] for place in own.values()) - min(place[axis] for place in own.values())
+        for own in linkage.points.values()
+        if len(own) > 1
+        for axis in (0, 1)
+    ]
+    spans += [keys["length"] for *_, keys in linkage.joints.values() if "length" in keys]
+    total = 0.0
+    for key, wanted in sketch.items():
+        slide = key.endswith((".slide", ".x", ".y"))
+        gap = linkage.value(key if "." in key else f"{key}.angle", pose) - wanted
+        total += (gap / max(spans) if slide else math.remainder(gap, 2 * math.pi)) ** 2
+    return math.sqrt(total)
+
+
+def rough(seed, family, by=0.6):
+    """Return "nearest" for the answer to a rough sketch, or that another mode is nearer to it."""
+    linkage = draw(seed, family)
+    if linkage is None:
+        return []
+    sketch = linkage.sketch(linkage.pose)
+    for key in sketch:
+        if (key if "." in key else f"{key}.angle") not in linkage.drivers:
+            sketch[key] += float(linkage.rng.normal()) * by
+    mechanism, at = linkage.mechanism(sketch), linkage.at(linkage.pose)
+    try:
+        modes = md.solve(mechanism, md.Modes(drivers=at))
+        answer = md.solve(mechanism, md.Sweep(drivers=at))
+    except md.MechanismError:
+        return []
+    if answer.status[0] != "ok":
+        return []
+    own = off_sketch(linkage, sketch, read(linkage, answer, 0))
+    least = min(off_sketch(linkage, sketch, read(linkage, modes, k)) for k in range(len(modes)))
+    return ["nearest" if own < least + OFF else f"{own:.3g} away, another mode {least:.3g}"]
+
+
 def examine(seed, family, most=6):
     """Return what the answers were to the exact sketches of one mechanism."""
     linkage = draw(seed, family)
@@ -310,7 +351,7 @@ def examine(seed, family, most=6):
         pose = read(linkage, result, k)
         if np.abs(linkage.rows(pose)).max() < CLOSES and linkage.sharp(pose):
             answers.append(judged(linkage, pose))
-    return answers
+    return answers + rough(seed, family)
 
 
 def main(argv=None):
@@ -322,21 +363,22 @@ def main(argv=None):
     options = parser.parse_args(argv)
     started, counts, wrong, mechanisms, seed = time.time(), {}, [], 0, options.seed
     with multiprocessing.Pool(options.workers) as pool:
-        while sum(counts.values()) < options.count:
+        while sum(counts.values()) - counts.get("nearest", 0) < options.count:
             seeds = range(seed, seed + 60)
             jobs = [(k, ("dyads", "geared")[k % 2]) for k in seeds]
             seed += 60
             for job, answers in zip(jobs, pool.starmap(examine, jobs, 2), strict=True):
                 mechanisms += bool(answers)
                 for answer in answers:
-                    word = answer if answer in ("own", "own by the hint") else "wrong"
+                    word = answer if answer in RIGHT else "wrong"
                     counts[word] = counts.get(word, 0) + 1
                     if word == "wrong":
                         wrong.append(f"{job[1]} {job[0]}: {answer}")
                         print(wrong[-1], file=sys.stderr, flush=True)
     figures = {
         "seeds": [options.seed, seed - 1], "mechanisms": mechanisms,
-        "sketches": sum(counts.values()), "answers": counts, "wrong": wrong,
+        "sketches": sum(counts.values()) - counts.get("nearest", 0), "answers": counts,
+        "wrong": wrong,
     }  # fmt: skip
     print(json.dumps(figures, indent=1), f"{time.time() - started:.0f} s")
     if options.out:
