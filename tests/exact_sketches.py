@@ -35,6 +35,7 @@ CLOSES = 1e-9
 RIGHT = ("own", "own by the hint", "nearest")
 SHARP = 1e5
 """Largest condition of the equations at a pose that is used."""
+PORTION = 60
 OFF = 1e-6
 """By how much an answer may be off its sketch: rounding times the condition, at most."""
 
@@ -362,11 +363,12 @@ def main(argv=None):
     parser.add_argument("--out", type=Path)
     options = parser.parse_args(argv)
     started, counts, wrong, mechanisms, seed = time.time(), {}, [], 0, options.seed
+    figures = {}
     with multiprocessing.Pool(options.workers) as pool:
-        while sum(counts.values()) - counts.get("nearest", 0) < options.count:
-            seeds = range(seed, seed + 60)
+        while figures.get("sketches", 0) < options.count:
+            seeds = range(seed, seed + PORTION)
             jobs = [(k, ("dyads", "geared")[k % 2]) for k in seeds]
-            seed += 60
+            seed += PORTION
             for job, answers in zip(jobs, pool.starmap(examine, jobs, 2), strict=True):
                 mechanisms += bool(answers)
                 for answer in answers:
@@ -375,14 +377,14 @@ def main(argv=None):
                     if word == "wrong":
                         wrong.append(f"{job[1]} {job[0]}: {answer}")
                         print(wrong[-1], file=sys.stderr, flush=True)
-    figures = {
-        "seeds": [options.seed, seed - 1], "mechanisms": mechanisms,
-        "sketches": sum(counts.values()) - counts.get("nearest", 0), "answers": counts,
-        "wrong": wrong,
-    }  # fmt: skip
+            figures = {
+                "seeds": [options.seed, seed - 1], "mechanisms": mechanisms,
+                "sketches": sum(counts.values()) - counts.get("nearest", 0), "answers": counts,
+                "wrong": wrong,
+            }  # fmt: skip
+            if options.out:
+                options.out.write_text(json.dumps(figures, indent=1) + "\n")
     print(json.dumps(figures, indent=1), f"{time.time() - started:.0f} s")
-    if options.out:
-        options.out.write_text(json.dumps(figures, indent=1) + "\n")
     return int(bool(wrong))
 
 

@@ -165,13 +165,13 @@ def main(argv=None):
         wrong += found[2]
         for text in found[2]:
             print(text, file=sys.stderr, flush=True)
-    figures = {
-        "seeds": [options.seed, seed - 1], "mechanisms": mechanisms, "modes": modes,
-        "proven": int(sure), "wrong": wrong,
-    }  # fmt: skip
+        figures = {
+            "seeds": [options.seed, seed - 1], "mechanisms": mechanisms, "modes": modes,
+            "proven": int(sure), "wrong": wrong,
+        }  # fmt: skip
+        if options.out:
+            options.out.write_text(json.dumps(figures, indent=1) + "\n")
     print(json.dumps(figures, indent=1), f"{time.time() - started:.0f} s")
-    if options.out:
-        options.out.write_text(json.dumps(figures, indent=1) + "\n")
     return int(bool(wrong))
 
 

@@ -154,10 +154,11 @@ def main(argv=None):
         rows, together, faults = rows + own_rows, together + own_together, faults + own
         for text in own:
             print(text, file=sys.stderr, flush=True)
-    figures = {"rows": rows, "in lockstep": together, "different": len(faults), "faults": faults}
+        figures = {"rows": rows, "in lockstep": together, "different": len(faults)}
+        figures["faults"] = faults
+        if options.out:
+            options.out.write_text(json.dumps(figures, indent=1) + "\n")
     print(json.dumps(figures, indent=1), f"{time.time() - started:.0f} s")
-    if options.out:
-        options.out.write_text(json.dumps(figures, indent=1) + "\n")
     return int(bool(faults))
 
 
