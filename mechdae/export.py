@@ -14,6 +14,9 @@ import numpy as np
 from mechdae import __version__
 from mechdae.results import Result
 
+LINEAR = ("A", "B", "C", "D", "states", "inputs", "outputs")
+"""What an NPZ has of a linear system."""
+
 
 def document(results: Sequence[Result]) -> dict[str, Any]:
     """Return the JSON document of the tasks of one problem."""
@@ -56,6 +59,8 @@ def save(result: Result, folder: str | Path) -> list[Path]:
     place.mkdir(parents=True, exist_ok=True)
     packed = io.BytesIO()
     arrays = {name: array for name, _, array in result.columns()}
+    linear = result.data.get("linear", {})
+    arrays |= {f"linear.{key}": np.array(own) for key, own in linear.items() if key in LINEAR}
     np.savez(packed, status=np.asarray(result.status, dtype=str), **arrays)
     contents = {
         ".json": json_text([result], indent=1).encode(),

@@ -182,6 +182,8 @@ class Motion(Task):
     omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
     events: Any = key("free", None, doc="[{coordinate, crosses, name, stop}]")
     outputs: tuple[str, ...] | None = key("names", None)
+    linearise: Number | None = key("number", None, doc="time of the linear system A, B, C, D [s]")
+    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
 
     kind: ClassVar[str] = "motion"
     available: ClassVar[bool] = True
@@ -202,7 +204,8 @@ class Equilibrium(Task):
     drivers: tuple[Driver, ...] | None = key("drivers", None)
     friction: str | None = key("text", None, choices=("none",))
     mode: str | None = key("text", None, doc="on this assembly mode of the free coordinates")
-    linearise: bool = key("flag", False, doc="frequencies, damping and shapes")
+    linearise: bool = key("flag", False, doc="frequencies, damping, shapes; A, B, C, D")
+    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
     outputs: tuple[str, ...] | None = key("names", None)
 
     kind: ClassVar[str] = "equilibrium"

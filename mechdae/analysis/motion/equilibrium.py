@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.analysis.motion.balance import Balance
 from mechdae.analysis.motion.chart import Chart
+from mechdae.analysis.motion.linear import Linear, State
 from mechdae.analysis.motion.meshing import meshed
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.report import Whole, evaluated, with_reactions
@@ -62,8 +63,23 @@ def equilibrium(problem: Problem, name: str, task: Equilibrium) -> Result:
     if task.linearise:
         summary |= small_motions(found.balance, task, found.rest.x, found.basis, found.along)
     notes = found.notes
+    data: dict[str, Any] = {}
+    if task.linearise and found.basis.shape[1] + len(found.balance.setup.laws):
+        data["linear"] = _linear(found, task)
     lam = found.rest.lam / found.balance.gaps
-    return _report(problem, name, task, found.balance.setup, found.rest.x, lam, summary, notes)
+    return _report(
+        problem, name, task, found.balance.setup, found.rest.x, lam, summary, notes, data
+    )
+
+
+def _linear(found: AtRest, task: Equilibrium) -> dict[str, Any]:
+    """Return the linear system of small motions."""
+    rest, n = found.rest, found.balance.n
+    still = np.zeros(n)
+    state = State(0.0, rest.x, still, still, rest.lam / found.balance.gaps)
+    names = [*(task.free or ()), *found.listed["mode_coordinates"]]
+    whole = found.balance.setup
+    return Linear(whole, state, found.basis, names, task.inputs, task.outputs).told()
 
 
 @dataclass
@@ -196,6 +212,7 @@ def _report(
     lam: Any,
     summary: dict[str, Any],
     more: list[str],
+    data: dict[str, Any],
 ) -> Result:
     model, n = whole.model, len(x)
     observer = Observer(whole)
@@ -243,6 +260,7 @@ def _report(
         status=np.array(["ok"], dtype="<U11"),
         summary=summary,
         definition=task,
+        data=data,
         unique=sole.joints,
         **named,
     )

@@ -91,7 +91,14 @@ class Whole:
         return absolute
 
 
-def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observer) -> Result:
+def report(
+    problem: Problem,
+    name: str,
+    task: Motion,
+    run: Run,
+    observer: Observer,
+    data: dict[str, Any],
+) -> Result:
     """Return the result of a motion."""
     setup, states = run.setup, run.states
     model = setup.model
@@ -185,6 +192,7 @@ def report(problem: Problem, name: str, task: Motion, run: Run, observer: Observ
         summary=summary,
         fault="; ".join(faults) or None,
         definition=task,
+        data=data,
         time=states.t,
         efforts=Series(efforts),
         scalars=Series(scalars),

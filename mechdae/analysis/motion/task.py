@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from mechdae.analysis.motion.bdf import Bdf
-from mechdae.analysis.motion.checks import check_friction, check_inertia, check_rest, check_start
+from mechdae.analysis.motion.checks import (
+    check_friction,
+    check_inertia,
+    check_rest,
+    check_start,
+    freedoms,
+)
 from mechdae.analysis.motion.clock import Clock
 from mechdae.analysis.motion.creep import Creep
 from mechdae.analysis.motion.endings import Growth, check_dead_start, feasible, stalled
 from mechdae.analysis.motion.events import Crossings
 from mechdae.analysis.motion.integrate import Integrator, Nodes
 from mechdae.analysis.motion.lifting import Lifting
+from mechdae.analysis.motion.linear import Linear, State
 from mechdae.analysis.motion.meshing import about, real_meshes
 from mechdae.analysis.motion.observe import Observer, States
 from mechdae.analysis.motion.onset import verdict_ahead
@@ -26,9 +33,12 @@ from mechdae.analysis.motion.start import Start, start
 from mechdae.analysis.motion.sticking import Sticking
 from mechdae.analysis.motion.stiffness import Stiffness
 from mechdae.analysis.motion.verdict import NoWay
+from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import evaluate_all
+from mechdae.describe.moving import start_values
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Motion
-from mechdae.errors import InputError
+from mechdae.errors import InputError, UnavailableError
 from mechdae.kernels.batch import Batch
 from mechdae.results import Result
 
@@ -116,6 +126,49 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
         As `motion_start`.
     """
     run, x, v = prepared(problem, task)
+    observer = _integrated(run, x, v)
+    data = {} if task.linearise is None else {"linear": _linear(problem, task)}
+    return report(problem, name, task, run, observer, data)
+
+
+def _linear(problem: Problem, task: Motion) -> dict[str, Any]:
+    """Return the linear system at the time asked for: the motion is computed up to there.
+
+    Raises
+    ------
+    InputError
+        A time that the motion does not reach.
+    UnavailableError
+        Dry friction, or a resistance.
+    """
+    assert task.linearise is not None
+    known = evaluate_all(problem.mechanism.parameters)
+    t = evaluate(task.linearise, known)
+    end = evaluate(task.until if task.until is not None else (task.at or (0.0,))[-1], known)
+    if not 0 <= t <= end:
+        raise InputError(f"a time from 0 to {end:g} is needed, not {t:g}", where="linearise")
+    at = (t,) if t > 0 else (0.0, end)
+    run, x, v = prepared(problem, replace(task, until=None, poses=None, at=at, linearise=None))
+    if run.setup.rubbing.feedbacks or run.setup.rubbing.count:
+        raise UnavailableError(
+            "dry friction and resistances have no linear system: their forces jump",
+            where="linearise",
+            hint='friction = "none" leaves friction in joints out',
+        )
+    _integrated(run, x, v)
+    states, k = run.states, 0
+    if abs(float(states.t[k]) - t) > 1e-12 * end:
+        raise InputError(f"the motion ends before t = {t:g}: {run.fault}", where="linearise")
+    kernel = run.setup.kernel
+    J = np.array(kernel.place(t, states.x[k], states.v[k], run.setup.loose)[1])
+    basis = freedoms(J, kernel.sizes)
+    names = [c.text for c in start_values(problem.mechanism, task.start, "start")]
+    state = State(t, states.x[k], states.v[k], states.a[k], states.lam[k])
+    return Linear(run.setup, state, basis, names, task.inputs, task.outputs).told()
+
+
+def _integrated(run: Run, x: Any, v: Any) -> Observer:
+    """Integrate a run and complete its states."""
     whole, integrator = run.setup, run.integrator
     kept = Kept()
     integrate(run, kept, x, v)
@@ -129,7 +182,7 @@ def motion(problem: Problem, name: str, task: Motion) -> Result:
         run.creep = Creep(whole)
         run.creep.look(run.states.t, run.states.x, run.states.v)
     run.first_energy = _energy(observer, x, v)
-    return report(problem, name, task, run, observer)
+    return observer
 
 
 def _energy(observer: Observer, x: Any, v: Any) -> float:
