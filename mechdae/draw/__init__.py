@@ -31,6 +31,8 @@ KINDS = {
 }
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
 LATER = ("page",)
+SHARED = ("diagram", "curves", "coupler")
+"""Kinds of pictures of which several, of variants, can share axes."""
 OF_SYNTHESES = DESIGNS
 """Kinds of pictures of a synthesis; others have poses."""
 
@@ -54,7 +56,9 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
         Without it the diagram; of a study the map; of a synthesis the best design, of one without
         designs the census.
     ax
-        Axes to draw in; without it a new figure is made. No window is opened.
+        Axes to draw in; without it a new figure is made. No window is opened. On axes that
+        hold a diagram, curves or paths of points already, one more of that kind is drawn as a
+        variant: each in its colour, to one scale, with their names (``label``) below the title.
     **options
         Options of that kind of picture, see `mechdae.draw.options`; the command line has the
         same ones under the same names.
@@ -85,7 +89,25 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
             f"a synthesis has designs, no poses to draw as '{kind}'",
             hint=f"{', '.join(OF_SYNTHESES)}; or solve the problem of a design and draw that",
         )
-    return importlib.import_module(KINDS[kind]).draw(result, ax, **checked(kind, options))
+    given = checked(kind, options)
+    module = importlib.import_module(KINDS[kind])
+    if ax is None:
+        drawn = module.draw(result, None, **given)
+        if kind in SHARED:
+            _variants().remember(drawn, kind, result, given, None)
+        return drawn
+    variants = _variants()
+    shared = variants.on_axes(ax, kind)
+    if shared is not None:
+        return variants.add(ax, shared, result, given)
+    before = variants.before(ax)
+    drawn = module.draw(result, ax, **given)
+    variants.remember(ax, kind, result, given, before)
+    return drawn
+
+
+def _variants() -> Any:
+    return importlib.import_module("mechdae.draw.variants")
 
 
 def usual(result: Any) -> str:

@@ -38,6 +38,8 @@ FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
 
 
+LEGEND = 8.0
+"""Height of the subtitle, or of the names of variants, above the axes."""
 STRIDE = 8.0
 """Length of the pieces of a path that labels keep off."""
 HINTED = 0.97
@@ -58,6 +60,7 @@ def draw(
     dark: bool = False,
     lang: str = "en",
     scale: float | Callable[[float], float] | None = None,
+    label: str = "",
 ) -> Axes:
     """Draw the kinematic diagram of one pose.
 
@@ -87,6 +90,8 @@ def draw(
     scale
         Metres per millimetre of paper, or a function of the smallest that the axes allow,
         which is the default.
+    label
+        Name of the variant where several are drawn on the same axes.
 
     Returns
     -------
@@ -109,7 +114,7 @@ def draw(
     bounds = extent(scene, index, traces, bool(ghosts))
     larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
     axes = new_axes(theme, larger) if ax is None else ax
-    view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger)
+    view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger, label=label)
     draw_pose(axes, scene, result, index, view, theme, words)
     return axes
 
@@ -128,6 +133,16 @@ class View:
         See `Sheet`.
     subtitle
         In place of driver value, task and pose.
+    label
+        Name of the variant, behind these.
+    behind
+        Sheets of other variants on the same axes, whose lines labels keep off.
+    bare
+        Without titles, scale bar and note: another variant has them.
+    legend
+        Names and colours of variants, in place of the subtitle.
+    paper
+        Colours of titles, where links have that of their variant.
     overlay
         Draws more between links and labels, and returns what is to be noted below.
     """
@@ -142,6 +157,11 @@ class View:
     scale: float | Callable[[float], float] | None = None
     larger: tuple[float, float] = style.USUAL
     subtitle: str = ""
+    label: str = ""
+    behind: tuple[Sheet, ...] = ()
+    bare: bool = False
+    legend: tuple[tuple[str, str], ...] = ()
+    paper: style.Theme | None = None
     overlay: Callable[[Sheet], str] | None = None
 
 
@@ -158,10 +178,13 @@ def draw_pose(
     view: View,
     theme: style.Theme,
     words: Words,
-) -> None:
-    """Draw one pose of a result whose placements are known, see `draw`."""
+) -> Sheet:
+    """Draw one pose of a result whose placements are known, see `draw`; return its sheet."""
     low, high, size = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger)
+    for other in view.behind:
+        sheet.segments += other.segments
+        sheet.boxes += other.boxes
     if view.traces:
         _draw_traces(sheet, scene)
     for other in _others(scene, pose, view.ghosts):
@@ -175,18 +198,25 @@ def draw_pose(
     colors = dict.fromkeys(driven_bodies(scene, moved), style.DRIVEN)
     links = _draw_links(sheet, scene, pose, size, colors, outside_of(result))
     _draw_places(sheet, scene, pose, places, links)
-    draw_drivers(sheet, scene, result, pose, drivers, places)
+    if not view.bare:
+        draw_drivers(sheet, scene, result, pose, drivers, places)
     marks: list[Mark] = []
     if view.loads:
         marks = draw_loads(sheet, scene, result, pose, places, words, view.peak)
     marks += draw_gaps(sheet, scene, result, words)
     extra = view.overlay(sheet) if view.overlay is not None else ""
-    _draw_frame(sheet, scene, result, pose, words, extra)
+    if not view.bare:
+        _draw_frame(sheet, scene, result, pose, words, extra)
     if view.labels:
         draw_labels(sheet, scene, pose, places, links, marks)
+    if view.bare:
+        return sheet
     values = [value_text(result, own, pose, words, own.text in held) for own in drivers]
-    values = [time_text(result, pose, words), *values, open_text(result, words)]
-    write_titles(sheet, result, values, pose, words, view.subtitle)
+    values = [time_text(result, pose, words), *values, open_text(result, words), view.label]
+    sheet.theme = view.paper or theme
+    write_titles(sheet, result, values, pose, words, " " if view.legend else view.subtitle)
+    write_legend(sheet, view.legend, LEGEND)
+    return sheet
 
 
 def _larger(scene: Scene, pose: int, low: Array, high: Array) -> tuple[float, float]:
@@ -503,6 +533,25 @@ def in_lines(text: str, size: float, room: float, families: list[str]) -> list[s
     return [text[:k], text[k + 1 :]]
 
 
+def write_legend(sheet: Sheet, legend: Sequence[tuple[str, str]], lift: float) -> None:
+    """Write the names of variants below the title, each in its colour."""
+    x = 4.0
+    for name, color in legend:
+        chosen = font(style.SUBTITLE, style.NOTE_FONT)
+        sheet.ax.annotate(
+            name.replace("$", r"\$"),
+            (0.0, 1.0),
+            xytext=(x * sheet.k, lift * sheet.k),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            fontproperties=font(style.SUBTITLE * sheet.k, style.NOTE_FONT),
+            color=color,
+            gid=f"variant-{name}",
+            annotation_clip=False,
+        )
+        x += float(ink(name, chosen)[1][0]) + 14.0
+
+
 def write_titles(
     sheet: Sheet,
     result: Any,
@@ -522,7 +571,7 @@ def write_titles(
     room = HINTED * (float(sheet.size[0]) - 8.0)
     lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
     subtitle = subtitle or "  ·  ".join(part for part in parts if part)
-    rows = [(subtitle, style.SUBTITLE, 8.0, style.FAINT, "subtitle")]
+    rows = [(subtitle, style.SUBTITLE, LEGEND, style.FAINT, "subtitle")]
     if len(lines) == 1:
         rows.append((title, style.TITLE, 24.0, style.INK, "title"))
     else:

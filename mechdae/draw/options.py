@@ -58,6 +58,7 @@ OPTIONS: Mapping[str, Option] = {
     "group": Option(("plans",), "name", "of the force polygons: that of one group"),
     "pose": Option(("diagram", "plans"), "whole", "number of the pose drawn, from 0"),
     "scale": Option(("diagram", "plans"), "number", "units for a millimetre of paper"),
+    "label": Option(("diagram", "curves", "coupler"), "name", "name of the variant"),
     "traces": Option(DIAGRAMS, "off", "no paths of points"),
     "ghosts": Option(("diagram",), "whole", "number of other poses drawn faintly"),
     "labels": Option((*DIAGRAMS, "design"), "off", "no letters and numbers"),

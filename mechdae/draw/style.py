@@ -28,6 +28,8 @@ LOAD: Final = "#9c3a78"
 """Arrows of forces and torques, springs and dampers."""
 FAINT: Final = "#5f6b76"
 """Notes, scale bar and subtitle."""
+VARIED: Final = (INK, DRIVEN, WHEEL, TRACE)
+"""What has the colour of its variant where several share one picture."""
 DRAWN: Final = (INK, DRIVEN, ARROW, WHEEL, TRACE, GHOST, GROUND, LOAD, FAINT)
 """What lines and letters are drawn in."""
 

@@ -36,6 +36,7 @@ def draw(
     of: Sequence[str] | None = None,
     ticks: bool = True,
     pivots: bool = True,
+    label: str = "",
 ) -> Axes:
     """Draw the paths of points in the plane; of velocities or accelerations, hodographs.
 
@@ -53,6 +54,8 @@ def draw(
         Whether equal steps of time are marked, where the poses are even.
     pivots
         Whether fixed pivots near the paths are shown.
+    label
+        Name of the variant where several are drawn on the same axes.
 
     Returns
     -------
@@ -64,9 +67,26 @@ def draw(
     InputError
         No point moves, or the vectors have different units.
     """
-    check_poses(result, "paths of points")
-    names = list(of) if of else default_points(result)
-    vectors = [vector_of(result, name) for name in names]
+    return draw_all([result], [label], ax, of=of, ticks=ticks, pivots=pivots)
+
+
+def draw_all(
+    results: Sequence[Any],
+    labels: Sequence[str],
+    ax: Axes | None,
+    *,
+    of: Sequence[str] | None = None,
+    ticks: bool = True,
+    pivots: bool = True,
+) -> Axes:
+    """Draw the paths of several variants of a task, see `draw`; ticks only of one."""
+    result, several = results[0], len(results) > 1
+    vectors = []
+    for own, label in zip(results, labels, strict=True):
+        check_poses(own, "paths of points")
+        for name in list(of) if of else default_points(own):
+            part, *rest = vector_of(own, name)
+            vectors.append((f"{part}, {label}" if several else part, *rest))
     units = list(dict.fromkeys(unit for _, _, unit, _ in vectors))
     if not vectors:
         raise InputError("no point of this result moves", hint="name points: of=['body.P']")
@@ -91,8 +111,8 @@ def draw(
         scale,
         (f"{word}x [{scale.unit}]", f"{word}y [{scale.unit}]"),
         title=str(result.title or result.problem),
-        subtitle=subtitle_of(result, what),
-        ticks=ticks,
+        subtitle=subtitle_of(result, what, *([] if several else [own for own in labels if own])),
+        ticks=ticks and not several,
         pivots=shown,
         origin=not places,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from mechdae.draw.graphs.abscissa import (
     key_of,
 )
 from mechdae.draw.graphs.beyond import DASH, beyond_key
-from mechdae.draw.graphs.frame import Frame
+from mechdae.draw.graphs.frame import Entry, Frame
 from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
@@ -42,6 +43,7 @@ def draw(
     against: str | None = None,
     extremes: bool = True,
     polar: bool = False,
+    label: str = "",
 ) -> Axes:
     """Draw series of a sweep or of reactions, one panel for each unit.
 
@@ -62,6 +64,8 @@ def draw(
         Whether least and greatest values are marked, where the result has them.
     polar
         Draw the tip of vectors in the plane instead, see `mechdae.draw.graphs.polar`.
+    label
+        Name of the variant where several are drawn on the same axes.
 
     Returns
     -------
@@ -78,31 +82,68 @@ def draw(
     check_poses(result, "curves")
     if polar:
         return polar_diagram.draw(result, ax, of=of)
-    axis = abscissa_of(result, against)
-    if of is None:
-        lines = default_lines(result)
-    else:
-        lines = [line for path in of for line in lines_of(result, path)]
+    return draw_all([result], [label], ax, of=of, against=against, extremes=extremes)
+
+
+def draw_all(
+    results: Sequence[Any],
+    names: Sequence[str],
+    ax: Axes | None,
+    *,
+    of: Sequence[str] | None = None,
+    against: str | None = None,
+    extremes: bool = True,
+) -> Axes:
+    """Draw the series of several variants of a task, each in its colour, see `draw`."""
+    axes = [abscissa_of(result, against) for result in results]
+    lines = [
+        replace(line, variant=k)
+        for k, result in enumerate(results)
+        for line in (
+            default_lines(result)
+            if of is None
+            else [line for path in of for line in lines_of(result, path)]
+        )
+    ]
     if not lines:
         raise InputError("there is no series to draw", hint="name some: of=[...]")
     groups = list(_panels(lines))
-    arcs, events = arcs_of(result, axis), events_of(result, axis)
-    clips = [_clip(axis, group) for group in groups]
-    names = [_label(line, group) for group in groups for line in group]
+    several = len(results) > 1
+    # what holds along one variant would be read as holding for all
+    arcs = [] if several else arcs_of(results[0], axes[0])
+    events = [] if several else events_of(results[0], axes[0])
+    clips = [_clip(axes, group) for group in groups]
+    whole = replace(axes[0], values=np.concatenate([own.values for own in axes]))
+    key = [*key_of(axes[0], arcs, events), *beyond_key(whole, clips)]
+    if several:
+        key = [Entry(name, line=_line_of(k)) for k, name in enumerate(names)] + key
+    ends = [_end(line, group, names) for group in groups for line in group]
     frame = Frame(
         ax,
         len(groups),
-        str(result.title or result.problem),
-        subtitle_of(result),
-        [*key_of(axis, arcs, events), *beyond_key(axis, clips)],
-        names,
+        str(results[0].title or results[0].problem),
+        subtitle_of(results[0], *([] if several else [own for own in names if own])),
+        key,
+        ends,
         rows=max(len(group) for group in groups),
     )
-    draw_axis(frame.panels, axis, arcs, events, frame.k)
+    draw_axis(frame.panels, whole, arcs, events, frame.k)
     for panel, group, clip in zip(frame.panels, groups, clips, strict=True):
-        _draw_panel(frame, panel, group, axis, result, extremes, clip)
-    frame.label(frame.panels[-1], x=axis_label(axis))
+        _draw_panel(frame, panel, group, axes, results, names, extremes, clip)
+    frame.label(frame.panels[-1], x=axis_label(axes[0]))
     return frame.panels[0]
+
+
+def _line_of(variant: int) -> dict[str, Any]:
+    return {"color": style.SERIES[variant % len(style.SERIES)], "linewidth": 1.5}
+
+
+def _end(line: Line, group: Sequence[Line], names: Sequence[str]) -> str:
+    """Return what stands at the end of a curve: its name, with that of its variant."""
+    own = [other for other in group if other.variant == line.variant]
+    if len(names) == 1:
+        return _label(line, own)
+    return names[line.variant] if len(own) == 1 else f"{_label(line, own)}, {names[line.variant]}"
 
 
 def check_poses(result: Any, kind: str) -> None:
@@ -162,15 +203,16 @@ def _quantity(group: Sequence[Line], scale: Scale) -> str:
     return unit
 
 
-def _clip(axis: Abscissa, group: Sequence[Line]) -> Clip | None:
+def _clip(axes: Sequence[Abscissa], group: Sequence[Line]) -> Clip | None:
     """Return limits for a panel that poles would flatten."""
-    if not axis.rises or all(line.quantity in LOGARITHMIC for line in group):
+    rises = all(axis.rises for axis in axes)
+    if not rises or all(line.quantity in LOGARITHMIC for line in group):
         return None
     values = [line.values for line in group]
-    each = [
-        clip_of(axis.values, own, _cuts(axis, line))
-        for own, line in zip(values, group, strict=True)
-    ]
+    each = []
+    for line in group:
+        axis = axes[line.variant]
+        each.append(clip_of(axis.values, line.values, _cuts(axis, line)))
     return joined(each, values)
 
 
@@ -183,28 +225,32 @@ def _draw_panel(
     frame: Frame,
     panel: Axes,
     group: list[Line],
-    axis: Abscissa,
-    result: Any,
+    axes: Sequence[Abscissa],
+    results: Sequence[Any],
+    names: Sequence[str],
     extremes: bool,
     clip: Clip | None,
 ) -> None:
+    axis, several = axes[0], len(results) > 1
     shown = [line.values for line in group] if clip is None else [[clip.low, clip.high]]
     scale = scale_of(group[0].unit, shown)
-    looks = _looks(group)
+    looks = _variants(group) if several else _looks(group)
     logarithmic = all(line.quantity in LOGARITHMIC for line in group)
     if logarithmic:
         scale = Scale("" if group[0].unit == "1" else group[0].unit)
     few = len(axis.values) <= FEW
     style_of = "-" if axis.rises or axis.kind == "path" else ""
     for line, (color, dash) in zip(group, looks, strict=True):
+        own = axes[line.variant]
+        variant = f"-{names[line.variant]}" if several else ""
         panel.plot(
-            *with_gaps(axis.shown, scale(line.values), _cuts(axis, line)),
+            *with_gaps(own.shown, scale(line.values), _cuts(own, line)),
             color=color,
             linestyle=(dash or style_of) if style_of else "",
             linewidth=1.4 * frame.k,
             marker="o" if few or not style_of else "",
             markersize=3.2 * frame.k,
-            gid=f"curve-{line.path}-{line.name}",
+            gid=f"curve-{line.path}-{line.name}{variant}",
             zorder=3,
         )
     finite = [scale(line.values)[np.isfinite(line.values)] for line in group]
@@ -213,9 +259,9 @@ def _draw_panel(
         _decades(panel, everything[everything > 0])
     elif clip is not None:
         _limits(panel, scale(np.array([clip.low, clip.high])), scale, room=0.0)
-        for own in clip.beyond:
+        for place in clip.beyond:
             panel.axvline(
-                float(axis.scale(own.at)),
+                float(axis.scale(place.at)),
                 color=style.FAINT,
                 linewidth=style.LINE * frame.k,
                 linestyle=DASH,
@@ -228,11 +274,12 @@ def _draw_panel(
     if extremes and axis.kind == "driver":
         places = Places(frame, panel)
         for line in group:
-            places.keep(axis.shown, scale(line.values))
+            places.keep(axes[line.variant].shown, scale(line.values))
         for line, (color, _) in zip(group, looks, strict=True):
-            _mark(frame, panel, places, line, scale, axis, result, color)
+            owner = axes[line.variant], results[line.variant]
+            _mark(frame, panel, places, line, scale, *owner, color)
     ends = [
-        (_last(scale(line.values), panel), _label(line, group), color)
+        (_last(scale(line.values), panel), _end(line, group, names), color)
         for line, (color, _) in zip(group, looks, strict=True)
     ]
     frame.ends(panel, ends)
@@ -253,6 +300,16 @@ def _looks(group: Sequence[Line]) -> list[tuple[str, Any]]:
         looks.append((color, style.DASHES[count % len(style.DASHES)]))
         known[(line.path, name)] = color
         count += 1
+    return looks
+
+
+def _variants(group: Sequence[Line]) -> list[tuple[str, Any]]:
+    """Return colour by variant and dashes by series."""
+    looks = []
+    count: dict[int, int] = {}
+    for line in group:
+        k = count[line.variant] = count.get(line.variant, -1) + 1
+        looks.append((_line_of(line.variant)["color"], style.DASHES[k % len(style.DASHES)]))
     return looks
 
 

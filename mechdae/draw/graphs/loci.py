@@ -156,7 +156,7 @@ def _step_text(result: Any, axis: Abscissa, step: float) -> str:
 
 def _clips(axis: Abscissa, locus: Locus) -> tuple[Clip | None, Clip | None]:
     """Return the limits in x and y of a curve that runs through infinity."""
-    if not axis.rises:
+    if not axis.rises or len(axis.values) != len(locus.values):
         return None, None
     at = cuts(locus.values)
     x, y = (clip_of(axis.values, own, at) for own in locus.values.T)

@@ -37,7 +37,8 @@ class Line:
     ``name`` says whose it is, ``quantity`` what it is, ``unit`` is that of the result.
     ``extreme`` is its name in ``summary.extremes``; ``partner`` the path of the series with
     friction that this one without friction stands beside. ``cuts`` are the poses after which
-    the vector that it is a component of runs through infinity.
+    the vector that it is a component of runs through infinity; ``variant`` is the number of its
+    result where several are drawn.
     """
 
     path: str
@@ -48,6 +49,7 @@ class Line:
     extreme: str = ""
     partner: str = ""
     cuts: tuple[int, ...] = ()
+    variant: int = 0
 
 
 def lines_of(result: Any, path: str) -> list[Line]:

@@ -1,0 +1,194 @@
+"""Several results on the same axes: variants, each in its colour, named below the title."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
+
+from mechdae.describe.dimensions import parameter_units
+from mechdae.draw import SHARED, style
+from mechdae.draw.diagram import View, draw_pose, extent, has_paths
+from mechdae.draw.graphs import coupler, curves
+from mechdae.draw.graphs.scale import number, scale_of
+from mechdae.draw.scene import choose_pose, read_scene
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+
+FEW = 2
+"""Parameters by which variants are named at most."""
+
+
+@dataclass
+class Shared:
+    """What was drawn on axes: kind, results with their options, axes made for panels."""
+
+    kind: str
+    entries: list[tuple[Any, dict[str, Any]]]
+    marks: list[Any]
+    panels: list[Axes] = field(default_factory=list)
+    place: Any = None
+
+
+_KNOWN: WeakKeyDictionary[Axes, Shared] = WeakKeyDictionary()
+
+
+def on_axes(ax: Axes, kind: str) -> Shared | None:
+    """Return what is drawn on axes, None where they are empty or were cleared.
+
+    Raises
+    ------
+    InputError
+        A picture of another kind, or one that variants cannot share.
+    """
+    shared = _KNOWN.get(ax)
+    if shared is None or not any(mark.axes is ax for mark in shared.marks):
+        return None
+    if shared.kind != kind or kind not in SHARED:
+        raise InputError(
+            f"these axes hold a picture of kind '{shared.kind}', '{kind}' would cover it",
+            where="ax",
+            hint=f"other axes, or ax.clear(); pictures of one kind can share axes: "
+            f"{', '.join(SHARED)}",
+        )
+    return shared
+
+
+def before(ax: Axes) -> tuple[Any, list[Axes]]:
+    """Return place and axes of a figure before something is drawn."""
+    figure = ax.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return ax.get_position(), list(figure.axes)
+
+
+def remember(ax: Axes, kind: str, result: Any, options: dict[str, Any], before: Any) -> None:
+    """Remember what was drawn; ``before`` is place and axes of the figure before it was.
+
+    A figure of its own is given None: its panels together are the place.
+    """
+    figure = ax.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    whole = Bbox.union([own.get_position() for own in figure.axes])
+    place, axes = before if before is not None else (whole, [ax])
+    panels = [own for own in figure.axes if own not in axes and own is not ax]
+    marks = [*ax.texts, *ax.lines, *ax.patches]
+    _KNOWN[ax] = Shared(kind, [(result, options)], marks, panels, place)
+
+
+def add(ax: Axes, shared: Shared, result: Any, options: dict[str, Any]) -> Axes:
+    """Draw everything on the axes once more, with another variant."""
+    entries = [*shared.entries, (result, options)]
+    names = variant_names(entries)
+    given = {name: value for _, own in entries[::-1] for name, value in own.items()}
+    given.pop("label", None)
+    if given.pop("polar", False):
+        raise InputError("polar diagrams of variants do not share axes", where="polar")
+    place, panels = shared.place, shared.panels
+    for _ in range(2):
+        for panel in panels:
+            panel.remove()
+        ax.clear()
+        ax.set_position(place)
+        others = before(ax)[1]
+        if shared.kind == "diagram":
+            _diagrams(ax, entries, names)
+        else:
+            draw_all = curves.draw_all if shared.kind == "curves" else coupler.draw_all
+            draw_all([own for own, _ in entries], names, ax, **given)
+        panels = [own for own in before(ax)[1] if own not in others]
+        marks = [*ax.texts, *ax.lines, *ax.patches]
+        _KNOWN[ax] = Shared(shared.kind, entries, marks, panels, shared.place)
+        lack = _cut(ax)
+        if lack <= 0 or shared.kind == "diagram":
+            break
+        place = Bbox.from_extents(place.x0, place.y0, place.x1, place.y1 - lack)
+    return ax
+
+
+def _cut(ax: Axes) -> float:
+    """Return by how much texts are above the figure, as a share of its height."""
+    figure = ax.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    tops = [text.get_window_extent().y1 for text in ax.texts if text.get_gid()]
+    height = float(figure.get_size_inches()[1]) * figure.dpi
+    return (max(tops, default=0.0) + 0.04 * figure.dpi) / height - 1.0
+
+
+def variant_names(entries: Sequence[tuple[Any, dict[str, Any]]]) -> list[str]:
+    """Return the names of variants: as given, else what they differ in, else their numbers."""
+    results = [result for result, _ in entries]
+    values = [result.mechanism.values() for result in results]
+    units = parameter_units(results[0].mechanism)
+    differ = [
+        name
+        for name in results[0].mechanism.parameters
+        if any(own.get(name) != values[0][name] for own in values)
+    ]
+    texts: list[str] = []
+    for k, (result, options) in enumerate(entries):
+        text = str(options.get("label") or "")
+        if not text and 1 <= len(differ) <= FEW:
+            text = ", ".join(_amount(n, values[k].get(n, np.nan), units.get(n, "")) for n in differ)
+        elif not text and len({own.task for own in results}) == len(results):
+            text = str(result.task)
+        elif not text and len({own.title for own in results}) == len(results):
+            text = str(result.title or result.problem)
+        texts.append(text or f"variant {k + 1}")
+    seen = [f"{own} ({k + 1})" if texts.count(own) > 1 else own for k, own in enumerate(texts)]
+    return seen
+
+
+def _amount(name: str, value: float, unit: str) -> str:
+    scale = scale_of(unit, [value])
+    return f"{name} = {number(float(scale(value)))} {scale.unit}".rstrip()
+
+
+def _diagrams(ax: Axes, entries: Sequence[tuple[Any, dict[str, Any]]], names: list[str]) -> None:
+    """Draw the diagrams of variants to one scale; letters and loads are those of the first."""
+    rows = []
+    for result, options in entries:
+        scene = read_scene(result)
+        pose = choose_pose(scene, getattr(result, "kind", ""), options.get("pose"))
+        traces = options.get("traces", True) and has_paths(result, scene)
+        ghosts = options.get("ghosts", 0)
+        rows.append((result, scene, pose, traces, ghosts, options))
+    every = [
+        extent(scene, pose, traces, bool(ghosts)) for _, scene, pose, traces, ghosts, _ in rows
+    ]
+    low = np.min([own[0] for own in every], axis=0)
+    high = np.max([own[1] for own in every], axis=0)
+    bounds = (low, high, max(own[2] for own in every))
+    first = entries[0][1]
+    words = Words(first.get("lang", "en"))
+    base = style.DARK if first.get("dark") else style.LIGHT
+    drawn: list[Any] = []
+    for k in reversed(range(len(rows))):
+        result, scene, pose, traces, ghosts, options = rows[k]
+        color = style.SERIES[k % len(style.SERIES)]
+        theme = style.Theme({**base.colours, **dict.fromkeys(style.VARIED, color)})
+        view = View(
+            traces,
+            ghosts,
+            k == 0 and options.get("labels", True),
+            k == 0 and options.get("loads", True),
+            bounds,
+            scale=first.get("scale"),
+            behind=tuple(drawn),
+            bare=k > 0,
+            paper=base,
+            legend=tuple(zip(names, _colors(len(names)), strict=True)) if k == 0 else (),
+        )
+        drawn.append(draw_pose(ax, scene, result, pose, view, theme, words))
+
+
+def _colors(count: int) -> list[str]:
+    return [style.SERIES[k % len(style.SERIES)] for k in range(count)]
+
+
+__all__ = ["add", "on_axes", "remember", "variant_names"]
