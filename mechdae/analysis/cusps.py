@@ -71,13 +71,16 @@ class CuspFinder:
             half = reach * self.crossings.largest
             t = -np.cos(np.pi * np.arange(SAMPLES) / (SAMPLES - 1))
             sampled = self._loads(b, s, state, s + sense * half * (t + 1))
-            found = None if sampled is None else _cluster(t, sampled[0])
+            if sampled is None:
+                continue
+            loads, solutions = sampled
+            found = _cluster(t, loads)
             if found is None:
                 continue
             centre, count, spread, least, slope = found
             k = int(np.argmin(np.abs(t - centre)))
             place = float(s + sense * half * (centre + 1))
-            bend = self._bend(b, s, state, place, sampled[1][k])
+            bend = self._bend(b, s, state, place, solutions[k])
             if bend is None or bend == 0:
                 continue
             meet = abs(least) <= LOAD

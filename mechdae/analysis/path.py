@@ -9,7 +9,7 @@ halved. Where steps shrink, the limit position (fold) ahead is found by Newton's
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -780,5 +780,6 @@ def _touching(touch: Touch, s: float, b: int, group: int, x: Any) -> Limit:
     if not touch.meet:
         return Limit(s, b, group, "ambiguous", x, gap=touch.gap, nearest=touch.s)
     kind = "cusp" if touch.cusp else "change_point"
-    place = {"reached": s, "gap": touch.gap, "order": touch.order}
-    return Limit(touch.s, b, group, kind, x, within=(touch.low, touch.high), **place)
+    within = (touch.low, touch.high)
+    limit = Limit(touch.s, b, group, kind, x, gap=touch.gap, reached=s)
+    return replace(limit, order=touch.order, within=within)

@@ -132,10 +132,10 @@ def along_a_line(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     d = values[-1] - values[0]
     begin = 0.0
     if start is None:
-        found = leaving(setting, u, x, lambda s: values[0] + s[:, None] * d, np.array([0.0, 1.0]))
-        if found is None:
+        way = leaving(setting, u, x, lambda s: values[0] + s[:, None] * d, np.array([0.0, 1.0]))
+        if way is None:
             return from_pose_to_pose(setting, task, u, x)
-        begin, start = found
+        begin, start = way
     largest = largest_step(d, scales(setting))
 
     def follow(numbers: Constants) -> tuple[Path, Any]:

@@ -88,11 +88,12 @@ def _followed(setting: Setting, task: Sweep) -> Run:
     start = approach(setting, u, x, to)
     if start is not None:
         return _along(setting, task, to, start)
-    laws = plan.timing
-    way = laws and (lambda times: laws.course.sampled(times, 0)[0])
-    if found := way and leaving(setting, u, x, way, laws.times):
-        begin, start = found
-        return _along(setting, task, way(np.array([begin]))[0], start, begin)
+    if plan.timing is not None:
+        course = plan.timing.course
+        found = leaving(setting, u, x, lambda t: course.sampled(t, 0)[0], plan.timing.times)
+        if found is not None:
+            begin, start = found
+            return _along(setting, task, course.sampled([begin], 0)[0][0], start, begin)
     if plan.values is None:
         raise SolveError(
             "a limit position lies between the sketch and the values of the held drivers",
