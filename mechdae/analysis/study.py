@@ -255,17 +255,23 @@ class _Collector:
         with Supply(lambda: Processes(self.workers)) as supply:
             distribute(works, supply, landed, AHEAD * self.workers, computed, "portion")
 
+    @property
+    def _sweep(self) -> Sweep:
+        """The task, of which `_in_series` told that it is a sweep."""
+        assert isinstance(self.task, Sweep)
+        return self.task
+
     # -- lockstep --------------------------------------------------------------------------
 
     def _lockstep(self, rows: list[Any], status: list[str]) -> None:
         """Fill in the sets that all poses of are proved in lockstep."""
-        setting = prepare(self.problem, self.task)
+        setting = prepare(self.problem, self._sweep)
         if not setting.graphs.single or setting.graphs.contacts or setting.scene.redundant:
             return
         for path in self.outputs:
             column_of(setting, path)  # unknown names are reported before anything is computed
         try:
-            u, x = first_pose(setting, self.task)
+            u, x = first_pose(setting, self._sweep)
         except (SolveError, MechanismError):  # other sets may have other sketches
             return
         own = OwnModes(setting, u, x)
@@ -317,7 +323,7 @@ class _Collector:
             for name, value in self._values_of(k, mechanism.parameters).items():
                 varied = varied.with_values({name: value})
             sketches.append(sketched(varied))
-            other = plan_of(varied, self.task).sketch
+            other = plan_of(varied, self._sweep).sketch
             there.append(np.array_equal(other, setting.plan.sketch, equal_nan=True))
         return sketches, there
 
@@ -326,7 +332,7 @@ class _Collector:
 
         None where a set changes the values that the driver takes.
         """
-        driver, parameters = self.task.all_drivers[0], dict(self.problem.mechanism.parameters)
+        driver, parameters = self._sweep.all_drivers[0], dict(self.problem.mechanism.parameters)
         places = [n for n in (driver.from_, driver.to, *(driver.at or ())) if n is not None]
         given = (
             driver.speed if driver.speed is not None else 1.0,
