@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.analysis.motion.integrate import Nodes
 from mechdae.analysis.motion.verdict import NoWay
+from mechdae.analysis.motion.watch import inside
 
 if TYPE_CHECKING:
     from mechdae.analysis.motion.sticking import Sticking
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 STRONG = 0.5
 """Coupling from which steps are looked at, beside a largest value their inside too."""
 SAMPLES = np.arange(1, 8) / 8
+INSIDE = np.array([0.25, 0.5, 0.75])
+"""Shares of every step at which the coupling is looked at, beside its ends."""
 FINER = 5
 """Times that the strongest coupling in a step is looked for more closely."""
 NEAR = 0.8
@@ -37,7 +40,8 @@ def onset(sticking: Sticking, nodes: Nodes) -> tuple[Any, NoWay] | None:
     states, signs = nodes.states, nodes.signs
     t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
     kappa = sticking.sizes.contractions(t, x, v, signs)
-    if kappa.max(initial=0.0) < STRONG:
+    within = _within(sticking, nodes)
+    if max(kappa.max(initial=0.0), within.max(initial=0.0)) < STRONG:
         return None
     verdict = _verdict(sticking, states[0], signs) if kappa[0] >= 1 else None
     if verdict is not None:
@@ -45,16 +49,26 @@ def onset(sticking: Sticking, nodes: Nodes) -> tuple[Any, NoWay] | None:
     ends = np.concatenate([[-np.inf], kappa, [-np.inf]])
     peaks = (kappa >= ends[:-2]) & (kappa >= ends[2:])
     for i in range(len(states) - 1):
-        if max(kappa[i], kappa[i + 1]) < STRONG:
+        ends_of = max(kappa[i], kappa[i + 1])
+        if max(ends_of, within[i]) < STRONG:
             continue
         h, high = float(t[i + 1] - t[i]), 0.0
-        if peaks[i] or peaks[i + 1]:
+        if peaks[i] or peaks[i + 1] or within[i] > ends_of:
             high = _strongest(sticking, states[i], h, signs)
         if not high and kappa[i + 1] >= 1 and _verdict(sticking, states[i + 1], signs):
             high = h
         if high:
             return _located(sticking, states[i], high, signs)
     return None
+
+
+def _within(sticking: Sticking, nodes: Nodes) -> Any:
+    """Return the strongest coupling at some places inside each step, (n,)."""
+    count = len(nodes.states) - 1
+    rows = np.repeat(np.arange(count), len(INSIDE))
+    places = inside(sticking.integrator.layout, nodes.states, rows, np.tile(INSIDE, count))
+    found = np.nan_to_num(sticking.sizes.contractions(*places, nodes.signs))
+    return found.reshape(count, len(INSIDE)).max(axis=1, initial=0.0)
 
 
 def _strongest(sticking: Sticking, begin: Any, h: float, signs: Any) -> float:
