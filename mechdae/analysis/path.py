@@ -38,6 +38,10 @@ HAIR, MOVED = 1e-7, 1e3
 over that."""
 SHRUNK = 1 / 32
 """Share of the largest step below which a limit position is looked for."""
+WEAK = 1 / 128
+"""Share of the largest step below which a step around the series is tried."""
+BESIDE = 1e-3
+"""Largest steps before a limit position within which its own expansion tells the poses."""
 LONGER = 4.0
 """Times a step that is not proved around its tangent, that one around the series must have."""
 PARTS = 4
@@ -407,7 +411,7 @@ class Path:
                 if self._ends_at_fold(b, s, state, sense, rest, ended, up):
                     return step
                 s, state = (self.s[-1], self.state[-1]) if up else (self.s[0], self.state[0])
-            if step < self._next_stretch.get(sense, SHRUNK * self.largest):
+            if step < self._next_stretch.get(sense, WEAK * self.largest):
                 least = LONGER * step
                 taken = self._stretched(s, state, sense, least, rest, goal, alive, up)
                 if taken:
@@ -463,8 +467,9 @@ class Path:
         self, s: float, state: Any, step: float, least: float, alive: Any
     ) -> Stretch | None:
         """Return a stretch of the path from a node, of at most `step`, None where none holds."""
-        if self.graphs.course is not None or not np.isfinite(state[3 * self.graphs.nx :]).all():
-            return None
+        known, gone = state[3 * self.graphs.nx :], np.abs(state[: self.graphs.nx]) > self.far / 2
+        if self.graphs.course is not None or gone.any() or not np.isfinite(known).all():
+            return None  # a law, a pole, or a node that cannot be stepped from
         u, d, *_ = self.motion(s)
         blocks = np.flatnonzero(alive).tolist()
         return self.expansion.stretch(state, s, u, d, step, least, blocks)
@@ -612,7 +617,7 @@ class Path:
                     break
                 self.counts.rejected += 1
                 step /= 2
-                if step < below:
+                if step < below and distance > BESIDE * self.largest:
                     below = step / 4
                     least, most = LONGER * step, share * distance
                     taken = self._stretched(s, state, sense, least, most, None, alive, up)
