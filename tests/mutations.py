@@ -6,7 +6,8 @@ Each case takes a predefined file, changes it once to three times (drops a key, 
 a unit, changes a name, empties a list, puts a huge, negative, zero or infinite number, a table in
 the place of a number and the other way round, ...) and runs one command on it as a user would,
 inside this process. It must end with an exit code 0, 1 or 2, with a message where that is not 0
-(or a result that has the fault), without a traceback or a warning, and within `LONGEST` seconds.
+(or a result that has the fault), without a traceback or a warning, and within `LONGEST` seconds of CPU.
+A run that was broken off goes on with the same --log.
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ import contextlib
 import io
 import json
 import random
+import signal
 import sys
 import tempfile
+import threading
 import time
 import tomllib
 import traceback
@@ -27,7 +30,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 LONGEST = 20.0
-"""Seconds that a command may take on a mutated file."""
+"""Seconds of CPU that a command may take on a mutated file."""
 COMMANDS = ("check", "show", "solve", "solve", "solve", "solve")
 SUFFIXES = ("_deg", "_rpm", "_mm", "_foo")
 NUMBERS = (
@@ -254,7 +257,11 @@ def run(seed, tables=None, folder=None):
         for table in (ROOT / "problems").glob("*.csv"):
             (Path(folder) / table.name).write_bytes(table.read_bytes())
         out, err = io.StringIO(), io.StringIO()
-        began = time.perf_counter()
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGALRM, _too_long)
+            signal.setitimer(signal.ITIMER_REAL, 3 * LONGEST)
+            stack.callback(signal.setitimer, signal.ITIMER_REAL, 0.0)
+        began = time.process_time()
         fault, code = "", None
         try:
             with (
@@ -269,12 +276,17 @@ def run(seed, tables=None, folder=None):
             place = f"{Path(line.filename).name}:{line.lineno}"
             fault = f"{type(error).__name__} at {place}: {error}"[:300]
             record["trace"] = traceback.format_exc()
-        record |= {"seconds": round(time.perf_counter() - began, 2), "code": code}
+        record |= {"seconds": round(time.process_time() - began, 2), "code": code}
     if not fault:
         fault = wrong(code, out.getvalue(), err.getvalue(), words)
     if not fault and record["seconds"] > LONGEST:
         fault = f"{record['seconds']:.0f} s"
     return record | ({"fault": fault} if fault else {})
+
+
+def _too_long(*_):
+    """End a case that does not come to an end; it is a fault."""
+    raise TimeoutError(f"no answer within {3 * LONGEST:.0f} s")
 
 
 def wrong(code, out, err, words):
@@ -305,7 +317,7 @@ def main(arguments=None):
     parser.add_argument("--seed", type=int, default=0, help="first seed (0)")
     parser.add_argument("--workers", type=int, default=1, help="processes (1)")
     parser.add_argument("--out", type=Path, help="JSON file for the figures")
-    parser.add_argument("--log", type=Path, help="a line for each case that is at fault")
+    parser.add_argument("--log", type=Path, help="a line for each case; its cases are not repeated")
     options = parser.parse_args(arguments)
     import multiprocessing
     from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -313,14 +325,18 @@ def main(arguments=None):
     import mechdae as md
 
     seeds = list(range(options.seed, options.seed + options.count))
-    chunks = [seeds[i : i + 10] for i in range(0, len(seeds), 10)]
-    records = []
+    kept = options.log.read_text(encoding="utf-8") if options.log and options.log.exists() else ""
+    records = [r for r in map(json.loads, kept.splitlines()) if r["seed"] in set(seeds)]
+    known = {record["seed"] for record in records}
+    left = [seed for seed in seeds if seed not in known]
+    chunks = [left[i : i + 10] for i in range(0, len(left), 10)]
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(options.workers, mp_context=context) as pool:
         for future in as_completed([pool.submit(_several, chunk) for chunk in chunks]):
+            print(f"{len(records)} of {len(seeds)}", end="\r", file=sys.stderr, flush=True)
             for record in future.result():
                 records.append(record)
-                if "fault" in record and options.log:
+                if options.log:
                     with options.log.open("a", encoding="utf-8") as log:
                         log.write(json.dumps(record) + "\n")
     records.sort(key=lambda record: record["seed"])
