@@ -6,8 +6,8 @@ Each case takes a predefined file, changes it once to three times (drops a key, 
 a unit, changes a name, empties a list, puts a huge, negative, zero or infinite number, a table in
 the place of a number and the other way round, ...) and runs one command on it as a user would,
 inside this process. It must end with an exit code 0, 1 or 2, with a message where that is not 0
-(or a result that has the fault), without a traceback or a warning, and within `LONGEST` seconds of CPU.
-A run that was broken off goes on with the same --log.
+(or a result that has the fault), without a traceback or a warning, and within `LONGEST` seconds of
+CPU. A run that was broken off goes on with the same --log.
 """
 
 from __future__ import annotations

@@ -446,6 +446,14 @@ def test_expressions_without_a_value(tmp_path: Path, place: str, text: str, word
         md.solve(path, poses=3)
 
 
+def test_a_law_with_an_infinite_rate_is_refused_without_a_warning() -> None:
+    """|t|^1.5 has no second derivative at 0, on neither side."""
+    for times in ((0.0, 0.5, 1.0), (-1.0, 0.0, 1.0)):
+        driver = md.Driver("crank.angle", law="abs(t)**1.5", times=times)
+        with pytest.raises(md.InputError, match="no finite value or rate at t = 0"):
+            md.solve("four-bar-crank-rocker", md.Sweep(driver=driver))
+
+
 # -- mutated files ---------------------------------------------------------------------------
 
 

@@ -126,7 +126,8 @@ def _at_poses(course: Course, times: Any) -> tuple[Any, Any, Any, Any, Any]:
         for order, rates in enumerate(derivatives, start=1):
             rates[k] = right[order]
             size = np.abs(rates).max(axis=0, initial=0.0, where=np.isfinite(rates))
-            differ |= ~(np.abs(left[order] - right[order]) <= SAME * size)
+            with np.errstate(invalid="ignore"):  # infinite on both sides: no rate
+                differ |= ~(np.abs(left[order] - right[order]) <= SAME * size)
             rates[k, differ] = np.nan
             rough[k] |= order < 3 and bool(differ.any())
     smooth = ~rough
