@@ -116,3 +116,18 @@ def test_a_law_that_rests_at_a_dead_point() -> None:
     across = math.asin(0.1 * math.sin(angle) / 0.3)
     place = 0.1 * math.cos(angle) + 0.3 * math.cos(across)
     assert result.joints["guide"].slide[-1] == pytest.approx(place, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", [21, *range(8)])
+def test_a_start_far_from_the_sketch_keeps_its_mode(seed: int) -> None:
+    """The named coordinate is moved along the branch of the sketch: 21 leapt to the other one."""
+    case, generator = equilibria.drawn(seed)
+    ahead, back = case.arc()
+    theta = float(generator.uniform(0.98 * back[-1] + 0.02 * ahead[-1],
+                                    0.02 * back[-1] + 0.98 * ahead[-1]))  # fmt: skip
+    data = case.data(generator)
+    data["bodies"].get("rocker", {}).update({"mass": 1.0, "inertia": 0.1})
+    data["tasks"] = {"go": {"kind": "motion", "start": {"crank.angle": theta}, "at": [0.0, 1e-4]}}
+    result = md.solve(from_dict(data), "go")
+    gap = math.remainder(float(result.bodies["rod"].angle[0]) - case.angles(theta)[1], 2 * math.pi)
+    assert abs(gap) < 1e-8

@@ -24,8 +24,8 @@ from mechdae.describe.entries import (
 )
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks import Sweep, Task
-from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.describe.tasks import Equilibrium, Motion, Sweep, Task
+from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 
 KEYS = ("input_start", "output_start")
 TIMING = ("timing", "at", "steps", "closed", "measure")
@@ -217,6 +217,12 @@ def extreme(table: Mapping[str, Any], place: str, tasks: Mapping[str, Task], sen
     """Return a quantity of another task: ``of = "TASK/PATH"``."""
     task, _, path = str(table.get("of", "")).partition("/")
     known = [name for name, other in tasks.items() if isinstance(other, Sweep)]
+    if isinstance(tasks.get(task), Motion | Equilibrium):
+        raise UnavailableError(
+            "goals and limits are quantities of sweeps and reactions",
+            where=f"{place}.of",
+            hint=f"a study or a sensitivity may be of {task}",
+        )
     if task not in known:
         raise UnknownName("sweep or reactions task", task, known, where=f"{place}.of")
     if not path:

@@ -35,6 +35,8 @@ FAR = 0.35
 """Change of a coordinate [rad, or length] in one step of the way from the sketch."""
 TURNED = 0.6
 """Change of a free coordinate that one such step may bring."""
+PASSED, STEEP = 1e-3, 20.0
+"""Step at which modes that meet are passed, and how much faster the mechanism may move in it."""
 CORNERS = (0.0, np.pi / 2, np.pi, -np.pi / 2)
 GUESSES = 256
 SAME = 1e-6
@@ -305,19 +307,28 @@ class _Starter:
         first = {k: values[self.m + k] for k in goals}
         far = max(abs(goal - first[k]) for k, goal in goals.items())
         share, step = 0.0, min(1.0, FAR / far if far else 1.0)
-        left = 0.0
+        left, side = 0.0, self._side(x, goals)
         while share < 1:
             ahead = min(1.0, share + step)
             aims = {k: first[k] + ahead * (goal - first[k]) for k, goal in goals.items()}
             found, left = self.close(x, aims)
             moved = float(np.max(np.abs((found - x) / self.sizes), initial=0.0))
-            if left < CLOSED and moved <= TURNED:
-                x, share, step = found, ahead, step * 1.5
+            there = self._side(found, goals)
+            # modes that meet are passed smoothly; where one ends, a step leaps to the other
+            smooth = there == side or (step * far <= PASSED and moved <= STEEP * step * far)
+            if left < CLOSED and moved <= TURNED and smooth:
+                x, share, step, side = found, ahead, step * 1.5, there
                 continue
             step /= 2
             if step < 1e-4:
                 self._contradiction(found, goals)
         return x, left
+
+    def _side(self, x: Any, goals: Mapping[int, float]) -> float:
+        """Return the sign of the Jacobian with the named coordinates given; 0 where it is none."""
+        _, J = self.rows(x)
+        own = J[[*range(self.m), *(self.m + k for k in goals)]]
+        return float(np.linalg.slogdet(own)[0]) if own.shape[0] == own.shape[1] else 0.0
 
     def _contradiction(self, x: Any, goals: Mapping[int, float]) -> None:
         values, _ = self.rows(x)
