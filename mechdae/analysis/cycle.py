@@ -31,7 +31,7 @@ DRIVER = 2
 """Powers of the driver, without friction and with it, before the losses of the joints."""
 EPSILON = 16 * float(np.finfo(float).eps)
 """Rounding of a mean, as a share of the largest power."""
-SMALL = 1e-9
+SMALL = 1e-6
 """Share of the largest power below which a joint's loss does not count for the error."""
 KNOWN = 1e-6
 """Error of the integrals, relative, above which the result says so."""
@@ -113,9 +113,8 @@ def cycle(
 
     total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), gross))
     total[np.abs(total) <= ROUNDING * gross] = 0.0
-    error += EPSILON * gross
-    jammed = bool(arcs["jammed"])
-    figures |= _figures(statics, total / way, error / way, count, task, coupled, jammed)
+    jammed, off = bool(arcs["jammed"]), (error + EPSILON * gross) / way
+    figures |= _figures(statics, total / way, off, count, task, coupled, jammed)
     share = error / np.maximum(sizes(total), SMALL * gross) if gross else np.zeros(len(error))
     figures["quadrature_error"] = float(share.max(initial=0.0))
     if not np.isfinite(total).all():
