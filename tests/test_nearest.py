@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import json
 import math
 from pathlib import Path
 
@@ -225,6 +226,19 @@ def test_rows_of_studies():
     rows, together, faults = study_rows.compared(2, most=12)
     assert (rows, faults) == (12, [])
     assert together > 6
+
+
+def test_figures_of_the_page_are_those_measured():
+    root = Path(__file__).parent.parent / "docs"
+    names = ("exact-sketches", "geared-counts", "study-rows")
+    exact, geared, rows = (json.loads((root / f"data/{n}.json").read_text()) for n in names)
+    page = (root / "honesty.md").read_text(encoding="utf-8")
+    assert (exact["wrong"], geared["wrong"], rows["faults"]) == ([], [], [])
+    answers = [exact["answers"][word] for word in ("own", "own by the hint")]
+    assert f"of {exact['mechanisms']} mechanisms | {exact['sketches']} |" in page
+    assert f"after the hint | {answers[0]}, {answers[1]} |" in page
+    assert f"| {geared['mechanisms']}, {geared['modes']}, {geared['proven']} |" in page
+    assert f"in lockstep | {rows['rows']}, {rows['in lockstep']} |" in page
 
 
 # -- planted mistakes --------------------------------------------------------------------------
