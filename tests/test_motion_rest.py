@@ -131,3 +131,10 @@ def test_a_start_far_from_the_sketch_keeps_its_mode(seed: int) -> None:
     result = md.solve(from_dict(data), "go")
     gap = math.remainder(float(result.bodies["rod"].angle[0]) - case.angles(theta)[1], 2 * math.pi)
     assert abs(gap) < 1e-8
+
+
+def test_a_leap_to_the_other_mode_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Planted: the way from the sketch does not look at the sign of the Jacobian."""
+    monkeypatch.setattr("mechdae.analysis.motion.start._Starter._side", lambda *_: 0.0)
+    with pytest.raises(AssertionError):
+        test_a_start_far_from_the_sketch_keeps_its_mode(21)

@@ -71,6 +71,10 @@ def equilibrium_facts(result: Result) -> list[str]:
         f"  {summary['stable']}, {_freedoms(summary['freedoms'])}; {summary['residual']:.1e} of "
         f"the loads is left after {summary['iterations']} steps"
     ]
+    found = summary["equilibria"]
+    if len(found) > 1:
+        count = sum(entry["sketched_mode"] for entry in found)
+        lines.append(f"  {len(found)} equilibria, {count} on the sketched mode; --json lists them")
     for mode in summary.get("modes", [])[:MOST]:
         real, swing = mode["eigenvalue"]
         shape = ", ".join(f"{name} {value[0]:.4g}" for name, value in mode["shape"].items())
