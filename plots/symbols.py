@@ -231,6 +231,31 @@ def trace(sheet: Sheet, c: np.ndarray) -> None:
     symbols.dot(sheet, at(c, 24, 18), "trace-dot")
 
 
+def held(sheet: Sheet, c: np.ndarray) -> None:
+    pivot, along = at(c, -30, -6), np.array([np.cos(0.35), np.sin(0.35)])
+    bar(sheet, pivot, pivot + 66 * along)
+    symbols.support(sheet, pivot, "held-support")
+    symbols.pin(sheet, pivot, "held-pin")
+    symbols.jaws(sheet, pivot + style.GRIP * along, along, "held")
+
+
+def held_wheel(sheet: Sheet, c: np.ndarray) -> None:
+    symbols.pitch_circle(sheet, c, 22.0, "held-wheel")
+    symbols.support(sheet, c, "held-wheel-support")
+    symbols.pin(sheet, c, "held-wheel-pin")
+    symbols.shoe(sheet, c, 22.0, "shoe")
+
+
+def cylinder(sheet: Sheet, c: np.ndarray) -> None:
+    eye, tip = at(c, -40, -12), at(c, 40, 16)
+    along = (tip - eye) / np.hypot(*(tip - eye))
+    places = [eye + reach * along for reach in (style.BARREL, 54.0, 36.0)]
+    symbols.cylinder(sheet, eye, *places, tip, "cylinder", style.DRIVEN)
+    symbols.support(sheet, eye, "cylinder-support")
+    symbols.pin(sheet, eye, "cylinder-pin")
+    symbols.pin(sheet, tip, "cylinder-tip")
+
+
 CELLS: dict[str, Draw] = {
     "turning pair": turning,
     "turning pair\nin the ground": fixed,
@@ -250,6 +275,9 @@ CELLS: dict[str, Draw] = {
     "pin in a curved groove": groove,
     "driver that turns": driver,
     "driver that travels": ram,
+    "driver that is held": held,
+    "wheel that is held": held_wheel,
+    "driven cylinder": cylinder,
     "force": force,
     "torque, resistance\nto turning": torque,
     "spring": spring,
