@@ -90,8 +90,8 @@ def powers_of(unit: str) -> Powers | None:
 
 def text_of(powers: Powers) -> str:
     """Return a unit as it is written."""
-    for name, own in NAMED.items():
-        if powers == own:
+    for name in NAMED:
+        if powers == powers_of(name):
             return name
 
     def word(name: str, power: Fraction) -> str:

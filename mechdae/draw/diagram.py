@@ -182,9 +182,9 @@ def draw_pose(
     """Draw one pose of a result whose placements are known, see `draw`; return its sheet."""
     low, high, size = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
     sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger)
-    for other in view.behind:
-        sheet.segments += other.segments
-        sheet.boxes += other.boxes
+    for behind in view.behind:
+        sheet.segments += behind.segments
+        sheet.boxes += behind.boxes
     if view.traces:
         _draw_traces(sheet, scene)
     for other in _others(scene, pose, view.ghosts):

@@ -81,12 +81,12 @@ def draw_all(
 ) -> Axes:
     """Draw the paths of several variants of a task, see `draw`; ticks only of one."""
     result, several = results[0], len(results) > 1
-    vectors = []
+    vectors: list[tuple[str, str, str, Array]] = []
     for own, label in zip(results, labels, strict=True):
         check_poses(own, "paths of points")
         for name in list(of) if of else default_points(own):
-            part, *rest = vector_of(own, name)
-            vectors.append((f"{part}, {label}" if several else part, *rest))
+            part, quantity, unit, values = vector_of(own, name)
+            vectors.append((f"{part}, {label}" if several else part, quantity, unit, values))
     units = list(dict.fromkeys(unit for _, _, unit, _ in vectors))
     if not vectors:
         raise InputError("no point of this result moves", hint="name points: of=['body.P']")

@@ -139,7 +139,8 @@ def joined(clips: Sequence[Clip | None], values: Sequence[Array]) -> Clip | None
     """Return the limits that hold all series of a panel."""
     if not any(clips):
         return None
-    low, high, beyond = np.inf, -np.inf, []
+    low, high = np.inf, -np.inf
+    beyond: list[Beyond] = []
     for clip, own in zip(clips, values, strict=True):
         finite = own[np.isfinite(own)]
         if clip is not None:
@@ -155,8 +156,8 @@ def _growing(values: Array) -> set[int]:
     """Return the poses towards which a series grows by growing steps, from one side."""
     steps = np.diff(values)
 
-    def steeper(near: Array, middle: Array, far: Array) -> Array:
-        same: Array = (near * middle > 0) & (middle * far > 0)
+    def steeper(near: Array, middle: Array, far: Array) -> NDArray[np.bool_]:
+        same: NDArray[np.bool_] = (near * middle > 0) & (middle * far > 0)
         same &= (np.abs(near) > GROWING * np.abs(middle)) & (np.abs(middle) > np.abs(far))
         return same
 
