@@ -91,6 +91,8 @@ def test_pictures_that_cannot_share_axes_say_so(cranks) -> None:
     with pytest.raises(md.InputError, match="hold a picture of kind 'diagram'") as told:
         md.plot(cranks[1], "curves", ax)
     assert "ax.clear()" in told.value.hint
+    with pytest.raises(md.InputError, match="Axes are needed, not 1"):
+        md.plot(cranks[0], "diagram", 1)
     ax.clear()  # then they are empty axes
     assert titles(md.plot(cranks[1], "curves", ax)) == titles(md.plot(cranks[1], "curves"))
 

@@ -91,8 +91,8 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
         )
     given = checked(kind, options)
     module = importlib.import_module(KINDS[kind])
-    if ax is None:
-        drawn = module.draw(result, None, **given)
+    if ax is None or kind == "animation":
+        drawn = module.draw(result, ax, **given)
         if kind in SHARED:
             _variants().remember(drawn, kind, result, given, None)
         return drawn

@@ -45,8 +45,10 @@ def on_axes(ax: Axes, kind: str) -> Shared | None:
     Raises
     ------
     InputError
-        A picture of another kind, or one that variants cannot share.
+        A picture of another kind, or one that variants cannot share; no axes.
     """
+    if not isinstance(ax, Axes):
+        raise InputError(f"matplotlib Axes are needed, not {ax!r}", where="ax")
     shared = _KNOWN.get(ax)
     if shared is None or not any(mark.axes is ax for mark in shared.marks):
         return None
