@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from mechdae.describe.tasks import Driver, Sweep
@@ -33,6 +34,8 @@ ALIKE = 1e-3
 """Relative difference below which dimensions, and invariants of cognates, are the same."""
 ZERO = 1e-12
 """Objective of the NLP below which a design is exact."""
+ROUNDING = 1e-16
+"""The same where rounding is all that is left of it, after the polish."""
 MET = 1e-9
 """Share of the unit of the objective up to which exact solutions have met their targets."""
 AGREES = 1e-6
@@ -96,8 +99,14 @@ def designs(
     rejected: list[dict[str, Any]] = []
     every = search.all_solutions is not None
     exact = [each for each in found if each.best.found.objective <= ZERO] if _zero(search) else []
-    most = len(found) if every else max(search.asked.keep, len(exact))
-    for group in found if every else found[: max(TRIES, len(exact), search.asked.keep)]:
+    most, tries = search.asked.keep, max(TRIES, search.asked.keep)
+    if every:
+        most = tries = len(found)
+    elif exact and search.space.single_loop and search.asked.full_turn:
+        found = [*_by_angle(search, problems, exact), *found[len(exact) :]]
+    elif exact:  # more than are reported, to choose among them
+        most = max(most, min(len(exact), tries))
+    for group in found[:tries]:
         candidate, hits = group.best, group.hits
         worse = (
             search.all_solutions is None
@@ -108,7 +117,7 @@ def designs(
             break
         nlp = problems[candidate.kind]
         found_, given = candidate.found, candidate.given
-        if len(kept) < 2 or search.asked.transmission:
+        if len(kept) < 2 or search.asked.transmission or len(kept) < len(exact):
             found_ = nlp.polished(found_, given)
         found_, given = exchanged(search, nlp, found_, given)
         judged = _judged(search, nlp, found_, replace(candidate, given=given), hits)
@@ -121,6 +130,20 @@ def designs(
         del design["term"]
     kept.sort(key=lambda design: _rank(search, design))
     return kept if every else kept[: search.asked.keep], rejected
+
+
+def _by_angle(search: Search, problems: Sequence[Nlp], exact: list[Group]) -> list[Group]:
+    """Return exact four-bars by their least transmission angle over the turn."""
+    d = ca.SX.sym("d", len(search.space.names))
+    cosines = ca.Function("cosines", [d], [search.space.cosines(d)])
+
+    def largest(group: Group) -> float:
+        own = group.best
+        values = problems[own.kind].read(own.found.z)["d"]
+        at = np.concatenate([values, np.atleast_1d(own.given["choice"])])
+        return float(np.abs(np.array(cosines(at))).max())
+
+    return sorted(exact, key=largest)
 
 
 def _zero(search: Search) -> bool:
@@ -137,7 +160,7 @@ def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
     value = design["objective"] * search.sense
     lead = search.lead
     exact = isinstance(lead, Visits) and lead.exact
-    least = MET if exact else ZERO if _zero(search) else 0.0
+    least = MET if exact else ROUNDING if _zero(search) else 0.0
     if abs(value) <= least * search.objective_unit:
         value = 0.0
     return bool(design["defects"]), value, -(design["transmission_angle_min"] or 0.0)
