@@ -39,7 +39,7 @@ POLISH: dict[str, Any] = {
 }
 APPROXIMATE: dict[str, Any] = {
     "ipopt.hessian_approximation": "limited-memory",
-    "ipopt.max_iter": 500,
+    "ipopt.max_iter": 200,
 }
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 EXHAUSTED = ("Maximum_Iterations_Exceeded", "Maximum_CpuTime_Exceeded")

@@ -32,6 +32,8 @@ SMOOTH = 1e-4
 TRANSMISSION = "transmission_angle"
 MEANS = ("summary/loss", "summary/input", "summary/efficiency")
 """Means over a cycle that are goals."""
+SUMMARIES = ("summary/stroke/", "summary/swing/", "summary/time_ratio/")
+"""Scalars of a sweep that are goals, by the ends of a coordinate."""
 NODES = 72
 TURN = 2 * np.pi
 
@@ -77,7 +79,9 @@ class Quantity:
         series = is_series(asked.path) or asked.path in MEANS
         if not series or (self.transmission and self.forces):
             raise UnknownName(
-                "path of a goal", asked.path, ["points/", "bodies/", "joints/", "efforts/", *MEANS]
+                "path of a goal",
+                asked.path,
+                ["points/", "bodies/", "joints/", "efforts/", *MEANS, *SUMMARIES],
             )
         if self.transmission and "transmission" not in (base.measures or ()):
             raise InputError(
