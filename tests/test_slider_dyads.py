@@ -17,7 +17,7 @@ def problem_of(text):
 
 
 SAMPLE = (0, 1, 2, 3, 4, 5)
-"""One seed of each family of ``slider_dyads.py``; all of them: ``docs/data/slider-dyads.json``."""
+"""One seed of each family of ``slider_dyads.py``; many of them: the script itself."""
 
 
 @pytest.mark.parametrize("seed", SAMPLE)
