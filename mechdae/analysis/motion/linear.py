@@ -85,7 +85,7 @@ class Linear:
         basis: Any,
         names: list[str],
         inputs: Sequence[str] | None,
-        outputs: Sequence[str] | None,
+        outputs: tuple[str, ...] | None,
     ) -> None:
         self.setup, self.state, self.model = setup, state, setup.model
         self.chart = Chart(setup, state.x, basis, names)
@@ -149,7 +149,7 @@ class Linear:
 
     # -- derivatives -------------------------------------------------------------------------
 
-    def _solve(self, outputs: Sequence[str] | None) -> None:
+    def _solve(self, outputs: tuple[str, ...] | None) -> None:
         r, model, setup, state = self.r, self.model, self.setup, self.state
         pushed = [own for own in self.inputs if own.column is not None]
         n, m, k, nd = r.x.numel(), r.phi.numel(), len(self.chart.names), len(self.moved)
@@ -228,7 +228,7 @@ class Linear:
         self.states = [*states, *(f"{name}.speed" for name in states)]
         self.outputs = names
 
-    def _outputs(self, outputs: Sequence[str] | None, a: Any) -> tuple[list[str], Any]:
+    def _outputs(self, outputs: tuple[str, ...] | None, a: Any) -> tuple[list[str], Any]:
         """Return names and expressions over (x, v, a, d, t) of the outputs."""
         model, mechanism, r = self.model, self.model.mechanism, self.r
         chosen = selection(mechanism, outputs, forces=True)
