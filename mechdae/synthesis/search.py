@@ -272,9 +272,9 @@ class Search:
             yield self._seed(spread, drawn, own, drawn.given, others)
         if self.all_solutions is not None:
             return
-        drawn = self._of_file(spread, kind)
-        if drawn is not None:
-            yield self._seed(spread, drawn, {}, {}, [self.lead, *others])
+        first = self._of_file(spread, kind)
+        if first is not None:
+            yield self._seed(spread, first, {}, {}, [self.lead, *others])
 
     def _seed(
         self, spread: Spread, drawn: Drawn, own: dict[str, Any], given: dict[str, Any],

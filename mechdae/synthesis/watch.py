@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,13 +36,17 @@ def watched(spread: Spread, d: Any, u: Any, x: Any) -> tuple[Any, Any, Any]:
     grid = grid_of(np.append(trace.u, trace.u[0] + TURN))
     places, least = [], []
     for dyad in space.watched_dyads:
-        at, tops = maxima(lambda s, dyad=dyad: -sines(trace, dyad, s), grid)
+        at, tops = maxima(partial(_negative, trace, dyad), grid)
         order = np.argsort(-tops, kind="stable")[:WATCHED]
         least.append(float(-tops[order[0]]) if len(order) else np.nan)
         spare = trace.u[0] + TURN * (np.arange(WATCHED - len(order)) + 0.5) / WATCHED
         places.append(np.concatenate([at[order], spare]))
     own = np.concatenate(places) if places else np.zeros(0)
     return own, trace.poses(own)[0], np.array(least)
+
+
+def _negative(trace: Trace, dyad: Dyad, u: Any) -> Any:
+    return -sines(trace, dyad, u)
 
 
 def sines(trace: Trace, dyad: Dyad, u: Any) -> Any:

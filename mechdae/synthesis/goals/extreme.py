@@ -7,7 +7,7 @@ its mean or root mean square is the objective, or a bound t of it at all nodes.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import casadi as ca
@@ -197,7 +197,7 @@ class Extreme(Goal):
         trace = Trace(spread, d, u, x)
         size = Batch(self._size_at, ())
 
-        def curve(at: Any, sign: float) -> Any:
+        def curve(sign: float, at: Any) -> Any:
             x, _, _, held = trace.poses(at)
             found = size(x, at[:, None], np.broadcast_to(d, (len(at), len(d))))[0][:, 0]
             return np.where(held, sign * found, np.nan)
@@ -216,7 +216,7 @@ class Extreme(Goal):
         for sign, bound in zip(signs, bounds, strict=True):
             if not np.isfinite(bound) or abs(bound) > 1e200:
                 continue
-            at, own = maxima(lambda s, sign=sign: curve(s, sign), grid)
+            at, own = maxima(partial(curve, sign), grid)
             missed |= bool(len(own) and own.max() > bound + MET * max(1.0, abs(bound)))
             places.append(at)
             tops.append(own - bound)

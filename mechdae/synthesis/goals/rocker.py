@@ -92,8 +92,8 @@ class Rocker(Goal):
         upward = nlp.parameter(self.own("upward"), 1.0)
         begin = nlp.variable(self.own("begin"), 1, -WIDE, WIDE)
         free = self.stroke is None
-        stroke = nlp.variable(self.own("stroke"), int(free), TURN * LEAST, TURN * (1 - LEAST))
-        stroke = stroke if free else self.stroke
+        own = nlp.variable(self.own("stroke"), int(free), TURN * LEAST, TURN * (1 - LEAST))
+        stroke: Any = own if free else self.stroke
         x = space.pose_variables(nlp, self.own("x"), 2)
         fast = np.tile(np.where(space.turns, FAST, FAST * space.size), 2)
         scale = np.tile(np.where(space.turns, 1.0, space.size), 2)
