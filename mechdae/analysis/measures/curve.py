@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.analysis.measures.courses import travel
-from mechdae.analysis.measures.quadrature import Chart, integrate
+from mechdae.analysis.measures.quadrature import KRONROD, PLACES, Chart, integrate
 from mechdae.analysis.measures.stops import AT_REST
 from mechdae.analysis.measures.track import KNOWN, SAME, Family, Piece, Sample, Track
 from mechdae.analysis.outputs import Entry, Outputs
@@ -22,6 +22,8 @@ BESIDE = 1e-6
 STEPS = 8
 """Largest steps of the path in one panel of the quadrature."""
 CLOSED = 1e-9
+SHIFTED = 4
+"""Units in the last place by which a limit position may be off."""
 ROUNDING = 8 * float(np.finfo(float).eps)
 """Share of a length that the rounding of speeds may add up to."""
 
@@ -57,6 +59,21 @@ def curves(track: Track, outputs: Outputs) -> tuple[dict[str, Any], list[dict[st
         if track.high > track.low:
             found[entry.part] = path.facts()
     return found, events
+
+
+def _beside_folds(integrand: Any, charts: list[Chart]) -> float:
+    """Return what the rounding of limit positions s* does to the speeds beside them.
+
+    They grow like 1/sqrt(|s - s*|): an error d of s* is one of d/(2 |s - s*|) of the speed.
+    """
+    off = 0.0
+    for chart in charts:
+        if chart.fold:
+            s, slope = chart.place(PLACES)
+            fold = chart.low if chart.fold < 0 else chart.high
+            share = SHIFTED * np.spacing(abs(fold)) / (2 * np.abs(s - fold))
+            off += float(np.nansum(KRONROD * slope * integrand(s)[:, 0] * share))
+    return off
 
 
 def _points(outputs: Outputs) -> list[Entry]:
@@ -150,7 +167,8 @@ class _Curve:
 
         (length, area), error = integrate(integrand, charts, size)
         ends = [s for piece in pieces for s in (piece.low, piece.high)]
-        error = error + size((length, area)) * ROUNDING + self._cut(ends) * np.array([1, length])
+        off = self._cut(ends) + _beside_folds(integrand, charts)
+        error = error + size((length, area)) * ROUNDING + off * np.array([1, length])
         facts: dict[str, Any] = {"length": float(length), "error": float(error[0])}
         facts["closed"] = self._closed(pieces, float(length))
         if facts["closed"]:
