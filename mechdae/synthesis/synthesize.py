@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -214,8 +215,13 @@ def _fault(
                 best, least = amounts, found.objective
     stuck = sum(found.infeasible for found in optima)
     out = sum(found.exhausted for found in optima)
-    ends = [f"{stuck} ended where no design near meets all limits"] if stuck or not out else []
+    ends = [f"{stuck} ended where no design near meets all limits"] if stuck else []
     ends += [f"{out} ran out of iterations, which says nothing about the task"] if out else []
+    others = Counter(found.status for found in optima if not (found.infeasible or found.exhausted))
+    ends += [
+        f"{count} ended with IPOPT's {status.replace('_', ' ').lower()}"
+        for status, count in others.most_common()
+    ]
     text = f"no design found from {len(jobs)} starts ({', '.join(ends)})"
     if best:
         words = ", ".join(f"{word} by {amount:.3g}" for word, amount in best.items())
