@@ -40,8 +40,8 @@ from mechdae.model.model import FUNCTIONS
 from mechdae.results import Result
 
 SX = ca.SX
-LEVELS = 4
-"""Halved steps of a difference."""
+LEVELS, FEW_LEVELS = 4, 2
+"""Halved steps of a difference, fewer for a gradient that a search takes again and again."""
 STEP = 2.0**-6
 """First step, as a share of the parameter (of the mechanism's length where it is zero)."""
 SAMPLES, FEW_SAMPLES = 1000, 200
@@ -185,6 +185,40 @@ def _sharp(problem: Problem, name: str) -> Problem:
     if not isinstance(task, Motion):
         return problem
     return problem.with_task(name, replace(task, tolerance=SHARP))
+
+
+def sharp(problem: Problem, name: str, paths: tuple[str, ...]) -> Problem:
+    """Return the problem with a task sharp and fine enough for differences of paths."""
+    return _sharp(prepared(problem, name, paths), name)
+
+
+def numbers(
+    problem: Problem, name: str, paths: list[str], names: list[str], sizes: Mapping[str, float]
+) -> dict[str, tuple[Any, dict[str, Any]]]:
+    """Return numbers of a motion or an equilibrium with their derivatives by name.
+
+    Parameters
+    ----------
+    problem
+        As `sharp` returns it.
+    paths
+        Figures, or whole paths.
+    sizes
+        Of the parameters by name: a difference takes a share of them.
+
+    Raises
+    ------
+    MechdaeError
+        The task cannot be solved here or near, or there is no derivative.
+    """
+    task, found = problem.tasks[name], {}
+    if isinstance(task, Equilibrium):
+        found = _at_rest(problem, task, names, paths)
+    rest = [path for path in paths if path not in found]
+    whole = _solved(problem, name) if rest else None
+    for path in rest:
+        found[path] = _differenced(problem, name, path, names, 1, whole, FEW_LEVELS, sizes)
+    return {path: (found[path].value, found[path].first) for path in paths}
 
 
 def _at_rest(
@@ -374,8 +408,9 @@ def _driver_rows(driver: Driver, n: int, symbolic: Any) -> tuple[Any, Any, Any]:
 
 
 def _differenced(
-    problem: Problem, base: str, path: str, names: list[str], order: int, whole: Result
-) -> Found:
+    problem: Problem, base: str, path: str, names: list[str], order: int, whole: Any,
+    levels: int = LEVELS, sizes: Mapping[str, float] | None = None,
+) -> Found:  # fmt: skip
     values = problem.mechanism.values()
     middle = _number(whole, path)
     first: dict[str, Any] = {}
@@ -383,9 +418,9 @@ def _differenced(
     error: dict[str, Any] = {}
     scale = mechanism_scale(problem.mechanism)
     for name in names:
-        h = STEP * (abs(values[name]) or scale)
+        h = STEP * (sizes[name] if sizes else abs(values[name]) or scale)
         ones, twos = [], []
-        for level in range(LEVELS):
+        for level in range(levels):
             step = h / 2**level
             up, down = (
                 _number(_solved(problem.with_values({name: values[name] + d}), base), path)

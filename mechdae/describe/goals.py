@@ -25,7 +25,7 @@ from mechdae.describe.entries import (
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks import Equilibrium, Motion, Sweep, Task
-from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
+from mechdae.errors import InputError, MechdaeError, UnknownName
 
 KEYS = ("input_start", "output_start")
 TIMING = ("timing", "at", "steps", "closed", "measure")
@@ -216,17 +216,19 @@ def _rocker(mechanism: Mechanism, table: Mapping[str, Any], place: str) -> Rocke
 def extreme(table: Mapping[str, Any], place: str, tasks: Mapping[str, Task], sense: int) -> Extreme:
     """Return a quantity of another task: ``of = "TASK/PATH"``."""
     task, _, path = str(table.get("of", "")).partition("/")
-    known = [name for name, other in tasks.items() if isinstance(other, Sweep)]
-    if isinstance(tasks.get(task), Motion | Equilibrium):
-        raise UnavailableError(
-            "goals and limits are quantities of sweeps and reactions",
-            where=f"{place}.of",
-            hint=f"a study or a sensitivity may be of {task}",
-        )
+    kinds = Sweep | Motion | Equilibrium
+    known = [name for name, other in tasks.items() if isinstance(other, kinds)]
     if task not in known:
-        raise UnknownName("sweep or reactions task", task, known, where=f"{place}.of")
+        what = "sweep, reactions, motion or equilibrium task"
+        raise UnknownName(what, task, known, where=f"{place}.of")
     if not path:
         raise InputError('TASK/PATH is needed, as "cycle/joints/A/loss"', where=f"{place}.of")
+    if isinstance(tasks[task], Motion | Equilibrium) and "reduce" in table:
+        raise InputError(
+            f"a path of {task} is one number, there is nothing to reduce",
+            where=f"{place}.reduce",
+            hint='of = "TASK/peak/PATH", last, highest, lowest or settling',
+        )
     reduce = table.get("reduce", "peak" if sense > 0 else "least")
     return Extreme(sense, task, path, word_of(reduce, REDUCTIONS, "word", f"{place}.reduce"))
 

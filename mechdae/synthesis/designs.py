@@ -18,7 +18,7 @@ from mechdae.synthesis.goals.visits import Visits
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.search import Search
-from mechdae.synthesis.verify import Design
+from mechdae.synthesis.verify import Design, driven
 
 FEASIBLE = 1e-7
 """Largest violation of a (dimensionless) constraint at an optimum that counts."""
@@ -244,7 +244,7 @@ def _judged(
     if defects and search.all_solutions is None:
         return {"objective": claimed, "reasons": defects}
     last = u[0] + 2 * np.pi if search.asked.full_turn else u[-1]
-    task = Sweep(Driver(search.asked.driver, from_=float(u[0]), to=float(last)))
+    task = Sweep(driven(search.asked.driver, float(u[0]), float(last)))
     lead = worths[search.goals.index(search.lead)]
     result = {
         "term": found.objective,

@@ -87,7 +87,7 @@ class Solver:
     Parameters
     ----------
     z, p, f, g : SX
-        Variables, parameters, objective, constraints.
+        Variables, parameters, objective, constraints; MX where a function is called from outside.
     polish
         With the settings of a last solve from a point that is nearly optimal.
     approximate
@@ -99,6 +99,7 @@ class Solver:
     ) -> None:
         options = {**SETTINGS, **(POLISH if polish else {})}
         options |= APPROXIMATE if approximate else {}
+        options["expand"] = not isinstance(z, ca.MX)
         with quiet():
             self._solver = ca.nlpsol("nlp", "ipopt", {"x": z, "p": p, "f": f, "g": g}, options)
         self._values = ca.Function("values", [z, p], [f, g])

@@ -46,6 +46,7 @@ class Nlp:
         self._parameters: dict[str, tuple[Any, Any]] = {}
         self._constraints: list[tuple[str, Any, Any, Any]] = []
         self._units: dict[str, float] = {}
+        self._outside: list[tuple[Any, Any, Any]] = []
         self.objective: Any = SX(0)
         self.terms: list[Any] = []
         self._rest = SX.sym("rest")
@@ -77,6 +78,15 @@ class Nlp:
         """
         self._units[word] = unit
         self._constraints.append((word, ca.densify(SX(expression)), low, high))
+
+    def outside(self, name: str, function: Any, of: Any) -> Any:
+        """Return a number that a function, called by casadi, gives for an expression.
+
+        It has first derivatives alone: second ones of the whole are approximate then.
+        """
+        symbol = SX.sym(name)
+        self._outside.append((symbol, function, of))
+        return symbol
 
     # -- the whole ---------------------------------------------------------------------------
 
@@ -150,25 +160,43 @@ class Nlp:
         ]
         return np.concatenate([*parts, [rest]])
 
+    def _over(self, results: list[Any], more: Any = None) -> tuple[Any, Any, list[Any]]:
+        """Return variables (with `more`), parameters and expressions over them alone."""
+        z = self.z if more is None else ca.vertcat(self.z, more)
+        if not self._outside:
+            return z, self.p, results
+        Z, P = ca.MX.sym("z", z.numel()), ca.MX.sym("p", self.p.numel())
+        symbols = [symbol for symbol, _, _ in self._outside]
+        numbers = []
+        for _, function, of in self._outside:
+            numbers.append(function(ca.Function("of", [z, self.p], [ca.densify(of)])(Z, P)))
+        whole = ca.Function("whole", [z, self.p, *symbols], results, {"cse": True})
+        found = whole(Z, P, *numbers)
+        return Z, P, list(found) if isinstance(found, tuple) else [found]
+
+    def _made(self, objective: Any, g: Any, more: Any = None, **how: bool) -> Solver:
+        z, p, (f, rows) = self._over([SX(objective), SX(g)], more)
+        how["approximate"] = how.get("approximate", False) or bool(self._outside)
+        return Solver(z, p, f, rows, **how)
+
     # -- solving -----------------------------------------------------------------------------
 
     @cached_property
     def _solver(self) -> Solver:
-        return Solver(self.z, self.p, self.objective, self.g)
+        return self._made(self.objective, self.g)
 
     @cached_property
     def _polisher(self) -> Solver:
-        return Solver(
-            self.z, self.p, self.objective / self._rest, self.g, polish=True,
-            approximate=self.rough,
-        )  # fmt: skip
+        return self._made(self.objective / self._rest, self.g, polish=True, approximate=self.rough)
 
     @cached_property
     def _approximate(self) -> Solver:
-        return Solver(self.z, self.p, self.objective, self.g, approximate=True)
+        return self._made(self.objective, self.g, approximate=True)
 
     def solve(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
         """Return the local optimum from a start, or the start where that is feasible and better."""
+        if self._outside:
+            return self.gone_on(z0, given)
         if not self.rough:
             return self._solver.solve(z0, self.settings(given), *self.bounds)
         found = self.gone_on(z0, given)
@@ -223,8 +251,7 @@ class Nlp:
         spread = SX.zeros(len(self.words), 2 * len(loose))
         for k, i in enumerate(loose):
             spread[i, 2 * k], spread[i, 2 * k + 1] = 1, -1
-        z = ca.vertcat(self.z, slack)
-        return Solver(z, self.p, ca.sum1(slack), self.g + spread @ slack), loose
+        return self._made(ca.sum1(slack), self.g + spread @ slack, slack), loose
 
     def conflicts(self, z0: Any, given: Mapping[str, Any]) -> tuple[Optimum, dict[str, float]]:
         """Return the point where constraints are missed least, and by how much, by word.
@@ -261,9 +288,11 @@ class Nlp:
 
     def terms_at(self, z: Any, given: Mapping[str, Any]) -> list[float]:
         """Return the terms of the objective at a point."""
-        values = ca.Function("terms", [self.z, self.p], [ca.vertcat(*self.terms)])
+        own, p, terms = self._over([ca.vertcat(*self.terms)])
+        values = ca.Function("terms", [own, p], terms)
         return [float(v) for v in np.array(values(z, self.settings(given))).ravel()]
 
     @cached_property
     def _rows(self) -> Any:
-        return ca.Function("rows", [self.z, self.p], [ca.densify(self.g)])
+        z, p, rows = self._over([ca.densify(self.g)])
+        return ca.Function("rows", [z, p], rows)

@@ -14,16 +14,18 @@ from mechdae.describe.goals import Extreme as AskedExtreme
 from mechdae.describe.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Sweep, Synthesis
+from mechdae.describe.tasks import Equilibrium, Motion, Sweep, Synthesis
 from mechdae.errors import InputError, UnknownName
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Seed
+from mechdae.synthesis.goals.dynamic import Dynamic
 from mechdae.synthesis.goals.extreme import Extreme, quantity_of
 from mechdae.synthesis.goals.function import Function
 from mechdae.synthesis.goals.rocker import Rocker as RockerGoal
 from mechdae.synthesis.goals.straight import Straight
 from mechdae.synthesis.goals.visits import Visits as VisitsGoal
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.outcome import Outcome, Run
 from mechdae.synthesis.poses import Poses
 from mechdae.synthesis.quantity import Quantity
 from mechdae.synthesis.space import TURN, Space
@@ -51,6 +53,8 @@ class Search:
         self.asked: Demand = demand(problem, task)
         names = [*self.asked.free, *self.asked.choices]
         self._quantities: dict[tuple[str, str], Quantity] = {}
+        self._runs: dict[str, Run] = {}
+        self._outcomes: list[Outcome] = []
         self.goals = [
             self._goal(goal, f"goal{k}", names) for k, (goal, _) in enumerate(self.asked.goals)
         ]
@@ -74,12 +78,12 @@ class Search:
         whole = [*bodies, *boxed, *held]
         outputs = [name if "." in name else f"{name}.angle" for name in dict.fromkeys(whole)]
         poses = Poses(problem.mechanism, self.asked.driver, names, outputs, asks)
-        self.space = Space(poses, self.asked, self.size)
+        self.space = Space(poses, self.asked, self.size, bool(self._runs))
         self.spread = Spread(self.space)
         for goal in every:
             goal.space, goal.spread = self.space, self.spread
         # a goal with targets of its own leads: starts are drawn for it, the others follow
-        self.lead = min(self.goals, key=lambda goal: isinstance(goal, Extreme))
+        self.lead = min(self.goals, key=lambda goal: isinstance(goal, Extreme | Dynamic))
         self.kinds = self.space.kinds
         for limit in self.asked.transmission:
             self.space.dyad(limit.bodies, f"{limit.place}.between")
@@ -99,6 +103,8 @@ class Search:
     def _extreme(
         self, asked: AskedExtreme, name: str, names: list[str], bounds: Any = None
     ) -> Goal:
+        if isinstance(self.problem.tasks[asked.task], Motion | Equilibrium):
+            return Dynamic(asked, name, self._outcome(asked, names), bounds)
         word, _, part = asked.path.removeprefix("summary/").partition("/")
         if asked.path.startswith("summary/") and word in ENDS:
             return self._ends(asked, name, word, part, bounds)
@@ -113,6 +119,18 @@ class Search:
             found = abs(quantity_of(solve(self.problem, asked.task), asked))
             typical = found if np.isfinite(found) and found > 0 else 1.0
         return Extreme(asked, name, quantity, typical, bounds)
+
+    def _outcome(self, asked: AskedExtreme, names: list[str]) -> Outcome:
+        """Return a number of a motion or an equilibrium; those of one task are solved together."""
+        if asked.task not in self._runs:
+            every = [goal for goal, _ in self.asked.goals if isinstance(goal, AskedExtreme)]
+            every += [limit.of for limit in self.asked.limits]
+            paths = dict.fromkeys(own.path for own in every if own.task == asked.task)
+            box = list(self.asked.free.values())
+            self._runs[asked.task] = Run(self.problem, asked.task, list(paths), names, box)
+        outcome = Outcome(self._runs[asked.task], asked.path)
+        self._outcomes.append(outcome)
+        return outcome
 
     def _ends(
         self, asked: AskedExtreme, name: str, word: str, part: str, bounds: Any
@@ -174,11 +192,19 @@ class Search:
         named = {g.input_start for g, _ in self.asked.goals if isinstance(g, FunctionTargets)}
         named |= {g.output_start for g, _ in self.asked.goals if isinstance(g, FunctionTargets)}
         for name, has in zip(self.space.names, np.atleast_1d(used).tolist(), strict=True):
+            has = has or self._moves_outcome(name)
             if not has and name not in named:
                 raise InputError(
                     f"the goal does not depend on '{name}'", where=f"free.{name}",
                     hint="leave it out, or ask for something that depends on it",
                 )  # fmt: skip
+
+    def _moves_outcome(self, name: str) -> bool:
+        """Return whether a number of a motion or an equilibrium depends on a free parameter."""
+        if name not in self.asked.free:
+            return bool(self._outcomes)
+        k = self.space.names.index(name)
+        return any(own.depends_on(k, self.space.middle) for own in self._outcomes)
 
     # -- the problem -------------------------------------------------------------------------
 

@@ -37,12 +37,14 @@ CLASSES = ("crank-rocker", "drag-link")
 class Space:
     """Free parameters and the poses of all designs.
 
-    ``size`` [m] makes lengths dimensionless.
+    ``size`` [m] makes lengths dimensionless; `outside` tells that motions or equilibria are
+    asked for, on which parameters may act that no pose depends on.
     """
 
     poses: Poses
     asked: Demand
     size: float
+    outside: bool = False
 
     # -- free parameters -----------------------------------------------------------------------
 
@@ -62,7 +64,7 @@ class Space:
         poses, n = self.poses, len(self.box)
         generator = np.random.default_rng(0)
         low, high = self.box.T
-        found = np.ones(n, bool)
+        found, still = np.ones(n, bool), np.ones(n, bool)
         for _ in range(2):
             d = np.concatenate([generator.uniform(low, high), self.middle[n:]])
             x = generator.uniform(-2, 2, poses.nx) * np.where(self.turns, 1.0, self.size)
@@ -72,12 +74,15 @@ class Space:
                 return np.concatenate([np.array(part).ravel() for part in poses.function(x, u, at)])
 
             middle = parts(d)
-            unit = max(float(np.abs(middle).max()), self.size)
+            unit = max(float(np.abs(middle).max(initial=0.0)), self.size)
             for k in range(n):
                 moved = d.copy()
                 moved[k] += TURN
-                found[k] &= bool(np.abs(parts(moved) - middle).max() < 1e-9 * unit)
-        return found
+                gap = np.abs(parts(moved) - middle).max(initial=0.0)
+                found[k] &= bool(gap < 1e-9 * unit)
+                moved[k] = d[k] + TURN / 3
+                still[k] &= not (parts(moved) - middle).any()
+        return found & ~still if self.outside else found
 
     @cached_property
     def scale(self) -> Any:

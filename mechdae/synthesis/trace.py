@@ -51,7 +51,9 @@ class Trace:
     def poses(self, u: Any) -> tuple[Any, Any, Any, Any]:
         """Return unknowns (m, nx), branches, asked values, and which poses (m,) are reached."""
         u = np.asarray(u, float)
-        x = np.stack([np.interp(u, self.u, column) for column in self.x.T], axis=1)
+        x = np.zeros((len(u), self.x.shape[1]))
+        for k, column in enumerate(self.x.T):
+            x[:, k] = np.interp(u, self.u, column)
         d = np.broadcast_to(self.d, (len(u), len(self.d)))
         with np.errstate(all="ignore"):
             for _ in range(STEPS):

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.analysis.sensitivity import sharp
 from mechdae.analysis.solve import solve
 from mechdae.analysis.sweep import sweep
 from mechdae.describe.problem import Problem
@@ -51,6 +52,11 @@ def sketched(problem: Problem, space: Space, d: Any, at: float | None) -> tuple[
         if np.isfinite(x).all():
             return u, x
     return None
+
+
+def driven(coordinate: str, low: float, high: float) -> Driver:
+    """Return a driver over a range, or at the one value that it is."""
+    return Driver(coordinate, at=(low,)) if low == high else Driver(coordinate, from_=low, to=high)
 
 
 def _coordinate(mechanism: Any, found: Result, part: str, word: str) -> float:
@@ -181,8 +187,8 @@ class Design:
         asked = self.space.asked
         points = tuple({point: None for box in asked.boxes for point in box.points})
         task = Sweep(
-            Driver(self.driver, from_=low, to=high), poses=POSES, outputs=tuple(points) or None,
-            derivatives=2, measures=("transmission",),
+            driven(self.driver, low, high), poses=None if low == high else POSES,
+            outputs=tuple(points) or None, derivatives=2, measures=("transmission",),
         )  # fmt: skip
         try:
             found = sweep(self.as_problem({"turn": task}), "turn", task)
@@ -202,15 +208,16 @@ class Design:
         angles = [e["min"] for e in self.turn[0].summary.get("transmission", {}).values()]
         return float(min(angles)) if angles else None
 
-    def solved(self, task: str) -> Result:
-        """Return the result of one of the problem's own tasks.
+    def solved(self, task: str, figures: tuple[str, ...] = ()) -> Result:
+        """Return the result of one of the problem's own tasks, sharp enough for its `figures`.
 
         Raises
         ------
         MechdaeError
             It cannot be solved with these dimensions.
         """
-        found = solve(self.as_problem(self.others), task)
+        problem = self.as_problem(self.others)
+        found = solve(sharp(problem, task, figures) if figures else problem, task)
         assert isinstance(found, Result)
         return found
 

@@ -177,8 +177,11 @@ class Extreme(Goal):
         return own if self.asked.path == "summary/efficiency" else own * self.unit
 
     def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        nodes = given.get(self.own("nodes"), self.quantity.nodes)
+        if not self.space.poses.nx:  # the driver's body alone
+            return nodes, np.zeros((len(nodes), 0))
         x = self.poses_of(values)
-        return given.get(self.own("nodes"), self.quantity.nodes)[: len(x)], x
+        return nodes[: len(x)], x
 
     # -- the true extremes ---------------------------------------------------------------------
 
