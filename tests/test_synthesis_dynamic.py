@@ -13,7 +13,7 @@ from test_statics_paths import X0, C, M, block, course
 import mechdae as md
 from mechdae.describe.problem import from_dict
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.synthesis.outcome import Outcome, Run
+from mechdae.synthesis.outcome import Run
 
 TURN = 2 * math.pi
 
@@ -127,17 +127,13 @@ def test_a_counterweight_for_the_least_peak_effort() -> None:
 
 
 def test_what_cannot_be_computed_is_no_value(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A pivot in the middle of the rod has no equilibrium of its own: nan, and no design."""
+    """A task that fails in part of the range."""
     task = {
         "kind": "synthesis", "driver": {"coordinate": "rod.angle"}, "starts": 1,
         "free": {"x": [0.05, 0.6]},
         "goal": {"kind": "maximise", "of": "rest/summary/frequencies/0"},
     }  # fmt: skip
     problem = rod(design=task)
-    own = Outcome(Run(problem, "rest", ["summary/frequencies/0"], ["x"], [[0.0, 0.6]]),
-                  "summary/frequencies/0")  # fmt: skip
-    assert own.value(np.array([0.5])) > 0
-
     # where the task fails beyond a place, the search stays on the side where it does not
     solved = Run.slopes
 
@@ -149,6 +145,7 @@ def test_what_cannot_be_computed_is_no_value(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(Run, "slopes", fails)
     result = md.solve(problem, "design")
+    assert result.data["designs"]
     for design in result.data["designs"]:
         assert design["parameters"]["x"] >= 0.4
         assert math.isfinite(design["objective"])
@@ -199,3 +196,24 @@ def test_a_parameter_without_effect_is_refused() -> None:
     )
     with pytest.raises(InputError, match="does not depend on 'x0'"):
         md.solve(problem, "design")
+
+
+def test_a_sweep_and_an_equilibrium_in_one_problem() -> None:
+    data = tomllib.loads(md.dumps(rod()))
+    data["bodies"]["rod"]["points"]["E"] = [-0.6, 0]
+    sweep = {"coordinate": "rod.angle", "from": 0, "to": 1.0}
+    swift = {"kind": "maximise", "of": "rest/summary/frequencies/0"}
+    data["tasks"]["turn"] = {"kind": "sweep", "driver": sweep}
+    data["tasks"]["design"] = task = {
+        "kind": "synthesis", "driver": {"coordinate": "rod.angle"}, "starts": 2,
+        "free": {"x": [0.05, 0.6]}, "goal": swift,
+        "constraints": [limit("turn/points/rod.E/velocity", max=0.8)],
+    }  # fmt: skip
+    # the end of the rod is 0.6 + x from the pivot and turns with 1 rad/s
+    assert best(from_dict(data))["parameters"]["x"] == pytest.approx(0.2, rel=1e-8)
+    task["goal"] = {"kind": "minimise", "of": "turn/points/rod.E/velocity"}
+    task["constraints"] = [limit("rest/summary/frequencies/0", min=0.55)]
+    # w^2 (L^2 / 12 + x^2) = g x
+    w = TURN * 0.55
+    x = (9.81 - math.sqrt(9.81**2 - 4 * w**4 * 0.12)) / (2 * w * w)
+    assert best(from_dict(data))["parameters"]["x"] == pytest.approx(x, rel=1e-7)
