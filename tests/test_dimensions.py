@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import mechdae as md
+from mechdae.describe import library
 from mechdae.describe.dimensions import parameter_units, powers_of, text_of
 from mechdae.draw.graphs.series import lines_of
 
@@ -177,3 +178,14 @@ def test_points_that_stand_still_are_not_drawn() -> None:
     panel = md.plot(md.solve(mechanism, md.Sweep(drivers=drivers, poses=5)), "curves")
     drawn = {own.get_gid() for own in panel.lines if str(own.get_gid()).startswith("curve-")}
     assert drawn == {f"curve-points/one.B/position-one.B {axis}" for axis in "xy"}
+
+
+@pytest.mark.parametrize("name", library.names())
+def test_every_predefined_problem_has_units(name: str) -> None:
+    """No part of a mechanism is one whose numbers are not known here, like a curve's range."""
+    problem = md.load(name)
+    found = parameter_units(problem.mechanism, problem.tasks.values())
+    for joint in problem.mechanism.joints.values():
+        if joint.kind == "curve":
+            assert f"{joint.name}.start" not in found  # of s, which may be anything
+    assert set(found) <= set(problem.mechanism.values())

@@ -113,7 +113,8 @@ def _automatic(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
             yield name, "m/s2"
         elif part in mechanism.joints:
             entries = {entry.name: entry.metadata for entry in fields(mechanism.joints[part])}
-            unit = entries[rest[0]].get("unit")
+            # the ends of a curve's range are no fields, and s has no unit
+            unit = entries[rest[0]].get("unit") if rest[0] in entries else None
             if unit:
                 yield name, unit
         else:
