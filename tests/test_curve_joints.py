@@ -370,8 +370,11 @@ def test_a_roller_too_large_for_the_curve_is_said_to_cut() -> None:
     result = md.solve(cam("0.05*cos(s)", "0.04*sin(s)", roller, 0.005, side="left"), turn())
     # by symmetry the roller touches on both sides when the long axis is upright
     (cut,) = result.summary["undercut"]
-    assert cut["from"] == pytest.approx(PI / 2, abs=2e-3)
+    assert cut["from"] == pytest.approx(PI / 2, abs=1e-8)
     assert cut["from"] >= PI / 2
+    assert cut["to"] == pytest.approx(result.summary["limits"][1], abs=1e-8)  # up to the cusp
+    (few,) = md.solve(result.mechanism, turn(poses=7)).summary["undercut"]
+    assert few["from"] == pytest.approx(PI / 2, abs=1e-8)  # whatever the poses
     assert cut["joint"] == "profile"
     assert 0 < cut["depth"] < roller
     assert "the roller of joint profile cuts into its curve" in str(result.fault)

@@ -17,7 +17,7 @@ from mechdae.analysis.named import time_of
 from mechdae.analysis.path import Path
 from mechdae.analysis.plan import Plan
 from mechdae.analysis.setting import Run, Setting
-from mechdae.analysis.undercut import cuts
+from mechdae.analysis.undercut import cuts, refined
 from mechdae.analysis.zones import zone_of
 from mechdae.describe.problem import Problem
 from mechdae.describe.tasks import Sweep
@@ -210,21 +210,30 @@ def _undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[di
     groups = {name: group for group in setting.scene.groups for name in group.joints}
     events, intervals = [], []
     x, values, s = run.poses.x, run.values, run.places
-    if not setting.plan.named:  # between the poses as well
+    between_poses = not setting.plan.named
+    if between_poses:
         nodes, X, U = run.path.on_curves()
         between = (nodes > s.min()) & (nodes < s.max())
         s = np.concatenate([s, nodes[between]])
         order = np.argsort(s, kind="stable")
         x, values = np.vstack([x, X[between]])[order], np.vstack([values, U[between]])[order]
         s = s[order]
+
+    def at(places: Any) -> tuple[Any, Any]:
+        return run.evaluator.at(run.path, places).x, run.path.drivers(places)
+
     for cut in cuts(setting.scene, x, values):
+        begins, stops = float(s[cut.first]), float(s[cut.last])
         ends = [values[k] for k in (cut.first, cut.last)]
+        if between_poses:
+            begins, stops = refined(setting.scene, cut, s, at).ends or (begins, stops)
+            ends = list(run.path.drivers(np.array([begins, stops])))
         first, last = (u.tolist() if len(u) > 1 else float(u[0]) for u in ends)
-        event = _event(setting, run.path, float(s[cut.first]), groups[cut.joint], True)
+        event = _event(setting, run.path, begins, groups[cut.joint], True)
         events.append(event | {"kind": "undercut", "at": first, "joint": cut.joint})
         interval = {"from": first, "to": last, "joint": cut.joint, "depth": cut.depth}
         if "time" in event:
-            interval["time"] = [float(s[cut.first]), float(s[cut.last])]
+            interval["time"] = [begins, stops]
         intervals.append(interval)
     return events, intervals
 

@@ -8,7 +8,8 @@ then nearer to the centre than the radius.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -22,16 +23,26 @@ PLACES = 1024
 CHUNK = 256
 ROUGH = 1e-9
 """Share of the radius by which a roller may seem to cut: rounding."""
+FINE = 32
+"""Places that a cell of the curve is divided into, where a cut begins."""
+WITHIN = 17
+"""Places at which a gap between poses is looked at, again and again."""
+SETTLED = 1e-10
+"""Share of the way to which the beginning of a cut is found."""
 
 
 @dataclass(frozen=True)
 class Cut:
-    """A run of poses, first to last, in which a joint's roller cuts ``depth`` deep [m]."""
+    """A run of poses, first to last, in which a joint's roller cuts ``depth`` deep [m].
+
+    ``ends`` are the places on the path where it begins and ends, once they are refined.
+    """
 
     joint: str
     first: int
     last: int
     depth: float
+    ends: tuple[float, float] | None = None
 
 
 def cuts(scene: Scene, x: Any, u: Any) -> list[Cut]:
@@ -41,16 +52,46 @@ def cuts(scene: Scene, x: Any, u: Any) -> list[Cut]:
     for name, contact in scene.model.contacts.items():
         if not len(x) or not contact.rolls or name not in owners:
             continue
-        inputs = [scene.x, scene.u, scene.model.p]
-        place = ca.Function("s", inputs, [scene.expression(contact.s)])
-        p = scene.model.p_values
-        depth = depths(contact, scene, np.array(place(x.T, u.T, p[:, None])).ravel())
+        depth = depths(contact, scene, _contacts(contact, scene, x, u))
         with np.errstate(invalid="ignore"):
             bad = depth > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(int), [0]])))
         for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             found.append(Cut(name, a, b - 1, float(depth[a:b].max())))
     return found
+
+
+def refined(scene: Scene, cut: Cut, s: Any, poses: Callable[[Any], tuple[Any, Any]]) -> Cut:
+    """Return a cut with the places where it begins and ends, which poses only enclose.
+
+    Parameters
+    ----------
+    s : (n,) array
+        Places of the poses on the path, growing, that the cut was found at.
+    poses
+        Unknowns (k, nx) and drivers (k, nd) at places (k,).
+    """
+    contact = scene.model.contacts[cut.joint]
+    least = SETTLED * float(s[-1] - s[0])
+    ends = []
+    for inside, outside in ((cut.first, cut.first - 1), (cut.last, cut.last + 1)):
+        within = float(s[inside])
+        beyond = float(s[outside]) if 0 <= outside < len(s) else within
+        while abs(beyond - within) > least:
+            places = np.linspace(within, beyond, WITHIN)
+            with np.errstate(invalid="ignore"):
+                cutting = depths(contact, scene, _contacts(contact, scene, *poses(places))) > 0
+            cutting[0], cutting[-1] = True, False
+            first = int(np.argmin(cutting))  # the run that the poses belong to ends there
+            within, beyond = float(places[first - 1]), float(places[first])
+        ends.append(within)
+    return replace(cut, ends=(ends[0], ends[1]))
+
+
+def _contacts(contact: Contact, scene: Scene, x: Any, u: Any) -> Any:
+    """Return the place of the contact on its curve at each pose."""
+    place = ca.Function("s", [scene.x, scene.u, scene.model.p], [scene.expression(contact.s)])
+    return np.array(place(x.T, u.T, scene.model.p_values[:, None])).ravel()
 
 
 def depths(contact: Contact, scene: Scene, s: Any) -> Any:
@@ -66,8 +107,10 @@ def depths(contact: Contact, scene: Scene, s: Any) -> Any:
     result[known] = np.interp(inside[known], grid, depth)
     # where the cut begins the values between the places are not told by interpolation
     cell = np.clip(np.searchsorted(grid, inside[known]) - 1, 0, PLACES - 1)
-    begins = known[(depth[cell] > 0) != (depth[cell + 1] > 0)]
-    result[begins] = _depth(radius, curve, own[begins])
+    edge = (depth[:-1] > 0) != (depth[1:] > 0)
+    beside = np.concatenate([[edge[-1] and contact.closed], edge, [edge[0] and contact.closed]])
+    begins = known[(beside[:-2] | edge | beside[2:])[cell]]
+    result[begins] = _finely(contact, scene, own[begins], curve, grid)
     # at the contact itself a cut may be too shallow for the places compared
     turned = known[ahead[known] <= 0]
     result[turned] = np.maximum(result[turned], np.finfo(float).tiny)
@@ -83,6 +126,31 @@ def _depth(radius: float, curve: Any, center: Any) -> Any:
     depth = radius - near
     depth[depth <= ROUGH * radius] = 0.0
     return depth
+
+
+def _finely(contact: Contact, scene: Scene, center: Any, curve: Any, grid: Any) -> Any:
+    """Return the same as `_depth`, with the curve looked at closely where it is nearest.
+
+    The nearest of the places is never nearer than the curve: a cut is not seen too early.
+    """
+    low, high = contact.range
+    step = (high - low) / PLACES
+    offsets = step * np.linspace(-1, 1, 2 * FINE + 1)
+    result = np.empty(len(center))
+    for k in range(len(center)):
+        gap = center[k] - curve
+        middle = grid[np.argmin(np.sum(gap * gap, axis=1))]
+        for shrink in (1.0, 1.0 / FINE):
+            places = middle + offsets * shrink
+            places = (
+                low + np.remainder(places - low, high - low) if contact.closed
+                else np.clip(places, low, high)
+            )  # fmt: skip
+            radius, near, _, _ = _parallel(contact, scene, places)
+            gap = center[k] - near
+            middle = places[np.argmin(np.sum(gap * gap, axis=1))]
+        result[k] = _depth(radius, near, center[k : k + 1])[0]
+    return result
 
 
 def _parallel(contact: Contact, scene: Scene, s: Any) -> tuple[float, Any, Any, Any]:
