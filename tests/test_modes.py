@@ -228,6 +228,11 @@ def test_far_off_sketches_are_noted() -> None:
     slip = four_bar(4, 12, 8, 10, crank=60, coupler=20, rocker=80)
     notes = md.solve(slip, md.Sweep(md.Driver("crank.angle", from_=0, to=360))).summary["notes"]
     assert any("did you mean crank_deg" in note for note in notes)
+    assert any("57.3 turns of crank; did you mean to_deg" in note for note in notes)
+    # no whole number of radians: only the poses are few for the turns
+    slip = four_bar(4, 12, 8, 10, crank=1.0, coupler=0.47, rocker=1.6)
+    odd = md.Sweep(md.Driver("crank.angle", from_=0, to=114.6 * math.pi))
+    notes = md.solve(slip, odd).summary["notes"]
     assert any("turns 57.3 times" in note for note in notes)
 
 
