@@ -18,6 +18,8 @@ import numpy as np
 import mechdae as md
 
 GRAVITY_OFF = (0.0, 0.0)
+REVERSES = 1e-13
+"""Share of the speeds of two bodies below which that of their joint is rounding."""
 ALIASES = {"max": "maximum", "min": "minimum", "asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 OPERATORS = {
     ast.Add: operator.add,
@@ -236,6 +238,24 @@ class Audit:
 
     # -- laws --------------------------------------------------------------------------------------
 
+    def growth(self, body: str) -> Any:
+        return np.zeros(self.n) if body == "ground" else self.r.bodies[body].angular_acceleration
+
+    def senses(self, joint: Any, spin: Any) -> tuple[Any, Any]:
+        """Return the sense in which a joint turns, and the one that counts where it turns back.
+
+        At a pose where the two bodies turn equally fast it is that of the motion that follows. A
+        speed below its rounding may be such a pose or lie just before it: either sense holds.
+        """
+        both = (joint.second_body, joint.first_body)
+        turned, grown = ([own(body) for body in both] for own in (self.spin, self.growth))
+        change = grown[0] - grown[1]
+        least = REVERSES * np.maximum(np.max(np.abs(grown), axis=0), np.max(np.abs(turned)) ** 2)
+        follows = np.where(np.abs(change) > least, np.sign(change), 0.0)
+        own = np.where(spin == 0, follows, np.sign(spin))
+        reverses = np.abs(spin) <= REVERSES * np.max(np.abs(turned), axis=0)
+        return own, np.where(reverses & (follows != 0), follows, own)
+
     def laws(self) -> float:
         """Return the largest share by which a reaction misses the law of its joint."""
         worst = 0.0
@@ -250,7 +270,8 @@ class Audit:
                 radius = self.values.get(f"{name}.pin_radius", 0.0)
                 rho = radius * f * (1 if self.radius == "article" else 1 / np.sqrt(1 + f * f))
                 lost = rho * np.abs(force * spin)
-                gap = (turn + rho * np.abs(force) * np.sign(spin)) / size
+                gaps = [turn + rho * np.abs(force) * own for own in self.senses(joint, spin)]
+                gap = np.min(np.abs(gaps), axis=0) / size
                 scale = size * np.abs(spin) * max(radius, 1e-300)
             elif isinstance(joint, md.Prismatic | md.PinInSlot):
                 axis = np.exp(1j * (self.angle(joint.first_body) + self.values[f"{name}.axis"]))
