@@ -484,7 +484,23 @@ def wrong_acceleration(monkeypatch) -> None:
 
 
 def mesh_without_couple(monkeypatch) -> None:
-    """The teeth push the first wheel and do not turn it."""
+    """The teeth push the first wheel and do not turn it, where forces are balanced.
+
+    Whether a pair of wheels is real is asked before, of teeth that are right: teeth that do no
+    work are taken for a mere ratio of angles (`test_teeth_that_do_no_work_are_told`).
+    """
+    own, asked = meshes_module.pair, statics_module.carried
+
+    def carried(*args: Any) -> Any:
+        with monkeypatch.context() as right:
+            right.setattr(meshes_module, "pair", own)
+            return asked(*args)
+
+    monkeypatch.setattr(statics_module, "carried", carried)
+    teeth_that_do_not_turn(monkeypatch)
+
+
+def teeth_that_do_not_turn(monkeypatch) -> None:
     own = meshes_module.pair
 
     def pair(model: Any, first: str, second: str, place: Any, force: Any) -> Any:
@@ -595,6 +611,15 @@ def test_powers_that_balance_at_each_pose_fail_no_check(coupler: float | None) -
     assert np.abs(result.efforts["crank.angle"]).max() <= 1e-12 * 3.0 * 9.81
     assert result.checks["virtual_power"] <= 1e-14
     assert result.fault is None
+
+
+def test_teeth_that_do_no_work_are_told(monkeypatch) -> None:
+    """Wrong forces of teeth are not used, and the result says what stands in for them."""
+    task = md.Reactions(DRIVERS["turn"], poses=9)
+    told = "joint mesh: no real wheels, its torque is passed on and loads no bearing"
+    assert told not in md.solve(geared_and_linked(), task).summary["assumptions"]
+    teeth_that_do_not_turn(monkeypatch)
+    assert told in md.solve(geared_and_linked(), task).summary["assumptions"]
 
 
 @pytest.mark.parametrize("name", MUTANTS)
