@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,3 +101,25 @@ def test_a_rod_that_does_not_reach_its_guide() -> None:
     joint, gap = gap_of(mechanism, "crank.angle", np.pi / 6)
     assert joint in ("C", "guide")
     assert gap == pytest.approx(1.5 - 0.2 - 0.6, rel=1e-3)
+
+
+def test_poses_that_a_sweep_loses_are_not_measured(monkeypatch) -> None:
+    """Whether they assemble anywhere is asked of many: by how much not would cost far more."""
+    from mechdae.analysis import modes
+
+    measured = []
+
+    def counted(*given):
+        measured.append(given)
+        return opening(*given)
+
+    opening = modes.opening
+    monkeypatch.setattr(modes, "opening", counted)
+    mechanism = four_bar(0.5, (2.0, 2.5, 2.0, 3.0))
+    mechanism = replace(mechanism, sketch={"crank": 0.5, "rocker": 1.3})
+    turn = md.Sweep(md.Driver("crank.angle", at=tuple(np.linspace(0.5, np.pi, 40))))
+    result = md.solve(mechanism, turn)
+    assert "unassembled" in result.status
+    assert not measured
+    gap_of(four_bar(np.pi, (2.0, 2.5, 2.0, 3.0)), "crank.angle", np.pi)
+    assert measured

@@ -30,7 +30,7 @@ def assembles(assembler: Assembler, u: Any) -> bool | None:
         if done == len(groups):
             return True
         try:
-            poses, sure, _ = assembler.candidates(groups[done], x, u, search=False)
+            poses, sure, _ = assembler.candidates(groups[done], x, u, search=False, measured=False)
         except FreedomError:
             return None
         known &= sure

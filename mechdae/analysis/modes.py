@@ -187,13 +187,15 @@ class Assembler:
     # -- one group -------------------------------------------------------------------------
 
     def candidates(
-        self, group: Group, x: Any, u: Any, nearby: bool = False, search: bool = True
-    ) -> tuple[list[Any], bool, Failure | None]:
+        self, group: Group, x: Any, u: Any, nearby: bool = False, search: bool = True,
+        measured: bool = True,
+    ) -> tuple[list[Any], bool, Failure | None]:  # fmt: skip
         """Return all poses of a group for solved earlier groups, and whether that is proven.
 
         With `nearby`, a group of infinitely many modes (a gear ratio that is not rational)
         gives the one that Newton's method finds from the sketch. Without `search` a group that
-        has no closed form gives nothing.
+        has no closed form gives nothing. By how much a group stays open is looked for only where
+        that is to be `measured`: it costs many times what the poses do.
         """
         found = [x.copy()]
         proven = True
@@ -225,7 +227,7 @@ class Assembler:
                 if not len(solutions):
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
                     free = result is not None and result.free
-                    if gap > 0 and at is None:
+                    if gap > 0 and at is None and measured:
                         at = opening(solver, self.scene.model, start, u)
                         gap = at.size
                     failure = Failure(group, gap, infinite, starts, at, free)

@@ -72,7 +72,7 @@ class OwnModes:
                 return None
             ahead = []
             for x in found:
-                poses, sure, _ = a.candidates(group, x, self.u, search=False)
+                poses, sure, _ = a.candidates(group, x, self.u, search=False, measured=False)
                 if not sure or len(poses) != (1 if linear else 2):
                     return None
                 ahead += poses
