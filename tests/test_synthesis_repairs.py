@@ -227,3 +227,30 @@ def test_the_largest_errors_of_a_minimax_are_alike():
     judged = verdict("fg4-sin-0-90-90-90", "design", design)
     assert not judged.defects
     assert judged.value < 0.1903, "0.19318 with fixed nodes"
+
+
+def test_nodes_that_move_keep_the_optimum(monkeypatch):
+    """From prices of zero the same solver leaps to an optimum three times as bad."""
+    from mechdae.synthesis.nlp import MET, Nlp
+    from mechdae.synthesis.synthesize import synthesize
+
+    again, moves, tight = Nlp.again, [], []
+
+    def followed(nlp, z, given, found):
+        new = again(nlp, z, given, found)
+        assert np.abs(nlp.violations(z, given)).max() <= MET
+        worst = nlp.read(z)["goal0.worst"][0]
+        before, after = (nlp.read(own)["d"] for own in (z, new.z))
+        moves.append(np.abs(after / before - 1).max())
+        assert found.objective * (1 - 1e-9) <= new.objective <= worst, "between nodes and extremes"
+        scale = found.objective * 1e-4
+        bare = nlp._polisher.solve(z, nlp.settings(given, scale), *nlp.bounds)
+        tight.append(bare.objective * scale / worst)
+        return new
+
+    monkeypatch.setattr(Nlp, "again", followed)
+    problem = md.load("fg4-log10-1-2-60-90")
+    synthesize(problem, "design", problem.tasks["design"], starts=2)
+    assert moves
+    assert max(moves) < 1e-2
+    assert max(tight) > 2, "without prices it leaps: the test would see it"

@@ -38,7 +38,7 @@ def exchanged(
         if change is None:
             break
         after = {**given, **change[1]}
-        new = nlp.again(nlp.point({**values, **change[0]}), after, found.objective)
+        new = nlp.again(nlp.point({**values, **change[0]}), after, found)
         if new.violation > KEPT or not np.isfinite(new.objective):
             break
         count, seconds = found.iterations + new.iterations, found.seconds + new.seconds

@@ -108,11 +108,15 @@ class Solver:
         """Return the objective at a point."""
         return float(self._values(z, p)[0])
 
-    def solve(self, z0: Any, p: Any, low: Any, high: Any, g_low: Any, g_high: Any) -> Optimum:
-        """Return the local optimum from a start."""
+    def solve(
+        self, z0: Any, p: Any, low: Any, high: Any, g_low: Any, g_high: Any,
+        prices: tuple[Any, Any] | None = None,
+    ) -> Optimum:  # fmt: skip
+        """Return the local optimum from a start, and from `prices` of bounds and constraints."""
+        begin = {} if prices is None else {"lam_x0": prices[0], "lam_g0": prices[1]}
         started = time.process_time()
         with ALONE, quiet(), _interruptible():
-            found = self._solver(x0=z0, p=p, lbx=low, ubx=high, lbg=g_low, ubg=g_high)
+            found = self._solver(x0=z0, p=p, lbx=low, ubx=high, lbg=g_low, ubg=g_high, **begin)
             stats = self._solver.stats()
         seconds = time.process_time() - started
         z = np.clip(np.array(found["x"]).ravel(), low, high)

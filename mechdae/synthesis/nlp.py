@@ -231,16 +231,27 @@ class Nlp:
             )  # fmt: skip
         return found
 
-    def again(self, z: Any, given: Mapping[str, Any], objective: float) -> Optimum:
-        """Return the optimum near a point that is nearly one: tight, and where that fails anew."""
-        scale = max(abs(objective), 1e-16) * 1e-4
-        new = self._polisher.solve(z, self.settings(given, scale), *self.bounds)
-        if new.solved:
+    def again(self, z: Any, given: Mapping[str, Any], found: Optimum) -> Optimum:
+        """Return the optimum near a point that is nearly one, `found` under other parameters.
+
+        Tight, from the prices that were found; where that fails, or ends worse than a feasible
+        point it began with (it leapt to another optimum), anew; at worst the feasible point.
+        """
+        scale = max(abs(found.objective), 1e-16) * 1e-4
+        p = self.settings(given, scale)
+        prices = found.bound_prices / scale, found.prices / scale
+        new = self._polisher.solve(z, p, *self.bounds, prices)
+        feasible = np.abs(self.violations(z, given)).max(initial=0.0) <= MET
+        most = self._polisher.value(z, p) * scale if feasible else np.inf
+        if new.solved and new.objective * scale <= most:
             return replace(
                 new, objective=new.objective * scale, bound_prices=new.bound_prices * scale,
                 prices=new.prices * scale,
             )  # fmt: skip
-        return self.solve(z, given)
+        new = self.solve(z, given)
+        if not feasible or (new.violation <= MET and new.objective <= most):
+            return new
+        return self.gone_on(z, given)
 
     # -- what cannot be met ------------------------------------------------------------------
 
