@@ -275,13 +275,20 @@ def test_a_load_without_a_finite_value_is_named(write: Any, value: str) -> None:
         'kind = "torque"\nbody = "rod"\nvalue_mm = 5',
         'kind = "force"\npoint = "rod.B"\nvalue_deg = [1, 2]',
         'kind = "resistance"\ncoordinate = "guide.slide"\nnegative_mm = 5',
-        'kind = "table"\ncoordinate = "crank.angle"\nbody = "rod"\nrows_deg = [[0, 1], [360, 2]]',
     ],
 )
 def test_a_unit_that_would_scale_a_force_is_refused(write: Any, load: str) -> None:
     path = write(SLIDER + f"[loads.x]\n{load}\n" + task(TURN))
     with pytest.raises(md.InputError, match="does not fit"):
         md.load(path)
+
+
+def test_a_unit_of_rows_is_refused_with_the_units_they_have(write: Any) -> None:
+    load = 'kind = "table"\ncoordinate = "crank.angle"\nbody = "rod"\nrows_deg = [[0, 1], [360, 2]]'
+    path = write(SLIDER + f"[loads.x]\n{load}\n" + task(TURN))
+    with pytest.raises(md.InputError, match=r"rows_deg: 'rows' is no number") as caught:
+        md.load(path)
+    assert caught.value.hint == "rows = ..., in m or rad, and N or N m"
 
 
 def test_setting_a_load_in_a_unit_of_length_is_refused(write: Any) -> None:

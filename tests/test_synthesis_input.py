@@ -114,7 +114,7 @@ def test_functions(changed, kind, where):
          "goals[0]"),
         ([{"kind": "rocker", "body": "rocker", "swing": 0.8, "time_ratio": 0}], InputError,
          "goals[0]"),
-        ([{"kind": "rocker", "body": "rocker", "time_ratio": 1.1}], InputError, "goals[0]"),
+        ([{"kind": "rocker", "body": "rocker"}], InputError, "goals[0]"),
         ([{"kind": "minimise", "of": "cyle/summary/loss"}], UnknownName, "goals[0].of"),
         ([{"kind": "minimise", "of": "cycle"}], InputError, "goals[0].of"),
         ([{"kind": "minimise", "of": "cycle/summary/losss"}], MechdaeError, ""),

@@ -88,9 +88,11 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
         if suffix and known is not None:
             about = getattr(known[base], "metadata", {})
             if about.get("kind", "number") not in WITH_UNIT:
+                unit = about.get("unit")
                 raise InputError(
-                    f"'{base}' is no number, it has no unit", where=key, hint=f"{base} = ..."
-                )
+                    f"'{base}' is no number, it has no unit", where=key,
+                    hint=f"{base} = ..." + (f", in {unit}" if unit else ""),
+                )  # fmt: skip
             check_suffix(key, about.get("unit"))
         if base in result:
             raise InputError(f"'{base}' is given twice, with and without a unit")
