@@ -222,6 +222,16 @@ def test_geared_counts(seed):
     assert found is None or found[2] == []
 
 
+PLATFORMS = [7543, 10545]
+"""Platforms on three legs with a rack behind them: further turns are further modes."""
+
+
+@pytest.mark.parametrize("seed", PLATFORMS)
+def test_platforms_with_endless_turns_are_not_proven(seed):
+    count, proven, wrong = geared_counts.counted(seed)
+    assert (count, proven, wrong) == (4, False, [])
+
+
 def test_rows_of_studies():
     rows, together, faults = study_rows.compared(2, most=12)
     assert (rows, faults) == (12, [])
@@ -277,6 +287,20 @@ def test_turns_body_by_body_are_seen(monkeypatch):
     monkeypatch.setattr(modes, "with_periods", alone)
     result = md.solve(load(DATA / "belt-on-carrier.toml"), "t")
     assert len(equal_poses(result)) == 8
+
+
+@pytest.mark.parametrize("seed", PLATFORMS)
+def test_a_platform_whose_turns_are_forgotten_is_seen(monkeypatch, seed):
+    """The old rule: the poses of the platform itself are proven, whatever hangs on its turns."""
+    from mechdae.analysis.modes import Assembler
+
+    def forgotten(self, *given):
+        self.endless = [False] * len(self.endless)
+        return right(self, *given)
+
+    right = Assembler._of_truss
+    monkeypatch.setattr(Assembler, "_of_truss", forgotten)
+    assert "a pose is missing" in geared_counts.counted(seed)[2][0]
 
 
 def test_modes_merged_near_a_limit_are_seen(monkeypatch):

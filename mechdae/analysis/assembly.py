@@ -101,8 +101,8 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
     if any(assembler.endless) and found:
         names = sorted({group.name for group in assembler.endless_groups})
         notes.append(
-            f"whole turns of bodies of group {', '.join(names)} give infinitely many modes: "
-            f"listed are those nearest to the sketch"
+            f"each whole turn of bodies of group {', '.join(names)} puts bodies solved later "
+            f"elsewhere: listed are modes nearest to the sketch, there may be others"
         )
     if len(found) < len(everything):
         notes.append(f"the first {len(found)} of {len(everything)} modes are listed")

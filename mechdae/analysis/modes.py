@@ -106,7 +106,7 @@ class Assembler:
         ]
         """Whole turns by block that make no difference."""
         self.endless = [a is not b for a, b in zip(exact, self.lattices, strict=True)]
-        """Whether further turns give infinitely many modes."""
+        """Whether turns without end move bodies solved later: modes are not all listed."""
         self.contacts = Contacts(self.scene, self.p)
         self.closing = Closing(graphs)
         self.natural = natural_sizes(self.scene, self.size)
@@ -139,7 +139,7 @@ class Assembler:
 
     @property
     def endless_groups(self) -> list[Group]:
-        """The groups of blocks whose turns give infinitely many modes."""
+        """The groups of blocks whose turns move bodies solved later without end."""
         own = {self.scene.blocks[b].group for b, endless in enumerate(self.endless) if endless}
         return [group for group in self.scene.groups if group.index in own]
 
@@ -328,7 +328,8 @@ class Assembler:
                 ]
                 ahead = [pose for poses in turned for pose in self._distinct(b, poses, u)]
             found += ahead
-        return found, closed.proven, None if found else Failure(group, closed.gap, free=closed.free)
+        sure = closed.proven and not any(self.endless[b] for b in self.blocks_of(group))
+        return found, sure, None if found else Failure(group, closed.gap, free=closed.free)
 
     def _turned(self, b: int, solution: Any, x: Any, u: Any, single: bool = False) -> list[Any]:
         """Return the solution with all whole turns of its angles that gears tell apart.
