@@ -29,7 +29,7 @@ def test_the_committed_run_holds() -> None:
 
 def test_crank_and_rod_nearly_equal_meet_each_joints_own_loss() -> None:
     """Seeds of every third draw: forces grow steeply where the rod stands across the guide."""
-    for seed in (3000, 3003):
+    for seed in (3036, 3039):
         row = of_means(seed)["mean"]
         assert row[2] <= 1
         assert row[1] <= 1e-9
@@ -40,11 +40,15 @@ def test_a_rule_that_looks_at_the_largest_mean_alone_is_caught(monkeypatch) -> N
     honest = quadrature.integrate
 
     def careless(function, charts, size, gross=None):
-        total, error = honest(function, charts, lambda f: np.full(len(f), 1e4 * np.abs(f).max()))
-        return total, error * 1e-9
+        total, error = honest(function, charts, lambda f: np.full(len(f), 1e12 * np.abs(f).max()))
+        return total, np.full_like(error, 1e-11 * np.abs(total).max())
 
+    seed = 3039  # crank and rod nearly equal: 5e-9 off before
+    assert of_means(seed)["mean"][2] <= 1
     monkeypatch.setattr("mechdae.analysis.cycle.integrate", careless)
-    assert max(of_means(seed)["mean"][2] for seed in (3000, 3003)) > 1
+    off, _, ratio = of_means(seed)["mean"]
+    assert off > 1e-9
+    assert ratio > 1
 
 
 def test_a_path_cut_short_before_its_limit_is_caught(monkeypatch) -> None:
