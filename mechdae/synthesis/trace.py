@@ -55,9 +55,13 @@ class Trace:
         for k, column in enumerate(self.x.T):
             x[:, k] = np.interp(u, self.u, column)
         d = np.broadcast_to(self.d, (len(u), len(self.d)))
+        guess = x
         with np.errstate(all="ignore"):
             for _ in range(STEPS):
                 x = np.nan_to_num(self.spread.newton(x, u[:, None], d)[0], posinf=0, neginf=0)
+            # a step near a dead point may go round: whole turns are those of the neighbours
+            angles = [name[1] == "angle" for name in self.spread.poses.x_names]
+            x = x + np.where(angles, TURN * np.round((guess - x) / TURN), 0.0)
             _, F, branch, values = self.spread.newton(x, u[:, None], d)
         held = np.abs(F).max(axis=1, initial=0.0) <= CLOSED
         held &= (np.sign(branch) == self.sigma).all(axis=1)
