@@ -22,8 +22,8 @@ from article_text import (
 )
 
 import mechdae as md
+from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.plans.motion import motion_plan
-from mechdae.draw.scene import read_scene
 
 SEVEN = "gorshkov-seven-link"
 

@@ -141,7 +141,7 @@ def _run(name: str, task: str, seed: int) -> dict[str, Any]:
     import synthesis_verdicts
 
     import mechdae as md
-    from mechdae.describe.tasks import Synthesis
+    from mechdae.describe.tasks.kinds import Synthesis
     from mechdae.synthesis.synthesize import synthesize
 
     problem = md.load(name)

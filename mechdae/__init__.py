@@ -17,14 +17,14 @@ _HOMES = {
     "mechdae.describe.mechanism": "Mechanism Ground Body",
     "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt Distance Curve",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
-    "mechdae.describe.tasks": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis Study "
-    "Sensitivity",
-    "mechdae.describe.problem": "Problem Expected load",
-    "mechdae.describe.writing": "dump dumps",
-    "mechdae.analysis.solve": "solve",
-    "mechdae.analysis.function": "function",
-    "mechdae.analysis.opened": "opened",
-    "mechdae.synthesis.run": "synthesize",
+    "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
+    "Study Sensitivity",
+    "mechdae.describe.file.problem": "Problem Expected load",
+    "mechdae.describe.file.writing": "dump dumps",
+    "mechdae.tasks.solve": "solve",
+    "mechdae.derivatives.function": "function",
+    "mechdae.assembly.open_mechanism": "opened",
+    "mechdae.synthesis.job.run": "synthesize",
     "mechdae.results": "Result",
     "mechdae.draw": "plot",
 }

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.quantity import unit_of
-from mechdae.describe.tasks import Task
+from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import UnknownName
 
 UNITS = {

@@ -9,7 +9,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from mechdae.draw import save, style, symbols
+from mechdae.draw import save, style
+from mechdae.draw.diagram import symbols
 from mechdae.draw.sheet import Sheet, arc, font, ink
 
 COLUMNS, CELL = 4, (117.0, 104.0)

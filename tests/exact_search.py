@@ -18,8 +18,8 @@ from pathlib import Path
 import closure_fourbar as closure
 import numpy as np
 
-from mechdae.synthesis.dyads import dyads, poses_of
-from mechdae.synthesis.exact import exact_path
+from mechdae.synthesis.fourbar.dyads import dyads, poses_of
+from mechdae.synthesis.fourbar.exact import exact_path
 
 CASES = {
     case["id"]: case

@@ -31,8 +31,8 @@ COUNTS = (
 def drawn(result, **options):
     """Draw a diagram; return the lines, boxes and labels of its sheet, and the sheet."""
     import mechdae as md
-    from mechdae.draw import diagram
-    from mechdae.draw.labels import draw_labels
+    from mechdae.draw.diagram import diagram
+    from mechdae.draw.labels.labels import draw_labels
 
     seen = []
 
@@ -49,7 +49,7 @@ def drawn(result, **options):
 def count(result, **options):
     """Return how many labels of a diagram cover what, with the names of those that do."""
     from mechdae.draw import style
-    from mechdae.draw.labels import AIR
+    from mechdae.draw.labels.labels import AIR
 
     segments, boxes, labels, sheet = drawn(result, **options)
     row = {**dict.fromkeys(COUNTS, 0), "names": []}
@@ -116,7 +116,7 @@ def _distance(lines, low, high, disc):
 def problems(poses=POSES):
     """Yield the name and the count of each predefined problem, of one task with poses."""
     import mechdae as md
-    from mechdae.describe.library import names
+    from mechdae.describe.file.library import names
 
     for name in names():
         problem = md.load(name)

@@ -18,8 +18,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import mechdae as md
-from mechdae.analysis.motion.integrate import Integrator
-from mechdae.analysis.motion.task import motion_start
+from mechdae.dynamics.integrate import Integrator
+from mechdae.dynamics.task import motion_start
 
 DATA = Path(__file__).resolve().parent / "data"
 
@@ -32,7 +32,7 @@ def reference(name: str, t: float) -> dict:
 def angle_after(start: float, speed: float, end: float) -> float:
     """Return the angle of the ladder's cranks, N = 2, by their own equation in 80-bit floats."""
     inertia, moment = np.longdouble(3), np.longdouble("34.335")
-    from mechdae.kernels.tableau import STAGES
+    from mechdae.kernels.graphs.tableau import STAGES
 
     steps = 4000
     h = np.longdouble(end) / steps
@@ -162,10 +162,10 @@ def stiff() -> None:
     """Double pendulums with a damper of 1e4 over 5 s beside CVODES' BDF without projection."""
     from test_motion_stiff import bobs, pendulum, radau
 
-    from mechdae.analysis.motion.bdf import Bdf
     from mechdae.bench.motions import work_of
     from mechdae.bench.works import _sundials
-    from mechdae.describe.problem import from_dict
+    from mechdae.describe.file.problem import from_dict
+    from mechdae.dynamics.bdf import Bdf
 
     for name, make in (("hinge", pendulum), ("bars", bobs)):
         a, b, *_ = radau(*((1e4, 0.0) if name == "hinge" else (0.0, 1e4)), 5.0, 3000)

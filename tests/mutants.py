@@ -42,7 +42,7 @@ def mutant(place, change, seen, cases, modes=False):
 
 def scaled(monkeypatch, name, factor, which):
     """Multiply a rate's right-hand side in the blocks that `which` chooses."""
-    from mechdae.kernels.blocks import BlockGraph
+    from mechdae.kernels.graphs.blocks import BlockGraph
 
     right = getattr(BlockGraph, name)
 
@@ -83,7 +83,7 @@ def wrong_first_rate_of_a_triad(monkeypatch):
 
 @mutant("in_time", "driver's acceleration left out", "acceleration", DYADS)
 def driver_acceleration_left_out(monkeypatch):
-    from mechdae.analysis import sweep
+    from mechdae.kinematics import sweep
 
     right = sweep.in_time
 
@@ -95,7 +95,7 @@ def driver_acceleration_left_out(monkeypatch):
 
 @mutant("Outputs._coriolis", "sign changed", "coriolis", (("dyads", 8), ("dyads", 17)))
 def coriolis_turned_round(monkeypatch):
-    from mechdae.analysis.outputs import Outputs
+    from mechdae.setup.outputs import Outputs
 
     right = Outputs._coriolis
     monkeypatch.setattr(Outputs, "_coriolis", lambda *args: -right(*args))
@@ -105,7 +105,7 @@ def coriolis_turned_round(monkeypatch):
     "extremes.ranges", "swing and stroke one part in a thousand smaller", "truth show", DYADS[2:]
 )
 def swing_too_small(monkeypatch):
-    from mechdae.analysis import sweep
+    from mechdae.kinematics import sweep
 
     right = sweep.ranges
 
@@ -120,7 +120,7 @@ def swing_too_small(monkeypatch):
 
 
 def divided(monkeypatch, divisor):
-    from mechdae.analysis import report
+    from mechdae.kinematics import report
 
     right = report.output_bounds
 
@@ -145,7 +145,7 @@ def bound_of_a_triad_too_small(monkeypatch):
 
 @mutant("Sketched._square", "the mode farthest from the sketch", "off by", DYADS[1:])
 def wrong_branch(monkeypatch):
-    from mechdae.analysis.nearest import Sketched
+    from mechdae.assembly.nearest_mode import Sketched
 
     right = Sketched._square
     monkeypatch.setattr(Sketched, "_square", lambda *args: 1e3 - right(*args))
@@ -158,7 +158,7 @@ def wrong_branch_of_a_triad(monkeypatch):
 
 @mutant("Path._proved", "every step counts as proved", "", (("change", 1), ("change", 3)))
 def every_step_certified(monkeypatch):
-    from mechdae.analysis.path import Path
+    from mechdae.continuation.path import Path
 
     monkeypatch.setattr(Path, "_proved", lambda self, state, test, *_: np.ones(test.shape, bool))
 
@@ -168,7 +168,7 @@ def every_step_certified(monkeypatch):
     "where it cannot be", DYADS[:2],
 )  # fmt: skip
 def every_pose_certified(monkeypatch):
-    from mechdae.analysis.evaluate import Evaluator
+    from mechdae.continuation.evaluate import Evaluator
 
     every_step_certified(monkeypatch)
     monkeypatch.setattr(
@@ -177,7 +177,7 @@ def every_pose_certified(monkeypatch):
 
 
 def plain(monkeypatch):
-    from mechdae.analysis.evaluate import H_LIMIT, Evaluator
+    from mechdae.continuation.evaluate import H_LIMIT, Evaluator
 
     def converged(self, path, guess, results, *_):
         return path.constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
@@ -204,8 +204,8 @@ def plain_newton_continuation_of_a_triad(monkeypatch):
 
 def no_sign(monkeypatch):
     """Take away the sign of the determinant alone: each block's is called the right one."""
-    from mechdae.analysis.evaluate import Evaluator
-    from mechdae.analysis.path import Path
+    from mechdae.continuation.evaluate import Evaluator
+    from mechdae.continuation.path import Path
 
     proved, good = Path._proved, Evaluator._good
 
@@ -229,7 +229,7 @@ def no_sign(monkeypatch):
     "bound", (("exact", 5420), ("exact", 25169)),
 )  # fmt: skip
 def expansion_not_compared(monkeypatch):
-    from mechdae.analysis.bridge import Builder
+    from mechdae.continuation.across_change_point import Builder
 
     monkeypatch.setattr(
         Builder, "_missed", lambda self, carried, s, centre, own: np.zeros(len(own))
@@ -241,7 +241,7 @@ def expansion_not_compared(monkeypatch):
     "velocity", (("exact", 15640), ("exact", 26124)),
 )  # fmt: skip
 def change_point_not_led_back(monkeypatch):
-    from mechdae.analysis.bridge import Builder
+    from mechdae.continuation.across_change_point import Builder
 
     expansion_not_compared(monkeypatch)
     monkeypatch.setattr(Builder, "_leads_to", lambda *_: True)
@@ -252,15 +252,15 @@ def change_point_not_led_back(monkeypatch):
     (("exact", 14016), ("exact", 36304)),
 )  # fmt: skip
 def wrong_rates_next_to_a_change_point(monkeypatch):
-    from mechdae.analysis import zones
+    from mechdae.continuation import near_change_point
 
-    right = zones.quintic_rates
+    right = near_change_point.quintic_rates
 
     def wrong(*args):
         x, v, a = right(*args)
         return [x, v * (1 + 1e-9), a]
 
-    monkeypatch.setattr(zones, "quintic_rates", wrong)
+    monkeypatch.setattr(near_change_point, "quintic_rates", wrong)
 
 
 @mutant(
@@ -268,7 +268,7 @@ def wrong_rates_next_to_a_change_point(monkeypatch):
     (("exact", 202631), ("exact", 203373)),
 )  # fmt: skip
 def crossed_from_too_near(monkeypatch):
-    from mechdae.analysis.path import Path
+    from mechdae.continuation.path import Path
 
     monkeypatch.setattr(Path, "_go_back", lambda *_: [])
 
@@ -277,7 +277,7 @@ def crossed_from_too_near(monkeypatch):
 
 
 def flipped(monkeypatch):
-    from mechdae.analysis.modes import Assembler
+    from mechdae.assembly.assembler import Assembler
 
     right = Assembler.group_labels
 
@@ -302,7 +302,7 @@ def flipped_label_of_a_triad(monkeypatch):
     "Assembler.candidates", "only the first mode is kept", "by trying all", DYADS[:1], modes=True
 )
 def lost_mode(monkeypatch):
-    from mechdae.analysis.modes import Assembler
+    from mechdae.assembly.assembler import Assembler
 
     right = Assembler.candidates
 
@@ -318,7 +318,7 @@ def lost_mode(monkeypatch):
     modes=True,
 )  # fmt: skip
 def whole_turns_forgotten(monkeypatch):
-    from mechdae.analysis.turns import WholeTurns
+    from mechdae.assembly.whole_turns import WholeTurns
 
     monkeypatch.setattr(WholeTurns, "number", lambda self, i, x, u: 0)
 
@@ -328,7 +328,7 @@ def whole_turns_forgotten(monkeypatch):
     (("gears", 25642),),
 )  # fmt: skip
 def whole_turns_by_declaration(monkeypatch):
-    from mechdae.analysis.turns import WholeTurns
+    from mechdae.assembly.whole_turns import WholeTurns
 
     monkeypatch.setattr(WholeTurns, "_told", lambda self, i: [])
 
@@ -338,7 +338,7 @@ def whole_turns_by_declaration(monkeypatch):
     (("gears", 1907),),
 )  # fmt: skip
 def planet_always_back(monkeypatch):
-    from mechdae.analysis.evaluate import Evaluator
+    from mechdae.continuation.evaluate import Evaluator
 
     monkeypatch.setattr(
         Evaluator, "returns",
@@ -353,8 +353,8 @@ def planet_always_back(monkeypatch):
     (("parallel", 18), ("parallel", 25), ("parallel", 39)),
 )
 def each_group_on_its_own_way(monkeypatch):
-    from mechdae.analysis import sweep
-    from mechdae.analysis.evaluate import Evaluator
+    from mechdae.continuation.evaluate import Evaluator
+    from mechdae.kinematics import sweep
 
     def at(self, path, s, rates=()):
         s, count = np.asarray(s, float), len(self.graphs.driven)
@@ -397,7 +397,7 @@ def each_group_on_its_own_way(monkeypatch):
 
 
 def swallow(monkeypatch):
-    from mechdae.analysis.path import Path
+    from mechdae.continuation.path import Path
 
     monkeypatch.setattr(Path, "_end", lambda self, limit, ended, up: ended.update(self.groups))
 
@@ -419,13 +419,13 @@ def swallowed_limit_of_a_triad(monkeypatch):
     (("triads", 2959), ("triads", 29737)),
 )
 def hidden_limit(monkeypatch):
-    from mechdae.analysis.turning import Turning
+    from mechdae.continuation.into_fold import Turning
 
     monkeypatch.setattr(Turning, "_proved", lambda *args: True)
 
 
 def shift(monkeypatch):
-    from mechdae.analysis.path import Path
+    from mechdae.continuation.path import Path
 
     right = Path._end
 
@@ -452,7 +452,7 @@ def moved_limit_of_a_triad(monkeypatch):
     (("end", 6), ("end", 12)),
 )
 def moved_pose_at_a_limit(monkeypatch):
-    from mechdae.analysis.evaluate import Evaluator
+    from mechdae.continuation.evaluate import Evaluator
 
     right = Evaluator._put_limit
 
@@ -470,9 +470,9 @@ def moved_pose_at_a_limit(monkeypatch):
     "residuals.belt", "crossed belts taken for open ones", "off by", (("gears", 0), ("gears", 11))
 )
 def belt_not_crossed(monkeypatch):
-    from mechdae.model import residuals
+    from mechdae.model import joints
 
-    right = residuals.belt
+    right = joints.belt
 
     class Open:
         crossed = False
@@ -487,27 +487,27 @@ def belt_not_crossed(monkeypatch):
         ends.joint = Open(ends.joint)
         return right(ends)
 
-    monkeypatch.setitem(residuals.RESIDUALS, "belt", (wrong,))
+    monkeypatch.setitem(joints.RESIDUALS, "belt", (wrong,))
 
 
 @mutant(
     "Ends.carrier_angle", "carriers taken for the ground", "off by", (("gears", 4), ("gears", 17))
 )
 def carrier_forgotten(monkeypatch):
-    from mechdae.model.residuals import Ends, ca
+    from mechdae.model.joints import Ends, ca
 
     monkeypatch.setattr(Ends, "carrier_angle", property(lambda self: ca.SX(0)))
 
 
 @mutant("residuals.rack", "the rack runs the other way", "off by", (("gears", 6), ("gears", 16)))
 def rack_reversed(monkeypatch):
-    from mechdae.model import residuals
+    from mechdae.model import joints
 
-    right = residuals.rack
+    right = joints.rack
 
     def wrong(ends):
         ((name, row, unit),) = right(ends)
         number = ends.number("radius") * (ends.first.angle - ends.carrier_angle)
         return [(name, row + 2 * number, unit)]
 
-    monkeypatch.setitem(residuals.RESIDUALS, "rack", (wrong,))
+    monkeypatch.setitem(joints.RESIDUALS, "rack", (wrong,))

@@ -32,7 +32,7 @@ def examine(seed, family=None):
     from truth.driven import draw
 
     import mechdae as md
-    from mechdae.describe.problem import from_dict
+    from mechdae.describe.file.problem import from_dict
 
     case = draw(seed, family)
     row = {"seed": seed, "family": case.family, "poses": POSES, "reached": 0, "ok": 0}

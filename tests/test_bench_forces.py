@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mechdae.bench import absolute, forces
-from mechdae.kernels.extended import LONG
+from mechdae.kernels.run.high_precision import LONG
 
 CRANK = np.linspace(0.3, 5.9, 23)
 

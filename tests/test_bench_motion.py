@@ -13,7 +13,7 @@ import pytest
 import mechdae as md
 from mechdae.bench import motions, works
 from mechdae.cli import main
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 
 ROOT = Path(__file__).resolve().parent.parent
 KEYS = {"work", "n", "ratio", "yardstick", "error", "seconds", "method", "tolerance", "drift"}

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis import search
-from mechdae.analysis.modes import Assembler
-from mechdae.describe.problem import from_dict
+from mechdae.assembly import multistart
+from mechdae.assembly.assembler import Assembler
+from mechdae.describe.file.problem import from_dict
 
 
 def two_pins_that_contradict():
@@ -59,6 +59,6 @@ def test_what_is_met_at_infinity_is_no_pose(monkeypatch):
 
 def test_a_crowd_of_solutions_ends_the_search(monkeypatch):
     """Planted: places at infinity count; the search then ends with as many as it may have."""
-    monkeypatch.setattr(search, "FAR", np.inf)
+    monkeypatch.setattr(multistart, "FAR", np.inf)
     crowded = polished(monkeypatch)
-    assert search.CROWD < crowded < 4 * search.CROWD
+    assert multistart.CROWD < crowded < 4 * multistart.CROWD

@@ -7,7 +7,7 @@ import pytest
 from test_sweep import four_bar
 
 import mechdae as md
-from mechdae.analysis.crossings import piece
+from mechdae.continuation.change_points import piece
 from mechdae.results import Result
 
 TURN = 2 * np.pi

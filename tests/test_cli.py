@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe import library
+from mechdae.describe.file import library
 
 
 def run(capsys, *words: str) -> tuple[int, str, str]:
@@ -150,9 +150,9 @@ def test_a_pose_that_does_not_assemble_is_one(capsys, tmp_path) -> None:
 def test_a_mechanism_that_does_not_assemble_is_one(capsys) -> None:
     code, out, err = run(capsys, "solve", "gorshkov-seven-link", "--set", "BE=0.1", "--json")
     assert code == 1
-    tasks = json.loads(out)["tasks"]
-    assert set(tasks) == {"turn", "modes"}
-    assert tasks["modes"]["summary"]["count"] == 0
+    kinds = json.loads(out)["tasks"]
+    assert set(kinds) == {"turn", "modes"}
+    assert kinds["modes"]["summary"]["count"] == 0
     assert "joint E stays open" in err
 
 
@@ -199,15 +199,15 @@ def test_out_that_cannot_be_written(capsys, tmp_path) -> None:
 def test_unavailable_tasks_are_skipped_or_refused(capsys, tmp_path, monkeypatch) -> None:
     from dataclasses import dataclass
 
-    from mechdae.describe import tasks
+    from mechdae.describe.tasks import kinds
 
     @dataclass(frozen=True)
-    class Later(tasks.Task):
+    class Later(kinds.Task):
         """A kind of task that is read and not computed yet."""
 
         kind = "later"
 
-    monkeypatch.setitem(tasks.TASKS, "later", Later)
+    monkeypatch.setitem(kinds.TASKS, "later", Later)
     text = library.find("slider-crank").read_text()
     text += '\n[tasks.force]\nkind = "later"\n'
     path = tmp_path / "force.toml"

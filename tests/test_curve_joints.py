@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.check import validate
-from mechdae.analysis.report import report
-from mechdae.analysis.setting import prepare
-from mechdae.analysis.structure import structure
-from mechdae.analysis.sweep import run
 from mechdae.bench.extended import true_error
-from mechdae.describe.problem import Problem, from_dict
+from mechdae.describe.file.problem import Problem, from_dict
+from mechdae.describe.file.writing import dumps
 from mechdae.describe.table import Table
-from mechdae.describe.writing import dumps
 from mechdae.errors import AssemblyError, MechanismError, MechdaeError
-from mechdae.kernels.enclosure import Floors, enclosure, lower_bounds
-from mechdae.kernels.majorant import NoMajorant
+from mechdae.kernels.bounds.intervals import Floors, enclosure, lower_bounds
+from mechdae.kernels.bounds.majorant import NoMajorant
+from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.report import report
+from mechdae.kinematics.sweep import run
+from mechdae.tasks.check import validate
+from mechdae.tasks.show import structure
 
 LONG = np.longdouble
 PI = math.pi

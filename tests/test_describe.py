@@ -12,10 +12,10 @@ import pytest
 
 import mechdae as md
 from mechdae.cli.commands.new import FOLDER, families
-from mechdae.describe import library
 from mechdae.describe.expression import MAX_LENGTH, evaluate
-from mechdae.describe.problem import from_dict
-from mechdae.describe.schema import schema
+from mechdae.describe.file import library
+from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.schema import schema
 from mechdae.errors import InputError, MechanismError, ProblemFileError, UnknownName
 
 FOUR_BAR = """

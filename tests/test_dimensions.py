@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import mechdae as md
-from mechdae.describe import library
 from mechdae.describe.dimensions import parameter_units, powers_of, text_of
+from mechdae.describe.file import library
 from mechdae.draw.graphs.series import lines_of
 
 TEXT = """

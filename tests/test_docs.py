@@ -14,9 +14,9 @@ import pytest
 from test_layers import PACKAGE, ROOMS
 
 import mechdae as md
-from mechdae.analysis.check import check
 from mechdae.cli import COMMANDS, main
-from mechdae.describe import library
+from mechdae.describe.file import library
+from mechdae.tasks.check import check
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -103,7 +103,7 @@ def test_table_of_a_load_shown_is_read(tmp_path: Path) -> None:
 def test_every_joint_load_and_task_kind_is_documented() -> None:
     from mechdae.describe.joints import JOINTS
     from mechdae.describe.loads import LOADS
-    from mechdae.describe.tasks import TASKS
+    from mechdae.describe.tasks.kinds import TASKS
 
     reference = (ROOT / "docs/problem-file.md").read_text(encoding="utf-8")
     for kind in (*JOINTS, *LOADS, *TASKS):
@@ -114,7 +114,7 @@ def test_every_joint_load_and_task_kind_is_documented() -> None:
 
 
 def test_every_measure_is_documented() -> None:
-    from mechdae.describe.tasks import MEASURES
+    from mechdae.describe.tasks.kinds import MEASURES
 
     text = (ROOT / "docs/measures.md").read_text(encoding="utf-8")
     for name in MEASURES:
@@ -350,8 +350,8 @@ parameters = { k = 100 }
 def test_goals_and_limits_shown_are_those_of_the_problems(block: str) -> None:
     import tomllib
 
-    from mechdae.describe.demand import demand
-    from mechdae.describe.problem import from_dict
+    from mechdae.describe.file.problem import from_dict
+    from mechdae.describe.tasks.synthesis import demand
 
     name = re.fullmatch(r"# ([\w-]+)(, instead)?", block.split("\n")[0])
     if name is None:  # tasks beside a block on a spring

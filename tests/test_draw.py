@@ -13,10 +13,12 @@ from matplotlib.figure import Figure
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw import LATER, diagram, layout, save, style, wheels
-from mechdae.draw.labels import draw_labels, numbers_of
-from mechdae.draw.places import places_of, written
-from mechdae.draw.scene import choose_pose, read_scene
+from mechdae.draw import LATER, save, style
+from mechdae.draw.diagram import diagram, wheels
+from mechdae.draw.diagram.places import places_of, written
+from mechdae.draw.diagram.scene import choose_pose, read_scene
+from mechdae.draw.labels import layout
+from mechdae.draw.labels.labels import draw_labels, numbers_of
 from mechdae.draw.words import Words
 
 ROOT = Path(__file__).parents[1]
@@ -716,6 +718,6 @@ def test_result_without_poses_and_spatial_mechanisms_are_refused():
 def test_no_pyplot_and_lazy_import():
     code = (
         "import sys, mechdae.draw; assert 'matplotlib' not in sys.modules;"
-        "import mechdae.draw.diagram; assert 'matplotlib.pyplot' not in sys.modules"
+        "import mechdae.draw.diagram.diagram; assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -11,7 +11,7 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.draw import save
 from mechdae.draw.animation import animate, closes
-from mechdae.draw.scene import read_scene
+from mechdae.draw.diagram.scene import read_scene
 
 
 @pytest.fixture(scope="module")

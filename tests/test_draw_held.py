@@ -9,8 +9,8 @@ import pytest
 
 import mechdae as md
 from mechdae.draw import style
-from mechdae.draw.places import letters_of, places_of
-from mechdae.draw.scene import read_scene
+from mechdae.draw.diagram.places import letters_of, places_of
+from mechdae.draw.diagram.scene import read_scene
 
 HELD = """
 schema = 1

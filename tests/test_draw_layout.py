@@ -9,9 +9,9 @@ from labelling import COUNTS, MARK, _distance, count, paged, random_one, table
 from matplotlib.lines import Line2D
 
 import mechdae as md
-from mechdae.draw import layout
-from mechdae.draw.arrangement import Arrangement
-from mechdae.draw.obstacles import Obstacles
+from mechdae.draw.labels import layout
+from mechdae.draw.labels.arrangement import Arrangement
+from mechdae.draw.labels.obstacles import Obstacles
 
 FIGURES = Path(__file__).resolve().parent.parent / "docs" / "data" / "labels.json"
 CROWDED = ("wankel-rotor", "elliptic-trammel", "chain-of-four-bars")

@@ -6,9 +6,10 @@ from labelling import count
 from matplotlib.colors import to_hex
 
 import mechdae as md
-from mechdae.draw import amounts, style
-from mechdae.draw.loads import peak_force
-from mechdae.draw.scene import read_scene
+from mechdae.draw import style
+from mechdae.draw.diagram import amounts
+from mechdae.draw.diagram.loads import peak_force
+from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.words import TABLE, Words
 
 RADIUS, ROD = 0.2, 0.5

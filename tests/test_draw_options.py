@@ -12,7 +12,7 @@ from test_cli import run
 
 import mechdae as md
 from mechdae.cli.commands import plot as command
-from mechdae.describe import library
+from mechdae.describe.file import library
 from mechdae.draw import KINDS
 from mechdae.draw.graphs.map import Plane
 from mechdae.draw.options import OPTIONS, names_of
@@ -105,7 +105,7 @@ def test_the_command_takes_every_option(file: Path, capsys, tmp_path: Path) -> N
 
 
 def test_nothing_is_solved_twice(file: Path, capsys, tmp_path: Path, monkeypatch) -> None:
-    from mechdae.analysis import solve as module
+    from mechdae.tasks import solve as module
 
     count: list[str] = []
     inside: list[str] = []

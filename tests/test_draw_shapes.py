@@ -10,7 +10,7 @@ from PIL import Image
 from test_cli import run
 
 import mechdae as md
-from mechdae.draw.scene import read_scene
+from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.swinging import TRAVEL, TURN, swinging
 
 PENDULUM = """

@@ -15,9 +15,9 @@ from test_graphs import assert_readable as graphs_readable
 
 import mechdae as md
 from mechdae.draw import KINDS, OF_SYNTHESES, plot, save
+from mechdae.draw.designs import census, design, targets
+from mechdae.draw.designs.found import sense_of
 from mechdae.draw.style import SERIES
-from mechdae.draw.synthesis import census, design, targets
-from mechdae.draw.synthesis.found import sense_of
 from mechdae.draw.words import TABLE, Words
 from mechdae.errors import InputError
 from mechdae.synthesis.synthesize import synthesize
@@ -457,7 +457,7 @@ def test_files_are_the_same_each_time(kind: str, tmp_path: Path) -> None:
 @pytest.fixture
 def quick(monkeypatch):
     """Syntheses are those of this file; all else is solved."""
-    from mechdae.analysis import solve as module
+    from mechdae.tasks import solve as module
 
     real = module.solve
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.motion.balance import Balance
-from mechdae.analysis.motion.chart import Chart
-from mechdae.analysis.motion.rests import Rest, Rests
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
+from mechdae.dynamics.rest.all_equilibria import Rest, Rests
+from mechdae.dynamics.rest.balance import Balance
+from mechdae.dynamics.rest.chart import Chart
 from mechdae.errors import UnknownName
 
 DATA = Path(__file__).parent / "data"

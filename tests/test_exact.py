@@ -14,11 +14,27 @@ import numpy as np
 import pytest
 
 from mechdae.errors import InputError
-from mechdae.synthesis.cognates import are_cognates, cognates, foci, grouped, variants
-from mechdae.synthesis.dyads import DyadRows, Poses, dyads, inverse, paired, poses_of, slides
-from mechdae.synthesis.exact import PathRows, exact_path
-from mechdae.synthesis.levenberg import solve_all
-from mechdae.synthesis.linkage import faults, joints, kind, linkage, swapped, transmission, visited
+from mechdae.numerics.levenberg import solve_all
+from mechdae.synthesis.fourbar.cognates import are_cognates, cognates, foci, grouped, variants
+from mechdae.synthesis.fourbar.dyads import (
+    DyadRows,
+    Poses,
+    dyads,
+    inverse,
+    paired,
+    poses_of,
+    slides,
+)
+from mechdae.synthesis.fourbar.exact import PathRows, exact_path
+from mechdae.synthesis.fourbar.linkage import (
+    faults,
+    joints,
+    kind,
+    linkage,
+    swapped,
+    transmission,
+    visited,
+)
 
 CASES = {
     case["id"]: case

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from mechdae.errors import InputError
-from mechdae.synthesis.freudenstein import FunctionRows, function_starts
+from mechdae.synthesis.fourbar.freudenstein import FunctionRows, function_starts
 
 CASES = {
     case["id"]: case

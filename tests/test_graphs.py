@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from test_cli import run
 
 import mechdae as md
-from mechdae.describe import library
-from mechdae.describe.problem import Problem
+from mechdae.describe.file import library
+from mechdae.describe.file.problem import Problem
 from mechdae.draw import KINDS, save
 from mechdae.draw.graphs import frame, scale, series
 from mechdae.errors import InputError, UnknownName

@@ -11,8 +11,8 @@ from closed_forms import MECHANISMS, circle_circle
 from jets import Jet, derivatives, unit
 
 import mechdae as md
-from mechdae.analysis.setting import prepare
 from mechdae.export import csv_text
+from mechdae.kinematics.prepared import prepare
 
 LONG = np.longdouble
 SWEEPS = [

@@ -25,11 +25,11 @@ import mechdae as md
 from mechdae.cli import main
 from mechdae.cli.progress import starts_progress
 from mechdae.jobs.distribute import ATTEMPTS, Failure, distribute
-from mechdae.jobs.pools import Borrowed, Processes, Supply
+from mechdae.jobs.executors import Borrowed, Processes, Supply
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
-from mechdae.synthesis.log import NAME, Log
-from mechdae.synthesis.worker import Work, solved, text_of
+from mechdae.synthesis.job.log import NAME, Log
+from mechdae.synthesis.job.worker import Work, solved, text_of
 
 ALL = 12
 """Starts of the job: six for each of two classes."""
@@ -116,7 +116,7 @@ def test_what_is_sent_is_small_and_loads_nothing(path) -> None:
 
     work = works(path, 1)[0]
     assert len(pickle.dumps(work)) < 6000
-    code = "import mechdae.synthesis.worker, mechdae.jobs.pools, sys; print(*sys.modules)"
+    code = "import mechdae.synthesis.job.worker, mechdae.jobs.executors, sys; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"casadi", "numpy"} & {name.split(".")[0] for name in done.stdout.split()}
 

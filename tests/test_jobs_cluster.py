@@ -16,7 +16,7 @@ import pytest
 from job_cases import FOUR_BAR
 
 import mechdae as md
-from mechdae.synthesis.log import NAME
+from mechdae.synthesis.job.log import NAME
 
 pytest.importorskip("distributed")
 STARTS = 24
@@ -112,7 +112,7 @@ def test_a_cluster_gives_the_same_answer_when_workers_and_the_scheduler_are_kill
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://nowhere", "host:port"])
 def test_a_bad_address_is_refused_at_once(path, address) -> None:
-    from mechdae.jobs.pools import cluster
+    from mechdae.jobs.executors import cluster
 
     with pytest.raises(md.InputError, match="is no address"), cluster(address):
         pass

@@ -6,12 +6,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mechdae.kernels.batch import MANY, Batch
-from mechdae.kernels.blocks import inverse
-from mechdae.kernels.majorant import NoMajorant, majorant
-from mechdae.kernels.replay import with_trig
-from mechdae.kernels.sequence import Sequence
-from mechdae.kernels.straight import Straight
+from mechdae.kernels.bounds.majorant import NoMajorant, majorant
+from mechdae.kernels.bounds.walk import with_trig
+from mechdae.kernels.graphs.blocks import inverse
+from mechdae.kernels.run.batch import MANY, Batch
+from mechdae.kernels.run.numpy_backend import Straight
+from mechdae.kernels.run.sequence import Sequence
 
 RANDOM = np.random.default_rng(3)
 X, P = ca.SX.sym("x", 3), ca.SX.sym("p", 2)

@@ -16,16 +16,16 @@ from jets import Jet, arg, unit
 from test_sweep import five_bar
 
 import mechdae as md
-from mechdae.analysis.check import check
-from mechdae.analysis.setting import prepare
 from mechdae.describe.expression import build
-from mechdae.describe.problem import from_dict
-from mechdae.describe.schema import schema
-from mechdae.describe.writing import dumps
+from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.schema import schema
+from mechdae.describe.file.writing import dumps
 from mechdae.export import csv_text
-from mechdae.kernels.course import FINITE, Course
+from mechdae.kernels.graphs.driver_curve import FINITE, Course
+from mechdae.kinematics.prepared import prepare
 from mechdae.model.model import FUNCTIONS
 from mechdae.tables import table
+from mechdae.tasks.check import check
 
 LONG = np.longdouble
 TURN = 2 * math.pi

@@ -13,8 +13,8 @@ from test_curve_joints import cam, rod_and_slot
 from test_jerk import jerk_of
 
 import mechdae as md
-from mechdae.analysis.setting import prepare
 from mechdae.errors import InputError, UnavailableError
+from mechdae.kinematics.prepared import prepare
 from mechdae.tables import table
 
 LONG = np.longdouble

@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae import export
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 from mechdae.errors import InputError, UnavailableError, UnknownName
 
 M, m, L, K, C, G = 2.0, 0.5, 0.8, 40.0, 1.5, 9.81

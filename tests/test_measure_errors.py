@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from measure_errors import faults, of_linkage, of_means, run
 
-from mechdae.analysis.measures import quadrature
+from mechdae.numerics import quadrature
 
 FIGURES = Path(__file__).parent.parent / "docs" / "data" / "measure-errors.json"
 
@@ -45,7 +45,7 @@ def test_a_rule_that_looks_at_the_largest_mean_alone_is_caught(monkeypatch) -> N
 
     seed = 3039  # crank and rod nearly equal: 5e-9 off before
     assert of_means(seed)["mean"][2] <= 1
-    monkeypatch.setattr("mechdae.analysis.cycle.integrate", careless)
+    monkeypatch.setattr("mechdae.forces.cycle.integrate", careless)
     off, _, ratio = of_means(seed)["mean"]
     assert off > 1e-9
     assert ratio > 1
@@ -53,7 +53,7 @@ def test_a_rule_that_looks_at_the_largest_mean_alone_is_caught(monkeypatch) -> N
 
 def test_a_path_cut_short_before_its_limit_is_caught(monkeypatch) -> None:
     """As it was: what hangs on the driver ended at the last step before another group's limit."""
-    from mechdae.analysis.measures.track import Track
+    from mechdae.measures.track import Track
 
     whole = Track.pieces
 

@@ -13,11 +13,11 @@ from closed_forms import double_rocker_limits, four_bar, four_bar_double_rocker
 from jets import derivatives
 
 import mechdae as md
-from mechdae.analysis.measures.quadrature import GAUSS, KRONROD, PLACES, Chart, integrate
-from mechdae.analysis.setting import prepare
-from mechdae.describe.schema import schema
-from mechdae.describe.tasks import MEASURES
+from mechdae.describe.file.schema import schema
+from mechdae.describe.tasks.kinds import MEASURES
 from mechdae.export import csv_text
+from mechdae.kinematics.prepared import prepare
+from mechdae.numerics.quadrature import GAUSS, KRONROD, PLACES, Chart, integrate
 from mechdae.tables import table
 
 TURN = 2 * pi

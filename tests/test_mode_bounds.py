@@ -9,7 +9,7 @@ from test_sweep import four_bar
 from truth.driven import draw
 
 import mechdae as md
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 from mechdae.tables import table
 
 LONG = np.longdouble
@@ -81,10 +81,10 @@ def test_the_text_says_the_bound():
 
 def test_a_bound_too_small_is_seen(monkeypatch):
     """Planted: bounds a million times smaller."""
-    from mechdae.analysis import assembly
+    from mechdae.kinematics import modes_task
 
-    honest = assembly.output_bounds
+    honest = modes_task.output_bounds
     monkeypatch.setattr(
-        assembly, "output_bounds", lambda *a: {k: v * 1e-6 for k, v in honest(*a).items()}
+        modes_task, "output_bounds", lambda *a: {k: v * 1e-6 for k, v in honest(*a).items()}
     )
     assert max(shares(3, "mixed")) > 1

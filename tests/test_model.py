@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.numbers import Constants
-from mechdae.analysis.outputs import Outputs
-from mechdae.analysis.path import Path
+from mechdae.continuation.path import Path
 from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.describe.mechanism import Mechanism
-from mechdae.kernels.graphs import Graphs
+from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.frames import hinge_frame
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
+from mechdae.setup.outputs import Outputs
+from mechdae.setup.scales import Constants
 
 
 def pair(joint: md.Prismatic, **bodies: dict) -> Mechanism:

@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 from mechdae.errors import (
     InconsistentStartError,
     IndeterminateFrictionError,
@@ -311,7 +311,7 @@ def test_f4_events_that_crowd() -> None:
 
 def test_f5_no_way_to_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """700 random pairs of guides at rest had a way; that none is left is put in by hand."""
-    from mechdae.analysis.motion.sticking import Sticking
+    from mechdae.dynamics.watchers.sticking import Sticking
 
     monkeypatch.setattr(Sticking, "_fits", lambda *_: False)
     data = pushed("1.0")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 
 G = 9.81
 DATA = Path(__file__).resolve().parent / "data"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.motion.integrate import Nodes
-from mechdae.analysis.motion.task import prepared
+from mechdae.dynamics.integrate import Nodes
+from mechdae.dynamics.task import prepared
 
 END = 1.0
 FINE = 160

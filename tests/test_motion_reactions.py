@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 
 PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
 SPEEDS = ("angle", "angular_velocity", "angular_acceleration")

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.motion import checks
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
+from mechdae.dynamics import checks
 from mechdae.errors import InconsistentStartError
 
 TURN = 0.2
@@ -75,7 +75,7 @@ def test_the_old_scale_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
         if left > checks.OPEN * max(np.max(np.abs(gamma)), np.max(np.abs(a)), 1e-300):
             raise InconsistentStartError("the pose is singular")
 
-    monkeypatch.setattr("mechdae.analysis.motion.task.check_rest", wrong)
+    monkeypatch.setattr("mechdae.dynamics.task.check_rest", wrong)
     refused = 0
     for seed in range(5):
         try:
@@ -135,6 +135,6 @@ def test_a_start_far_from_the_sketch_keeps_its_mode(seed: int) -> None:
 
 def test_a_leap_to_the_other_mode_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Planted: the way from the sketch does not look at the sign of the Jacobian."""
-    monkeypatch.setattr("mechdae.analysis.motion.start._Starter._side", lambda *_: 0.0)
+    monkeypatch.setattr("mechdae.dynamics.start._Starter._side", lambda *_: 0.0)
     with pytest.raises(AssertionError):
         test_a_start_far_from_the_sketch_keeps_its_mode(21)

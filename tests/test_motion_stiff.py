@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 
 G = 9.81
 
@@ -155,9 +155,9 @@ def test_a_heavily_damped_spring() -> None:
 @pytest.mark.parametrize("make", [pendulum, bobs])
 def test_work_is_within_three_times_that_of_cvodes_alone(make: Any) -> None:
     """Right-hand sides; `motion_long.py` measures times."""
-    from mechdae.analysis.motion.bdf import Bdf
     from mechdae.bench.motions import work_of
     from mechdae.bench.works import _sundials
+    from mechdae.dynamics.bdf import Bdf
 
     problem = from_dict(make(1e4, at=[5.0]))
     work = work_of(problem)

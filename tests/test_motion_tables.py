@@ -12,8 +12,8 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.problem import from_dict
-from mechdae.model.timed import _spline
+from mechdae.describe.file.problem import from_dict
+from mechdae.model.forces.time_tables import _spline
 
 G = 9.81
 
@@ -256,7 +256,7 @@ def test_laws_that_mean_nothing(tmp_path: Path, capsys: Any) -> None:
 
 def test_without_breakpoints_straight_lines_are_not_exact(monkeypatch: pytest.MonkeyPatch) -> None:
     """The pieces stay those of the start if rows are no breakpoints."""
-    from mechdae.model.timed import Timed
+    from mechdae.model.forces.time_tables import Timed
 
     monkeypatch.setattr(Timed, "knots", lambda *_: [])
     result = md.solve(pushed({"rows": [[0, 0], [1, 2], [3, -1], [5, 0]]}), "m")

@@ -13,10 +13,10 @@ import pytest
 import stuck
 
 import mechdae as md
-from mechdae.analysis.motion import watch
-from mechdae.analysis.motion.clock import Clock, Stretch
-from mechdae.describe.problem import from_dict
-from mechdae.kernels.tempo import ORDER, Tempo
+from mechdae.describe.file.problem import from_dict
+from mechdae.dynamics.clock import Clock, Stretch
+from mechdae.dynamics.watchers import zeros
+from mechdae.kernels.bounds.time_rates import ORDER, Tempo
 
 G = 9.81
 ROOT = Path(__file__).resolve().parent.parent
@@ -336,8 +336,8 @@ def _ends_alone(monkeypatch: pytest.MonkeyPatch) -> None:
         flat = samples[:, :1] * (1 - line) + samples[:, -1:] * line
         return rows[whole], lows[whole], highs[whole], flat[whole]
 
-    fitted = watch.fitted
-    monkeypatch.setattr(watch, "fitted", ends)
+    fitted = zeros.fitted
+    monkeypatch.setattr(zeros, "fitted", ends)
     whole = lambda self, t: Stretch(self.end, self.end, np.inf)  # noqa: E731
     monkeypatch.setattr(Clock, "stretch", whole)
 

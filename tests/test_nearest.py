@@ -14,7 +14,7 @@ import pytest
 import study_rows
 
 import mechdae as md
-from mechdae.describe.problem import load
+from mechdae.describe.file.problem import load
 
 DATA = Path(__file__).parent / "data" / "sketches"
 
@@ -256,7 +256,7 @@ def test_figures_of_the_page_are_those_measured():
 
 def group_by_group(monkeypatch):
     """The old rule: each group for itself, all that names its bodies compared at once."""
-    from mechdae.analysis.nearest import Sketched
+    from mechdae.assembly.nearest_mode import Sketched
 
     def square(self, stage, x, u):
         own = set(self.groups[stage].bodies)
@@ -276,15 +276,15 @@ def test_the_old_distance_is_seen(monkeypatch):
 
 def test_turns_body_by_body_are_seen(monkeypatch):
     """Periods of each angle alone in place of the lattice of all of them."""
-    from mechdae.analysis import modes
-    from mechdae.analysis.lattice import Lattice
+    from mechdae.assembly import assembler
+    from mechdae.assembly.turn_lattice import Lattice
 
     def alone(lattice, periods):
         turns = [round(period / (2 * math.pi)) for period in periods]
         rows = [[t * (i == j) for i in range(len(turns))] for j, t in enumerate(turns) if t]
         return Lattice(rows, len(turns))
 
-    monkeypatch.setattr(modes, "with_periods", alone)
+    monkeypatch.setattr(assembler, "with_periods", alone)
     result = md.solve(load(DATA / "belt-on-carrier.toml"), "t")
     assert len(equal_poses(result)) == 8
 
@@ -292,7 +292,7 @@ def test_turns_body_by_body_are_seen(monkeypatch):
 @pytest.mark.parametrize("seed", PLATFORMS)
 def test_a_platform_whose_turns_are_forgotten_is_seen(monkeypatch, seed):
     """The old rule: the poses of the platform itself are proven, whatever hangs on its turns."""
-    from mechdae.analysis.modes import Assembler
+    from mechdae.assembly.assembler import Assembler
 
     def forgotten(self, *given):
         self.endless = [False] * len(self.endless)
@@ -304,7 +304,7 @@ def test_a_platform_whose_turns_are_forgotten_is_seen(monkeypatch, seed):
 
 
 def test_modes_merged_near_a_limit_are_seen(monkeypatch):
-    from mechdae.analysis.eliminant import BlockSolver
+    from mechdae.assembly.elimination import BlockSolver
 
     monkeypatch.setattr(BlockSolver, "_near_fold", lambda self, g, m, middle, half: (middle, 0, 1))
     x = 2 - 8 * 2.0**-52
@@ -313,7 +313,7 @@ def test_modes_merged_near_a_limit_are_seen(monkeypatch):
 
 
 def test_sets_on_the_mode_of_the_first_are_seen(monkeypatch):
-    from mechdae.analysis.own_modes import OwnModes
+    from mechdae.studies.set_modes import OwnModes
 
     def first(self, lockstep, numbers, sketches, s):
         begun = lockstep.begin(numbers, self.x, s)

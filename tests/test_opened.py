@@ -9,7 +9,7 @@ import pytest
 from test_cli import run
 
 import mechdae as md
-from mechdae.draw.scene import read_scene
+from mechdae.draw.diagram.scene import read_scene
 
 GAP = """
 schema = 1

@@ -12,13 +12,13 @@ from closed_forms import four_bar
 from jets import Jet, sqrt
 
 import mechdae as md
-from mechdae.analysis.check import check
-from mechdae.analysis.structure import structure
-from mechdae.describe import library
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file import library
+from mechdae.describe.file.problem import from_dict
 from mechdae.describe.quantity import unit_of
 from mechdae.export import csv_text, save
 from mechdae.tables import table
+from mechdae.tasks.check import check
+from mechdae.tasks.show import structure
 
 LONG = np.longdouble
 OUTPUTS = {

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe import library
+from mechdae.describe.file import library
 from mechdae.draw import save
+from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import pins_of
 from mechdae.draw.plans.lever import lever
 from mechdae.draw.plans.motion import motion_plan
 from mechdae.draw.plans.vectors import CLOSED, round_up
-from mechdae.draw.scene import read_scene
 from mechdae.results import Named, Series
 
 MILLIMETRE = 72 / 25.4

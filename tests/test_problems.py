@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.check import check
-from mechdae.describe import library
+from mechdae.describe.file import library
 from mechdae.errors import InputError
+from mechdae.tasks.check import check
 
 
 @pytest.mark.parametrize("name", library.names())
@@ -74,7 +74,7 @@ def test_a_wrong_expected_value_is_missed() -> None:
     first = problem.expected[0]
     data = tomllib.loads(text)
     data["expected"][0]["value"] = 1.01 * float(data["expected"][0]["value"])
-    from mechdae.describe.problem import from_dict
+    from mechdae.describe.file.problem import from_dict
 
     verdicts = check(from_dict(data))
     assert [verdict.met for verdict in verdicts].count(False) == 1

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from mechdae.kernels.quiet import quiet
+from mechdae.kernels.run.quiet import quiet
 from mechdae.synthesis import ipopt
 
 

@@ -18,7 +18,7 @@ from force_truth import circle, place, rate, second
 from force_truth import slider_crank as free_slider_crank
 
 import mechdae as md
-from mechdae.describe import library
+from mechdae.describe.file import library
 
 # joint forces are not unique: parallel cranks; on a change point: a cusp, a folded four-bar
 REDUNDANT = {"five-crank-parallelogram", "parallelogram-three-cranks"}

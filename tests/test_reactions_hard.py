@@ -16,17 +16,17 @@ from test_reactions_audit import only_poses
 from truth.drawing import FAMILIES, draw
 
 import mechdae as md
-import mechdae.analysis.statics as statics_module
-import mechdae.model.friction as friction_module
-import mechdae.model.inertia as inertia_module
-import mechdae.model.meshes as meshes_module
-from mechdae.analysis.moving import Moving, requests
-from mechdae.analysis.reactions import loaded_bodies
-from mechdae.analysis.setting import prepare
-from mechdae.analysis.statics import Statics
-from mechdae.analysis.sweep import run
+import mechdae.forces.inverse_dynamics as statics_module
+import mechdae.model.forces.friction as friction_module
+import mechdae.model.forces.inertia as inertia_module
+import mechdae.model.forces.meshes as meshes_module
 from mechdae.bench.chain import chain
-from mechdae.kernels.blocks import BlockGraph
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.poses import Moving, requests
+from mechdae.forces.task import loaded_bodies
+from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.sweep import run
 
 REL = 1e-10
 WELL = 1e4
@@ -532,14 +532,14 @@ def centrifugal_left_out(monkeypatch) -> None:
         )
         return {i: ca.substitute(f, spins, 0 * spins) for i, f in own(model).items()}
 
-    import mechdae.kernels.balance as balance
+    import mechdae.kernels.graphs.kinetostatics as balance
 
     monkeypatch.setattr(balance, "inertia", without)
 
 
 def reaction_elsewhere(monkeypatch) -> None:
     """Moments are reported about another point than the second body's."""
-    import mechdae.kernels.balance as balance
+    import mechdae.kernels.graphs.kinetostatics as balance
 
     own = balance.on_body
     monkeypatch.setattr(balance, "on_body", lambda m, w, b, p: own(m, w, b, p + 0.01))
@@ -547,7 +547,7 @@ def reaction_elsewhere(monkeypatch) -> None:
 
 def group_without_feedback(monkeypatch) -> None:
     """The friction of a group is not handed on to the groups before it."""
-    import mechdae.kernels.balance as balance
+    import mechdae.kernels.graphs.kinetostatics as balance
 
     monkeypatch.setattr(balance, "put", put_once(balance.put))
 

@@ -97,14 +97,14 @@ def test_critical_factor_of_a_mechanism_that_does_not_jam() -> None:
 
 
 def test_a_kinematic_task_builds_no_forces(monkeypatch) -> None:
-    from mechdae.kernels import balance
-    from mechdae.model import friction, inertia, loads
+    from mechdae.kernels.graphs import kinetostatics
+    from mechdae.model.forces import friction, inertia, loads
 
     def refuse(*_args, **_keys):
         raise AssertionError("built for a kinematic task")
 
     for home, name in (
-        (balance.Balance, "__init__"),
+        (kinetostatics.Balance, "__init__"),
         (loads.Loads, "__init__"),
         (friction.Laws, "__init__"),
         (inertia, "inertia"),
@@ -118,10 +118,10 @@ def test_a_kinematic_task_builds_no_forces(monkeypatch) -> None:
 
 def test_without_friction_no_friction_is_built() -> None:
     """No law, no sign, no size: and a task without friction leaves those of the file out."""
-    from mechdae.analysis import statics
+    from mechdae.forces import inverse_dynamics
 
     built: list = []
-    original = statics.Statics.__init__
+    original = inverse_dynamics.Statics.__init__
 
     def note(self, *arguments, **keys):
         original(self, *arguments, **keys)
@@ -129,10 +129,10 @@ def test_without_friction_no_friction_is_built() -> None:
 
     driver = md.Driver("crank.angle", from_=0, to=1, speed=10)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(statics.Statics, "__init__", note)
+        patch.setattr(inverse_dynamics.Statics, "__init__", note)
         plain = md.solve(slider_crank(), md.Reactions(driver, poses=3, friction="none"))
         rough = md.solve(slider_crank(), md.Reactions(driver, poses=3))
-    assert [len(balance.feedbacks) for balance in built] == [0, 4]
+    assert [len(kinetostatics.feedbacks) for kinetostatics in built] == [0, 4]
     assert [slip.owner for slip in built[0].slips] == ["work"]
     assert built[0].report().n_instructions() < built[1].report().n_instructions()
     assert "loss" not in plain.joints["O"]

@@ -16,17 +16,17 @@ from truth.drawing import draw
 from truth.judging import judge
 
 import mechdae as md
-from mechdae.analysis.check import check
-from mechdae.analysis.structure import rank_mobility, structure
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.errors import AssemblyError, MechanismError
-from mechdae.kernels.blocks import left_inverse
+from mechdae.kernels.graphs.blocks import left_inverse
+from mechdae.model.groups import formula
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
-from mechdae.model.structure import formula
 from mechdae.tables import table
+from mechdae.tasks.check import check
+from mechdae.tasks.show import rank_mobility, structure
 
 OUT_OF_LINE = [(0.0, 0.0), (2.0, 0.0), (1.0, 0.7)]
 

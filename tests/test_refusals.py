@@ -11,10 +11,17 @@ from refusals import add, examine
 from truth.driven import Driven, draw
 
 import mechdae as md
-from mechdae.analysis.expansion import Expansion
-from mechdae.analysis.path import Path as Way
-from mechdae.describe.problem import from_dict
-from mechdae.kernels.series import NoSeries, Series, SeriesFunction, coefficients, inverse, times
+from mechdae.continuation.path import Path as Way
+from mechdae.continuation.series_steps import Expansion
+from mechdae.describe.file.problem import from_dict
+from mechdae.kernels.bounds.series import (
+    NoSeries,
+    Series,
+    SeriesFunction,
+    coefficients,
+    inverse,
+    times,
+)
 
 DATA = Path(__file__).parent / "data" / "refusals"
 ONCE_REFUSED = (4, 24)
@@ -73,7 +80,7 @@ def test_a_forgotten_tail_is_seen(monkeypatch):
         left = a.size * b.e + b.size * a.e + a.e * b.e
         return Series(np.convolve(a.c, b.c)[:count], left)
 
-    from mechdae.kernels import series as module
+    from mechdae.kernels.bounds import series as module
 
     whole = module._product
 
@@ -116,7 +123,7 @@ def test_floats_and_series_side_by_side():
 
 def way_of(case: Driven):
     """Return the package's path of a case, begun at the sketch."""
-    from mechdae.analysis.setting import covered, first_pose, prepare
+    from mechdae.kinematics.prepared import covered, first_pose, prepare
 
     problem = from_dict(case.data())
     task = problem.tasks["t"]
@@ -167,7 +174,7 @@ def test_a_stretch_does_not_pass_a_limit(seed):
 
 def test_a_step_that_is_too_long_is_not_proved(monkeypatch):
     """Planted: what the inverse leaves of the Jacobian does not count; steps pass limits."""
-    import mechdae.analysis.expansion as module
+    import mechdae.continuation.series_steps as module
 
     case = draw(0)
     path = way_of(case)

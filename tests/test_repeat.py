@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.setting import prepare
-from mechdae.analysis.sweep import run
 from mechdae.bench.chain import chain, scaling, table
 from mechdae.cli import main
-from mechdae.describe import library
 from mechdae.describe.expression import evaluate
-from mechdae.describe.problem import from_dict
-from mechdae.describe.repeat import MAX_COUNT, expand
-from mechdae.describe.schema import schema
+from mechdae.describe.file import library
+from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.repeat import MAX_COUNT, expand
+from mechdae.describe.file.schema import schema
 from mechdae.errors import InputError, MechanismError, UnknownName
+from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.sweep import run
 from mechdae.model.model import Model
 
 NAME = "chain-of-four-bars"

@@ -12,10 +12,10 @@ from jets import Jet, arg, unit
 from test_sweep import five_bar
 
 import mechdae as md
-from mechdae.analysis.check import check
-from mechdae.analysis.setting import prepare
-from mechdae.kernels.sequence import Sequence
+from mechdae.kernels.run.sequence import Sequence
+from mechdae.kinematics.prepared import prepare
 from mechdae.tables import table
+from mechdae.tasks.check import check
 
 LONG = np.longdouble
 

@@ -8,7 +8,7 @@ import pytest
 import slider_dyads
 
 import mechdae as md
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 from mechdae.errors import InputError
 
 

@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 from mechdae.tables import table
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -60,7 +60,7 @@ def test_keys_of_a_task_below_the_header_of_its_driver() -> None:
 
 
 def test_a_planted_mistake_of_the_hint_is_seen(monkeypatch) -> None:
-    from mechdae.describe import problem
+    from mechdae.describe.file import problem
 
     monkeypatch.setattr(problem, "explain", lambda data, error: None)
     text = FOUR_BAR.replace("[ground]", "gravity = [0, -9.81]\n[ground]", 1)
@@ -130,7 +130,7 @@ driver = { coordinate = "crank.angle", at = [0] }
 
 
 def test_no_predefined_problem_is_doubted() -> None:
-    from mechdae.analysis.slips import long_length
+    from mechdae.setup.slips import long_length
 
     for path in (ROOT / "problems").glob("*.toml"):
         assert not long_length(md.load(path).mechanism), path.stem

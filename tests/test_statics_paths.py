@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.motion import implicit
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
+from mechdae.dynamics.rest import implicit
 from mechdae.errors import InputError, UnknownName
 
 M, K, C, X0 = 2.0, 50.0, 3.0, 0.4

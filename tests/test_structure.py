@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.analysis.structure import structure
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import AssemblyError, MechanismError
+from mechdae.model.groups import count_mobility, formula
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
-from mechdae.model.structure import count_mobility, formula
+from mechdae.tasks.show import structure
 
 SEVEN = "I(1) -> II.3 RPR(2,3) -> {II.2 RRP(4,5); II.1 RRR(6,7)}"
 

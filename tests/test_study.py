@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 
 TURN = md.Sweep(md.Driver("crank.angle", from_=0, to=2 * np.pi, speed="w"), poses=73)
 
@@ -94,7 +94,7 @@ def test_sets_that_lock_are_followed_alone_and_said() -> None:
 
 def test_a_swapped_branch_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """A lane that starts on the other side of the dyad is left to be followed alone."""
-    from mechdae.analysis.lockstep import Lockstep
+    from mechdae.studies.lockstep import Lockstep
 
     right = Lockstep._start
 

@@ -11,10 +11,10 @@ from closed_forms import MECHANISMS
 from jets import motion
 
 import mechdae as md
-from mechdae.analysis.plan import plan
-from mechdae.analysis.setting import prepare
-from mechdae.analysis.sweep import run
 from mechdae.bench.extended import true_error
+from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.sweep import run
+from mechdae.setup.drivers import plan
 
 LONG = np.longdouble
 

@@ -11,7 +11,7 @@ import pytest
 from test_statics_paths import X0, C, M, block, course
 
 import mechdae as md
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.synthesis.outcome import Run
 

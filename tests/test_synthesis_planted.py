@@ -12,7 +12,7 @@ import pytest
 from closure_fourbar import TURN, FourBar, GearedFiveBar, judged, lowest, rrp, rrr
 
 import mechdae as md
-from mechdae.describe.problem import from_dict
+from mechdae.describe.file.problem import from_dict
 from mechdae.synthesis.synthesize import synthesize
 
 EXACT = 1e-15

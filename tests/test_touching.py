@@ -14,7 +14,7 @@ import pytest
 from test_laws import toggle
 
 import mechdae as md
-from mechdae.analysis import path as paths
+from mechdae.continuation import path as paths
 
 
 def on_curve(distance: str, start: float) -> md.Mechanism:

@@ -193,9 +193,11 @@ def test_a_carrier_that_carries_nothing(tmp_path: Path, mesh: str, keys: str, sh
 
 def test_a_planted_mistake_of_carriers_is_seen(tmp_path: Path, monkeypatch) -> None:
     """Wheels that stand still against each other were taken for a pair carried by anything."""
-    from mechdae.analysis import statics
+    from mechdae.forces import inverse_dynamics
 
-    monkeypatch.setattr(statics, "carried", lambda model, names, *_: np.ones(len(names), bool))
+    monkeypatch.setattr(
+        inverse_dynamics, "carried", lambda model, names, *_: np.ones(len(names), bool)
+    )
     text = STRAY.replace("MESH", "gear").replace("KEYS", ", ratio = -2")
     with pytest.raises(RuntimeError, match="square"):
         md.solve(problem(tmp_path, text))
@@ -476,12 +478,12 @@ def test_mutated_files_end_with_a_message(first: int, tables: dict, tmp_path: Pa
 
 def test_a_planted_traceback_is_seen(tables: dict, tmp_path: Path, monkeypatch) -> None:
     """Without a check of their count, drivers that are an empty list end in NumPy."""
-    from mechdae.describe import tasks
+    from mechdae.describe.tasks import kinds
 
-    def careless(self: tasks.Driven) -> None:
-        super(tasks.Driven, self).__post_init__()
+    def careless(self: kinds.Driven) -> None:
+        super(kinds.Driven, self).__post_init__()
 
-    monkeypatch.setattr(tasks.Driven, "__post_init__", careless)
+    monkeypatch.setattr(kinds.Driven, "__post_init__", careless)
 
     def own(seed: int, given: dict) -> tuple:
         base = dict(given["four-bar-crank-rocker"])

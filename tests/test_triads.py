@@ -12,7 +12,7 @@ from test_sweep import four_bar
 from three_legs import KINDS, Condition, Platform, scan
 
 import mechdae as md
-from mechdae.analysis.triad import Leg, closures, real_roots
+from mechdae.assembly.platform import Leg, closures, real_roots
 from mechdae.cli import main
 from mechdae.tables import table
 

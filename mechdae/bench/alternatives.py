@@ -13,9 +13,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.interpolate import quintic
-from mechdae.analysis.setting import Run, Setting
-from mechdae.kernels.call import Call
+from mechdae.continuation.interpolate import quintic
+from mechdae.kernels.run.call import Call
+from mechdae.kinematics.prepared import Run, Setting
 
 NODES = (24, 48, 96, 192)
 TOLERANCES = (1e-4, 1e-7, 1e-10, 1e-13)

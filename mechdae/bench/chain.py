@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.bench.kinematics import Work, measure
-from mechdae.describe.problem import load
-from mechdae.describe.tasks import Driver, Sweep
+from mechdae.describe.file.problem import load
+from mechdae.describe.tasks.kinds import Driver, Sweep
 
 PROBLEM = "chain-of-four-bars"
 LOOPS = (10, 30, 100, 300)

@@ -10,8 +10,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.extended import LONG, evaluate
-from mechdae.kernels.graphs import Graphs
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.high_precision import LONG, evaluate
 
 
 def true_error(graphs: Graphs, x: Any, u: Any, p: Any) -> Any:

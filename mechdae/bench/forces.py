@@ -14,24 +14,24 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.answer import Answer, solved
-from mechdae.analysis.force_checks import checks
-from mechdae.analysis.moving import Moving, requests
-from mechdae.analysis.reactions import loaded_bodies
-from mechdae.analysis.setting import prepare
-from mechdae.analysis.solve import solve
-from mechdae.analysis.statics import Statics
-from mechdae.analysis.sweep import run
 from mechdae.bench import absolute
 from mechdae.bench.kinematics import interleaved
 from mechdae.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints import Revolute
 from mechdae.describe.loads import Torque
 from mechdae.describe.mechanism import Body, Ground, Mechanism
-from mechdae.describe.problem import Problem
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import Driver, Reactions
-from mechdae.kernels.extended import LONG
+from mechdae.describe.tasks.kinds import Driver, Reactions
+from mechdae.forces.checks import checks
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.pose_forces import Answer, solved
+from mechdae.forces.poses import Moving, requests
+from mechdae.forces.task import loaded_bodies
+from mechdae.kernels.run.high_precision import LONG
+from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.sweep import run
+from mechdae.tasks.solve import solve
 
 SAMPLES = 400
 WORKS = {"reactions": "none", "coupled friction": "coupled"}

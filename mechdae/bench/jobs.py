@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.problem import Problem
-from mechdae.synthesis.run import synthesize
+from mechdae.describe.file.problem import Problem
+from mechdae.synthesis.job.run import synthesize
 
 STARTS, QUICK_STARTS = 200, 20
 WORKERS = 2

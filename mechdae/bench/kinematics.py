@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.numbers import mechanism_scale
-from mechdae.analysis.setting import Setting, prepare
-from mechdae.analysis.sweep import run
 from mechdae.bench.alternatives import alternatives
 from mechdae.bench.extended import true_error
 from mechdae.bench.yardstick import yardstick
-from mechdae.describe.problem import Problem, load
-from mechdae.describe.tasks import Driver, Sweep
+from mechdae.describe.file.problem import Problem, load
+from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.errors import InputError
+from mechdae.kinematics.prepared import Setting, prepare
+from mechdae.kinematics.sweep import run
+from mechdae.setup.scales import mechanism_scale
 
 SIZES = (1_000, 10_000, 100_000)
 QUICK_SIZES = (1_000, 10_000)

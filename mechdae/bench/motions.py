@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.motion.task import motion, prepared
 from mechdae.bench.rubbing import Rubbing
 from mechdae.bench.works import OURS, SCIPY, Work
 from mechdae.bench.yardstick import yardstick
-from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Motion
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Motion
+from mechdae.dynamics.task import motion, prepared
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 QUICK_TOLERANCES = (1e-8, 1e-10)

@@ -16,10 +16,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.motion.report import Run
-from mechdae.analysis.motion.task import Kept, integrate
 from mechdae.bench.works import OURS, End, Way, Work
-from mechdae.kernels.call import Call
+from mechdae.dynamics.report import Run
+from mechdae.dynamics.task import Kept, integrate
+from mechdae.kernels.run.call import Call
 
 MOST = 10_000
 """Reversals after which scipy gives up."""

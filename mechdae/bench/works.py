@@ -16,15 +16,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.motion.expressions import over_states
-from mechdae.analysis.motion.report import Run
-from mechdae.analysis.motion.setup import Setup
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import names_in
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import split_rate
-from mechdae.describe.problem import Problem
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.expressions import over_states
+from mechdae.dynamics.report import Run
 from mechdae.errors import MechdaeError
-from mechdae.kernels.quiet import quiet
+from mechdae.kernels.run.quiet import quiet
 
 SX = ca.SX
 IMPLICIT = 1e-8
@@ -209,7 +209,7 @@ def _scipy(work: Work, tolerances: tuple[float, ...]) -> Iterator[tuple[str, flo
 
     for tolerance in tolerances:
         yield "scipy DOP853", tolerance, partial(way, "DOP853", tolerance, {})
-    from mechdae.kernels.call import Call
+    from mechdae.kernels.run.call import Call
 
     t, y, ode = _ode(work)
     rates = Call(ca.Function("rates", [t, y], [ca.densify(ca.jacobian(ode, y))], {"cse": True}))

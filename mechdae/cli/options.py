@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mechdae.errors import InputError
 
 if TYPE_CHECKING:
-    from mechdae.describe.problem import Problem
+    from mechdae.describe.file.problem import Problem
 
 
 def problem_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def problem_arguments(parser: argparse.ArgumentParser) -> None:
 
 def problem_of(options: argparse.Namespace) -> Problem:
     """Return the problem with the values of ``--set`` put in."""
-    from mechdae.describe.problem import load
+    from mechdae.describe.file.problem import load
 
     return load(options.problem).with_values(settings(options.set))
 

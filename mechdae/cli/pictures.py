@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Driven, Equilibrium, Study, Sweep
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Driven, Equilibrium, Study, Sweep
 from mechdae.draw.options import DESIGNS, GRAPHS, checked, names_of
 from mechdae.errors import InputError
 
@@ -121,7 +121,7 @@ def options_for(kind: str, asked: Mapping[str, Any]) -> dict[str, Any]:
 
 def left_out(problem: Problem, name: str) -> list[str]:
     """Return the bodies that no output of a task depends on, without solving anything."""
-    from mechdae.analysis.structure import pruned
+    from mechdae.tasks.show import pruned
 
     task = problem.task(name)
     if not isinstance(task, Driven) or task.outputs is None:

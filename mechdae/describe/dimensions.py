@@ -18,7 +18,7 @@ from mechdae.describe.expression import CONSTANTS, dotted, parse
 from mechdae.describe.loads import Force, Resistance, Spring, Torque
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import split_rate
-from mechdae.describe.tasks import Driver, Task
+from mechdae.describe.tasks.kinds import Driver, Task
 from mechdae.errors import MechdaeError
 
 Powers = tuple[Fraction, ...]

@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from mechdae.draw.animation import Animation
 
 KINDS = {
-    "diagram": "mechdae.draw.diagram",
+    "diagram": "mechdae.draw.diagram.diagram",
     "animation": "mechdae.draw.animation",
     "plans": "mechdae.draw.plans",
     "curves": "mechdae.draw.graphs.curves",
     "coupler": "mechdae.draw.graphs.coupler",
     "losses": "mechdae.draw.graphs.losses",
     "map": "mechdae.draw.graphs.map",
-    "design": "mechdae.draw.synthesis.design",
-    "compare": "mechdae.draw.synthesis.compare",
-    "convergence": "mechdae.draw.synthesis.convergence",
-    "census": "mechdae.draw.synthesis.census",
+    "design": "mechdae.draw.designs.design",
+    "compare": "mechdae.draw.designs.compare",
+    "convergence": "mechdae.draw.designs.convergence",
+    "census": "mechdae.draw.designs.census",
 }
 """Kind of picture -> module whose ``draw(result, ax, **options)`` makes it."""
 LATER = ("page",)
@@ -45,13 +45,13 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     result
         What `mechdae.solve` returned.
     kind
-        ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.draw`;
+        ``"diagram"``: the kinematic diagram of one pose, see `mechdae.draw.diagram.diagram.draw`;
         ``"animation"``: it moves, see `mechdae.draw.animation.animate`;
         ``"plans"``: velocities, accelerations and forces of one pose as vector polygons, see
         `mechdae.draw.plans.draw`; ``"curves"``: series against the driver or time, see
         `mechdae.draw.graphs.curves.draw`; ``"coupler"``: paths of points and hodographs;
         ``"losses"``: losses by joint; ``"map"``: a study over its parameters. Of a synthesis
-        ``"design"``: a design with its targets, see `mechdae.draw.synthesis.design.draw`;
+        ``"design"``: a design with its targets, see `mechdae.draw.designs.design.draw`;
         ``"compare"``: all designs; ``"convergence"``: the starts; ``"census"``: the optima.
         Without it the diagram; of a study the map; of a synthesis the best design, of one without
         designs the census.

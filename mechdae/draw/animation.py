@@ -15,10 +15,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from mechdae.draw import diagram, style
+from mechdae.draw import style
+from mechdae.draw.diagram import diagram
+from mechdae.draw.diagram.loads import peak_force
+from mechdae.draw.diagram.scene import Scene, longest_run, read_scene
 from mechdae.draw.figure import new_axes
-from mechdae.draw.loads import peak_force
-from mechdae.draw.scene import Scene, longest_run, read_scene
 from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -54,7 +55,7 @@ class Animation:
     dpi
         Pixels to the inch, the picture has 7 x 5 in.
     traces, labels, loads, dark, lang
-        As in `mechdae.draw.diagram.draw`.
+        As in `mechdae.draw.diagram.diagram.draw`.
     subtitle
         In place of driver value, task and pose.
     ghosts
@@ -211,7 +212,7 @@ def animate(
     dpi
         Pixels to the inch, 7 x 5 in.
     traces, labels, loads, dark, lang
-        As in a diagram, see `mechdae.draw.diagram.draw`.
+        As in a diagram, see `mechdae.draw.diagram.diagram.draw`.
     shape
         Of an equilibrium: number of the small motion that is shown, enlarged, over one
         period; 1, the slowest, without it.

@@ -2,7 +2,7 @@
 
 Positions on the sheet are in units from the lower left corner of the axes. Symbols and
 letters have fixed sizes in units, the mechanism is scaled to fit. What must not be covered
-by labels is kept as segments and boxes for `mechdae.draw.layout`.
+by labels is kept as segments and boxes for `mechdae.draw.labels.layout`.
 """
 
 from __future__ import annotations

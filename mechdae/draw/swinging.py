@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.draw.scene import Array, read_scene, turned
+from mechdae.draw.diagram.scene import Array, read_scene, turned
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.results import Named, Series

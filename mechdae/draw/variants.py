@@ -14,10 +14,10 @@ from matplotlib.transforms import Bbox
 
 from mechdae.describe.dimensions import parameter_units
 from mechdae.draw import SHARED, style
-from mechdae.draw.diagram import View, draw_pose, extent, has_paths
+from mechdae.draw.diagram.diagram import View, draw_pose, extent, has_paths
+from mechdae.draw.diagram.scene import choose_pose, read_scene
 from mechdae.draw.graphs import coupler, curves
 from mechdae.draw.graphs.scale import number, scale_of
-from mechdae.draw.scene import choose_pose, read_scene
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 

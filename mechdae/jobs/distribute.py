@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mechdae.errors import MechdaeError, SolveError
-from mechdae.jobs.pools import Borrowed, Processes, Supply
+from mechdae.jobs.executors import Borrowed, Processes, Supply
 
 GRACE = 2.0
 """How long the pieces under way may take to end when their pool breaks [s]."""

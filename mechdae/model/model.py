@@ -18,9 +18,9 @@ import numpy as np
 from mechdae.describe.coordinates import Coordinate
 from mechdae.describe.expression import build
 from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
-from mechdae.model.contacts import contacts
+from mechdae.model.curve_contacts import contacts
 from mechdae.model.frames import Frame, fixed_frame, planar_frame
-from mechdae.model.residuals import Ends, rows_of
+from mechdae.model.joints import Ends, rows_of
 
 SX = ca.SX
 FUNCTIONS: dict[str, Callable[..., Any]] = {

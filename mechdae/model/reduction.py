@@ -21,8 +21,8 @@ from mechdae.describe.coordinates import Coordinate, Selection, selection
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import bodies_of
 from mechdae.errors import FreedomError
+from mechdae.model.groups import Group, assur_groups
 from mechdae.model.model import Model, Row
-from mechdae.model.structure import Group, assur_groups
 
 SX = ca.SX
 

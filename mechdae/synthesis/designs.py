@@ -9,12 +9,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.tasks import Driver, Sweep
-from mechdae.describe.writing import dumps
-from mechdae.synthesis.cognates import are_cognates
+from mechdae.describe.file.writing import dumps
+from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.synthesis.exchange import exchanged
-from mechdae.synthesis.fourbar import FourBarStarts
-from mechdae.synthesis.goals.visits import Visits
+from mechdae.synthesis.fourbar.cognates import are_cognates
+from mechdae.synthesis.fourbar.starts import FourBarStarts
+from mechdae.synthesis.goals.path_generation import Visits
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.search import Search

@@ -17,7 +17,7 @@ import numpy as np
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.search import Search
-from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.watch import fallen
 
 ROUNDS = 8

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.goals import Extreme as Asked
-from mechdae.describe.tasks import Driver, Reactions, Sweep
+from mechdae.describe.tasks.goals import Extreme as Asked
+from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
 from mechdae.errors import MechdaeError
 from mechdae.results import Result
 from mechdae.synthesis.verify import Design

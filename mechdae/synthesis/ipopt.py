@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.kernels.quiet import quiet
+from mechdae.kernels.run.quiet import quiet
 
 SETTINGS: dict[str, Any] = {
     "expand": True,

@@ -13,13 +13,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.figures import is_figure, value
-from mechdae.analysis.sensitivity import numbers, sharp
-from mechdae.analysis.solve import solve
-from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Equilibrium
+from mechdae.derivatives.figures import is_figure, value
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Equilibrium
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
+from mechdae.solver.solve import solve
+from mechdae.studies.sensitivity import numbers, sharp
 
 KEPT = 64
 """Designs whose values are kept: IPOPT asks for value and gradient of one several times."""

@@ -9,12 +9,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.measures.transmission import Dyad, dyads
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import UnavailableError
-from mechdae.kernels.blocks import inverse
-from mechdae.kernels.graphs import Graphs
+from mechdae.kernels.graphs.blocks import inverse
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.measures.transmission import Dyad, dyads
 from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
 from mechdae.model.reduction import Scene, scene

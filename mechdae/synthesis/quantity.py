@@ -14,16 +14,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.composed import INPUT, Composed, is_series
-from mechdae.analysis.moving import Moving, requests
-from mechdae.analysis.reactions import loaded_bodies
-from mechdae.analysis.setting import prepare
-from mechdae.analysis.statics import Statics
-from mechdae.analysis.sweep import run
-from mechdae.describe.goals import Extreme
-from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Reactions, Sweep
+from mechdae.derivatives.composed import INPUT, Composed, is_series
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.goals import Extreme
+from mechdae.describe.tasks.kinds import Reactions, Sweep
 from mechdae.errors import InputError, UnavailableError, UnknownName
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.poses import Moving, requests
+from mechdae.forces.task import loaded_bodies
+from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.sweep import run
 from mechdae.model.parameters import parameters_of
 
 SX = ca.SX

@@ -9,27 +9,27 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import SLIDE_JOINTS
-from mechdae.describe.demand import Demand, demand
-from mechdae.describe.goals import Extreme as AskedExtreme
-from mechdae.describe.goals import FunctionTargets, Rocker, StraightLine, Visits
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Equilibrium, Motion, Sweep, Synthesis
+from mechdae.describe.tasks.goals import Extreme as AskedExtreme
+from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
+from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
+from mechdae.describe.tasks.synthesis import Demand, demand
 from mechdae.errors import InputError, UnknownName
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Seed
 from mechdae.synthesis.goals.dynamic import Dynamic
 from mechdae.synthesis.goals.extreme import Extreme, quantity_of
 from mechdae.synthesis.goals.function import Function
+from mechdae.synthesis.goals.path_generation import Visits as VisitsGoal
 from mechdae.synthesis.goals.rocker import Rocker as RockerGoal
 from mechdae.synthesis.goals.straight import Straight
-from mechdae.synthesis.goals.visits import Visits as VisitsGoal
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.outcome import Outcome, Run
 from mechdae.synthesis.poses import Poses
 from mechdae.synthesis.quantity import Quantity
 from mechdae.synthesis.space import TURN, Space
-from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.verify import sketched
 from mechdae.synthesis.watch import watched
 
@@ -114,7 +114,7 @@ class Search:
         quantity = self._quantities[key]
         typical = 1.0
         if not quantity.transmission and asked.path != "summary/efficiency":
-            from mechdae.analysis.solve import solve
+            from mechdae.solver.solve import solve
 
             found = abs(quantity_of(solve(self.problem, asked.task), asked))
             typical = found if np.isfinite(found) and found > 0 else 1.0
@@ -136,7 +136,7 @@ class Search:
         self, asked: AskedExtreme, name: str, word: str, part: str, bounds: Any
     ) -> RockerGoal:
         """Return stroke, swing or time ratio of a task over a turn as a goal or a limit."""
-        from mechdae.analysis.solve import solve
+        from mechdae.solver.solve import solve
 
         place = f"{name}.of: {asked.task}"
         task = self.problem.tasks[asked.task]
@@ -171,7 +171,7 @@ class Search:
                 return goal.size
             if isinstance(goal, Straight) and goal.asked.stroke is not None:
                 return goal.asked.stroke
-        from mechdae.analysis.numbers import mechanism_scale
+        from mechdae.setup.scales import mechanism_scale
 
         return float(mechanism_scale(self.problem.mechanism))
 

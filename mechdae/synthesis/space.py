@@ -11,11 +11,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.measures.transmission import Dyad
-from mechdae.describe.demand import Demand, Transmission
+from mechdae.describe.tasks.synthesis import Demand, Transmission
 from mechdae.errors import InputError
+from mechdae.measures.transmission import Dyad
 from mechdae.model.parameters import parameters_of
-from mechdae.synthesis.loops import FourBar, four_bar
+from mechdae.synthesis.fourbar.loops import FourBar, four_bar
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.poses import Poses
 

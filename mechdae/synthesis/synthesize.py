@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.problem import Problem
-from mechdae.describe.tasks import Synthesis
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Synthesis
 from mechdae.results import Result
 from mechdae.synthesis.designs import FEASIBLE, Candidate, defective, designs, distinct
+from mechdae.synthesis.fourbar.reach import out_of_reach
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.reach import out_of_reach
 from mechdae.synthesis.search import Search
 
 Job = tuple[int, Seed]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.synthesis.space import TURN
-from mechdae.synthesis.spread import CLOSED, Spread
+from mechdae.synthesis.starts.spread import CLOSED, Spread
 
 STEPS = 6
 """Newton steps from a guess between two nodes."""

@@ -10,15 +10,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.analysis.sensitivity import sharp
-from mechdae.analysis.solve import solve
-from mechdae.analysis.sweep import sweep
-from mechdae.describe.problem import Problem
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.table import Table
-from mechdae.describe.tasks import Driver, Sweep, Synthesis, Task
+from mechdae.describe.tasks.kinds import Driver, Sweep, Synthesis, Task
 from mechdae.errors import MechdaeError
+from mechdae.kinematics.sweep import sweep
 from mechdae.model.parameters import parameters_of
 from mechdae.results import Result
+from mechdae.solver.solve import solve
+from mechdae.studies.sensitivity import sharp
 from mechdae.synthesis.space import Space
 
 SX = ca.SX

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.analysis.measures.transmission import Dyad
+from mechdae.measures.transmission import Dyad
 from mechdae.synthesis.space import TURN, WATCHED
-from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import Trace, grid_of, maxima
 
 SEEN = 1e-9

@@ -13,9 +13,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.analysis.check import check, validate
-    from mechdae.describe import library
-    from mechdae.describe.problem import load
+    from mechdae.describe.file import library
+    from mechdae.describe.file.problem import load
+    from mechdae.tasks.check import check, validate
 
     code = 0
     for name in options.problems or library.names():

@@ -7,7 +7,7 @@ import json
 import tomllib
 from typing import Any
 
-from mechdae.describe import library
+from mechdae.describe.file import library
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,14 +10,7 @@ from typing import Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
-from mechdae.cli.pictures import (
-    check_suits,
-    kind_for,
-    left_out,
-    options_for,
-    prepared,
-    task_for,
-)
+from mechdae.cli.pictures import check_suits, kind_for, left_out, options_for, prepared, task_for
 from mechdae.cli.progress import progress
 from mechdae.draw.options import DESIGNS, GRAPHS, OPTIONS
 from mechdae.errors import AssemblyError, InputError, MechdaeError, SolveError, UnknownName
@@ -150,7 +143,7 @@ def _written_open(
 
 def _opened(problem: Any, name: str, result: Any, pose: int | None) -> Any:
     """Return the pose drawn open, None where it closes or several loops are open."""
-    from mechdae.analysis.opened import opened
+    from mechdae.assembly.open_mechanism import opened
 
     try:
         return opened(problem, name, result=result, pose=pose)
@@ -176,7 +169,7 @@ def _solved(problem: Any, name: str, kind: str, mode: str | None) -> Any:
     depends on are named as not in the scene; where they spoil the task they are left out, and
     only then it is solved again, as it is.
     """
-    from mechdae.analysis.solve import solve
+    from mechdae.tasks.solve import solve
 
     task = problem.task(name)
     if kind in (*GRAPHS, *DESIGNS) or getattr(task, "outputs", None) is None:

@@ -12,7 +12,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     del options
-    from mechdae.describe.schema import schema
+    from mechdae.describe.file.schema import schema
 
     print(json.dumps(schema(), indent=1))
     return 0

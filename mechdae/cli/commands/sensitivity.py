@@ -37,10 +37,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.analysis.solve import solve
-    from mechdae.describe.tasks import Sensitivity
+    from mechdae.describe.tasks.kinds import Sensitivity
     from mechdae.export import json_text, save
     from mechdae.tables import table
+    from mechdae.tasks.solve import solve
 
     problem = problem_of(options)
     chosen = problem.tasks.get(options.task) if options.task else None

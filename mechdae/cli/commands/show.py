@@ -15,8 +15,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.analysis.structure import structure
     from mechdae.results import plain
+    from mechdae.tasks.show import structure
 
     data = structure(problem_of(options))
     if options.json:

@@ -25,9 +25,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.analysis.solve import solve
     from mechdae.export import json_text, save
     from mechdae.tables import table
+    from mechdae.tasks.solve import solve
 
     problem = problem_of(options)
     if options.task is None:

@@ -63,8 +63,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _result(options: argparse.Namespace) -> Result:
-    from mechdae.jobs.pools import cluster
-    from mechdae.synthesis.run import synthesize
+    from mechdae.jobs.executors import cluster
+    from mechdae.synthesis.job.run import synthesize
 
     problem = problem_of(options)
     show = starts_progress(options.quiet)

@@ -16,7 +16,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.transforms import Affine2D
 
 from mechdae.draw import style
-from mechdae.draw.diagram import fitted, in_lines
+from mechdae.draw.diagram.diagram import fitted, in_lines
 from mechdae.draw.sheet import font, ink
 
 LEFT, BOTTOM, GAP = 62.0, 40.0, 16.0

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from mechdae.draw import layout, style
+from mechdae.draw import style
+from mechdae.draw.labels import layout
 from mechdae.draw.plans.vectors import Arrow, End, Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Array, Sheet, font, ink, normal, unit
 

@@ -17,11 +17,11 @@ import numpy as np
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.draw.places import numbers_of
+from mechdae.draw.diagram.places import numbers_of
+from mechdae.draw.diagram.scene import Array, Scene
 from mechdae.draw.plans.motion import STILL, groups_of
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow, Plan
-from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import normal
 
 ZERO = np.zeros(2)

@@ -14,12 +14,13 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
-from mechdae.draw import style, symbols
+from mechdae.draw import style
+from mechdae.draw.diagram import symbols
+from mechdae.draw.diagram.scene import Array, Scene
 from mechdae.draw.plans.board import caption, draw_arrow, heading, scale_text, smallest, write
 from mechdae.draw.plans.forces import Balance
 from mechdae.draw.plans.motion import written_letter
 from mechdae.draw.plans.vectors import Arrow, round_up
-from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 
 NEAR = 3.0

@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
+from mechdae.draw.diagram.scene import Array, Scene
 from mechdae.draw.plans.board import (
     caption,
     draw_arrow,
@@ -28,7 +29,6 @@ from mechdae.draw.plans.board import (
 from mechdae.draw.plans.forces import Balance
 from mechdae.draw.plans.motion import motion_plan
 from mechdae.draw.plans.vectors import CLOSED, Arrow, End, Plan, round_up
-from mechdae.draw.scene import Array, Scene
 from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink, normal
 from mechdae.errors import UnavailableError
 

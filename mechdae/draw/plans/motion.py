@@ -18,10 +18,10 @@ import numpy as np
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.places import Place, free_points, letters_of, numbers_of, places_of
+from mechdae.draw.diagram.places import Place, free_points, letters_of, numbers_of, places_of
+from mechdae.draw.diagram.scene import Array, Scene
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow, End, Plan
-from mechdae.draw.scene import Array, Scene
 
 SLIDING = ("prismatic", "pin-in-slot", "curve")
 SYMBOLS = {"velocity": ("v", "m/s", "p"), "acceleration": ("a", r"m/s$^2$", r"\pi")}

@@ -10,8 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from mechdae.draw import diagram, style
-from mechdae.draw.driver import drivers_of, held_drivers, time_text, value_text
+from mechdae.draw import style
+from mechdae.draw.diagram import diagram
+from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
+from mechdae.draw.diagram.scene import Scene, choose_pose, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
@@ -19,7 +21,6 @@ from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pi
 from mechdae.draw.plans.lever import draw_lever, lever
 from mechdae.draw.plans.motion import SYMBOLS, motion_plan
 from mechdae.draw.plans.vectors import Plan, round_up
-from mechdae.draw.scene import Scene, choose_pose, read_scene
 from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink
 from mechdae.errors import InputError, UnknownName
 

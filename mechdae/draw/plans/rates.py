@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, Scene
 from mechdae.draw.sheet import normal
 
 ZERO = np.zeros(2)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechdae.draw.scene import Array
+from mechdae.draw.diagram.scene import Array
 
 CLOSED = 1e-9
 """Share of its size by which a plan may stay open before the picture says so."""

@@ -13,7 +13,7 @@ from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.space import Space
 
 if TYPE_CHECKING:
-    from mechdae.synthesis.spread import Spread
+    from mechdae.synthesis.starts.spread import Spread
     from mechdae.synthesis.verify import Design
 
 

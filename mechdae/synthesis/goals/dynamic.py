@@ -8,12 +8,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.goals import Extreme as Asked
+from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.errors import MechdaeError
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.outcome import Called, Outcome
-from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.verify import Design, sketched
 
 SX = ca.SX

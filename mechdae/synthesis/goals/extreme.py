@@ -13,15 +13,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.goals import Extreme as Asked
+from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.errors import InputError, MechdaeError
-from mechdae.kernels.batch import Batch
+from mechdae.kernels.run.batch import Batch
 from mechdae.synthesis.extremes import largest, values_of
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.quantity import MEANS, Quantity
 from mechdae.synthesis.space import TURN
-from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.synthesis.verify import Design
 

@@ -14,14 +14,14 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.goals import FunctionTargets
+from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.model.model import Model
-from mechdae.synthesis.fourbar import FourBarStarts
-from mechdae.synthesis.freudenstein import function_starts
+from mechdae.synthesis.fourbar.freudenstein import function_starts
+from mechdae.synthesis.fourbar.starts import FourBarStarts
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.space import TURN, WIDE
-from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.synthesis.verify import Design
 

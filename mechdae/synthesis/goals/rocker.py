@@ -14,12 +14,12 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import Coordinate, coordinate
-from mechdae.describe.goals import Rocker as Asked
+from mechdae.describe.tasks.goals import Rocker as Asked
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.space import TURN, WIDE
-from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.verify import Design
 
 SX = ca.SX

@@ -12,13 +12,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.goals import StraightLine
+from mechdae.describe.tasks.goals import StraightLine
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.similar import Similar
 from mechdae.synthesis.space import FAR, TURN, WIDE
-from mechdae.synthesis.spread import Spread
+from mechdae.synthesis.starts.similar import Similar
+from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.trace import MET, Trace, grid_of, maxima, moved
 from mechdae.synthesis.verify import Design
 

@@ -1,1 +1,0 @@
-"""Assembly, modes, sweeps: from kernels to results."""

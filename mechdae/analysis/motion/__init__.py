@@ -1,1 +1,0 @@
-"""Motion under forces: start, integration, events, what is reported."""

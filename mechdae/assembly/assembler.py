@@ -1,0 +1,591 @@
+"""Assembly modes: all poses at one value of the drivers, group by group.
+
+Dyads (geared ones included) and platforms on three legs are solved by elimination, and their
+count is proven; larger groups by Newton's method from many starts, and their count is only "found".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.assembly.closure import Closing, Gap
+from mechdae.assembly.contacts import Contacts, ContactSolver
+from mechdae.assembly.elimination import BlockSolver, angle_slopes
+from mechdae.assembly.idle_freedom import dependent, free_poses
+from mechdae.assembly.least_gap import opening
+from mechdae.assembly.multistart import MOST, Found, Search
+from mechdae.assembly.nearest_mode import Nearest, Sketched
+from mechdae.assembly.redundant import RedundantSolver
+from mechdae.assembly.three_legs import Truss, truss
+from mechdae.assembly.turn_lattice import lattices, with_periods
+from mechdae.assembly.whole_turns import WholeTurns
+from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.mechanism import GROUND
+from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.local import Local
+from mechdae.model.groups import Group
+from mechdae.model.reduction import own_freedom
+from mechdae.numerics.least_squares import solve
+from mechdae.setup.drivers import Sketch
+from mechdae.setup.scales import mechanism_scale, natural_sizes
+
+SAME = 1e-7
+"""Largest difference of one and the same solution [rad, sizes of the mechanism]."""
+SILENT = 1e-3
+"""What the turns of a body count that the sketch does not name, beside those that it does."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One assembly mode: unknowns, labels of the groups in the order of the formula."""
+
+    x: Any
+    labels: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        return ",".join(self.labels)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A group that has no pose here, and the gap; `starts` of a search that found none.
+
+    ``at`` tells which equation of a redundant group stays open, ``free`` that none does: the
+    group has a freedom of its own.
+    """
+
+    group: Group
+    gap: float
+    infinite: bool = False
+    starts: int = 0
+    at: Gap | None = None
+    free: bool = False
+
+
+class Assembler:
+    """Finds poses of a scene at given driver values.
+
+    Parameters
+    ----------
+    graphs
+        Kernels of the scene.
+    sketch
+        A rough pose; used to choose modes and whole turns.
+    """
+
+    def __init__(self, graphs: Graphs, sketch: Sketch) -> None:
+        self.graphs, self.scene = graphs, graphs.scene
+        inside = {GROUND, *(name for group in self.scene.groups for name in group.bodies)}
+        joints = self.scene.model.mechanism.joints
+        self.sketch = dict(sketch.angles)
+        self.places = {
+            c: value
+            for c, value in sketch.places.items()
+            if set(joints[c.part].bodies if c.part in joints else (c.part,)) <= inside
+        }
+        self.p = self.scene.model.p_values
+        self.size = mechanism_scale(self.scene.model.mechanism)
+        self.turns = WholeTurns(self.scene, self.sketch, self.p)
+        slopes = angle_slopes(self.scene, self.p) if graphs.blocks else {}
+        self.solvers = [
+            self._solver(graph, slopes, any(self.scene.x_names[i][1] == "s" for i in graph.own))
+            for graph in graphs.blocks
+        ]
+        exact = lattices(self.scene, [graph.own for graph in graphs.blocks])
+        self.lattices = [
+            with_periods(lattice, solver.turning)
+            for lattice, solver in zip(exact, self.solvers, strict=True)
+        ]
+        """Whole turns by block that make no difference."""
+        self.endless = [a is not b for a, b in zip(exact, self.lattices, strict=True)]
+        """Whether turns without end move bodies solved later: modes are not all listed."""
+        self.contacts = Contacts(self.scene, self.p)
+        self.closing = Closing(graphs)
+        self.natural = natural_sizes(self.scene, self.size)
+        self._trusses: dict[int, Truss | None] = {}
+        self._searches: dict[int, Search] = {}
+        self.searched: dict[int, list[Found]] = {}
+        """What searches from many starts found, by group."""
+        self._blocks_of: dict[int, list[int]] = {group.index: [] for group in self.scene.groups}
+        for b, graph in enumerate(graphs.blocks):
+            self._blocks_of[graph.block.group].append(b)
+        self._classes: dict[tuple[int, bool], Any] = {}
+        self._functions: dict[Any, Local] = {}
+        self.free: list[Group] = []
+        """Groups met with a freedom of their own: their outer pins coincide."""
+
+    def _solver(self, graph: BlockGraph, slopes: Any, contact: bool) -> BlockSolver:
+        if graph.redundant:
+            return RedundantSolver(self.scene, graph, self.p, self.size, slopes)
+        solver = BlockSolver(self.scene, graph, self.p, self.size, slopes)
+        if not contact or solver.linear:
+            return solver
+        return ContactSolver(self.scene, graph, self.p, self.size, slopes)
+
+    def blocks_of(self, group: Group) -> list[int]:
+        return self._blocks_of[group.index]
+
+    def names(self, b: int) -> list[str]:
+        """Return what a block's unknowns are: x, y, angle."""
+        return [self.scene.x_names[i][1] for i in self.graphs.blocks[b].own]
+
+    @property
+    def endless_groups(self) -> list[Group]:
+        """The groups of blocks whose turns move bodies solved later without end."""
+        own = {self.scene.blocks[b].group for b, endless in enumerate(self.endless) if endless}
+        return [group for group in self.scene.groups if group.index in own]
+
+    def labelled(self, group: Group) -> bool:
+        """Return whether a group's modes have a label: not the driven link itself, not a weld."""
+        return bool(self.blocks_of(group)) or not (group.driven or group.kind == "weld")
+
+    # -- absolute coordinates --------------------------------------------------------------
+
+    @cached_property
+    def _absolute(self) -> tuple[list[tuple[str, str]], Any]:
+        names = list(self.scene.recover)
+        values = ca.vertcat(*self.scene.recover.values())
+        inputs = [self.scene.x, self.scene.u, self.scene.model.p]
+        return names, ca.Function("q", inputs, [values])
+
+    def coordinates(self, x: Any, u: Any) -> dict[tuple[str, str], float]:
+        """Return all absolute coordinates at a pose."""
+        names, function = self._absolute
+        return dict(zip(names, np.array(function(x, u, self.p)).ravel().tolist(), strict=True))
+
+    def _local(self, key: Any, make: Callable[[], Any]) -> Local:
+        """Return the function of the expression over q that `make` gives; made once."""
+        if key not in self._functions:
+            self._functions[key] = Local(self.scene, self.scene.expression(make()))
+        return self._functions[key]
+
+    def _angles(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+        """Return the angles of a group's bodies at a pose."""
+        frame = self.scene.model.frame
+        function = self._local(
+            ("angles", group.index), lambda: ca.vertcat(*[frame(b).angle for b in group.bodies])
+        )
+        return dict(zip(group.bodies, function(x, u, self.p).ravel().tolist(), strict=True))
+
+    def group_jacobian(self, x: Any, u: Any, group: Group) -> Any:
+        """Return the group's share of the absolute Jacobian at a pose, in declared order."""
+
+        def make() -> Any:
+            phi = ca.vertcat(*[self.scene.rows[i].expression for i in group.rows])
+            return ca.jacobian(phi, self.scene.model.q[list(group.columns)])
+
+        return self._local(("jacobian", group.index), make)(x, u, self.p)
+
+    # -- one group -------------------------------------------------------------------------
+
+    def candidates(
+        self, group: Group, x: Any, u: Any, nearby: bool = False, search: bool = True,
+        measured: bool = True,
+    ) -> tuple[list[Any], bool, Failure | None]:  # fmt: skip
+        """Return all poses of a group for solved earlier groups, and whether that is proven.
+
+        With `nearby`, a group of infinitely many modes (a gear ratio that is not rational)
+        gives the one that Newton's method finds from the sketch. Without `search` a group that
+        has no closed form gives nothing. By how much a group stays open is looked for only where
+        that is to be `measured`: it costs many times what the poses do.
+        """
+        found = [x.copy()]
+        proven = True
+        failure: Failure | None = None
+        for b in self.blocks_of(group):
+            graph, solver = self.graphs.blocks[b], self.solvers[b]
+            ahead = []
+            for start in found:
+                z = start[graph.uses] if graph.uses else np.zeros(0)
+                result = solver.solve(z, u)
+                if result is None and (shape := self._truss(group)) is not None and search:
+                    return self._of_truss(shape, x, u, nearby)
+                at = None
+                if result is None and not search:
+                    return [], False, None
+                if result is None or (nearby and result.infinite):
+                    most = 1 if result is not None else MOST
+                    self._check_freedom(group, b, start, u)
+                    solutions, sure, gap = self._search(b, start, u, most), False, 0.0
+                    infinite = False
+                else:
+                    solutions, sure = result.x, result.proven
+                    gap, infinite, at = result.gap, result.infinite, result.gap_at
+                    if solver.linear and not len(solutions):
+                        self._check_freedom(group, b, start, u)
+                proven &= sure and not self.endless[b]
+                if result is not None and result.free:
+                    self.free.append(group)
+                if not len(solutions):
+                    starts = 0 if result is not None else self.searched[group.index][-1].starts
+                    free = result is not None and result.free
+                    if gap > 0 and at is None and measured:
+                        at = opening(solver, self.scene.model, start, u)
+                        gap = at.size
+                    failure = Failure(group, gap, infinite, starts, at, free)
+                own = []
+                for solution in solutions:
+                    for turned in self._turned(b, solution, start, u):
+                        own.append(self._polish(b, put(start, graph.own, turned), u))
+                own = self._distinct(b, own, u)
+                if nearby and not sure and not (result is not None and result.free):
+                    exact = self.sketched.own_pose(b, start, u)
+                    if exact is not None and not any(self._same(b, exact, x) for x in own):
+                        own, failure = [*own, exact], None
+                ahead += own
+            found, missed = self._closed(group, b, ahead, u)
+            failure = missed or failure
+        found, missed = self._closed(group, None, found, u)
+        failure = missed or failure
+        touching = [pose for pose in found if self.contacts.touch(group, pose, u)]
+        if found and not touching:
+            failure = Failure(group, 0.0)
+        return touching, proven, failure if not touching else None
+
+    def _closed(
+        self, group: Group, b: int | None, poses: list[Any], u: Any
+    ) -> tuple[list[Any], Failure | None]:
+        """Return the poses at which superfluous equations hold, and the smallest gap if none.
+
+        They are those of block `b`, or the group's equations without unknowns.
+        """
+        checked = [check for check in self.scene.checks if check.group == group.index]
+        if not (checked if b is None else self.graphs.blocks[b].redundant):
+            return poses, None
+        gaps = [self.closing.gap(b, group.index, x, u) for x in poses]
+        closed = [x for x, gap in zip(poses, gaps, strict=True) if gap is None]
+        left = [gap for gap in gaps if gap is not None]
+        if closed or not left:
+            return closed, None
+        least = min(left, key=lambda gap: gap.size)
+        return [], Failure(group, least.size, at=least)
+
+    def _check_freedom(self, group: Group, b: int, x: Any, u: Any) -> None:
+        """Raise when a group moves by itself at the pose that Newton's method finds first."""
+        graph = self.graphs.blocks[b]
+        sketch = [self._wanted(i, x, u) for i in graph.own]
+        sizes = self.natural[graph.own]
+        found = free_poses(graph, put(x, graph.own, sketch), u, self.p, sizes, self.size)
+        if found is None:
+            return
+        q, moved = (self.coordinates(pose, u) for pose in found)
+        size = {"x": self.size, "y": self.size}
+        bodies = [n[0] for n in q if abs(moved[n] - q[n]) > 1e-6 * size.get(n[1], 1.0)]
+        raise own_freedom(group, bodies, self.dependent(group, found[0], u))
+
+    def superfluous(self, x: Any, u: Any) -> list[dict[str, Any]]:
+        """Return joints and number of superfluous equations of each redundant group."""
+        return [
+            {"joints": self.dependent(group, x, u), "count": group.superfluous}
+            for group in self.scene.redundant
+        ]
+
+    def dependent(self, group: Group, x: Any, u: Any) -> list[str]:
+        """Return joints and drivers of a group whose equations depend on each other at a pose."""
+        names = [self.scene.model.q_names[j][1] for j in group.columns]
+        weights = np.array([1.0 if name in ("angle", "s") else self.size for name in names])
+        rows = np.flatnonzero(dependent(self.group_jacobian(x, u, group) * weights))
+        return list(dict.fromkeys(self.scene.rows[group.rows[k]].owner for k in rows))
+
+    def _truss(self, group: Group) -> Truss | None:
+        """Return the group as a platform on three legs, None when it is none."""
+        if group.index not in self._trusses:
+            shape = None if group.superfluous else truss(self.scene, group, self.p)
+            self._trusses[group.index] = shape
+        return self._trusses[group.index]
+
+    def _of_truss(
+        self, shape: Truss, x: Any, u: Any, nearby: bool
+    ) -> tuple[list[Any], bool, Failure | None]:
+        """Return all poses of a platform on three legs."""
+        group = shape.group
+        poses, closed = shape.solve(self.coordinates(x, u), u)
+        if closed.free:
+            self.free.append(group)
+            own = self.blocks_of(group)
+            if nearby and len(own) == 1:
+                self._check_freedom(group, own[0], x, u)
+        found = []
+        for q in poses:
+            ahead = [x]
+            for b in self.blocks_of(group):
+                own = self.graphs.blocks[b].own
+                solution = np.array([q[self.scene.x_names[i]] for i in own])
+                turned = [
+                    [
+                        self._polish(b, put(y, own, s), u)
+                        for s in self._turned(b, solution, y, u, True)
+                    ]
+                    for y in ahead
+                ]
+                ahead = [pose for poses in turned for pose in self._distinct(b, poses, u)]
+            found += ahead
+        sure = closed.proven and not any(self.endless[b] for b in self.blocks_of(group))
+        return found, sure, None if found else Failure(group, closed.gap, free=closed.free)
+
+    def _turned(self, b: int, solution: Any, x: Any, u: Any, single: bool = False) -> list[Any]:
+        """Return the solution with all whole turns of its angles that gears tell apart.
+
+        A solver gives solutions within its periods, `single` ones within one turn.
+        """
+        if (b, single) not in self._classes:
+            periods = self.solvers[b].turning
+            periods = [min(period, 2 * np.pi) for period in periods] if single else periods
+            self._classes[b, single] = self.lattices[b].classes(periods)
+        turns = 2 * np.pi * self._classes[b, single]
+        return [self._nearest_turn(b, solution + turn, x, u) for turn in turns]
+
+    def _polish(self, b: int, x: Any, u: Any) -> Any:
+        """Return x after a few Newton steps in block `b`; kept as it is at a fold."""
+        graph = self.graphs.blocks[b]
+        result, best = x.copy(), np.inf
+        for _ in range(4):
+            F, J, _ = graph.value_at(result, u, self.p)
+            try:
+                step = solve(J, F)
+            except np.linalg.LinAlgError:
+                return x
+            size = float(np.abs(step).max())
+            if not size < best:
+                break
+            best = size
+            result[graph.own] -= step
+        return result if np.abs(result - x).max() < 1e-3 else x
+
+    def _nearest_turn(self, b: int, solution: Any, x: Any, u: Any) -> Any:
+        """Return the solution with whole turns that make no difference, nearest to the sketch."""
+        graph, solver = self.graphs.blocks[b], self.solvers[b]
+        result = np.array(solution, float)
+        pose = put(x, graph.own, result)
+        wanted = result.copy()
+        for j, i in enumerate(graph.own):
+            if solver.angle[j]:
+                wanted[j] = self._wanted(i, pose, u)
+            elif period := solver.period(j):
+                result[j] -= period * np.round((result[j] - self._wanted(i, pose, u)) / period)
+                wanted[j] = result[j]
+        told = [self.scene.x_names[i][0] in self.sketch for i in graph.own]
+        gaps = (result - wanted) / (2 * np.pi)
+        left = self.lattices[b].remainder(gaps[None], np.where(told, 1.0, SILENT))[0]
+        return result - 2 * np.pi * np.round(gaps - left)
+
+    def _distinct(self, b: int, poses: list[Any], u: Any) -> list[Any]:
+        """Return poses of block `b` that differ by more than whole turns that make no difference.
+
+        Those before the block are the same in all poses.
+        """
+        turning, single = self.solvers[b].turning, self.lattices[b].single
+        once = all(one or not period for period, one in zip(turning, single, strict=True))
+        if len(poses) < 2 or (once and max(turning, default=0.0) < 3 * np.pi):
+            return poses  # a solver gives no solution twice within one turn
+        kept: list[Any] = []
+        for x in poses:
+            if not any(self._same(b, x, other) for other in kept):
+                kept.append(x)
+        return kept
+
+    def _same(self, b: int, x: Any, y: Any) -> bool:
+        """Return whether two poses are the same in block `b`, but for turns and rounding."""
+        return bool(self._apart(b, x, y).max(initial=0.0) < SAME)
+
+    def _apart(self, b: int, x: Any, y: Any) -> Any:
+        """Return how far the unknowns of block `b` are apart, without turns [rad, sizes]."""
+        own = self.graphs.blocks[b].own
+        unit = np.where(self.solvers[b].angle, 2 * np.pi, 1.0)
+        gaps = self.lattices[b].remainder(((x - y)[own] / unit)[None])[0] * unit
+        periods = np.array(
+            [0.0 if a else self.solvers[b].period(j) for j, a in enumerate(self.solvers[b].angle)]
+        )
+        with np.errstate(invalid="ignore", divide="ignore"):
+            gaps -= np.where(periods > 0, periods * np.round(gaps / periods), 0.0)
+        return np.abs(gaps) / self.natural[own]
+
+    def _wanted(self, i: int, x: Any, u: Any) -> float:
+        """Return the sketched value of an unknown that has a period, in its absence a middle."""
+        owner, name = self.scene.x_names[i]
+        if name == "s":
+            middle = sum(self.scene.model.contacts[owner].range) / 2
+            places = {c.part: value for c, value in self.places.items() if c.kind == "curve"}
+            return places.get(owner, middle)
+        return self.turns.wanted(i, x, u) if name == "angle" else self.sketch.get(owner, 0.0)
+
+    def _search(self, b: int, x: Any, u: Any, most: int = MOST) -> Any:
+        """Return the distinct solutions that Newton's method finds, the sketch its first start."""
+        graph, solver = self.graphs.blocks[b], self.solvers[b]
+        if b not in self._searches:
+            sizes = self.natural[graph.own]
+            self._searches[b] = Search(solver, self.scene.u, sizes, self.lattices[b])
+        angles = dict(zip(graph.own, solver.angle, strict=True))
+        hint = [self.turns.start(i, x, u) if angle else np.nan for i, angle in angles.items()]
+        z = x[graph.uses] if graph.uses else np.zeros(0)
+        found = self._searches[b](z, u, np.array(hint), most)
+        self.searched.setdefault(graph.block.group, []).append(found)
+        return found.x
+
+    def searches(self) -> list[dict[str, Any]]:
+        """Return what was searched for: group, starts, solutions, fewest starts that led to one."""
+        names = {group.index: group.name for group in self.scene.groups}
+        return [
+            {
+                "group": names[index],
+                "starts": sum(found.starts for found in runs),
+                "found": sum(len(found.x) for found in runs),
+                "least_hits": min((int(n) for found in runs for n in found.hits), default=0),
+            }
+            for index, runs in self.searched.items()
+        ]
+
+    # -- labels ----------------------------------------------------------------------------
+
+    def sign(self, group: Group, x: Any, u: Any) -> str:
+        """Return + or -: orientation of the triangle of an RRR dyad, else sign of the Jacobian.
+
+        A redundant group has no determinant, its sign is always +.
+        """
+        if group.superfluous:
+            return "+"
+        if group.kind == "RRR" and len(group.bodies) == 2 and group.higher_pairs == 0:
+            value = self._orientation(group, x, u)
+        else:
+            value = float(np.linalg.slogdet(self.group_jacobian(x, u, group))[0])
+        return "+" if value > 0 else "-" if value < 0 else "0"
+
+    def _orientation(self, group: Group, x: Any, u: Any) -> float:
+        def make() -> Any:
+            joints = self.scene.model.mechanism.joints
+            inner = joints[group.inner[0]]
+            first = group.bodies[0]
+            outer = [joints[name] for name in group.joints if name != inner.name]
+            outer.sort(key=lambda joint: first not in joint.bodies)
+            pins = (outer[0].second, inner.second, outer[1].second)
+            return ca.horzcat(*[self.scene.model.point(pin) for pin in pins])
+
+        a, b, c = self._local(("triangle", group.index), make)(x, u, self.p).T
+        return float((b - a)[0] * (c - b)[1] - (b - a)[1] * (c - b)[0])
+
+    def group_labels(self, group: Group, poses: list[Any], u: Any) -> list[str]:
+        """Return the labels of all poses of one group: sign, and rank where it is no dyad.
+
+        Whole turns of a dyad's body, which gears tell apart, are counted from the sketch.
+        """
+        signs = [self.sign(group, x, u) for x in poses]
+        if self._signs_tell(group):
+            return [sign + self._whole(group, x, u) for sign, x in zip(signs, poses, strict=True)]
+        order = [self._rank(group, x, u) for x in poses]
+        labels = []
+        for k, sign in enumerate(signs):
+            rank = 1 + sum(other == sign and order[i] < order[k] for i, other in enumerate(signs))
+            labels.append(f"{sign}{rank}")
+        return labels
+
+    def label(self, x: Any, u: Any) -> str:
+        """Return the label of a solved pose among the modes at `u`."""
+        labels = []
+        for group in self.scene.groups:
+            if not self.labelled(group):
+                continue
+            sign = self.sign(group, x, u)
+            if self._signs_tell(group):
+                labels.append(sign + self._whole(group, x, u))
+                continue
+            poses, _, _ = self.candidates(group, x, u)
+            names = self.group_labels(group, poses, u)
+            blocks = self.blocks_of(group)
+            gaps = [max(self._apart(b, pose, x).max() for b in blocks) for pose in poses]
+            labels.append(names[int(np.argmin(gaps))] if gaps else sign)
+        return ",".join(labels)
+
+    def _whole(self, group: Group, x: Any, u: Any) -> str:
+        """Return the whole turns that a pose is away from the sketch as text, if there are any."""
+        numbers = [
+            self.turns.number(i, x, u)
+            for b in self.blocks_of(group)
+            for j, i in enumerate(self.graphs.blocks[b].own)
+            if self.solvers[b].turning[j] and not self.lattices[b].single[j]
+        ]
+        return "".join(f":{number}" for number in numbers) if any(numbers) else ""
+
+    def _signs_tell(self, group: Group) -> bool:
+        """Return whether the sign, with whole turns, tells the modes of a group apart."""
+        return group.is_dyad or all(self.solvers[b].linear for b in self.blocks_of(group))
+
+    def _rank(self, group: Group, x: Any, u: Any) -> tuple[float, ...]:
+        """Return by what a group's poses are put in order: first contact or body's angle.
+
+        A body that only slides has one angle in all modes: then the unknowns tell.
+        """
+        pose = x.copy()
+        for b in self.blocks_of(group):
+            own, angle = self.graphs.blocks[b].own, self.solvers[b].angle
+            turned = self.lattices[b].remainder((x[own] / (2 * np.pi))[None])[0]
+            pose[own] = np.where(angle, 2 * np.pi * turned, x[own])
+        own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
+        if self.contacts.of(group):
+            first = self.contacts.first(group, x, u)
+        else:
+            first = self._angles(group, pose, u)[group.bodies[0]]
+            names = [self.scene.x_names[i] for i in own]
+            if (group.bodies[0], "angle") not in names:
+                first -= 2 * np.pi * float(np.ceil(first / (2 * np.pi) - 0.5))
+        return (round(first, 9), *np.round(pose[own] / self.natural[own], 9))
+
+    # -- whole scene -----------------------------------------------------------------------
+
+    def modes(self, u: Any, limit: int | None = None) -> tuple[list[Mode], bool, Failure | None]:
+        """Return all modes, whether the count is proven, and the group that failed last."""
+        found = [Mode(np.zeros(self.graphs.nx), ())]
+        proven, failure = True, None
+        for group in self.scene.groups:
+            ahead = []
+            for mode in found:
+                poses, sure, failed = self.candidates(group, mode.x, u)
+                proven &= sure
+                failure = failed or failure
+                labels = self.group_labels(group, poses, u)
+                for x, label in zip(poses, labels, strict=True):
+                    own = (label,) if self.labelled(group) else ()
+                    ahead.append(Mode(x, mode.labels + own))
+            found = ahead
+        found.sort(key=lambda mode: [(text[0] != "+", len(text), text) for text in mode.labels])
+        return found[:limit], proven, failure if not found else None
+
+    @cached_property
+    def sketched(self) -> Sketched:
+        """What the sketch says about the groups."""
+        return Sketched(self)
+
+    def from_sketch(self, u: Any) -> Nearest:
+        """Return the pose of the whole mechanism nearest to the sketch at driver values `u`."""
+        return self.sketched.nearest(u)
+
+    def _coordinate(self, c: Coordinate, x: Any, u: Any) -> float:
+        """Return the value of a coordinate at a pose."""
+        function = self._local(c, lambda: self.scene.model.coordinate(c))
+        return float(function(x, u, self.p).item())
+
+    def slides(self, group: Group, x: Any, u: Any) -> dict[str, float]:
+        """Return the slides of a group's sliding joints [m], and s of its contacts."""
+        mechanism = self.scene.model.mechanism
+        found = {}
+        for name in group.joints:
+            if mechanism.joints[name].kind == "prismatic":
+                c = coordinate(mechanism, f"{name}.slide")
+                found[name] = self._coordinate(c, x, u)
+            if mechanism.joints[name].kind == "curve":
+                found[name] = self.contacts.place(name, x, u)
+        return found
+
+
+def put(x: Any, own: list[int], values: Any) -> Any:
+    """Return x with the unknowns of a block replaced."""
+    result = x.copy()
+    result[own] = values
+    return result

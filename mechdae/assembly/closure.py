@@ -1,0 +1,158 @@
+"""Whether the superfluous equations of redundant groups hold, and by how much they are open.
+
+Blocks with more equations than unknowns are checked by the kernels themselves, pose by pose
+(see `Graphs.rates`); here are the equations left without unknowns, and the figures of both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.kernels.graphs.pose import CLOSURE
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.batch import Batch
+from mechdae.model.reduction import Block
+from mechdae.setup.scales import Constants
+
+UNITS = {"m": "length", "rad": "angle", "1": "parameter"}
+
+
+@dataclass(frozen=True)
+class Gap:
+    """By how much a joint (or driver) stays open; ``unit`` is m or rad.
+
+    ``superfluous`` tells that the group closes without some of its equations.
+    """
+
+    size: float
+    unit: str
+    joint: str
+    superfluous: bool = True
+
+
+class Closing:
+    """The equations of a scene's redundant groups.
+
+    Parameters
+    ----------
+    graphs
+        Kernels of the scene.
+    """
+
+    def __init__(self, graphs: Graphs) -> None:
+        self.graphs, self.scene = graphs, graphs.scene
+        self.checks = self.scene.checks
+        self.blocks = [b for b, graph in enumerate(graphs.blocks) if graph.redundant]
+        groups = [group.index for group in self.scene.groups]
+        self.check_group = [groups.index(check.group) for check in self.checks]
+
+    # -- equations without unknowns ----------------------------------------------------------
+
+    @cached_property
+    def _still(self) -> Any:
+        """Angles that parameters alone decide: whole turns do not count."""
+        moving = ca.vertcat(self.scene.x, self.scene.u)
+        return np.array(
+            [
+                check.unit == "rad" and not ca.depends_on(check.residual, moving)
+                for check in self.checks
+            ],
+            bool,
+        )
+
+    @cached_property
+    def _row_weights(self) -> dict[int, Any]:
+        g = self.graphs
+        return {b: ca.Function("r", [g.scale, g.p], [g.weights(b)[1]]) for b in self.blocks}
+
+    @cached_property
+    def _residuals(self) -> Any:
+        scene, own = self.scene, [check.residual for check in self.checks]
+        rows = [*own, *(self.graphs.blocks[b].F for b in self.blocks)]
+        stacked = ca.densify(ca.vertcat(*rows)) if rows else ca.SX(0, 1)
+        function = ca.Function("rows", [scene.x, scene.u, scene.model.p], [stacked])
+        return Batch(function, shared=[2])
+
+    def residuals(self, x: Any, u: Any, p: Any) -> Any:
+        """Return the values of all equations, checks first, at poses (n, nx), (n, nu)."""
+        values = self._residuals(x, u, p)[0]
+        own = values[:, : len(self.checks)]
+        turns = np.where(self._still, 2 * np.pi * np.round(own / (2 * np.pi)), 0.0)
+        values[:, : len(self.checks)] -= turns
+        return values
+
+    def open(self, x: Any, u: Any, error: Any, constants: Constants) -> Any:
+        """Return which checks stay open at poses with the given bounds `error`, (n, nc)."""
+        sizes = (constants.size_x, constants.size_u, constants.p, constants.floors)
+        slope, rounding = (
+            np.array(part) for part in self.graphs.check_bounds(*sizes, *constants.boxes)
+        )
+        shape = (len(self.checks), constants.boxes[0].shape[1])
+        slope = slope.reshape(*shape, self.graphs.nx).max(axis=1)
+        rounding = rounding.reshape(shape).max(axis=1)
+        values = np.abs(self.residuals(x, u, constants.p)[:, : len(self.checks)])
+        result = np.empty(values.shape, bool)
+        for k, own in enumerate(slope):
+            used = np.flatnonzero(own)  # other unknowns need not have a value
+            allowed = rounding[k] + error[:, used] @ own[used]
+            with np.errstate(invalid="ignore"):
+                result[:, k] = ~(values[:, k] <= CLOSURE * allowed)
+        return result
+
+    # -- one pose ----------------------------------------------------------------------------
+
+    def gap(self, b: int | None, group: int, x: Any, u: Any) -> Gap | None:
+        """Return what stays open in block `b` (in the checks of a group, None) at a solved pose."""
+        g = self.graphs
+        constants = Constants(g, np.abs(u))
+        rates = [] if g.single else [np.zeros(g.nu) for _ in g.driven]
+        results = g.pose(x, u, *rates, constants.vector())
+        error = np.array(results[1]).ravel()
+        if b is not None:
+            graph = g.blocks[b]
+            F, _, Fz = graph.value_at(x, u, constants.p)
+            r = np.array(self._row_weights[b](constants.scale, constants.p)).ravel()
+            noise = constants.rho[b]
+            if graph.uses:
+                noise += np.linalg.norm(np.abs(Fz) @ error[graph.uses] / r)
+            if np.linalg.norm(F / r) <= CLOSURE * noise:
+                return None
+            size = np.array([constants.scale if v == "m" else 1.0 for v in graph.block.units])
+            return worst(F / size, graph.block, constants.scale)
+        own = np.array([check.group == group for check in self.checks], bool)
+        if not own.any() or not self.open(x[None], u[None], error[None], constants)[0][own].any():
+            return None
+        residuals = self.residuals(x[None], u[None], constants.p)[0]
+        values = np.where(own, np.abs(residuals[: len(own)]), 0.0)
+        check = self.checks[int(np.argmax(values))]
+        return Gap(float(values.max()), check.unit, check.owner)
+
+    # -- all poses ---------------------------------------------------------------------------
+
+    def largest(self, x: Any, u: Any, p: Any) -> dict[str, float]:
+        """Return the largest residual by "length" [m] and "angle" [rad] over poses."""
+        units = [check.unit for check in self.checks]
+        units += [unit for b in self.blocks for unit in self.graphs.blocks[b].block.units]
+        values = np.abs(self.residuals(x, u, p))
+        found = {}
+        for unit in dict.fromkeys(units):
+            own = values[:, [k for k, other in enumerate(units) if other == unit]]
+            found[UNITS[unit]] = float(np.fmax.reduce(own, axis=None, initial=0.0))
+        return found
+
+
+def worst(F: Any, block: Block, size: float) -> Gap:
+    """Return the joint of a block's equations that stays open most.
+
+    `F` are the residuals, lengths divided by `size`.
+    """
+    open_by: dict[tuple[str, str], float] = {}
+    for value, key in zip(F, zip(block.owners, block.units, strict=True), strict=True):
+        open_by[key] = float(np.hypot(open_by.get(key, 0.0), value))
+    (joint, unit), most = max(open_by.items(), key=lambda item: item[1])
+    return Gap(most * (size if unit == "m" else 1.0), unit, joint)

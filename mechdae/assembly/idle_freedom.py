@@ -1,0 +1,103 @@
+"""Groups that keep a freedom of their own: dependent equations that leave bodies free.
+
+The structure counts as many equations as coordinates, or more, but special dimensions make
+them depend on each other, at a pose and at all poses near it. Where other groups with
+superfluous equations hold these bodies, all of them are solved as one group.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+
+from mechdae.errors import FreedomError
+from mechdae.kernels.graphs.blocks import BlockGraph
+
+T = TypeVar("T")
+
+RANK_TOLERANCE = 1e-9
+"""Singular values, in parts of the largest, that count as zero."""
+STEP = 1e-3
+ITERATIONS = 60
+LARGEST_STEP = 0.7
+HOLDS = 1e-12
+"""Residual of a solution, in sizes of the mechanism and radians."""
+
+
+def settled(build: Callable[[bool], T], assemble: Callable[[T], object]) -> T:
+    """Return what `build` gives with groups that have no freedom of their own.
+
+    Parameters
+    ----------
+    build
+        Gets whether all bodies with superfluous equations shall be one group.
+    assemble
+        Assembles redundant groups; raises `FreedomError`.
+    """
+    try:
+        result = build(False)
+        assemble(result)
+        return result
+    except FreedomError as error:
+        try:
+            result = build(True)
+            assemble(result)
+            return result
+        except FreedomError:
+            raise error from None
+
+
+def dependent(matrix: Any) -> Any:
+    """Return which rows of a matrix depend on each other, equilibrated, as booleans."""
+    size = np.linalg.norm(matrix, axis=1)
+    left, sigma, _ = np.linalg.svd(matrix / np.where(size > 0, size, 1.0)[:, None])
+    rank = int(np.sum(sigma > RANK_TOLERANCE * sigma[0])) if len(sigma) else 0
+    return np.abs(left[:, rank:]).max(axis=1, initial=0.0) > 1e-6
+
+
+def free_poses(
+    graph: BlockGraph, x: Any, u: Any, p: Any, sizes: Any, scale: float
+) -> tuple[Any, Any] | None:
+    """Return two poses of a block between which it moves by itself, None where it does not.
+
+    The first one is what Newton's method finds from `x` (nx,), in steps of least length. The
+    other lies along the null vector of the Jacobian there: to be a freedom, the equations
+    must hold away from the first pose and be dependent there too. `sizes` (n,) are those of the
+    unknowns, `scale` a length of the mechanism.
+    """
+    r = np.array([scale if unit == "m" else 1.0 for unit in graph.block.units])
+
+    def scaled(x: Any) -> tuple[Any, Any]:
+        F, J, _ = graph.value_at(x, u, p)
+        return F / r, J / r[:, None] * sizes
+
+    def settled_at(x: Any, most: float) -> Any:
+        x = x.copy()
+        for _ in range(ITERATIONS):
+            F, J = scaled(x)
+            if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
+                break
+            step = np.linalg.lstsq(J, F, rcond=RANK_TOLERANCE)[0]
+            x[graph.own] -= step * sizes * min(1.0, most / max(np.abs(step).max(), most))
+        return x
+
+    def free(x: Any) -> Any:
+        """Return the null vector at a solution, None where there is none."""
+        F, J = scaled(x)
+        if not np.linalg.norm(F) < HOLDS or not np.all(np.isfinite(J)):
+            return None
+        _, sigma, right = np.linalg.svd(J)
+        rank = int(np.sum(sigma > RANK_TOLERANCE * max(sigma[0], 1.0)))
+        return right[-1] if rank < graph.size else None
+
+    here = settled_at(x, LARGEST_STEP)
+    along = free(here)
+    if along is None:
+        return None
+    moved = here.copy()
+    moved[graph.own] += STEP * sizes * along
+    there = settled_at(moved, LARGEST_STEP)
+    apart = np.linalg.norm((there - here)[graph.own] / sizes)
+    return (here, there) if apart > STEP / 2 and free(there) is not None else None

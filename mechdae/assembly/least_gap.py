@@ -1,0 +1,108 @@
+"""By how much a group that does not close stays open: the least its equations can come to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechdae.assembly.closure import Gap, worst
+from mechdae.assembly.elimination import BlockSolver
+from mechdae.model.model import Model
+
+ANGLES = 24
+"""Values of each angle from which the least is looked for, where there are one or two."""
+LENGTHS = (-1.0, 0.0, 1.0)
+"""Values of each length, in lengths of the mechanism."""
+MOST, SEED = 600, 1
+"""Starts; with more unknowns they are drawn at random."""
+BEST = 8
+"""Starts that are followed."""
+ITERATIONS = 60
+SMALL = 1e-14
+"""Share of a radian or of the mechanism's length: a shorter step ends the search."""
+
+
+def opening(solver: BlockSolver, model: Model, x: Any, u: Any) -> Gap:
+    """Return the joint that stays open and by how much, with the block's equations met best.
+
+    That is least squares over the unknowns of the block, the earlier groups being where `x`
+    (nx,) says; lengths are compared with the mechanism's, angles with a radian. Method of
+    Levenberg and Marquardt from the best of many places.
+    """
+    graph, size = solver.graph, solver.size
+    units = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
+    widths = np.where(solver.angle, 1.0, size)
+    lengths = _lengths(solver, model)
+    z = x[graph.uses] if graph.uses else np.zeros(0)
+    places = _places(solver) * widths
+    misses = _straight(solver.F(places, z, u), lengths)[0] / units
+    order = np.argsort(np.sum(misses**2, axis=1), kind="stable")[:BEST]
+    p = solver.values
+
+    def value(at: Any) -> tuple[Any, Any]:
+        full = x.copy()
+        full[graph.own] = at
+        F, J, _ = graph.value_at(full, u, p)
+        F, slope = _straight(np.ravel(F), lengths)
+        return F / units, J * (slope / units)[:, None] * widths
+
+    found = [_least(value, places[k], widths) for k in order]
+    best = min(found, key=lambda F: float(F @ F))
+    gap = worst(best, graph.block, size)
+    joints = model.mechanism.joints
+    owner = gap.joint if gap.joint in joints else gap.joint.rpartition(".")[0]
+    return replace(gap, joint=owner if owner in joints else gap.joint, superfluous=False)
+
+
+def _places(solver: BlockSolver) -> Any:
+    """Return places (k, n) to start from, lengths in lengths of the mechanism."""
+    if sum(solver.angle) <= 2 and solver.n <= 3:
+        turn = 2 * np.pi * np.arange(ANGLES) / ANGLES
+        axes = [turn if angle else np.array(LENGTHS) for angle in solver.angle]
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, solver.n)
+        if len(grid) <= 3 * MOST:
+            return grid
+    random = np.random.default_rng(SEED).uniform(-1, 1, (MOST, solver.n))
+    return random * np.where(solver.angle, np.pi, 1.0)
+
+
+def _lengths(solver: BlockSolver, model: Model) -> Any:
+    """Return the lengths of the `distance` joints that equations belong to, inf elsewhere."""
+    found = np.full(len(solver.graph.block.owners), np.inf)
+    for k, owner in enumerate(solver.graph.block.owners):
+        joint = model.mechanism.joints.get(owner)
+        if joint is not None and joint.kind == "distance":
+            found[k] = solver.values[model.p_names.index(f"{owner}.length")]
+    return found
+
+
+def _straight(F: Any, lengths: Any) -> tuple[Any, Any]:
+    """Return (d^2/l - l)/2 as d - l, and by what derivatives are to be multiplied."""
+    with np.errstate(invalid="ignore"):
+        share = np.sqrt(np.maximum(1 + 2 * F / lengths, 0.0))
+        changed = np.where(np.isfinite(lengths), lengths * (share - 1), F)
+    slope = np.where(np.isfinite(lengths), 1 / np.maximum(share, 1e-3), 1.0)
+    return changed, slope
+
+
+def _least(value: Any, x: Any, widths: Any) -> Any:
+    """Return the residuals at the least sum of their squares near `x`."""
+    F, J = value(x)
+    damping = 1e-3
+    for _ in range(ITERATIONS):
+        normal = J.T @ J
+        try:
+            step = np.linalg.solve(normal + damping * np.eye(len(x)), J.T @ F)
+        except np.linalg.LinAlgError:
+            break
+        ahead = x - step * widths
+        new, slope = value(ahead)
+        if new @ new < F @ F:
+            x, F, J, damping = ahead, new, slope, max(damping / 10, 1e-12)
+        else:
+            damping *= 10
+        if float(np.abs(step).max()) <= SMALL or damping > 1e12:
+            break
+    return F

@@ -1,0 +1,362 @@
+"""The assembly mode nearest to the sketch: that of the whole mechanism, not of each group.
+
+What the sketch says is compared as soon as it is known: an angle with its body, the slide or
+angle of a joint with the later one of its bodies. The squares of the gaps add up from group to
+group, so the mode of the least sum is found by always going on from the best one begun; groups
+that have nothing to do with each other are looked at apart.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.mechanism import GROUND
+from mechdae.kernels.run.local import Local
+from mechdae.model.groups import Group
+from mechdae.setup.scales import driver_size
+
+if TYPE_CHECKING:
+    from mechdae.assembly.assembler import Assembler, Failure
+
+TIE = 1e-6
+"""Difference of two distances over the distance, at which a sketch does not tell modes apart."""
+ROUNDING = 1e-9
+"""The same for sketches that are a mode but for rounding [rad, sizes of the mechanism]."""
+MOST_BEGUN = 2000
+"""Begun modes that are gone on from before the search ends with the best of them."""
+MOST_TIED = 32
+OWN = 1e-3
+"""Largest step from a sketch to a pose that it is but for rounding [rad, sizes]."""
+ITERATIONS, FITS = 12, 3
+NUDGE = 1e-6
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A number of the sketch; ``stage`` is the place of the group it is known with.
+
+    ``size`` is its unit, ``turns`` tells that a whole turn of it makes no difference.
+    """
+
+    coordinate: Coordinate
+    wanted: float
+    stage: int
+    size: float
+    turns: bool
+    value: Local
+
+    def gap(self, x: Any, u: Any, p: Any, unwound: bool = False) -> float:
+        """Return how far it is from its value at a pose, whole turns too if `unwound`."""
+        gap = float((self.value(x, u, p).item() - self.wanted) / self.size)
+        return math.remainder(gap, 2 * math.pi) if self.turns and not unwound else gap
+
+
+@dataclass
+class Nearest:
+    """The pose nearest to the sketch, or the group that failed on the way to it.
+
+    ``doubtful`` are groups whose mode the sketch does not tell, ``tied`` their places and the poses
+    between which it does not; ``ended`` tells that the search was ended before all were compared.
+    """
+
+    x: Any
+    failure: Failure | None = None
+    doubtful: list[Group] = field(default_factory=list)
+    tied: list[tuple[list[int], list[Any]]] = field(default_factory=list)
+    ended: bool = False
+
+
+class Sketched:
+    """What the sketch says about the groups of a scene, and the modes nearest to it.
+
+    Parameters
+    ----------
+    assembler
+        Gives all poses of one group.
+    """
+
+    def __init__(self, assembler: Assembler) -> None:
+        self.assembler, self.scene = assembler, assembler.scene
+        self.groups = self.scene.groups
+        self.stage = {body: k for k, group in enumerate(self.groups) for body in group.bodies}
+        told = {
+            coordinate(self.scene.model.mechanism, f"{body}.angle"): angle
+            for body, angle in assembler.sketch.items()
+        }
+        entries = [self._entry(c, value) for c, value in (told | assembler.places).items()]
+        self.entries = [entry for entry in entries if entry is not None]
+        self.parts = self._parts()
+        self.ended = False
+        """Whether the last search ended before all modes were compared."""
+
+    def _entry(self, c: Coordinate, wanted: float) -> Entry | None:
+        """Return an entry of the sketch, None where it tells of bodies that are not solved for."""
+        bodies = [body for body in self.bodies(c) if body != GROUND]
+        if not bodies or not all(body in self.stage for body in bodies):
+            return None
+        model, contacts = self.scene.model, self.assembler.contacts
+        turns = c.is_angle or (c.kind == "curve" and contacts.closed(c.part))
+        value = Local(self.scene, self.scene.expression(model.coordinate(c)))
+        size = driver_size(model, c, self.assembler.size)
+        return Entry(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
+
+    def bodies(self, c: Coordinate) -> tuple[str, ...]:
+        """Return the bodies that a coordinate belongs to."""
+        joints = self.scene.model.mechanism.joints
+        own_joint = c.kind not in ("body angle", "point")
+        return joints[c.part].bodies if own_joint else (c.part,)
+
+    def _parts(self) -> list[list[int]]:
+        """Return places of groups whose poses, and what the sketch says, hang together."""
+        at = {group.index: k for k, group in enumerate(self.groups)}
+        block = {i: at[graph.group] for graph in self.scene.blocks for i in graph.x}
+        leader = list(range(len(self.groups)))
+
+        def of(k: int) -> int:
+            while leader[k] != k:
+                k = leader[k]
+            return k
+
+        def unite(k: int, unknowns: list[int]) -> None:
+            for i in unknowns:
+                leader[of(block[i])] = of(k)
+
+        for part in self.scene.blocks:
+            unite(at[part.group], list(part.uses))
+        for check in self.scene.checks:
+            unite(at[check.group], self.scene.held(check.residual)[0])
+        for entry in self.entries:
+            unite(entry.stage, entry.value.held[0])
+        found: dict[int, list[int]] = {}
+        for k in range(len(self.groups)):
+            found.setdefault(of(k), []).append(k)
+        return list(found.values())
+
+    # -- search ----------------------------------------------------------------------------
+
+    def nearest(self, u: Any) -> Nearest:
+        """Return the mode nearest to the sketch at driver values `u`."""
+        result = Nearest(np.zeros(self.assembler.graphs.nx))
+        for part in self.parts:
+            self._part(part, result, u)
+            if result.failure is not None:
+                break
+        self.ended = result.ended
+        return result
+
+    def _part(self, part: list[int], result: Nearest, u: Any) -> None:
+        """Go on from `result` with the nearest mode of groups that hang together."""
+        order = itertools.count()
+        begun = [(0.0, 0.0, next(order), 0.0, 0, result.x)]  # the first two tell what is next
+        found: list[tuple[float, Any]] = []
+        deepest, failure, taken = -1, None, 0
+        while begun and taken < 2 * MOST_BEGUN:
+            *_, cost, done, x = heapq.heappop(begun)
+            if found and told_apart(cost, found[0][0]):
+                break
+            if done == len(part):
+                found.append((cost, x))
+                if len(found) == MOST_TIED or result.ended:
+                    break
+                continue
+            stage, left = part[done], float(len(part) - done - 1)
+            poses, _, failed = self.assembler.candidates(self.groups[stage], x, u, nearby=True)
+            if failed is not None and done > deepest:
+                deepest, failure, result.x = done, failed, x
+            for pose in poses:
+                ahead = cost + self._square(stage, pose, u)
+                key = (left, ahead) if result.ended else (ahead, left)
+                heapq.heappush(begun, (*key, next(order), ahead, done + 1, pose))
+            taken += 1
+            if taken == MOST_BEGUN:  # from here on the deepest first
+                result.ended = True
+                begun = [(left, cost, *rest) for cost, left, *rest in begun]
+                heapq.heapify(begun)
+        if not found:
+            result.failure = failure
+            return
+        self._choose(part, found, result, u)
+
+    def _choose(self, part: list[int], found: list[Any], result: Nearest, u: Any) -> None:
+        """Take the nearest of modes that the sketch tells apart by whole turns at most."""
+        near = [x for _, x in found]
+        if len(near) > 1:  # the same but for whole turns, which a gear tells apart
+            whole = [self._unwound(part, x, u) for x in near]
+            least = min(whole)
+            by_turns = sorted(zip(whole, range(len(near)), strict=True))
+            near = [near[k] for far, k in by_turns if not told_apart(far**2, least**2)]
+        result.x = near[0]
+        if len(near) > 1:
+            result.doubtful.append(self._first_to_differ(part, near))
+            result.tied.append((part, near))
+
+    def _first_to_differ(self, part: list[int], poses: list[Any]) -> Group:
+        return next(self.groups[k] for k in part if self._differ(self.groups[k], poses))
+
+    def _differ(self, group: Group, poses: list[Any]) -> bool:
+        """Return whether the group's own unknowns are not the same in all poses."""
+        own = [i for b in self.assembler.blocks_of(group) for i in self.scene.blocks[b].x]
+        return any(not np.array_equal(poses[0][own], x[own]) for x in poses)
+
+    def _square(self, stage: int, x: Any, u: Any) -> float:
+        p = self.assembler.p
+        return sum(entry.gap(x, u, p) ** 2 for entry in self.entries if entry.stage == stage)
+
+    def _unwound(self, part: list[int], x: Any, u: Any) -> float:
+        """Return how far bodies that gears hang on are from the sketch, with whole turns [rad]."""
+        geared = self.assembler.turns.geared
+        own = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
+        gaps = [e.gap(x, u, self.assembler.p, True) for e in own if e.coordinate.part in geared]
+        return math.hypot(*gaps)
+
+    def distance(self, group: Group, x: Any, u: Any) -> float:
+        """Return how far what is known with a group is from the sketch [rad]."""
+        return math.sqrt(self._square(self.stage[group.bodies[0]], x, u))
+
+    # -- the sketch as a pose ----------------------------------------------------------------
+
+    def own_pose(self, b: int, x: Any, u: Any) -> Any:
+        """Return the solution of block `b` that the sketch is but for rounding, None: it is none.
+
+        Angles and places on curves are those of the sketch, lengths the ones that fit best what
+        it says; Newton's method must not lead away from them.
+        """
+        start = self._start(b, x, u)
+        if start is None:
+            return None
+        graph = self.assembler.graphs.blocks[b]
+        own, size = graph.own, self.assembler.natural[graph.own]
+        units = [self.assembler.size if unit == "m" else 1.0 for unit in graph.block.units]
+        pose, last = start.copy(), math.inf
+        for _ in range(ITERATIONS):
+            F, J, _ = graph.value_at(pose, u, self.assembler.p)
+            if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
+                return None
+            step = np.linalg.lstsq(J * size / np.array(units)[:, None], F / units)[0]
+            moved = float(np.abs(step).max())
+            if moved > OWN or (moved >= last and last > OWN**2):
+                return None
+            if moved >= last or moved == 0.0:
+                break
+            pose[own] -= step * size
+            last = moved
+        return pose
+
+    def _start(self, b: int, x: Any, u: Any) -> Any:
+        """Return x with the unknowns of block `b` by the sketch, None where it is silent."""
+        assembler, graph = self.assembler, self.assembler.graphs.blocks[b]
+        pose, lengths = x.copy(), []
+        for i in graph.own:
+            owner, name = self.scene.x_names[i]
+            if name == "s" or (name == "angle" and owner not in self.stage):
+                places = {c.part: v for c, v in assembler.places.items() if c.kind == "curve"}
+                pose[i] = places.get(owner, np.nan)
+            elif name == "angle":
+                pose[i] = assembler.turns.start(i, pose, u)
+            else:
+                lengths.append(i)
+        if not np.all(np.isfinite(pose[graph.own])):
+            return None
+        pose[graph.own] = assembler.solvers[b].with_tangents(pose[None, graph.own])[0]
+        return self._fitted(b, lengths, pose, u)
+
+    def _fitted(self, b: int, lengths: list[int], pose: Any, u: Any) -> Any:
+        """Return the pose with lengths that fit the equations of block `b` and the sketch best."""
+        graph, p, size = self.assembler.graphs.blocks[b], self.assembler.p, self.assembler.size
+        units = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
+        columns = [graph.own.index(i) for i in lengths]
+        held = [e for e in self.entries if set(e.value.held[0]) & set(lengths)]
+        held = [e for e in held if max(e.value.held[0]) <= max(graph.own)]
+        for _ in range(FITS if lengths else 0):
+            F, J, _ = graph.value_at(pose, u, p)
+            gaps = np.array([entry.gap(pose, u, p) for entry in held])
+            rows = [J[:, columns] * size / units[:, None]]
+            for entry in held:
+                ahead = []
+                for i in lengths:
+                    moved = pose.copy()
+                    moved[i] += NUDGE * size
+                    ahead.append((entry.gap(moved, u, p) - entry.gap(pose, u, p)) / NUDGE)
+                rows.append(np.array([ahead]))
+            step = np.linalg.lstsq(np.vstack(rows), np.append(F / units, gaps))[0]
+            pose = pose.copy()
+            pose[lengths] -= step * size
+        return pose
+
+    # -- what would tell -------------------------------------------------------------------
+
+    def hint(self, found: Nearest, u: Any) -> tuple[list[str], list[str]]:
+        """Return keys of the sketch that tell the tied modes apart, and lines as one mode has them.
+
+        All keys are needed; where any of some does, they are joined by "or".
+        """
+        keys, lines, p = [], [], self.assembler.p
+        for part, poses in found.tied:
+            left = poses
+            while len(left) > 1:
+                telling = self._telling(self._first_to_differ(part, left), left, u)
+                if not telling:
+                    return [], []
+                first = telling[0]
+                value = first.value(left[0], u, p).item()
+                angle = first.coordinate.kind == "body angle"
+                keys.append(" or ".join(_key(entry.coordinate) for entry in telling))
+                shown = math.degrees(value) if angle else value
+                lines.append(f"{_key(first.coordinate)} = {shown:.6g}")
+                left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= TIE]
+        return keys, lines
+
+    def _moved(self, entry: Entry, x: Any, y: Any, u: Any) -> float:
+        """Return by how much a coordinate differs between two poses, in its size."""
+        p = self.assembler.p
+        gap = entry.gap(y, u, p, True) - entry.gap(x, u, p, True)
+        return math.remainder(gap, 2 * math.pi) if entry.turns else gap
+
+    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[Entry]:
+        """Return angles that differ between poses, else slides, else the point that moves most."""
+        mechanism = self.scene.model.mechanism
+        told = {entry.coordinate for entry in self.entries}
+        angles = [coordinate(mechanism, f"{body}.angle") for body in group.bodies]
+        slides = [
+            coordinate(mechanism, f"{name}.{word}")
+            for name in group.joints
+            for kinds, word in ((("prismatic", "pin-in-slot"), "slide"), (("curve",), "s"))
+            if mechanism.joints[name].kind in kinds
+        ]
+        points = [
+            coordinate(mechanism, f"{body}.{point}.{axis}")
+            for body in group.bodies
+            for point in mechanism.bodies[body].points
+            for axis in mechanism.AXES[: mechanism.dimension]
+        ]
+        for every in (angles, slides, points):
+            entries = [self._entry(c, 0.0) for c in every if c not in told]
+            apart = {}
+            for entry in entries:
+                if entry is not None:
+                    apart[entry] = max(abs(self._moved(entry, poses[0], x, u)) for x in poses)
+            telling = [entry for entry, gap in apart.items() if gap > TIE]
+            telling.sort(key=lambda entry: -apart[entry])
+            if telling:
+                return telling[:1] if every is points else telling
+        return []
+
+
+def _key(c: Coordinate) -> str:
+    """Return a coordinate as a key of the sketch."""
+    if c.kind == "point":
+        return f'"{c.text}"'
+    return f"{c.part}_deg" if c.kind == "body angle" else c.part
+
+
+def told_apart(one: Any, other: Any) -> Any:
+    """Return whether a sum of squares is more than that of another mode, told apart by it."""
+    far, near = np.sqrt(one), np.sqrt(other)
+    return far - near > TIE * near + ROUNDING

@@ -1,0 +1,191 @@
+"""The first pose of a task: from the sketch, or on an assembly mode asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mechdae.assembly.assembler import Assembler, Failure, Mode
+from mechdae.assembly.nearest_mode import MOST_BEGUN
+from mechdae.errors import AssemblyError, MechanismError, UnknownName
+from mechdae.model.reduction import Scene
+from mechdae.setup.drivers import Plan
+from mechdae.setup.slips import long_length
+
+
+def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
+    """Return driver values (nd,) and unknowns (nx,) of the assembled sketch.
+
+    Raises
+    ------
+    AssemblyError
+        A group does not close at the sketch's driver value.
+    MechanismError
+        The sketch does not tell which of several modes is meant.
+    """
+    u = start_values(plan)
+    found = assembler.from_sketch(u)
+    if found.failure is not None:
+        raise not_assembled(assembler.scene, found.failure, u)
+    if found.doubtful:
+        keys, lines = assembler.sketched.hint(found, u)
+        raise MechanismError(
+            f"does not tell which assembly mode of group {found.doubtful[0].name} is meant",
+            where="sketch",
+            hint=(
+                f"add {' and '.join(keys)} to [sketch], like {' and '.join(lines)}, "
+                f"or choose a mode with --mode"
+                if keys
+                else "the modes meet at this pose: sketch another one"
+            ),
+        )
+    return u, found.x
+
+
+def try_redundant(assembler: Assembler, plan: Plan) -> None:
+    """Assemble the sketch of a scene with redundant groups.
+
+    Raises
+    ------
+    FreedomError
+        A group has a freedom of its own.
+    """
+    if assembler.scene.redundant:
+        assembler.from_sketch(start_values(plan))
+
+
+def doubts(
+    assembler: Assembler, plan: Plan, x: Any, u: Any, slips: Sequence[str] = ()
+) -> list[str]:
+    """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch.
+
+    `slips` are those of the drivers' values.
+    """
+    notes = list(slips)
+    for body, angle in assembler.sketch.items():
+        if abs(angle) > 4 * math.pi:
+            notes.append(f"sketch: {body} = {angle:g} is in radians; did you mean {body}_deg?")
+    long = long_length(assembler.scene.model.mechanism)
+    notes += [long] if long else []
+    if not slips and plan.values is not None and plan.coordinates[0].is_angle:
+        turns = float(np.ptp(plan.values[:, 0])) / (2 * math.pi)
+        if turns > 5 and len(plan.values) < 20 * turns:
+            notes.append(
+                f"{plan.coordinates[0].text} turns {turns:.1f} times in {len(plan.values)} poses; "
+                f"numbers without a suffix are radians"
+            )
+    notes += assembler.contacts.corners()
+    if assembler.sketched.ended:
+        notes.append(
+            f"the sketch is too rough to compare all modes: {MOST_BEGUN} were begun, another may "
+            f"be nearer to it"
+        )
+    for group in assembler.scene.groups:
+        off = assembler.sketched.distance(group, x, u)
+        if off > math.pi / 4 and not group.driven:
+            notes.append(
+                f"the pose of group {group.name} nearest to the sketch is "
+                f"{math.degrees(off):.0f} degrees away from it"
+            )
+    return notes
+
+
+def start_values(plan: Plan) -> Any:
+    """Return the drivers' values in the sketch, in their absence those of the first pose."""
+    u = plan.sketch.copy()
+    if np.isnan(u).any():
+        u = np.where(np.isnan(u), plan.first, u)
+        if np.isnan(u).any():
+            c = plan.coordinates[int(np.argmax(np.isnan(u)))]
+            key = f"{c.part}_deg = 30" if c.kind == "body angle" else f"{c.part} = 0.1"
+            raise MechanismError(
+                f"the sketch must give the driver {c.text}",
+                where="sketch",
+                hint=f"a line like {key} in [sketch]" if c.kind != "point" else f'"{c.text}" = 0.1',
+            )
+    return u
+
+
+def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
+    """Return the assembly mode with that label at `u`.
+
+    Raises
+    ------
+    UnknownName
+        No such mode; the message lists those there are.
+    """
+    modes, _, failure = assembler.modes(u)
+    wanted = label.replace(" ", "")
+    for mode in modes:
+        if mode.label == wanted:
+            return mode
+    if failure is not None:
+        raise not_assembled(assembler.scene, failure, u)
+    error = UnknownName("assembly mode", label, [mode.label for mode in modes])
+    error.hint = "the modes here are " + "  ".join(mode.label for mode in modes)
+    raise error
+
+
+def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
+    """Return the error for a group that has no pose at `u`."""
+    group, at = failure.group, failure.at
+    joint, unit = (at.joint, at.unit) if at is not None else (group.key_joint, "m")
+    gap = f" by {failure.gap:.4g} {unit}" if 0 < failure.gap < math.inf else ""
+    what = f"group {group.name} cannot be assembled: joint {joint} stays open{gap}"
+    hint = long_length(scene.model.mechanism) or (
+        "check the lengths, or give the sketch with a driver value at which it closes"
+    )
+    if failure.starts:
+        what = (
+            f"group {group.name}: no pose was found by Newton's method from {failure.starts} starts"
+        )
+    if failure.infinite:
+        what = f"group {group.name} has infinitely many modes: a gear ratio is not rational"
+    if failure.free:
+        what = f"group {group.name} moves by itself at this pose: its outer pins coincide"
+        hint = "sketch a pose, or give a value of the driver, at which they do not"
+    if at is not None and at.superfluous:
+        owners = list(dict.fromkeys(scene.rows[i].owner for i in group.rows))
+        what += (
+            f"; of the equations of {', '.join(owners)} {group.superfluous} "
+            f"{'is' if group.superfluous == 1 else 'are'} superfluous and must be met exactly"
+        )
+        hint = (
+            "give dimensions that depend on each other as expressions, or with all their digits; "
+            f"or remove a joint{' or a driver' if len(scene.drivers) > 1 else ''}"
+        )
+    return AssemblyError(what, where=where(scene, u), hint=hint)
+
+
+def where(scene: Scene, u: Any) -> str:
+    """Return the driver values for a message."""
+    return ", ".join(
+        f"{c.text} = {shown(c.unit, v)}" for c, v in zip(scene.drivers, u, strict=True)
+    )
+
+
+def shown(unit: str, value: float) -> str:
+    """Return a driver's value with its unit for people."""
+    if unit == "rad":
+        return f"{math.degrees(value):.6g} deg"
+    return f"{value:.6g} m" if unit == "m" else f"{value:.6g}"
+
+
+def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, float]:
+    """Return the angles of all bodies [deg], ready to paste into [sketch]."""
+    q = assembler.coordinates(mode.x, u)
+    angles = {}
+    for (body, name), value in q.items():
+        if name == "angle" and body in assembler.scene.model.mechanism.bodies:
+            angles[f"{body}_deg"] = round(math.degrees(value), 3) + 0.0
+    for group in assembler.scene.groups:
+        unknown = {name for b in assembler.blocks_of(group) for name in assembler.names(b)}
+        if unknown & {"x", "y", "s"} or assembler.contacts.of(group):
+            angles |= assembler.slides(group, mode.x, u)
+    for c, value in zip(assembler.scene.drivers, u, strict=True):
+        if c.kind != "body angle":
+            angles[c.part if c.kind in ("slide", "curve") else c.text] = float(value)
+    return angles

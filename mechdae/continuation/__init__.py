@@ -1,0 +1,1 @@
+"""One certified motion: its path, limit positions, change points, poses along it."""

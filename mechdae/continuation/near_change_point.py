@@ -1,0 +1,121 @@
+"""Poses near change points: a block's own equations lose all digits there.
+
+The unknowns of the crossing blocks come from the branch's expansion through the crossing,
+all others are solved for as usual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mechdae.continuation.across_change_point import Zone
+from mechdae.continuation.interpolate import quintic_rates
+from mechdae.continuation.path import Path
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.batch import Batch
+
+Rates = tuple[Any, ...]
+PASSES = 2
+
+
+def zone_of(zones: list[Zone], s: Any) -> Any:
+    """Return the index of the zone that each place lies in, -1 outside of all, (n,)."""
+    if not zones:
+        return np.full(len(s), -1)
+    lows, highs = np.array([zone.given for zone in zones]).T
+    order = np.argsort(lows)
+    found = np.searchsorted(lows[order], s) - 1
+    index = order[np.maximum(found, 0)]
+    return np.where((found >= 0) & (s < highs[index]), index, -1)
+
+
+class ZonePoses:
+    """Writes the poses near change points into the results of the pose kernel."""
+
+    def __init__(self, graphs: Graphs) -> None:
+        self.graphs = graphs
+        self._functions: dict[frozenset[int], Batch] = {}
+
+    def _function(self, blocks: frozenset[int]) -> Batch:
+        if blocks not in self._functions:
+            function = self.graphs.held(blocks)
+            self._functions[blocks] = Batch(function, [function.n_in() - 4])
+        return self._functions[blocks]
+
+    def held(self, path: Path, s: Any) -> Any:
+        """Return which blocks are given by the expansion at a change point, (n, nb)."""
+        held = np.zeros((len(s), self.graphs.nb), bool)
+        index = zone_of(path.zones, s)
+        for row in np.flatnonzero(index >= 0):
+            held[row, sorted(path.zones[index[row]].blocks)] = True
+        return held
+
+    def write(
+        self,
+        path: Path,
+        s: Any,
+        places: Any,
+        guess: Any,
+        results: list[Any],
+        rates: Rates,
+        pose: Callable[[Any, Any, Rates], list[Any]],
+    ) -> None:
+        """Replace the results at poses whose `places` on the path lie in a zone.
+
+        `s` is the same, or whole turns of the driver away. `pose` is the ordinary kernel
+        (x, s, rates) -> results; at the ends of the zones it gives the errors that the expansion
+        passes on.
+        """
+        index = zone_of(path.zones, places)
+        rows = np.flatnonzero(index >= 0)
+        if not rows.size:
+            return
+        used = sorted(set(index[rows].tolist()))
+        ends = np.array([[path.zones[k].low, path.zones[k].high] for k in used]).ravel()
+        corners = np.concatenate([path.zones[k].nodes[1][[0, -1]] for k in used])
+        still = (np.zeros((len(ends), self.graphs.nu)),) * len(self.graphs.driven)
+        passed = pose(corners, ends, still)[1].reshape(len(used), 2, -1).max(axis=1)
+        x, v, a, error = (np.empty((len(rows), self.graphs.nx)) for _ in range(4))
+        own = index[rows]
+        for k, inherited in zip(used, passed, strict=True):
+            here = np.flatnonzero(own == k)
+            zone = path.zones[k]
+            S, X, V, A = zone.nodes
+            x[here], v[here], a[here] = quintic_rates(S, X, V, A, zone.sides(places[rows[here]]))
+            error[here] = 2 * inherited + zone.remainder
+        kinds = [path.zones[k].blocks for k in own]
+        for blocks in dict.fromkeys(kinds):
+            here = np.array([i for i, kind in enumerate(kinds) if kind == blocks])
+            self._write(blocks, path, s, guess, results, rates, rows[here], x, v, a, error, here)
+
+    def _write(
+        self,
+        blocks: frozenset[int],
+        path: Path,
+        s: Any,
+        guess: Any,
+        results: list[Any],
+        rates: Rates,
+        rows: Any,
+        x: Any,
+        v: Any,
+        a: Any,
+        error: Any,
+        here: Any,
+    ) -> None:
+        given = {i for b in blocks for i in self.graphs.blocks[b].own}
+        outside = np.array([i for i in range(self.graphs.nx) if i not in given], int)
+        start = x[here]
+        start[:, outside] = guess[np.ix_(rows, outside)]
+        u = path.drivers(s[rows])
+        moving = [] if self.graphs.single else [rate[rows] for rate in rates]
+        consts, function = path.constants.vector(), self._function(blocks)
+        for _ in range(PASSES):
+            part = function(start, u, *moving, consts, v[here], a[here], error[here])
+            start = part[0]
+        part[3][~np.isfinite(part[3])] = np.inf
+        for whole, new in zip(results, part, strict=True):
+            whole[rows] = new

@@ -1,0 +1,1 @@
+"""Outputs as casadi functions, and their derivatives by parameters."""

@@ -1,0 +1,288 @@
+"""From guesses of a pose to outputs as one casadi graph, to be differentiated by parameters.
+
+At a solved pose x the step x - J^-1 F(x, p) does not move, and its derivative by p is that of
+the solution (implicit function theorem); a second step makes second derivatives exact too.
+Speeds, accelerations, reactions and friction follow from it without iteration, or with steps
+of the same kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from mechdae.continuation.evaluate import in_time
+from mechdae.errors import UnknownName
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.poses import coordinate_columns
+from mechdae.kinematics.prepared import Setting
+from mechdae.model.parameters import parameters_of
+from mechdae.setup.outputs import RATES
+
+SX = ca.SX
+STEPS = 2
+"""Newton steps of a pose: derivatives up to the second are exact."""
+FAR = 5
+"""The same from a guess that belongs to other parameters."""
+SMOOTH_STEPS = 3
+"""Steps for the sizes of friction where they are optimised: a sweep judges the result."""
+INPUT = "input"
+"""The power of all drivers."""
+FORCES = ("reaction", "reaction_uncoupled", "loss", "loss_uncoupled", "normal")
+
+
+class Composed:
+    """Outputs of a setting over guesses, drivers and some parameters.
+
+    Parameters
+    ----------
+    setting
+        Scene and kernels; its outputs hold the coordinates when forces are asked for.
+    paths
+        What is computed: slash paths below the task.
+    names
+        Parameters (entries of p) that are inputs.
+    statics
+        Forces, for paths to reactions, losses and efforts.
+    apart
+        Whether the parameters may be apart from those the guess belongs to: more Newton steps
+        then, signs of sliding speeds and friction solved anew, and a last output `miss` that
+        tells how far a step still moved. Inputs have the parameters' own values (`origin`) last.
+
+    smooth
+        Take the guess as the solved pose, and signs of sliding speeds as smooth functions of
+        them over this share of the drivers' speed: for optimisation. Friction is solved anew.
+
+    Attributes
+    ----------
+    spans : list of slice
+        The rows of the stacked outputs that belong to each path.
+    """
+
+    def __init__(
+        self,
+        setting: Setting,
+        paths: Sequence[str],
+        names: Sequence[str],
+        statics: Statics | None = None,
+        apart: bool = False,
+        smooth: float | None = None,
+    ) -> None:
+        self.setting, self.paths, self.names, self.statics = setting, list(paths), names, statics
+        self.apart, self.smooth, self.miss = apart, smooth, SX(0)
+        g = self.graphs = setting.graphs
+        self.guess, self.u = SX.sym("guess", g.nx), SX.sym("u", g.nu)
+        self.du, self.ddu = SX.sym("du", g.nu), SX.sym("ddu", g.nu)
+        self.free = SX.sym("free", len(names))
+        self.time = SX.sym("t")
+        self.p = parameters_of(setting.scene.model, names, self.free)
+        count = len(statics.balance.feedbacks) if statics else 0
+        self.pieces = SX.sym("pieces", statics.balance.pieces.numel() if statics else 0)
+        self.signs = SX.sym("signs", statics.balance.signs.numel() if statics else 0)
+        self.sizes = SX.sym("m", count)
+        self.inputs = [
+            self.guess, self.u, self.du, self.ddu, self.time, self.pieces, self.signs,
+            self.sizes, self.free,
+        ]  # fmt: skip
+        parts = [self._output(path) for path in self.paths]
+        self.spans, start = [], 0
+        for part in parts:
+            self.spans.append(slice(start, start + part.numel()))
+            start += part.numel()
+        self.expression = ca.densify(ca.vertcat(*parts)) if parts else SX(0, 1)
+        self._origin: Any = None
+
+    # -- kinematics ------------------------------------------------------------------------
+
+    @cached_property
+    def values(self) -> list[Any]:
+        """The outputs y and their rates in time."""
+        g = self.graphs
+        eta: list[Any] = []
+        x, trig = g.x, None
+        for _ in range(0 if self.smooth else FAR if self.apart else STEPS):
+            x, eta, trig = g.newton(x, g.u)
+        parts = g.rates(x, g.u, g.driven, g.derivatives, trig)
+        found = [*g.output_rates(x, parts), sum(eta, SX(0))]
+        driven = [] if g.single else g.driven
+        function = ca.Function("kinematics", [g.x, g.u, *driven, g.consts], found)
+        rest = SX.ones(g.consts.numel() - self.p.numel())
+        rates = [] if g.single else [self.du, self.ddu, *[SX.zeros(g.nu)]][: len(driven)]
+        results = list(function.call([self.guess, self.u, *rates, ca.vertcat(self.p, rest)]))
+        self.miss = ca.sqrt(results.pop())
+        return in_time(results, self.du, self.ddu) if g.single else list(results)
+
+    @cached_property
+    def coordinates(self) -> tuple[Any, Any, Any]:
+        """q, v, a of the scene."""
+        columns = coordinate_columns(self.setting).tolist()
+        y, v, a = (value[columns] for value in self.values[:3])
+        return y, v, a
+
+    # -- forces ----------------------------------------------------------------------------
+
+    @cached_property
+    def _forces(self) -> tuple[list[Any], list[Any]]:
+        """What `Balance.report` gives with friction, and without it."""
+        assert self.statics is not None
+        balance = self.statics.balance
+        signs = self.signs
+        if signs.numel() and (self.apart or self.smooth):
+            speeds = balance.slipping.call([*self.coordinates, self.p])[0]
+            signs = self._smoothed(speeds) if self.smooth else ca.sign(speeds)
+        inputs = [*self.coordinates, self.time, self.pieces, signs, self.p, SX(1)]
+        free = balance.report(friction=False).call([*inputs, balance.solve.call(inputs)[0]])
+        if self.statics.task.friction != "coupled" or not self.statics.frictional:
+            return free, free
+        if self.smooth:
+            law = balance.solve.call(inputs)[0]
+            sizes = balance.refined(SMOOTH_STEPS).call([*inputs, law])[0]
+            return balance.report().call([*inputs, sizes]), free
+        if self.apart:
+            _, sizes, misses, _ = balance.solve.call(inputs)
+            for miss in ca.vertsplit(misses):
+                self.miss = ca.fmax(self.miss, miss)
+            return balance.report().call([*inputs, sizes]), free
+        sizes = balance.refined(STEPS).call([*inputs, self.sizes])[0]
+        return balance.report().call([*inputs, sizes]), free
+
+    def _smoothed(self, speeds: Any) -> Any:
+        """Return signs that pass through zero smoothly."""
+        assert self.statics is not None
+        assert self.smooth is not None
+        fast = ca.norm_2(self.du)
+        units = [slip.unit for slip in self.statics.balance.slips]
+        sizes = [self.statics.length if unit == "m" else 1.0 for unit in units]
+        return speeds / ca.sqrt(speeds**2 + (self.smooth * fast * ca.DM(sizes)) ** 2)
+
+    def _output(self, path: str) -> Any:
+        """Return the expression of a path."""
+        head, _, tail = path.partition("/")
+        if path == INPUT:
+            assert self.statics is not None
+            return self._forces[0][1].T @ self.du
+        if head in ("efforts", "efforts_uncoupled"):
+            drivers = [c.text for c in self.setting.scene.drivers]
+            if tail not in drivers:
+                raise UnknownName("driver", tail, drivers)
+            whole, free = self._forces
+            results = free if head.endswith("uncoupled") else whole
+            return results[1][drivers.index(tail)]
+        part, _, quantity = tail.rpartition("/")
+        if head == "joints" and quantity in FORCES and self.statics is not None:
+            return self._of_joint(part, quantity)
+        if head == "outputs":
+            return self._named(part, quantity)
+        order, columns = column_of(self.setting, path)
+        return self.values[order][list(columns)]
+
+    def _of_joint(self, name: str, quantity: str) -> Any:
+        assert self.statics is not None
+        balance = self.statics.balance
+        if name not in balance.joints:
+            raise UnknownName("joint", name, balance.joints)
+        whole, free = self._forces
+        results = free if quantity.endswith("uncoupled") else whole
+        k = balance.joints.index(name)
+        if quantity.startswith("reaction"):
+            return results[0][3 * k : 3 * k + 3]
+        if quantity.startswith("loss"):
+            return results[2][k]
+        if name not in balance.guides:
+            raise UnknownName("guide", name, balance.guides)
+        return results[4][balance.guides.index(name)]
+
+    def _named(self, name: str, quantity: str) -> Any:
+        """Return a named output's value or one of its rates."""
+        named = self.setting.expressions
+        columns = self.setting.outputs.columns(named.coordinates)
+        stacked = ca.vertcat(*[value[columns] for value in self.values[: named.derivatives + 1]])
+        return named.row(name, quantity, stacked, self.time, self.p)
+
+    # -- drivers ---------------------------------------------------------------------------
+
+    def follow_drivers(self, dependent: bool) -> None:
+        """Let the drivers' values and rates depend on the parameters, to second order.
+
+        Two more inputs then: first and second derivatives of values, speeds, accelerations.
+        """
+        if not dependent:
+            return
+        k, nu = self.free.numel(), self.u.numel()
+        slopes, bends = SX.sym("slopes", 3 * nu * k), SX.sym("bends", 3 * nu * k * k)
+        origin = SX.sym("origin", k)
+        away = self.free - origin
+        moved = ca.reshape(slopes, 3 * nu, k) @ away
+        moved += ca.reshape(bends, 3 * nu, k * k) @ ca.vec(away @ away.T) / 2
+        old = ca.vertcat(self.u, self.du, self.ddu)
+        whole = ca.substitute(self.expression, old, old + moved)
+        # `origin` is the value of the parameters itself: only derivatives see the difference
+        self._origin = origin
+        self.expression = whole
+        self.miss = ca.substitute(self.miss, old, old + moved)
+        self.inputs = [*self.inputs, slopes, bends]
+
+    def _at_origin(self, expression: Any) -> Any:
+        if self._origin is None:
+            return expression
+        return ca.substitute(expression, self._origin, self.free)
+
+    # -- functions -------------------------------------------------------------------------
+
+    @cached_property
+    def function(self) -> Any:
+        """(guess, u, du, ddu, t, pieces, signs, m, free) -> outputs, stacked."""
+        return ca.Function(
+            "outputs", self.inputs, [self._at_origin(self.expression)], {"cse": True}
+        )
+
+    @cached_property
+    def sampled(self) -> Any:
+        """The same inputs and the origin -> outputs with `miss` as the last one."""
+        origin = SX.sym("none", len(self.names)) if self._origin is None else self._origin
+        stacked = ca.vertcat(self.expression, self.miss)
+        return ca.Function("sampled", [*self.inputs, origin], [stacked], {"cse": True})
+
+    @cached_property
+    def first(self) -> Any:
+        """The same inputs -> derivatives by the free parameters, (outputs, names) by columns."""
+        jacobian = ca.densify(ca.jacobian(self.expression, self.free))
+        flat = self._at_origin(ca.vec(jacobian))
+        return ca.Function("first", self.inputs, [flat], {"cse": True})
+
+    @cached_property
+    def second(self) -> Any:
+        """The same inputs -> second derivatives, (outputs, names, names) by columns."""
+        jacobian = ca.densify(ca.jacobian(self.expression, self.free))
+        both = ca.densify(ca.jacobian(ca.vec(jacobian), self.free))
+        flat = self._at_origin(ca.vec(both))
+        return ca.Function("second", self.inputs, [flat], {"cse": True})
+
+
+def column_of(setting: Setting, path: str) -> tuple[int, tuple[int, ...]]:
+    """Return order of the derivative and columns of a path like ``points/rod.B/velocity``."""
+    head, _, tail = path.partition("/")
+    part, _, quantity = tail.rpartition("/")
+    entries = [
+        e for e in setting.outputs.entries if e.kind == head and e.name not in ("guide", "value")
+    ]
+    if not any(entry.part == part for entry in entries):
+        raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
+    own = [entry for entry in entries if entry.part == part]
+    for entry in own:
+        names = RATES[entry.name]
+        if quantity in names and (entry.kind, entry.name) != ("joints", "angle"):
+            return names.index(quantity), entry.columns
+        if quantity == entry.name:
+            return 0, entry.columns
+    known = [f"{head}/{part}/{name}" for entry in own for name in RATES[entry.name]]
+    raise UnknownName("path", path, known)
+
+
+def is_series(path: str) -> bool:
+    """Return whether a path has a value at each pose that `Composed` computes."""
+    head = path.split("/")[0]
+    return head in ("bodies", "points", "joints", "efforts", "efforts_uncoupled", "outputs")

@@ -1,0 +1,41 @@
+"""Where the predefined problems are: inside the package, else beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mechdae.errors import ProblemFileError, UnknownName
+
+
+def folder() -> Path:
+    """Return the folder of the predefined problems (wheel, editable install, checkout)."""
+    package = Path(__file__).resolve().parents[2]
+    inside = package / "problems"
+    return inside if inside.is_dir() else package.parent / "problems"
+
+
+def names() -> list[str]:
+    """Return the names of the predefined problems, sorted."""
+    return sorted(path.stem for path in folder().glob("*.toml"))
+
+
+def find(name_or_path: str | Path) -> Path:
+    """Return the file of a predefined problem or the path as given.
+
+    A text with a separator or ending in ``.toml`` is a path, anything else a name.
+    """
+    text = str(name_or_path)
+    if isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith(".toml"):
+        path = Path(text)
+        if not path.exists():
+            raise ProblemFileError("there is no such file", where=text)
+        return path
+    path = folder() / f"{text}.toml"
+    known = names()
+    if text not in known:
+        error = UnknownName("problem", text, known, where="predefined problems")
+        if Path(f"{text}.toml").is_file():
+            error.hint = f"did you mean the file {text}.toml?"
+        error.hint = error.hint or "`mechdae list` names them; the path of a file ends in .toml"
+        raise error
+    return path

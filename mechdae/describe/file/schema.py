@@ -1,0 +1,165 @@
+"""The JSON Schema of the problem file, from the same fields that read it."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+from mechdae.describe.file.problem import SCHEMA, TOP, Expected
+from mechdae.describe.file.reading import suffixes
+from mechdae.describe.file.repeat import KEYS
+from mechdae.describe.joints import JOINTS
+from mechdae.describe.loads import LOADS, TimeTable
+from mechdae.describe.mechanism import Body, Ground
+from mechdae.describe.tasks.kinds import TASKS, Driver
+from mechdae.describe.values import WITH_UNIT, Value, required
+
+NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
+HOLE = r"\{[^{}]*\}"
+"""A whole number in braces, ``{k-1}``."""
+NAMES = rf"^([A-Za-z_]|{HOLE})([A-Za-z0-9_]|{HOLE})*$"
+FILLED = {"type": "string", "pattern": f"^{HOLE}$"}
+COUNT = {"type": "string", "description": "a whole number, an expression over [sizes]"}
+_KINDS: dict[str, dict[str, Any]] = {
+    "number": NUMBER,
+    "expression": NUMBER,
+    "name": {"type": "string", "pattern": NAMES},
+    "text": {"type": "string"},
+    "law": {"type": "string", "description": "an expression of the time t"},
+    "whole": {"oneOf": [{"type": "integer", "minimum": 1}, FILLED]},
+    "natural": {"oneOf": [{"type": "integer", "minimum": 0}, FILLED]},
+    "flag": {"type": "boolean"},
+    "numbers": {"type": "array", "items": NUMBER},
+    "pair": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
+    "rows": {
+        "type": "array",
+        "minItems": 2,
+        "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
+    },
+    "names": {"type": "array", "items": {"type": "string"}},
+    "outline": {"type": "array", "items": {"type": "string"}},
+    "points": {
+        "type": "object",
+        "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
+    },
+    "reference": {"type": "string", "pattern": rf"^(\w|{HOLE})+\.(\w|{HOLE})+$"},
+    "free": {},
+}
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of schema 1."""
+    sections = _sections()
+    properties: dict[str, Any] = {
+        "schema": {"const": SCHEMA},
+        "title": {"type": "string"},
+        "source": {"type": "string"},
+        "dimension": {"const": 2},
+        "gravity": _KINDS["pair"],
+        "sizes": {"type": "object", "additionalProperties": {"type": "integer"}},
+        **sections,
+        "tasks": {"type": "object", "additionalProperties": {"oneOf": _tasks()}},
+        "expected": {"type": "array", "items": _object(Expected)},
+        "repeat": {"type": "object", "additionalProperties": _cell(sections)},
+    }
+    assert set(properties) == set(TOP)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "mechdae problem file",
+        "type": "object",
+        "required": ["schema"],
+        "anyOf": [{"required": ["bodies", "joints"]}, {"required": ["repeat"]}],
+        "additionalProperties": False,
+        "properties": properties,
+    }
+
+
+def _sections() -> dict[str, Any]:
+    """Return the tables that describe the mechanism, of the file and of a cell alike."""
+    numbers = {"type": "object", "additionalProperties": NUMBER}
+    return {
+        "parameters": numbers,
+        "ground": _object(Ground),
+        "bodies": {"type": "object", "additionalProperties": _object(Body, ("name",))},
+        "joints": {"type": "object", "additionalProperties": {"oneOf": _joints()}},
+        "sketch": numbers,
+        "loads": {
+            "type": "object",
+            "additionalProperties": {
+                "oneOf": [_object(kind, ("name",), kind=word) for word, kind in LOADS.items()]
+            },
+        },
+        "outputs": {"type": "object", "additionalProperties": {"type": "string"}},
+    }
+
+
+def _cell(sections: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of one ``[repeat.NAME]``."""
+    whole = {"oneOf": [{"type": "integer"}, COUNT]}
+    assert {"count", "from", *sections} == set(KEYS)
+    return {
+        "type": "object",
+        "required": ["count"],
+        "additionalProperties": False,
+        "properties": {
+            "count": {**whole, "description": "number of copies"},
+            "from": {**whole, "description": "k of the first copy, 1 by default"},
+            **sections,
+        },
+    }
+
+
+def _joints() -> list[dict[str, Any]]:
+    between = {"type": "array", "items": _KINDS["reference"], "minItems": 2, "maxItems": 2}
+    entries = []
+    for word, kind in JOINTS.items():
+        entry = _object(kind, ("name", "first", "second"), kind=word)
+        entry["properties"]["between"] = between
+        entry["required"].append("between")
+        entries.append(entry)
+    return entries
+
+
+def _tasks() -> list[dict[str, Any]]:
+    return [_object(kind, kind=word) for word, kind in TASKS.items()]
+
+
+def _kind(word: str) -> dict[str, Any]:
+    """Return the schema of a kind of value."""
+    if word == "driver":
+        return _object(Driver)
+    if word == "timetable":
+        return _object(TimeTable)
+    if word == "drivers":
+        return {"type": "array", "items": _object(Driver)}
+    return dict(_KINDS[word])
+
+
+def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = "") -> dict[str, Any]:
+    properties: dict[str, Any] = {"kind": {"const": kind}} if kind else {}
+    needed = ["kind"] if kind else []
+    for entry in fields(description):
+        word = entry.metadata.get("kind")
+        if entry.name in skip or word is None:
+            continue
+        name = entry.name.rstrip("_")
+        value = _kind(word)
+        if entry.metadata["doc"]:
+            value["description"] = entry.metadata["doc"]
+        choices = list(entry.metadata["choices"])
+        if choices and word == "names":
+            value["items"] = {"enum": choices}
+        elif choices:
+            value["enum"] = choices
+        properties[name] = value
+        if word in WITH_UNIT:
+            own = suffixes(entry.metadata["unit"])
+            properties |= {f"{name}{suffix}": value for suffix in own}
+        elif required(entry):
+            needed.append(name)
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": needed,
+        "additionalProperties": False,
+    }

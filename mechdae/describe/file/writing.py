@@ -1,0 +1,173 @@
+"""Descriptions to TOML: SI and radians, one line per joint, as a person would write it.
+
+A problem with repetition is written with its cells, as they were typed, as long as they
+still describe it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from mechdae.describe.file.problem import SCHEMA, Problem, unchanged
+from mechdae.describe.file.tabulated import write_tables
+from mechdae.describe.joints import Joint
+from mechdae.describe.loads import Load, TableLoad, TimeTable
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Driver, Task
+from mechdae.describe.values import NAME, Value
+
+
+def dump(problem: Problem, path: str | Path) -> None:
+    """Write the problem to a TOML file that `load` reads back to an equal problem.
+
+    CSV files of its loads are written beside it.
+    """
+    target = Path(path)
+    text = dumps(problem)
+    write_tables(problem.mechanism, problem.tasks, target.parent)
+    partial = target.with_name(target.name + ".part")
+    partial.write_text(text, encoding="utf-8")
+    partial.replace(target)
+
+
+def alone(mechanism: Mechanism, tasks: Mapping[str, Task]) -> str:
+    """Return the TOML text of some tasks that needs no other file: tables stand in it."""
+    loads = {
+        own: replace(load, file=None, columns=None, rows=load.points)
+        if isinstance(load, TableLoad) and load.file is not None
+        else load
+        for own, load in mechanism.loads.items()
+    }
+    alone = {name: _with_rows(task) for name, task in tasks.items()}
+    return dumps(Problem(replace(mechanism, loads=Table(loads)), Table(alone)))
+
+
+def _with_rows(task: Task) -> Task:
+    """Return a task whose drivers' tables hold the rows of their files."""
+    drivers: Any = getattr(task, "drivers", None) or ()
+    if not any(driver.table is not None and driver.table.file for driver in drivers):
+        return task
+    found = []
+    for driver in drivers:
+        table = driver.table
+        if table is not None and table.file is not None:
+            rows = replace(table, file=None, columns=None, rows=table.points)
+            found.append(replace(driver, table=rows))
+        else:
+            found.append(driver)
+    own: Any = task
+    return replace(own, drivers=tuple(found))  # type: ignore[no-any-return]
+
+
+def dumps(problem: Problem) -> str:
+    """Return the TOML text of the problem."""
+    lines = [f"schema = {SCHEMA}"]
+    for entry in ("title", "source"):
+        if getattr(problem, entry):
+            lines.append(f"{entry} = {_text(getattr(problem, entry))}")
+    tasks = {name: {"kind": task.kind, **_given(task)} for name, task in problem.tasks.items()}
+    expected = [_given(entry) for entry in problem.expected]
+    typed = problem.pattern
+    same = unchanged(typed, problem.name) if typed and not typed.settings else None
+    if typed is not None and same is not None and same.mechanism == problem.mechanism:
+        tables = typed.tables
+        lines += _typed(tables)
+        kept = [name for name, task in problem.tasks.items() if same.tasks.get(name) == task]
+        tasks |= {name: tables["tasks"][name] for name in kept}
+        expected = tables.get("expected", ()) if same.expected == problem.expected else expected
+    else:
+        lines += _mechanism(problem.mechanism)
+    for name, table in tasks.items():
+        lines += ["", f"[tasks.{name}]", *_entries(table)]
+    for table in expected:
+        lines += ["", "[[expected]]", *_entries(table)]
+    return "\n".join(lines) + "\n"
+
+
+def _typed(tables: Mapping[str, Any]) -> list[str]:
+    """Return the mechanism of a file with repetition, keys and units as they were typed."""
+    lines = [f"gravity = {_value(tables['gravity'])}"] if "gravity" in tables else []
+    for name in ("sizes", "parameters", "ground", "bodies", "joints", "sketch", "loads", "outputs"):
+        lines += _section(name, tables.get(name, {}))
+    for cell, entries in tables.get("repeat", {}).items():
+        plain = {key: value for key, value in entries.items() if not isinstance(value, Mapping)}
+        lines += ["", f"[repeat.{_key(cell)}]", *_entries(plain)]
+        for section, table in entries.items():
+            if section not in plain:
+                lines += _section(f"repeat.{_key(cell)}.{section}", table)
+    return lines
+
+
+def _mechanism(mechanism: Mechanism) -> list[str]:
+    lines = []
+    if mechanism.gravity is not None:
+        lines.append(f"gravity = {_value(mechanism.gravity)}")
+    lines += _section("parameters", mechanism.parameters)
+    lines += _section("ground", _given(mechanism.ground))
+    for name, body in mechanism.bodies.items():
+        lines += ["", f"[bodies.{name}]", *_entries(_given(body, skip=("name",)))]
+    lines += _section("joints", {n: _joint(j) for n, j in mechanism.joints.items()})
+    lines += _section("sketch", mechanism.sketch)
+    lines += _section(
+        "loads",
+        {n: {"kind": x.kind, **_load(x)} for n, x in mechanism.loads.items()},
+    )
+    lines += _section("outputs", mechanism.outputs)
+    return lines
+
+
+def _given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return the fields that differ from their default, under their file keys."""
+    return {
+        entry.name.rstrip("_"): getattr(value, entry.name)
+        for entry in fields(value)
+        if entry.name not in skip
+        and getattr(value, entry.name) is not None
+        and getattr(value, entry.name) != entry.default
+    }
+
+
+def _load(load: Load) -> dict[str, Any]:
+    return _given(load, skip=("name", "from_file"))
+
+
+def _joint(joint: Joint) -> dict[str, Any]:
+    rest = _given(joint, skip=("name", "first", "second"))
+    return {"kind": joint.kind, "between": [joint.first, joint.second], **rest}
+
+
+def _section(name: str, entries: Mapping[str, Any]) -> list[str]:
+    return ["", f"[{name}]", *_entries(entries)] if entries else []
+
+
+def _entries(entries: Mapping[str, Any]) -> list[str]:
+    return [f"{_key(name)} = {_value(value)}" for name, value in entries.items()]
+
+
+def _key(name: str) -> str:
+    return name if NAME.match(name) else _text(name)
+
+
+def _text(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(value)
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, Driver | TimeTable):
+        value = _given(value, skip=("from_file",))
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(_entries(value)) + " }" if value else "{}"
+    return "[" + ", ".join(_value(item) for item in value) + "]"

@@ -1,0 +1,271 @@
+"""What to compute, as frozen values; drivers belong to tasks, not to the mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from mechdae.describe.file.reading import read
+from mechdae.describe.loads import TimeTable
+from mechdae.describe.table import Table
+from mechdae.describe.values import COERCE, Number, Value, describe, each, key, sequence
+from mechdae.errors import InputError
+
+DEFAULT_POSES = 361
+MEASURES = (
+    "transmission",
+    "extremes",
+    "time-ratio",
+    "dwell",
+    "envelope",
+    "curve",
+    "centrodes",
+    "instant-centres",
+)
+"""What can be read off a sweep beside its poses."""
+
+
+@dataclass(frozen=True)
+class Driver(Value):
+    """An imposed coordinate: named values, an interval, the whole assembled arc, or a law.
+
+    A ``law`` is an expression of the time ``t``, over the interval ``from_``, ``to`` [s] or at
+    ``times``; with several laws one of them names the times. Among drivers that move, one
+    with a single value ``at`` is held. In a motion a law may be a ``table`` over the time.
+
+    ``coordinate`` is ``body.angle``, ``body.point.x|y``, ``joint.angle`` or ``joint.slide``;
+    ``speed``, ``acceleration`` and ``jerk`` are its rates at every pose (default 1, 0 and 0:
+    rates per unit of driver speed, the "analogues" of the theory of mechanisms).
+    """
+
+    coordinate: str = key("text")
+    at: tuple[Number, ...] | None = key("numbers", None)
+    from_: Number | None = key("number", None)
+    to: Number | None = key("number", None)
+    range: str | None = key("text", None, choices=("assembled",))
+    law: str | None = key("law", None)
+    times: tuple[Number, ...] | None = key("numbers", None)
+    speed: Number | None = key("number", None)
+    acceleration: Number | None = key("number", None)
+    jerk: Number | None = key("number", None)
+    table: TimeTable | None = key("timetable", None, doc="a law by rows, in a motion")
+
+
+def _one(value: Any) -> Driver:
+    if not isinstance(value, Driver):
+        raise InputError(
+            f"a driver is needed, not {describe(value)}",
+            hint='driver = { coordinate = "..." } in a file, Driver("...") in Python',
+        )
+    return value
+
+
+def _several(value: Any) -> tuple[Driver, ...]:
+    if isinstance(value, Driver):
+        raise InputError("a list of drivers is needed, not one", hint="'driver' is for one")
+    return tuple(each(sequence(value), _one))
+
+
+def _timetable(value: Any) -> TimeTable:
+    if isinstance(value, Mapping):
+        return read(TimeTable, value, "", from_file=None)
+    if not isinstance(value, TimeTable):
+        raise InputError(f"a table is needed, not {describe(value)}", hint='{ file = "law.csv" }')
+    return value
+
+
+COERCE |= {"driver": _one, "drivers": _several, "timetable": _timetable}
+
+
+@dataclass(frozen=True)
+class Task(Value):
+    """Base of all tasks."""
+
+    kind: ClassVar[str] = ""
+    available: ClassVar[bool] = False
+
+
+@dataclass(frozen=True)
+class Driven(Task):
+    """A task with one driver or several."""
+
+    driver: Driver | None = key("driver", None)
+    drivers: tuple[Driver, ...] | None = key("drivers", None)
+    outputs: tuple[str, ...] | None = key("names", None)
+    mode: str | None = key("text", None, doc="start on this assembly mode")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.driver is None and self.drivers is None:
+            raise InputError("the key 'driver' is missing (or 'drivers', for several)")
+        if self.drivers == ():
+            raise InputError("the list of drivers is empty", where="drivers")
+        if self.driver is not None and self.drivers is not None:
+            raise InputError("'driver' and 'drivers' are given, one of them is needed")
+
+    @property
+    def all_drivers(self) -> tuple[Driver, ...]:
+        """The drivers, one or several."""
+        return self.drivers if self.drivers is not None else (self.driver,)  # type: ignore[return-value]
+
+
+@dataclass(frozen=True)
+class Sweep(Driven):
+    """Positions, velocities and accelerations along the driver."""
+
+    poses: int | None = key("whole", None)
+    derivatives: int = key("natural", 2)
+    on_change_point: str = key("text", "continue", choices=("continue", "stop", "switch"))
+    measures: tuple[str, ...] | None = key("names", None, choices=MEASURES)
+    dwell_tolerance: Number = key("number", 0.01, doc="share of the swing or stroke")
+
+    kind: ClassVar[str] = "sweep"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Modes(Driven):
+    """All assembly modes at one pose of the driver."""
+
+    limit: int | None = key("whole", None)
+
+    kind: ClassVar[str] = "modes"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Reactions(Sweep):
+    """Joint reactions, friction losses and efforts along a sweep.
+
+    ``friction`` "coupled" lets friction act on the reactions it comes from, "article" leaves
+    them as they are without it, "none" leaves it out. ``direction`` "load" turns resistances
+    round, so that they push along the motion and the driver takes the power out.
+    """
+
+    friction: str = key("text", "coupled", choices=("none", "article", "coupled"))
+    friction_radius: str = key(
+        "text", "exact", choices=("exact", "article"), doc="r sin(atan f), or r f"
+    )
+    cycle: bool = key("flag", False, doc="mean powers and efficiency over the sweep")
+    direction: str = key("text", "driver", choices=("driver", "load", "both"))
+    parts: tuple[str, ...] | None = key("names", None, choices=("static", "inertial"))
+    axes: tuple[str, ...] | None = key("names", None, choices=("body", "radial"))
+
+    kind: ClassVar[str] = "reactions"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Motion(Task):
+    """Motion under forces, from t = 0.
+
+    ``start`` and ``start_speed`` hold values of coordinates, what they leave open is taken from
+    the sketch and moves as little as it can; ``drivers`` follow laws of time or are held. The
+    motion is given at the times ``at``, at ``poses`` equal intervals, or at its own steps.
+    ``friction`` "event" (the default) slides and sticks, "smooth" creeps: friction grows like
+    tanh(speed / v_s), omega_s for turning pairs; "none" leaves friction in joints out. ``method``
+    "bdf" is for stiff forces, "auto" turns to it where they are.
+    """
+
+    start: Table[Any] | None = key("free", None, doc="coordinate -> value")
+    start_speed: Table[Any] | None = key("free", None, doc="coordinate -> speed")
+    drivers: tuple[Driver, ...] | None = key("drivers", None)
+    until: Number | None = key("number", None, doc="end [s]")
+    at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
+    poses: int | None = key("whole", None, doc="outputs at equal intervals")
+    tolerance: Number | None = key("number", None, doc="relative error of a step, 1e-9")
+    max_step: Number | None = key("number", None, doc="longest step [s]")
+    method: str | None = key("text", None, choices=("explicit", "bdf", "auto"))
+    friction: str | None = key("text", None, choices=("event", "smooth", "none"))
+    v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")
+    omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
+    events: Any = key("free", None, doc="[{coordinate, crosses, name, stop}]")
+    outputs: tuple[str, ...] | None = key("names", None)
+    linearise: Number | None = key("number", None, doc="time of the linear system A, B, C, D [s]")
+    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
+
+    kind: ClassVar[str] = "motion"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Equilibrium(Task):
+    """Static pose under loads, and small motions around it.
+
+    It lies on the assembly mode of the sketch, with the coordinates of ``start`` put to their
+    values first, or on the ``mode`` asked for there. ``drivers`` hold coordinates; ``free`` names
+    as many independent coordinates as there are freedoms, in which modes and small motions
+    are told.
+    """
+
+    free: tuple[str, ...] | None = key("names", None)
+    start: Table[Any] | None = key("free", None, doc="coordinate -> value near the pose")
+    drivers: tuple[Driver, ...] | None = key("drivers", None)
+    friction: str | None = key("text", None, choices=("none",))
+    mode: str | None = key("text", None, doc="on this assembly mode of the free coordinates")
+    linearise: bool = key("flag", False, doc="frequencies, damping, shapes; A, B, C, D")
+    inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
+    outputs: tuple[str, ...] | None = key("names", None)
+
+    kind: ClassVar[str] = "equilibrium"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Synthesis(Task):
+    """Dimensions that do what is asked for."""
+
+    driver: Any = key("free", None)
+    goal: Any = key("free", None)
+    goals: Any = key("free", None)
+    free: Any = key("free", None)
+    constraints: Any = key("free", None)
+    starts: int | None = key("whole", None)
+    seed: int | None = key("natural", None)
+    keep: int | None = key("whole", None, doc="designs that are reported, 5")
+
+    kind: ClassVar[str] = "synthesis"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Study(Task):
+    """A task over a grid of parameters (``vary``) or over sets of them (``samples``)."""
+
+    vary: Any = key("free", None, doc="name -> [from, to, count]; all combinations")
+    samples: Any = key("free", None, doc="name -> [values], as many for each name")
+    of: str | None = key("text", None, doc="the sweep, motion or equilibrium repeated")
+    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
+
+    kind: ClassVar[str] = "study"
+    available: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Sensitivity(Task):
+    """Derivatives of outputs with respect to parameters, and what tolerances do to them."""
+
+    of: str | None = key("text", None, doc="the sweep, reactions, motion or equilibrium task")
+    outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
+    wrt: tuple[str, ...] | None = key("names", None, doc="parameters and automatic names")
+    order: int = key("whole", 1, doc="1, or 2 for second derivatives too")
+    tolerances: Any = key("free", None, doc="name -> half width")
+
+    kind: ClassVar[str] = "sensitivity"
+    available: ClassVar[bool] = True
+
+
+TASKS: dict[str, type[Task]] = {
+    task.kind: task
+    for task in (
+        Sweep,
+        Modes,
+        Reactions,
+        Motion,
+        Equilibrium,
+        Synthesis,
+        Study,
+        Sensitivity,
+    )
+}

@@ -1,0 +1,228 @@
+"""The census of a synthesis: distinct optima ranked with their hits, and why some are rejected."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.ticker import FixedLocator, MaxNLocator
+
+from mechdae.draw import style
+from mechdae.draw.designs.found import check_kind, class_name, objective_text, sense_of, title_of
+from mechdae.draw.diagram.diagram import fitted
+from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.sheet import font
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+
+SAME = 1e-5
+"""Share by which objectives of one optimum may differ, as in the search."""
+MOST = 14
+"""Rows that are drawn; what is left is counted in one more."""
+ROW = 20.0
+"""Height of a row [pt]."""
+BARS = 0.3
+"""Share of the width that bars take where reasons stand beside them."""
+THICK = 0.62
+REJECTED, LOST = "////", "xxxx"
+"""Hatching of what its sweep rejected, and of starts that reached no optimum."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One bar: what it is ("design", "rejected", "further", "failed"), and what it says."""
+
+    what: str
+    label: str
+    kind: str
+    hits: int
+    text: str
+
+
+def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
+    """Draw the distinct optima of a synthesis, best first, with the starts that ended there.
+
+    Designs are filled in the colour of their class; optima that their sweep rejected are
+    hatched, with the first reason; those that are not reported, being too far from the best, are
+    empty. The last rows are the starts that reached no optimum, by the word of the solver.
+
+    Parameters
+    ----------
+    result
+        What a task of kind synthesis gave.
+    ax
+        Axes to draw in; without it those of a new figure.
+    lang
+        Language of the words, "en" or "ru".
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Raises
+    ------
+    InputError
+        The result is of no synthesis, or no start was made.
+    """
+    words = Words(lang)
+    check_kind(result, "census")
+    summary = result.summary
+    if not summary["runs"]:
+        raise InputError(result.fault or "no start was made", hint="other bounds of what is free")
+    rows = rows_of(result, words)
+    classes = list(dict.fromkeys(run["class"] for run in summary["runs"]))
+    shown = {row.kind for row in rows}
+    designs = result.data["designs"]
+    lost = len(summary["rejected"]) + sum(bool(own.get("defects")) for own in designs)
+    if "solutions" in summary:
+        facts = [words("census solutions", summary["solutions"], lost)]
+    else:
+        facts = [words("census", summary["starts"], summary["distinct"], lost)]
+    if not designs:
+        facts.insert(0, words("none found"))
+    facts.append(objective_text(result, words))
+    colours = {name: style.SERIES[k % len(style.SERIES)] for k, name in enumerate(classes)}
+    key = [
+        Entry(class_name(name, words), area=(colours[name], colours[name], ""))
+        for name in classes
+        if name in shown and name != "any"
+    ]
+    used = {row.what for row in rows}
+    samples = {
+        "rejected": (style.PAPER, style.INK, REJECTED),
+        "failed": (style.GHOST, style.FAINT, LOST),
+    }
+    key += [Entry(words(word), area=own) for word, own in samples.items() if word in used]
+    frame = Frame(ax, 1, title_of(result), "  ·  ".join(facts), key, height=ROW * len(rows) + 10.0)
+    panel = frame.panels[0]
+    _draw(frame, panel, rows, colours)
+    frame.label(panel, words("hits"))
+    return panel
+
+
+def rows_of(result: Any, words: Words) -> list[Row]:
+    """Return the rows of the census, best first; the hits of all add up to the starts."""
+    summary, designs = result.summary, result.data["designs"]
+
+    kinds = {run["class"] for run in summary["runs"] if run["objective"] is not None}
+
+    def said(value: float, hits: int, kind: str, *more: str) -> str:
+        counted = words("hit of") if hits == 1 else words("hits of", hits)
+        named = [class_name(kind, words)] if len(kinds) > 1 else []
+        return "  ·  ".join([words.number(value, 4), counted, *named, *more])
+
+    rows = [
+        Row(
+            "rejected" if own.get("defects") else "design",
+            str(k),
+            own.get("class", "any"),
+            own["hits"],
+            said(
+                own["objective"], own["hits"], own.get("class", "any"), *own.get("defects", ())[:1]
+            ),
+        )
+        for k, own in enumerate(designs, 1)
+    ]
+    clusters = clusters_of(summary["runs"], sense_of(result))
+    looked = len(designs) + len(summary["rejected"])
+    # exact designs share the objective zero, which tells nothing about their starts
+    exact = all(value == 0.0 for value, _, _ in clusters)
+    ranked: list[tuple[float, Row]] = []
+    rest = list(clusters)
+    for own in summary["rejected"]:
+        value, kind, hits = _nearest(rest, own["objective"])
+        hits = 1 if exact else hits
+        first, *more = own["reasons"]
+        text = said(value, hits, kind, f"{first}; …" if more else first)
+        ranked.append((value, Row("rejected", "\N{MULTIPLICATION SIGN}", kind, hits, text)))
+    for value, kind, hits in () if exact else clusters[looked:]:
+        text = said(value, hits, kind, words("not reported"))
+        ranked.append((value, Row("further", "", kind, hits, text)))
+    ranked.sort(key=lambda entry: entry[0] * sense_of(result))
+    rows += [row for _, row in ranked]
+    if len(rows) > MOST:
+        left = rows[MOST - 1 :]
+        hits = sum(row.hits for row in left)
+        rows = [*rows[: MOST - 1], Row("further", "…", "any", hits, words("more", len(left)))]
+    lost: dict[str, int] = {}
+    for run in summary["runs"]:
+        if run["objective"] is None:
+            lost[run["status"]] = lost.get(run["status"], 0) + 1
+    rows += [
+        Row("failed", "\N{EM DASH}", "any", count, f"{count}:  {status_text(status, words)}")
+        for status, count in sorted(lost.items(), key=lambda entry: -entry[1])
+    ]
+    return rows
+
+
+def clusters_of(runs: Sequence[Mapping[str, Any]], sense: int) -> list[tuple[float, str, int]]:
+    """Return objective, class and hits of the distinct optima, best first."""
+    found = [(run["objective"], run["class"]) for run in runs if run["objective"] is not None]
+    result: list[tuple[float, str, int]] = []
+    for value, kind in sorted(found, key=lambda entry: entry[0] * sense):
+        if result and abs(value - result[-1][0]) <= SAME * abs(result[-1][0]):
+            best, own, hits = result[-1]
+            result[-1] = best, own, hits + 1
+        else:
+            result.append((value, kind, 1))
+    return result
+
+
+def status_text(status: str, words: Words) -> str:
+    """Return what the solver's word for a start that failed means."""
+    known = (
+        "Infeasible_Problem_Detected",
+        "Maximum_Iterations_Exceeded",
+        "Restoration_Failed",
+    )
+    return words(status) if status in known else status.replace("_", " ").lower()
+
+
+def _nearest(clusters: list[tuple[float, str, int]], value: float) -> tuple[float, str, int]:
+    """Return the optimum nearest to an objective, and take it out of the list."""
+    if not clusters:
+        return value, "any", 1
+    k = min(range(len(clusters)), key=lambda k: abs(clusters[k][0] - value))
+    _, kind, hits = clusters.pop(k)
+    return value, kind, hits
+
+
+def _draw(frame: Frame, panel: Axes, rows: Sequence[Row], colours: Mapping[str, str]) -> None:
+    k = frame.k
+    most = max(row.hits for row in rows)
+    panel.set_xlim(0.0, most / BARS)
+    panel.set_ylim(len(rows) - 0.4, -0.6)
+    panel.grid(False, axis="y")
+    for place, row in enumerate(rows):
+        color = colours.get(row.kind, style.FAINT) if row.what != "failed" else style.FAINT
+        face = {"design": color, "failed": style.GHOST}.get(row.what, style.PAPER)
+        panel.barh(
+            place,
+            row.hits,
+            THICK,
+            facecolor=face,
+            edgecolor=color,
+            linewidth=style.LINE * k,
+            hatch={"rejected": REJECTED, "failed": LOST}.get(row.what),
+            zorder=3,
+            gid=f"{row.what}-{place + 1}",
+        )
+        share = row.hits / (most / BARS)
+        room = (1.0 - share) * frame.box[2] - 8.0 * k
+        text, chosen = fitted(row.text, style.TICK * k, room, style.NOTE_FONT)
+        panel.annotate(
+            text.replace("$", r"\$"),
+            (row.hits, place),
+            xytext=(5.0 * k, 0.0),
+            textcoords="offset points",
+            va="center_baseline",
+            fontproperties=font(chosen.get_size_in_points(), style.NOTE_FONT),
+            color=style.INK,
+            gid=f"text-{place + 1}",
+        )
+    panel.set_yticks(range(len(rows)), [row.label for row in rows])
+    ticks = MaxNLocator(nbins=5, integer=True).tick_values(0, most)
+    panel.xaxis.set_major_locator(FixedLocator([t for t in ticks if 0 <= t <= most]))

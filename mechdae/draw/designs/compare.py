@@ -1,0 +1,209 @@
+"""All designs of a synthesis in one picture: paths over the targets, errors, outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
+from mechdae.draw import style
+from mechdae.draw.designs.convergence import MARKS
+from mechdae.draw.designs.found import Found, check_kind, chosen, found_of, title_of
+from mechdae.draw.designs.line import deviation
+from mechdae.draw.designs.output import errors_of, scale_of_errors, unit_text
+from mechdae.draw.designs.parts import divided
+from mechdae.draw.designs.paths import RING, draw_paths
+from mechdae.draw.designs.targets import Targets
+from mechdae.draw.diagram.scene import Array
+from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.scale import scale_of
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+
+HEIGHT, BELOW = 330.0, 100.0
+SHARE = 0.33
+"""Share of the height that errors below paths take, with their gap."""
+
+
+def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
+    """Draw all designs of a synthesis over what is wanted.
+
+    Of a path the paths over the targets; of a function the structural errors; of a straight
+    line the deviations; of a rocker its angle against the driver.
+
+    Parameters
+    ----------
+    result
+        What a task of kind synthesis gave.
+    ax
+        Axes to draw in; without it those of a new figure.
+    lang
+        Language of the words, "en" or "ru".
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+
+    Raises
+    ------
+    InputError
+        The result is of no synthesis, no design was found, or the goal is a single number.
+    """
+    words = Words(lang)
+    check_kind(result, "compare")
+    designs = [found_of(result, k) for k in chosen(result, None)]
+    goal = designs[0].goal
+    if isinstance(goal, Visits):
+        return _paths(designs, goal, ax, words)
+    if isinstance(goal, FunctionTargets | StraightLine):
+        return _errors(designs, goal, ax, words)
+    if isinstance(goal, Rocker):
+        return _angles(designs, goal, ax, words)
+    raise InputError(
+        "the goal is one number, designs have no curves to compare",
+        hint="kinds for it: census, convergence, or design for each of them",
+    )
+
+
+def _key(designs: Sequence[Found], words: Words, points: bool = False) -> list[Entry]:
+    lines: list[dict[str, Any]] = [
+        {"color": _color(k), "linestyle": "", "marker": MARKS[k % len(MARKS)], "markersize": 4.5}
+        if points
+        else {"color": _color(k), "linewidth": 1.5, "linestyle": _dash(k)}
+        for k in range(len(designs))
+    ]
+    return [
+        Entry(f"{words('design', k)}: {words.number(own.data['objective'], 4)}", line=line)
+        for k, (own, line) in enumerate(zip(designs, lines, strict=True), 1)
+    ]
+
+
+def _head(designs: Sequence[Found], what: str, words: Words) -> tuple[str, str]:
+    count = len(designs)
+    facts = [words("compared one") if count == 1 else words("compared", count), what]
+    return title_of(designs[0].result), "  ·  ".join(facts)
+
+
+def _paths(designs: Sequence[Found], goal: Visits, ax: Axes | None, words: Words) -> Axes:
+    """Draw the paths of a point, or of a body's origin, over the targets; below, the errors."""
+    wanted = np.array(goal.targets)[:, :2]
+    paths = [own.path(goal.what) for own in designs]
+    key = [*_key(designs, words), Entry(words("target"), line=RING)]
+    title, subtitle = _head(designs, words("path of", goal.what), words)
+    frame = Frame(ax, 1, title, subtitle, key, height=HEIGHT + BELOW)
+    panel = frame.panels[0]
+    _at_targets(designs, divided(panel, SHARE), words)
+    looks = [{"color": _color(k), "linestyle": _dash(k)} for k in range(len(paths))]
+    draw_paths(frame, panel, paths, looks, Targets(wanted, wanted))
+    return panel
+
+
+def _at_targets(designs: Sequence[Found], ax: Axes, words: Words) -> None:
+    """Draw the error of each design at each target."""
+    frame = Frame(ax, 1, "", "")
+    panel, k = frame.panels[0], frame.k
+    errors = [np.abs(np.array(own.data["errors"], float)) for own in designs]
+    small, power = scale_of_errors("m", np.concatenate(errors))
+    for index, own in enumerate(errors):
+        panel.plot(
+            np.arange(1, len(own) + 1),
+            small(own),
+            color=_color(index),
+            linestyle=_dash(index),
+            linewidth=1.2 * k,
+            marker=MARKS[index % len(MARKS)],
+            markersize=3.5 * k,
+            gid=f"errors-{index + 1}",
+        )
+    panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+    panel.set_ylim(0.0, 1.08 * float(small(np.concatenate(errors)).max()) or 1.0)
+    panel.margins(x=0.02)
+    frame.label(panel, words("target"), f"{words('error')} [{unit_text(small, power)}]")
+
+
+def _errors(
+    designs: Sequence[Found], goal: FunctionTargets | StraightLine, ax: Axes | None, words: Words
+) -> Axes:
+    """Draw the structural errors, or the deviations from the line, over the interval."""
+    mechanism = designs[0].problem.mechanism
+    curves: list[tuple[Array, Array]] = []
+    for own in designs:
+        if isinstance(goal, StraightLine):
+            along, errors, _ = deviation(own, goal)
+            curves.append((along, errors))
+        else:
+            at, errors = errors_of(own, goal)
+            curves.append((at - at[0], errors))
+    if isinstance(goal, StraightLine):
+        unit, below, what = "m", "m", words("along the line")
+    else:
+        unit = coordinate(mechanism, goal.output).unit
+        below = coordinate(mechanism, designs[0].asked.driver).unit
+        what = f"{designs[0].asked.driver} \N{MINUS SIGN} {words('start')}"
+    points = isinstance(goal, FunctionTargets) and bool(goal.points)
+    word = words("deviation" if isinstance(goal, StraightLine) else "error")
+    title, subtitle = _head(designs, word, words)
+    frame = Frame(ax, 1, title, subtitle, _key(designs, words, points), height=HEIGHT * 0.8)
+    panel, k = frame.panels[0], frame.k
+    small, power = scale_of_errors(unit, np.concatenate([errors for _, errors in curves]))
+    across = scale_of(below, [own for own, _ in curves])
+    panel.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
+    for index, (at, errors) in enumerate(curves):
+        panel.plot(
+            across(at),
+            small(errors),
+            color=_color(index),
+            linestyle="" if points else _dash(index),
+            linewidth=1.5 * k,
+            marker=MARKS[index % len(MARKS)] if points else "",
+            markersize=4.5 * k,
+            zorder=3,
+            gid=f"errors-{index + 1}",
+        )
+    panel.margins(x=0.01 if points else 0.0)
+    frame.label(panel, f"{what} [{across.unit}]", f"{word} [{unit_text(small, power)}]")
+    return panel
+
+
+def _angles(designs: Sequence[Found], goal: Rocker, ax: Axes | None, words: Words) -> Axes:
+    """Draw what a rocker turns or slides from its first extreme, over the driver from there."""
+    driver = designs[0].asked.driver
+    title, subtitle = _head(designs, goal.coordinate, words)
+    frame = Frame(ax, 1, title, subtitle, _key(designs, words), height=HEIGHT * 0.8)
+    panel, k = frame.panels[0], frame.k
+    across = scale_of(coordinate(designs[0].problem.mechanism, driver).unit)
+    up = scale_of(coordinate(designs[0].problem.mechanism, goal.coordinate).unit)
+    for index, own in enumerate(designs):
+        at = own.driven(own.motion)
+        angle = own.series(own.motion, goal.coordinate)
+        panel.plot(
+            across(at - at[0]),
+            up(angle - angle[0]),
+            color=_color(index),
+            linestyle=_dash(index),
+            linewidth=1.5 * k,
+            zorder=3,
+            gid=f"angle-{index + 1}",
+        )
+    panel.margins(x=0.0)
+    if across.unit == "deg":
+        panel.locator_params(axis="x", steps=[1, 1.5, 3, 4.5, 6, 9, 10])
+    start = f"\N{MINUS SIGN} {words('start')}"
+    frame.label(
+        panel, f"{driver} {start} [{across.unit}]", f"{goal.coordinate} {start} [{up.unit}]"
+    )
+    return panel
+
+
+def _color(index: int) -> str:
+    return style.SERIES[index % len(style.SERIES)]
+
+
+def _dash(index: int) -> Any:
+    return style.DASHES[index % len(style.DASHES)] or "-"

@@ -1,0 +1,215 @@
+"""One design of a synthesis: its diagram with targets, or its output against what is wanted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
+from mechdae.draw import style
+from mechdae.draw.designs import line, output
+from mechdae.draw.designs.found import TURN, Found, check_kind, chosen, found_of
+from mechdae.draw.designs.parts import above_and_below
+from mechdae.draw.designs.paths import draw_paths
+from mechdae.draw.designs.targets import (
+    Targets,
+    draw_dots,
+    draw_path,
+    draw_swing,
+    draw_targets,
+    enlarged,
+)
+from mechdae.draw.diagram.diagram import View, draw_pose, extent
+from mechdae.draw.diagram.scene import Array, Scene, read_scene
+from mechdae.draw.figure import new_axes
+from mechdae.draw.graphs.frame import Frame
+from mechdae.draw.sheet import Sheet
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+
+SMALL = 100.0
+"""Targets that take less of the picture are drawn once more, enlarged [unit of the sheet]."""
+BELOW, SHARE = 250.0, 0.45
+"""Height of that in a new figure [pt], and its share of given axes."""
+STILL = 1e-9
+"""Swing or share of the mechanism's size below which a link stands still."""
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    design: int = 0,
+    labels: bool = True,
+    lang: str = "en",
+) -> Axes:
+    """Draw a design of a synthesis.
+
+    Of a path or a motion: the kinematic diagram at the first target, the path over the whole
+    sweep, the targets with their errors. Of a function: the output with what is wanted, below it
+    the structural error. Of a straight line: the diagram, below it the deviation. Of a rocker, or
+    a quantity that is least or largest: the diagram with both extreme positions.
+
+    Parameters
+    ----------
+    result
+        What a task of kind synthesis gave.
+    ax
+        Axes to draw in; without it those of a new figure.
+    design
+        Index of the design, 0: the best.
+    labels
+        Whether joints have letters and links numbers.
+    lang
+        Language of the words, "en" or "ru".
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The upper axes of several.
+
+    Raises
+    ------
+    InputError
+        The result is of no synthesis, no design was found, or there is none of that number.
+    """
+    words = Words(lang)
+    check_kind(result, "design")
+    found = found_of(result, chosen(result, design)[0])
+    goal = found.goal
+    if isinstance(goal, FunctionTargets):
+        return output.draw(found, goal, ax, words)
+    if isinstance(goal, StraightLine):
+        return line.draw(found, goal, ax, labels, words)
+    axes = new_axes() if ax is None else ax
+    if isinstance(goal, Visits):
+        return _visits(found, goal, ax, labels, words)
+    axes = new_axes() if ax is None else ax
+    _swinging(found, axes, labels, words)
+    return axes
+
+
+def _visits(found: Found, goal: Visits, ax: Axes | None, labels: bool, words: Words) -> Axes:
+    """Draw the diagram at the first target, with all targets; small ones once more below."""
+    scene = read_scene(found.motion)
+    path = found.path(goal.what)
+    rows = np.array(goal.targets)
+    if found.defects:  # it does not move through its targets
+        reached = rows[:, :2]
+    else:
+        reached = found.places(found.at(found.data["at"], (goal.what,)), goal.what)
+    targets = Targets(rows[:, :2], reached, rows[:, 2] if goal.is_motion else None)
+    low, high, size = extent(scene, 0, True, 0)
+    low = np.minimum(low, targets.wanted.min(axis=0))
+    high = np.maximum(high, targets.wanted.max(axis=0))
+    lower = None
+    if _share(targets.wanted, high - low) < SMALL:
+        axes, lower = above_and_below(ax, BELOW, SHARE)
+    else:
+        axes = new_axes() if ax is None else ax
+
+    def overlay(sheet: Sheet) -> str:
+        draw_path(sheet, path, f"path-{goal.what}")
+        if lower is None:
+            return draw_targets(sheet, targets, words)
+        draw_dots(sheet, targets)
+        frame = Frame(lower, 1, "", "")
+        look = {"color": style.WHEEL}
+        factor = draw_paths(
+            frame, frame.panels[0], [path], [look], targets, style.ARROW, errors=True
+        )
+        return enlarged(factor, words)
+
+    facts = [found.name(words), *found.facts(words)]
+    if not found.defects:
+        errors = np.abs(np.array(found.data["errors"], float))
+        worst = int(np.argmax(errors))
+        length = words.amount(float(errors[worst]), "m")
+        facts.insert(2, words("largest at a target", length, worst + 1))
+    view = View(
+        labels=labels,
+        loads=False,
+        bounds=(low, high, size),
+        subtitle="  ·  ".join(facts),
+        overlay=overlay,
+    )
+    draw_pose(axes, scene, found.motion, 0, view, style.LIGHT, words)
+    return axes
+
+
+def _share(targets: Array, spans: Array) -> float:
+    """Return how large the targets become in a new figure [unit of the sheet]."""
+    room = np.array(style.AREA) - 2 * style.MARGIN - (0.0, style.STRIP)
+    size = float(np.ptp(targets, axis=0).max())
+    return size * float((room / np.maximum(spans, 1e-300)).min())
+
+
+def _swinging(found: Found, axes: Axes, labels: bool, words: Words) -> None:
+    """Draw the diagram between the extreme positions of a link, and those faintly."""
+    scene = read_scene(found.motion)
+    facts = [found.name(words), *found.facts(words)]
+    rockers = [goal for goal, _ in found.asked.goals if isinstance(goal, Rocker)]
+    turning = [goal.coordinate for goal in rockers if goal.coordinate.endswith(".angle")]
+    end = _end_of(found, scene, turning[0].rpartition(".")[0] if turning else None)
+    if end is None:
+        view = View(labels=labels, loads=False, subtitle="  ·  ".join(facts))
+        draw_pose(axes, scene, found.motion, 0, view, style.LIGHT, words)
+        return
+    body, reference, series, turns = end
+    low, high = int(np.argmin(series)), int(np.argmax(series))
+    swing = float(series[high] - series[low])
+    if turns:
+        facts.insert(1, words("swing", words.number(np.degrees(swing), 4)))
+    for goal in rockers:
+        if goal.time_ratio is None:
+            continue
+        facts.insert(2, words("time ratio", words.number(goal.time_ratio, 4)))
+
+    def overlay(sheet: Sheet) -> str:
+        if turns:
+            others = [p for p in scene.mechanism.body(body).points if f"{body}.{p}" != reference]
+            if others:
+                pivot = scene.place(reference, 0)
+                ends = [scene.place(f"{body}.{others[0]}", pose) for pose in (low, high)]
+                angles = [float(np.arctan2(*(end - pivot)[::-1])) for end in ends]
+                text = f"{words.number(np.degrees(swing), 4)}°"
+                draw_swing(sheet, pivot, ends, (angles[0], angles[0] + swing), text)
+        return ""
+
+    view = View(
+        ghosts=(low, high),
+        labels=labels,
+        loads=False,
+        subtitle="  ·  ".join(facts),
+        overlay=overlay,
+    )
+    draw_pose(axes, scene, found.motion, (low + high) // 2, view, style.LIGHT, words)
+
+
+def _end_of(found: Found, scene: Scene, body: str | None) -> tuple[str, str, Array, bool] | None:
+    """Return the link whose extremes are drawn, its point on the ground, its motion, if it turns.
+
+    It is the one named, else the last one on the ground that swings or slides to and fro.
+    """
+    fixed = scene.fixed_bodies()
+    driver = found.asked.driver.split(".")[0]
+    driven = {driver}
+    if driver in scene.mechanism.joints:
+        driven = set(scene.mechanism.joints[driver].bodies)
+    result = None
+    for joint in scene.mechanism.joints.values():
+        sides = {joint.first_body: joint.first, joint.second_body: joint.second}
+        moving = [own for own in sides if own not in fixed]
+        if len(moving) != 1 or (body is None and moving[0] in driven):
+            continue
+        if body is not None and moving[0] != body:
+            continue
+        turns = joint.kind != "prismatic"
+        series = scene.angles[moving[0]] if turns else scene.slide(joint)
+        if float(np.ptp(series)) > STILL and (not turns or np.ptp(series) < 0.99 * TURN):
+            result = moving[0], sides[moving[0]], series, turns
+    if result is None and body is not None and body in scene.angles:
+        raise InputError(f"'{body}' does not swing in the sweep of this design")
+    return result

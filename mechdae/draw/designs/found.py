@@ -1,0 +1,263 @@
+"""What a synthesis found, as its pictures need it: goals, designs as mechanisms that move."""
+
+from __future__ import annotations
+
+import importlib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.file.problem import Problem, from_dict
+from mechdae.describe.tasks.goals import Extreme, Goal, listed_goals
+from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe.tasks.synthesis import Demand, demand
+from mechdae.draw.diagram.scene import Array, read_scene
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+from mechdae.results import UNITS, Result
+
+SOLVER = ("mechdae.tasks.solve", "solve")
+"""Designs are problems of their own, solved when they are drawn: found by name."""
+PATH = "path"
+"""Task of a design's problem that moves it."""
+SMOOTH = 1441
+"""Poses of a path that is drawn: where a link turns fast they are far apart."""
+FINE = 721
+"""Poses of an interval that a goal looks at."""
+TURN = 2 * np.pi
+
+
+def check_kind(result: Any, kind: str) -> None:
+    """Refuse results that are of no synthesis."""
+    if getattr(result, "kind", "") != "synthesis":
+        raise InputError(
+            f"'{kind}' is a picture of a synthesis, this is a result of kind "
+            f"'{getattr(result, 'kind', '')}'",
+            hint="synthesize the task and draw its result",
+        )
+
+
+def title_of(result: Any) -> str:
+    """Return the title above a picture."""
+    return str(result.title or result.problem)
+
+
+def sense_of(result: Any) -> int:
+    """Return 1 where less of the objective is better, -1 where more is."""
+    counted = _counted(result)
+    return -1 if len(counted) == 1 and counted[0].get("kind") == "maximise" else 1
+
+
+def _counted(result: Any) -> list[Mapping[str, Any]]:
+    """Return the goals that the objective is of: those that are not met exactly."""
+    tables = [table for table, _ in listed_goals(result.definition)]
+    return [t for t in tables if t.get("kind") != "rocker" and t.get("measure") != "exact"]
+
+
+def chosen(result: Any, design: int | None) -> list[int]:
+    """Return the index of a design; without a wish those of all that have no defects.
+
+    Raises
+    ------
+    InputError
+        No design was found, or there is none of that number.
+    """
+    count = len(result.data["designs"])
+    if not count:
+        raise InputError(
+            result.fault or "no design was found", hint="kinds that show why: census, convergence"
+        )
+    if design is None:
+        sound = [k for k, own in enumerate(result.data["designs"]) if not own.get("defects")]
+        if not sound:
+            raise InputError(
+                result.fault or "all designs are rejected",
+                hint="design draws each of them, census says why",
+            )
+        return sound
+    if isinstance(design, bool) or not isinstance(design, int) or not -count <= design < count:
+        raise InputError(
+            f"there is no design {design}", where="design",
+            hint=f"a whole number from 0, the best one, to {count - 1}",
+        )  # fmt: skip
+    return [design % count]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A design of a synthesis.
+
+    Attributes
+    ----------
+    index, count
+        Which of how many.
+    data
+        The entry of the result: objective, errors, at, class, hits, problem.
+    """
+
+    result: Any
+    index: int
+    count: int
+    data: Mapping[str, Any]
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The design's own problem."""
+        return from_dict(tomllib.loads(self.data["problem"]), self.result.problem)
+
+    @cached_property
+    def asked(self) -> Demand:
+        """What the task asks for, with the dimensions of the design."""
+        return demand(
+            replace(self.problem, mechanism=self.result.mechanism), self.result.definition
+        )
+
+    @property
+    def goal(self) -> Goal:
+        """The goal with targets of its own, else the first."""
+        goals = [goal for goal, _ in self.asked.goals]
+        return min(goals, key=lambda goal: isinstance(goal, Extreme))
+
+    @cached_property
+    def motion(self) -> Result:
+        """The design over its whole sweep; it starts at the first target."""
+        return self._solved(self.problem.tasks[PATH])
+
+    def path(self, what: str) -> Array:
+        """Return the path of a point, or of a body's origin, over the whole sweep, smooth.
+
+        Without a full turn it reaches all targets, in whatever order they are visited.
+        """
+        task = self.problem.tasks[PATH]
+        assert isinstance(task, Sweep)
+        if task.all_drivers[0].at is not None:
+            return self.places(self.motion, what)
+        fine = replace(task, poses=SMOOTH, outputs=(what,), derivatives=0)
+        if self.asked.full_turn:
+            return self.places(self._solved(fine), what)
+        start, at = float(self.data["at"][0]), self.data["at"]
+        drivers = [
+            Driver(self.asked.driver, from_=start, to=end)
+            for end in (float(min(at)), float(max(at)))
+            if end != start
+        ]
+        parts = [
+            self.places(self._solved(replace(fine, driver=driver)), what) for driver in drivers
+        ]
+        path: Array = np.vstack([parts[0][::-1], *parts[1:]])
+        return path
+
+    def at(self, values: Any, outputs: tuple[str, ...]) -> Result:
+        """Return the poses at driver values."""
+        driver = Driver(self.asked.driver, at=tuple(float(value) for value in values))
+        return self._solved(Sweep(driver, outputs=outputs, derivatives=0))
+
+    def _solved(self, task: Any) -> Result:
+        module, name = SOLVER
+        found: Result = getattr(importlib.import_module(module), name)(
+            self.problem.with_task(PATH, task), PATH
+        )
+        return found
+
+    @cached_property
+    def interval(self) -> Array:
+        """Driver values, evenly spread over the interval the goal looks at."""
+        values: Array = np.linspace(self.data["at"][0], self.data["at"][-1], FINE)
+        return values
+
+    def driven(self, found: Result) -> Array:
+        """Return the driver's values."""
+        values: Array = np.asarray(found.drivers[self.asked.driver].position, float)
+        return values
+
+    def wrapped(self, values: Any) -> Array:
+        """Return driver values within the sweep: of a full turn, whole turns are taken away."""
+        given: Array = np.asarray(values, float)
+        if self.asked.full_turn:
+            low = float(self.driven(self.motion).min())
+            given = low + (given - low) % TURN
+        return given
+
+    def places(self, found: Result, what: str) -> Array:
+        """Return where a point is, or the origin of a body."""
+        if "." in what:
+            place: Array = np.asarray(found.points[what].position, float)
+            return place
+        return read_scene(found).origins[what]
+
+    def series(self, found: Result, text: str) -> Array:
+        """Return the values of a coordinate."""
+        c = coordinate(self.problem.mechanism, text)
+        values: Any
+        if c.kind == "body angle":
+            values = found.bodies[c.part].angle
+        elif c.kind == "point":
+            values = found.points[f"{c.part}.{c.point}"].position[:, c.axis]
+        else:
+            word = {"joint angle": "angle", "slide": "slide", "curve": "s"}[c.kind]
+            values = found.joints[c.part][word]
+        shown: Array = np.asarray(values, float)
+        return shown
+
+    @property
+    def defects(self) -> list[str]:
+        """What is wrong with a solution of an exact goal that is reported all the same."""
+        return list(self.data.get("defects", ()))
+
+    def name(self, words: Words) -> str:
+        """Return which design it is, with its class, or what is wrong with it."""
+        parts = [words("design of", self.index + 1, self.count)]
+        if self.defects:
+            parts.append(f"{words('rejected')}: {self.defects[0]}")
+        if self.data.get("class", "any") != "any":
+            parts.append(class_name(self.data["class"], words))
+        return "  ·  ".join(parts)
+
+    def facts(self, words: Words) -> list[str]:
+        """Return objective and least transmission angle."""
+        parts = [words("objective is", words.number(self.data["objective"], 4))]
+        angle = self.data.get("transmission_angle_min")
+        if angle is not None:
+            parts.append(words("transmission at least", words.number(np.degrees(angle), 3)))
+        return parts
+
+
+def found_of(result: Any, index: int) -> Found:
+    """Return a design of a result."""
+    designs = result.data["designs"]
+    return Found(result, index, len(designs), designs[index])
+
+
+def class_name(name: str, words: Words) -> str:
+    """Return the word for a class of four-bars; others stay as they are."""
+    known = ("crank-rocker", "drag-link", "any")
+    return words(name) if name in known else name
+
+
+def objective_text(result: Any, words: Words) -> str:
+    """Return what the objective is, for the label of an axis."""
+    counted = _counted(result)
+    if len(counted) != 1:
+        return words("objective")
+    table = counted[0]
+    kind, measure = table.get("kind"), table.get("measure", "least-squares")
+    if kind in ("minimise", "maximise"):
+        path = str(table.get("of"))
+        unit = UNITS.get(path.rpartition("/")[2], "")
+        shown = f" [{words.status(unit)}]" if unit else ""
+        return f"{words('objective')}: {path}{shown}"
+    if kind == "straight-line":
+        return words("objective line")
+    if kind == "function":
+        unit = coordinate(result.mechanism, str(table.get("output"))).unit
+        word = "objective largest" if measure == "minimax" else "objective mean"
+        power = "" if measure == "minimax" else "²"
+        return words(word, f"{words(unit)}{power}")
+    if measure == "minimax":
+        return words("objective largest", words("m"))
+    return words("objective sum", f"{words('m')}²")

@@ -1,0 +1,117 @@
+"""A function generator: output against input with what is wanted, the error below."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.tasks.goals import FunctionTargets
+from mechdae.draw import style
+from mechdae.draw.designs.found import TURN, Found, title_of
+from mechdae.draw.diagram.scene import Array
+from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.scale import Scale, scale_of
+from mechdae.draw.words import Words
+
+TINY = 0.1
+"""Values smaller than this are shown as multiples of a power of ten."""
+
+
+def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> Axes:
+    """Draw the output of a design over its interval; of points, over the whole sweep."""
+    mechanism = found.problem.mechanism
+    inputs, outputs = (coordinate(mechanism, text) for text in (found.asked.driver, goal.output))
+    errors = np.array(found.data["errors"], float)
+    if goal.points:
+        x = found.driven(found.motion)
+        y = found.series(found.motion, goal.output)
+        at, wanted = _wanted(found, goal, x, y, errors)
+    else:
+        at = x = found.interval
+        y = found.series(found.at(x, (goal.output,)), goal.output)
+        wanted = y - errors
+    across, up = scale_of(inputs.unit, [x]), scale_of(outputs.unit, [y, wanted])
+    small, power = scale_of_errors(outputs.unit, errors)
+    unit = unit_text(small, power)
+    facts = [found.name(words), *found.facts(words)]
+    facts.insert(2, words("largest error", worst_text(outputs.unit, errors, words)))
+    solid = {"color": style.SERIES[0], "linewidth": 1.6}
+    asked: dict[str, Any]
+    if goal.points:
+        asked = {"marker": "o", "markersize": 5.0, "markerfacecolor": style.PAPER,
+                 "markeredgecolor": style.ARROW, "linestyle": ""}  # fmt: skip
+    else:
+        asked = {"color": style.ARROW, "linewidth": 1.4, "linestyle": style.DASHES[3]}
+    key = [Entry(words("of the design"), line=solid), Entry(words("wanted"), line=asked)]
+    frame = Frame(ax, 2, title_of(found.result), "  ·  ".join(facts), key)
+    k = frame.k
+    upper, lower = frame.panels
+    upper.plot(across(x), up(y), color=style.SERIES[0], linewidth=1.6 * k, gid="output")
+    scaled = {**asked, "linewidth": 1.4 * k} if not goal.points else {**asked, "markersize": 5 * k}
+    upper.plot(across(at), up(wanted), **scaled, zorder=4, gid="wanted")
+    lower.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
+    if goal.points:
+        lower.vlines(across(at), 0.0, small(errors), color=style.ARROW, linewidth=1.4 * k)
+        lower.plot(across(at), small(errors), **scaled, zorder=4, gid="error")
+    else:
+        lower.plot(across(at), small(errors), color=style.ARROW, linewidth=1.5 * k, gid="error")
+        lower.fill_between(across(at), small(errors), color=style.ARROW, alpha=0.15, linewidth=0)
+    frame.label(upper, y=f"{goal.output} [{up.unit}]")
+    frame.label(lower, f"{found.asked.driver} [{across.unit}]", f"{words('error')} [{unit}]")
+    if across.unit == "deg":
+        upper.locator_params(axis="x", steps=[1, 1.5, 3, 4.5, 6, 9, 10])
+    ends = np.sort(across(x))[[0, -1]]
+    margin = 0.015 * (ends[1] - ends[0]) if goal.points else 0.0
+    upper.set_xlim(ends[0] - margin, ends[1] + margin)
+    return upper
+
+
+def errors_of(found: Found, goal: FunctionTargets) -> tuple[Array, Array]:
+    """Return driver values and errors there."""
+    errors = np.array(found.data["errors"], float)
+    if not goal.points:
+        return found.interval, errors
+    return np.array(found.data["at"], float), errors
+
+
+def scale_of_errors(unit: str, errors: Any) -> tuple[Scale, int]:
+    """Return how errors are shown, and the power of ten in front of the unit."""
+    plain = scale_of(unit, [errors])
+    largest = float(np.abs(plain(errors)).max(initial=0.0))
+    if not 0.0 < largest < TINY:
+        return plain, 0
+    power = int(np.floor(np.log10(largest) / 3)) * 3
+    return Scale(plain.unit, plain.factor * 10.0**-power), power
+
+
+def worst_text(unit: str, errors: Array, words: Words) -> str:
+    """Return the largest error with its unit."""
+    plain = scale_of(unit, [errors])
+    worst = words.number(float(np.abs(plain(errors)).max()), 4)
+    return f"{worst} {plain.unit}".rstrip()
+
+
+def unit_text(scale: Scale, power: int) -> str:
+    """Return a unit, after its power of ten."""
+    if not power:
+        return scale.unit
+    raised = str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"10{raised} {scale.unit}".rstrip()
+
+
+def _wanted(
+    found: Found, goal: FunctionTargets, x: Array, y: Array, errors: Array
+) -> tuple[Array, Array]:
+    """Return inputs within the sweep and the outputs that are wanted there."""
+    at = np.array(found.data["at"], float)
+    reached = found.series(found.at(at, (goal.output,)), goal.output)
+    wanted = reached - errors
+    inside = found.wrapped(at)
+    if coordinate(found.problem.mechanism, goal.output).is_angle:
+        order = np.argsort(x)
+        near = np.interp(inside, x[order], y[order])
+        wanted = wanted + TURN * np.round((near - wanted) / TURN)
+    return inside, wanted

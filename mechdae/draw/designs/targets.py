@@ -1,0 +1,184 @@
+"""A path, its targets as numbered rings, and the errors, drawn into a diagram."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechdae.draw import style
+from mechdae.draw.diagram.diagram import nice_length
+from mechdae.draw.diagram.scene import Array
+from mechdae.draw.sheet import Sheet, arc, font, ink, unit
+from mechdae.draw.words import Words
+
+RING, DOT = 3.0, 1.2
+"""Radius of a target, and of one that is also drawn enlarged elsewhere."""
+LONGEST = 15.0
+"""Length that errors are enlarged to, at most."""
+APART = 0.6
+"""The same as a share of the usual distance between targets."""
+ENOUGH = 0.7
+"""Errors longer than this share of it are drawn as they are."""
+NOISE = 1e-7
+"""Errors below this share of the targets' spread are none."""
+POINTER = 13.0
+"""Length of the line that gives the direction of a pose."""
+STEPS = 16
+NEAR = 2.5
+"""Distance of numbers from what they keep off."""
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Where a point or a body is to be, and where it is.
+
+    Attributes
+    ----------
+    wanted, reached
+        (k, 2) [m].
+    angles
+        Of poses of a body, else None.
+    """
+
+    wanted: Array
+    reached: Array
+    angles: Array | None = None
+
+
+def draw_path(sheet: Sheet, places: Array, gid: str, width: float = style.BAR * 0.75) -> None:
+    """Draw the path of a point over the whole sweep."""
+    points = sheet.at(places)
+    sheet.line(points, color=style.WHEEL, width=width, z=style.Z_GROUND, gid=gid, weight=0.0)
+    sheet.keep(points[::3], style.PATH)
+
+
+def draw_dots(sheet: Sheet, targets: Targets) -> None:
+    """Draw targets so small that they do not hide the path."""
+    for k, place in enumerate(sheet.at(targets.wanted)):
+        sheet.circle(
+            place,
+            DOT,
+            fill=style.ARROW,
+            edge=style.ARROW,
+            gid=f"target-{k + 1}",
+            weight=style.PATH,
+        )
+
+
+def enlarged(factor: float, words: Words) -> str:
+    """Return what targets look like and how errors are enlarged."""
+    note = f"\N{WHITE CIRCLE} {words('target')}"
+    return f"{note}, {words('errors enlarged', words.number(factor))}" if factor > 1 else note
+
+
+def draw_targets(sheet: Sheet, targets: Targets, words: Words) -> str:
+    """Draw rings with numbers and the lines of the errors; return their scale in words."""
+    wanted = sheet.at(targets.wanted)
+    gaps = sheet.at(targets.reached) - wanted
+    factor = enlargement(gaps, wanted)
+    for k, (place, gap) in enumerate(zip(wanted, gaps, strict=True)):
+        sheet.circle(
+            place, RING, fill=style.PAPER, edge=style.ARROW, width=style.LINE, gid=f"target-{k + 1}"
+        )
+        if targets.angles is not None:
+            along = np.array([np.cos(targets.angles[k]), np.sin(targets.angles[k])])
+            ends = [place + RING * along, place + POINTER * along]
+            sheet.line(ends, color=style.ARROW, width=style.LINE, gid=f"direction-{k + 1}")
+        if factor:
+            ends = [place, place + factor * gap]
+            sheet.line(
+                ends,
+                color=style.ARROW,
+                width=1.5 * style.LINE,
+                z=style.Z_PIN,
+                gid=f"error-{k + 1}",
+                weight=style.PATH,
+            )
+    _number(sheet, wanted)
+    return enlarged(factor, words)
+
+
+def enlargement(gaps: Array, places: Array) -> float:
+    """Return how many times errors on the sheet are enlarged; 0 where there are none."""
+    sizes = np.hypot(*gaps.T)
+    longest = float(sizes[np.isfinite(sizes)].max(initial=0.0))
+    if longest <= NOISE * float(np.ptp(places, axis=0).max()):
+        return 0.0
+    usual = float(np.median(np.hypot(*np.diff(places, axis=0).T)))
+    most = min(LONGEST, max(APART * usual, 2.0 * RING))
+    if longest >= ENOUGH * most:
+        return 1.0
+    return max(nice_length(most / longest), 1.0)
+
+
+def _number(sheet: Sheet, places: Array) -> None:
+    """Write numbers beside the targets, where they cover nothing."""
+    chosen = font(style.NUMBER, style.NOTE_FONT)
+    centre = places.mean(axis=0)
+    for k, place in enumerate(places):
+        text = str(k + 1)
+        low, high = ink(text, chosen)
+        half = (high - low) / 2
+        out = unit(place - centre)
+        first = float(np.arctan2(out[1], out[0])) if out.any() else np.pi / 2
+        spots = []
+        for reach in (RING + 2.5, RING + 6.0):
+            for turn in range(STEPS):
+                # nearest to straight away from the middle first
+                angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * np.pi / STEPS
+                along = np.array([np.cos(angle), np.sin(angle)])
+                spots.append(place + along * (reach + np.abs(along) @ half))
+        spot = min(enumerate(spots), key=lambda entry: (_covered(sheet, entry[1], half), entry[0]))[
+            1
+        ]
+        sheet.text(spot, text, chosen, style.ARROW, f"target-number-{k + 1}")
+        sheet.box(spot - half - 1.0, spot + half + 1.0)
+
+
+def _covered(sheet: Sheet, spot: Array, half: Array) -> float:
+    """Return what a text at a place would cover, by weight."""
+    low, high = spot - half - NEAR, spot + half + NEAR
+    found = 0.0
+    if (low < 0).any() or (high > sheet.size).any():
+        found += 1e3
+    if sheet.boxes:
+        rows = np.array(sheet.boxes)
+        hit = ((rows[:, :2] < high) & (rows[:, 2:4] > low)).all(axis=1)
+        found += float(rows[hit, 4].sum())
+    if sheet.segments:
+        rows = np.array(sheet.segments)
+        start, end = rows[:, :2], rows[:, 2:4]
+        # the part of each segment within the box, by its two pairs of sides
+        way = end - start
+        safe = np.where(way == 0, 1e-12, way)
+        enter, leave = (low - start) / safe, (high - start) / safe
+        first = np.minimum(enter, leave).max(axis=1).clip(0.0)
+        last = np.maximum(enter, leave).min(axis=1).clip(max=1.0)
+        length = np.clip(last - first, 0.0, None) * np.hypot(*way.T)
+        found += float((length * rows[:, 4]).sum())
+    return found
+
+
+def draw_swing(
+    sheet: Sheet, pivot: Array, ends: Sequence[Array], angles: Sequence[float], text: str
+) -> None:
+    """Draw the arc through which a link swings about its pivot, with the angle beside it."""
+    centre = sheet.at(pivot)
+    length = float(np.hypot(*(sheet.at(ends[0]) - centre)))
+    radius = max(0.42 * length, 20.0)
+    points = arc(centre, radius, angles[0], angles[1])
+    sheet.line(points, color=style.ARROW, width=style.LINE, gid="swing", weight=style.PATH)
+    chosen = font(style.NUMBER, style.NOTE_FONT)
+    low, high = ink(text, chosen)
+    half = (high - low) / 2
+    spots = []
+    for lift in (1.0, -1.0):
+        for share in (0.5, 0.35, 0.65, 0.2, 0.8):
+            turn = angles[0] + share * (angles[1] - angles[0])
+            along = np.array([np.cos(turn), np.sin(turn)])
+            spots.append(centre + along * (radius + lift * (5.0 + np.abs(along) @ half)))
+    spot = min(enumerate(spots), key=lambda entry: (_covered(sheet, entry[1], half), entry[0]))[1]
+    sheet.text(spot, text, chosen, style.ARROW, "swing-text")
+    sheet.box(spot - half - 1.0, spot + half + 1.0)

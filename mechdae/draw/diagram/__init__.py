@@ -1,0 +1,1 @@
+"""The kinematic diagram of one pose: bodies, joints, drivers, loads."""

@@ -1,0 +1,135 @@
+"""Values of coordinates and of loads in the poses of a scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.expression import evaluate, names_in
+from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
+from mechdae.describe.named import TIME
+from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.errors import MechdaeError
+
+STILL = 1e-9
+"""A coordinate that changes less than this share of its range in a step stands still."""
+
+
+def series(scene: Scene, entry: Coordinate) -> Array:
+    """Return a coordinate in all poses, (n,); nan where it is not known."""
+    unknown = np.full(len(scene.status), np.nan)
+    if entry.kind == "body angle":
+        return scene.angles.get(entry.part, unknown)
+    if entry.kind == "point":
+        known = entry.part in scene.origins
+        return scene.track(f"{entry.part}.{entry.point}")[:, entry.axis] if known else unknown
+    joint = scene.mechanism.joints[entry.part]
+    if entry.kind == "curve" or not {joint.first_body, joint.second_body} <= set(scene.origins):
+        return unknown
+    if entry.kind == "joint angle":
+        difference: Array = scene.angles[joint.second_body] - scene.angles[joint.first_body]
+        return difference
+    return scene.slide(joint)
+
+
+def sense(scene: Scene, result: Any, entry: Coordinate, pose: int) -> float:
+    """Return +1 or -1 as the coordinate grows or falls at a pose, 0 where that is not known.
+
+    The change from pose to pose is turned into one with time by that of the driver.
+    """
+    drivers = list((getattr(result, "drivers", None) or {}).values())
+    values = series(scene, entry)
+    if len(values) < 2 or len(drivers) != 1:
+        return 0.0
+    low, high = max(pose - 1, 0), min(pose + 1, len(values) - 1)
+    driver = np.asarray(drivers[0].position, dtype=float)
+    speed = getattr(drivers[0], "velocity", None)
+    forth = float(np.atleast_1d(speed)[min(pose, np.size(speed) - 1)]) if speed is not None else 1.0
+    step = float(values[high] - values[low])
+    span = float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
+    if not np.isfinite(step) or abs(step) <= STILL * span:
+        return 0.0
+    way = step if result_in_time(result) else step * float(driver[high] - driver[low]) * forth
+    return float(np.sign(way))
+
+
+def result_in_time(result: Any) -> bool:
+    """Return whether the poses follow each other in time."""
+    return getattr(result, "time", None) is not None
+
+
+def load_values(scene: Scene, result: Any, load: Any, pose: int) -> tuple[float, ...] | None:
+    """Return the values of a load in one pose, None where the description does not give them.
+
+    A force has two, in the axes of its frame; a resistance has that which acts against the
+    motion of its coordinate, the others one.
+    """
+    names = _Known(scene, result, pose)
+    try:
+        if isinstance(load, Force):
+            return tuple(names.value(load, "value", k) for k in (0, 1))
+        if isinstance(load, Torque):
+            return (names.value(load, "value"),)
+        if isinstance(load, Resistance):
+            way = sense(scene, result, coordinate(scene.mechanism, load.coordinate), pose)
+            both = tuple(names.value(load, name) for name in ("negative", "positive"))
+            if way == 0.0 and both[0] != both[1]:
+                return None
+            return (both[0] if way < 0 else both[1],)
+        if isinstance(load, TableLoad):
+            return (_looked_up(load, names) * names.value(load, "factor"),)
+    except (MechdaeError, LookupError):
+        return None
+    return None
+
+
+def acts(load: Spring, name: str) -> bool:
+    """Return whether a number of a spring is given and not zero."""
+    return bool(getattr(load, name) != 0.0)
+
+
+class _Known:
+    """Names of the description with their values in a pose."""
+
+    def __init__(self, scene: Scene, result: Any, pose: int) -> None:
+        self.scene, self.result, self.pose = scene, result, pose
+
+    def value(self, load: Any, name: str, axis: int | None = None) -> float:
+        number = getattr(load, name)
+        number = number if axis is None else number[axis]
+        if not isinstance(number, str):
+            return float(number)
+        return evaluate(number, {used: self.of(used) for used in names_in(number)})
+
+    def of(self, name: str) -> float:
+        """Return a parameter, a coordinate or the time; speeds are not known."""
+        if name in self.scene.numbers:
+            return self.scene.numbers[name]
+        if name == TIME and result_in_time(self.result):
+            return float(self.result.time[self.pose])
+        value = float(series(self.scene, coordinate(self.scene.mechanism, name))[self.pose])
+        if not np.isfinite(value):
+            raise LookupError(name)
+        return value
+
+
+def _looked_up(load: TableLoad, names: _Known) -> float:
+    at = names.of(load.coordinate)
+    rows = np.array(load.points, dtype=float)
+    if not len(rows) or load.interpolation != "linear":
+        raise LookupError(load.name)
+    first, last = rows[0, 0], rows[-1, 0]
+    if load.coordinate == TIME:
+        at -= names.value(load, "shift")
+    if load.period is not None:
+        period = names.value(load, "period")
+        at = first + (at - first) % period
+        if period > last - first:
+            rows, last = np.vstack([rows, [first + period, rows[0, 1]]]), first + period
+    elif load.periodic:
+        at = first + (at - first) % (last - first)
+    if not first <= at <= last:
+        raise LookupError(load.name)
+    return float(np.interp(at, rows[:, 0], rows[:, 1]))

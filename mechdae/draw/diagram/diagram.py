@@ -1,0 +1,593 @@
+"""The kinematic diagram of one pose, in the manner of ISO 3952 and GOST 2.770."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mechdae.describe.joints import Curve
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw import style
+from mechdae.draw.diagram import symbols
+from mechdae.draw.diagram.curves import draw_curve, reach
+from mechdae.draw.diagram.driver import (
+    draw_drivers,
+    driven_bodies,
+    drivers_of,
+    held_drivers,
+    time_text,
+    value_text,
+)
+from mechdae.draw.diagram.gaps import blame_text, draw_gaps, open_text
+from mechdae.draw.diagram.guides import draw_guides, gaps_of, travel
+from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
+from mechdae.draw.diagram.places import PINNED, Place, free_points, places_of
+from mechdae.draw.diagram.scene import SHORT, Array, Scene, choose_pose, read_scene
+from mechdae.draw.diagram.shapes import Piece, draw_body, draw_ghost, shape_of
+from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
+from mechdae.draw.figure import new_axes
+from mechdae.draw.labels.labels import Links, draw_labels
+from mechdae.draw.sheet import Sheet, font, ink, normal, unit
+from mechdae.draw.words import ENGLISH, Words
+from mechdae.errors import InputError
+
+FAR = 1.5
+"""Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
+
+
+LEGEND = 8.0
+"""Height of the subtitle, or of the names of variants, above the axes."""
+STRIDE = 8.0
+"""Length of the pieces of a path that labels keep off."""
+HINTED = 0.97
+"""Share of the room that titles take: letters made of pixels are wider than their outlines."""
+LENGTHS = ((1e3, 1e3, "km"), (0.5, 1.0, "m"), (5e-4, 1e-3, "mm"), (0.0, 1e-6, "µm"))
+"""Least length, unit, name."""
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    pose: int | None = None,
+    traces: bool = True,
+    ghosts: int | Sequence[int] = 0,
+    labels: bool = True,
+    loads: bool = True,
+    dark: bool = False,
+    lang: str = "en",
+    scale: float | Callable[[float], float] | None = None,
+    label: str = "",
+) -> Axes:
+    """Draw the kinematic diagram of one pose.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned.
+    ax
+        Axes to draw in; without it those of a new figure, which is larger than others
+        where many joints are near each other. Size and place of the axes decide the
+        scale, so they should be final.
+    pose
+        Index of the pose, negative from the end; by default the middle assembled pose of
+        a sweep, the first of a few.
+    traces
+        Whether the paths of the moving points are drawn, of more than a few poses.
+    ghosts
+        Number of other poses drawn faintly, or which ones.
+    labels
+        Whether joints have letters and links numbers.
+    loads
+        Whether forces, torques, springs, dampers and gravity are drawn.
+    dark
+        Whether the colours are those for dark paper.
+    lang
+        Language of the words, "en" or "ru".
+    scale
+        Metres per millimetre of paper, or a function of the smallest that the axes allow,
+        which is the default.
+    label
+        Name of the variant where several are drawn on the same axes.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Axes in metres, equal in both directions.
+
+    Raises
+    ------
+    InputError
+        A pose that the result does not have.
+    UnknownName
+        Another language.
+    """
+    words, theme = Words(lang), style.DARK if dark else style.LIGHT
+    if getattr(result, "kind", "") == "study":
+        raise InputError("a study has no pose to draw", hint="solve the sweep it repeats")
+    scene = read_scene(result)
+    index = choose_pose(scene, getattr(result, "kind", ""), pose)
+    traces = traces and has_paths(result, scene)
+    bounds = extent(scene, index, traces, bool(ghosts))
+    larger = _larger(scene, index, *bounds[:2]) if ax is None else style.USUAL
+    axes = new_axes(theme, larger) if ax is None else ax
+    view = View(traces, ghosts, labels, loads, bounds, scale=scale, larger=larger, label=label)
+    draw_pose(axes, scene, result, index, view, theme, words)
+    return axes
+
+
+@dataclass(frozen=True)
+class View:
+    """What a diagram shows, and what the diagrams of one motion have in common.
+
+    Parameters
+    ----------
+    bounds
+        Corners [m] and size of what is in the picture; without it those of the pose.
+    peak
+        The force that has the longest arrow [N]; without it the largest of the pose.
+    memory, scale, larger
+        See `Sheet`.
+    subtitle
+        In place of driver value, task and pose.
+    label
+        Name of the variant, behind these.
+    behind
+        Sheets of other variants on the same axes, whose lines labels keep off.
+    bare
+        Without titles, scale bar and note: another variant has them.
+    legend
+        Names and colours of variants, in place of the subtitle.
+    paper
+        Colours of titles, where links have that of their variant.
+    overlay
+        Draws more between links and labels, and returns what is to be noted below.
+    """
+
+    traces: bool = True
+    ghosts: int | Sequence[int] = 0
+    labels: bool = True
+    loads: bool = True
+    bounds: tuple[Array, Array, float] | None = None
+    peak: float | None = None
+    memory: dict[str, Array] | None = None
+    scale: float | Callable[[float], float] | None = None
+    larger: tuple[float, float] = style.USUAL
+    subtitle: str = ""
+    label: str = ""
+    behind: tuple[Sheet, ...] = ()
+    bare: bool = False
+    legend: tuple[tuple[str, str], ...] = ()
+    paper: style.Theme | None = None
+    overlay: Callable[[Sheet], str] | None = None
+
+
+def has_paths(result: Any, scene: Scene) -> bool:
+    """Return whether the poses of a result are a motion."""
+    return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
+
+
+def draw_pose(
+    axes: Axes,
+    scene: Scene,
+    result: Any,
+    pose: int,
+    view: View,
+    theme: style.Theme,
+    words: Words,
+) -> Sheet:
+    """Draw one pose of a result whose placements are known, see `draw`; return its sheet."""
+    low, high, size = view.bounds or extent(scene, pose, view.traces, bool(view.ghosts))
+    sheet = Sheet(axes, low, high, view.scale, theme, view.memory, view.larger)
+    for behind in view.behind:
+        sheet.segments += behind.segments
+        sheet.boxes += behind.boxes
+    if view.traces:
+        _draw_traces(sheet, scene)
+    for other in _others(scene, pose, view.ghosts):
+        for name in scene.mechanism.bodies:
+            if scene.shown(name, other):
+                draw_ghost(sheet, scene, name, other)
+    places = places_of(scene, pose)
+    drivers = drivers_of(scene, result)
+    held = held_drivers(result, drivers)
+    moved = [entry for entry in drivers if entry.text not in held]
+    colors = dict.fromkeys(driven_bodies(scene, moved), style.DRIVEN)
+    links = _draw_links(sheet, scene, pose, size, colors, outside_of(result))
+    _draw_places(sheet, scene, pose, places, links)
+    if not view.bare:
+        draw_drivers(sheet, scene, result, pose, drivers, places)
+    marks: list[Mark] = []
+    if view.loads:
+        marks = draw_loads(sheet, scene, result, pose, places, words, view.peak)
+    marks += draw_gaps(sheet, scene, result, words)
+    extra = view.overlay(sheet) if view.overlay is not None else ""
+    if not view.bare:
+        _draw_frame(sheet, scene, result, pose, words, extra)
+    if view.labels:
+        draw_labels(sheet, scene, pose, places, links, marks)
+    if view.bare:
+        return sheet
+    values = [value_text(result, own, pose, words, own.text in held) for own in drivers]
+    values = [time_text(result, pose, words), *values, open_text(result, words), view.label]
+    sheet.theme = view.paper or theme
+    write_titles(sheet, result, values, pose, words, " " if view.legend else view.subtitle)
+    write_legend(sheet, view.legend, LEGEND)
+    return sheet
+
+
+def _larger(scene: Scene, pose: int, low: Array, high: Array) -> tuple[float, float]:
+    """Return how much larger a new figure is to be so that labels find room between joints."""
+    spots = np.array([scene.place(own.references[0], pose) for own in places_of(scene, pose)])
+    border = np.array([2 * style.MARGIN, 2 * style.MARGIN + style.STRIP])
+    scale = float(((high - low) / (np.array(style.AREA) - border)).max())
+    if len(spots) < style.CROWD or not scale > 0:
+        return style.USUAL
+    gaps = np.hypot(*np.moveaxis(spots[:, None] - spots, -1, 0))
+    np.fill_diagonal(gaps, np.inf)
+    nearest = max(float(np.median(gaps.min(axis=0))) / scale, style.APART / style.LARGEST)
+    sides = (high - low) / scale * max(style.APART / nearest, 1.0) + border
+    width, height = np.maximum(sides / style.AREA, 1.0).tolist()
+    return width, height
+
+
+def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
+    """Return the corners of what is to be in the picture, and the size of the mechanism."""
+    points = [
+        scene.place(f"{name}.{point}", pose)
+        for name in scene.mechanism.bodies
+        if scene.shown(name, pose)
+        for point in scene.mechanism.body(name).points
+    ]
+    for joint in scene.joints(pose):
+        points += [scene.place(joint.first, pose), scene.place(joint.second, pose)]
+        if isinstance(joint, Curve):
+            points += list(reach(scene, joint, pose))
+    pivots = {
+        side
+        for joint in scene.mechanism.joints.values()
+        for side in (joint.first, joint.second)
+        if side.split(".")[0] == GROUND
+    }
+    # the fixed pivots belong to the picture, also where their links have no pose
+    points += [scene.place(reference, pose) for reference in sorted(pivots)]
+    points += load_points(scene, pose)
+    near = np.array(points or [np.zeros(2)])
+    size = float(np.ptp(near, axis=0).max())
+    more = [near]
+    for joint in scene.joints(pose):
+        for _, center, radius in circles(scene, joint, pose):
+            more.append(center + radius * np.array([[-1, -1], [1, 1]]))
+        if joint.kind == "rack":
+            more.append(np.array(rack_span(scene, joint, pose)[:2]))
+        if joint.kind in ("prismatic", "pin-in-slot") and joint.name not in scene.cylinders:
+            axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
+            now = float(scene.slide(joint)[pose])
+            ends = np.array(travel(scene, joint, pose, size)) - now
+            more.append(scene.place(joint.second, pose) + np.outer(ends, axis))
+    if traces or ghosts:
+        more += scene.paths.values()
+    everything = np.vstack(more)
+    everything = everything[np.isfinite(everything).all(axis=1)]
+    most = FAR * (size or 1.0)
+    low = np.maximum(everything.min(axis=0), near.min(axis=0) - most)
+    high = np.minimum(everything.max(axis=0), near.max(axis=0) + most)
+    return low, high, size
+
+
+def _draw_traces(sheet: Sheet, scene: Scene) -> None:
+    for reference, track in scene.paths.items():
+        points = sheet.at(track)
+        sheet.line(
+            points,
+            color=style.TRACE,
+            width=style.THIN,
+            z=style.Z_TRACE,
+            gid=f"trace-{reference}",
+            weight=0.0,
+        )
+        sheet.keep(_thinned(points), style.PATH)
+
+
+def _thinned(points: Array) -> Array:
+    """Return a path with fewer points, which labels avoid just as well."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    gap = np.isnan(points[:, 0])
+    pieces = np.cumsum(np.nan_to_num(steps)) // STRIDE
+    kept = np.array(gap)
+    kept[0] = True
+    kept[1:] |= np.diff(pieces, prepend=0.0) > 0
+    kept[:-1] |= gap[1:]
+    kept[1:] |= gap[:-1]
+    kept[-1] = True
+    thinned: Array = points[kept]
+    return thinned
+
+
+def _others(scene: Scene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
+    """Return up to `ghosts` other assembled poses, evenly spread, or those that are named."""
+    if not isinstance(ghosts, int):
+        return [choose_pose(scene, "", other) for other in ghosts]
+    rest = [index for index in scene.assembled() if index != pose]
+    if ghosts <= 0 or not rest:
+        return []
+    picks = np.linspace(0, len(rest) - 1, min(ghosts, len(rest))).round().astype(int)
+    return [rest[i] for i in dict.fromkeys(picks.tolist())]
+
+
+def _draw_links(
+    sheet: Sheet,
+    scene: Scene,
+    pose: int,
+    size: float,
+    colors: dict[str, str],
+    outside: set[str],
+) -> Links:
+    links = Links()
+    gaps = gaps_of(sheet, scene, pose, size)
+    guides = draw_guides(sheet, scene, pose, size, colors)
+    links.wheels = draw_wheels(sheet, scene, pose, colors)
+    guides_of = [j for j in scene.joints(pose) if j.kind == "prismatic"]
+    sliding = {j.second_body for j in guides_of if j.name not in scene.cylinders}
+    for name, body in scene.mechanism.bodies.items():
+        if not scene.shown(name, pose):
+            continue
+        color = colors.get(name, style.INK)
+        z = style.Z_BLOCK - 0.5 if name in sliding else style.Z_BAR
+        links.bars[name] = draw_body(
+            sheet, scene, name, pose, gaps.get(name, []), color, z, dashed=name in outside
+        )
+        links.bars[name] += guides.get(name, [])
+        shape = shape_of(scene, name)
+        spots = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in shape.points]
+        if shape.kind == "polygon":
+            links.polygons[name] = np.array(spots)
+        links.points[name] = spots[0] if body.points else sheet.at(scene.origins[name][pose])
+    for joint in scene.joints(pose):
+        first, second = (
+            sheet.at(scene.place(entry, pose)) for entry in (joint.first, joint.second)
+        )
+        if isinstance(joint, Curve):
+            corners = draw_curve(sheet, scene, joint, pose, colors)
+            if corners is not None:
+                links.polygons.setdefault(joint.first_body, corners)
+                sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+                links.bars[joint.first_body] = [*links.bars[joint.first_body], *sides]
+        if joint.kind == "prismatic" and joint.name not in scene.cylinders:
+            axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
+            links.blocks[joint.second_body] = symbols.rectangle(second, axis)
+        if joint.kind == "distance":
+            sheet.line(
+                [first, second],
+                width=style.LINE,
+                dash=style.DASHED,
+                z=style.Z_BAR,
+                gid=f"joint-{joint.name}-distance",
+            )
+    return links
+
+
+def _draw_places(sheet: Sheet, scene: Scene, pose: int, places: list[Place], links: Links) -> None:
+    for place in places:
+        center = sheet.at(scene.place(place.references[0], pose))
+        _draw_bridges(sheet, scene, pose, place, center, links)
+        for joint in place.joints:
+            if joint.kind == "weld" and not (place.fixed and GROUND in joint.bodies):
+                symbols.weld(
+                    sheet, center, _weld_arms(sheet, scene, pose, place), f"joint-{joint.name}-weld"
+                )
+        if place.fixed:
+            symbols.support(sheet, center, f"support-{place.letter}")
+        if place.pinned:
+            names = "-".join(joint.name for joint in place.joints if joint.kind in PINNED)
+            symbols.pin(sheet, center, f"joint-{names}-pin")
+    for reference in free_points(scene, pose):
+        symbols.dot(sheet, sheet.at(scene.place(reference, pose)), f"point-{reference}")
+
+
+def _weld_arms(sheet: Sheet, scene: Scene, pose: int, place: Place) -> list[Array]:
+    """Return one direction of each welded body."""
+    arms = []
+    for reference in place.references:
+        body, point = reference.split(".")
+        start = sheet.at(scene.place(reference, pose))
+        for other in scene.mechanism.body(body).points if body != GROUND else ():
+            arm = sheet.at(scene.place(f"{body}.{other}", pose)) - start
+            if other != point and np.hypot(*arm) > 1e-6:
+                arms.append(arm)
+                break
+    return arms
+
+
+def _draw_bridges(
+    sheet: Sheet, scene: Scene, pose: int, place: Place, center: Array, links: Links
+) -> None:
+    """Mark the bars that run past this pin without a break."""
+    bodies = [name for name in place.bodies if name != GROUND]
+    for reference in place.references if place.pinned else ():
+        body = reference.split(".")[0]
+        if body == GROUND or body in links.polygons:
+            continue
+        arms = _drawn_arms(links.bars.get(body, []), center)
+        along = next((arm for arm in arms if any(arm @ other < -0.99 for other in arms)), None)
+        if along is None:
+            continue
+        others = sum(
+            (
+                sheet.at(scene.place(f"{name}.{end}", pose)) - center
+                for name in bodies
+                if name != body
+                for end in scene.mechanism.body(name).points
+            ),
+            np.array([0.0, -1e-6]),
+        )
+        symbols.bridge(sheet, center, along, -np.asarray(others), f"bridge-{reference}", style.INK)
+
+
+def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
+    """Return the directions in which the lines of a body leave a place."""
+    arms = []
+    for start, end in bars:
+        offsets = np.array([start - center, end - center])
+        along = unit(end - start)
+        if abs(float(offsets[0] @ normal(along))) < 1.0:
+            low, high = (float(offset @ along) for offset in offsets)
+            if low < 1.0 and high > 1.0:
+                arms.append(along)
+            if low < -1.0 and high > -1.0:
+                arms.append(-along)
+    return arms
+
+
+def _draw_frame(
+    sheet: Sheet, scene: Scene, result: Any, pose: int, words: Words, extra: str = ""
+) -> None:
+    """Draw the scale bar and the note on what is not drawn."""
+    length = nice_length(0.2 * float(sheet.size[0]) / sheet.metre)
+    bar = length * sheet.metre
+    start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
+    chosen = font(style.NOTE, style.NOTE_FONT)
+    text = length_text(length, words)
+    low, high = ink(text, chosen)
+    symbols.scale_bar(sheet, start, bar, "scale-bar")
+    spot = start - (5.0 + (high - low)[0] / 2, 0.0)
+    sheet.text(spot, text, chosen, style.FAINT, "scale-text")
+    sheet.box((spot[0] - (high - low)[0] / 2 - 3.0, 2.0), (sheet.size[0], 18.0))
+    note = "; ".join(text for text in (note_text(scene, result, pose, words), extra) if text)
+    if note:
+        room = float(spot[0] - (high - low)[0] / 2 - 14.0)
+        note, chosen = fitted(note, style.NOTE, room, style.NOTE_FONT)
+        low, high = ink(note, chosen)
+        sheet.text((4.0 + (high - low)[0] / 2, 10.0), note, chosen, style.FAINT, "note")
+        sheet.box((0.0, 2.0), (4.0 + (high - low)[0], 18.0))
+
+
+def outside_of(result: Any) -> set[str]:
+    """Return the bodies that no output of the task depends on."""
+    return set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
+
+
+def note_text(scene: Scene, result: Any, pose: int, words: Words) -> str:
+    """Return which bodies are not drawn, and why."""
+    outside = outside_of(result)
+    missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]
+    absent = [name for name in missing if name in outside]
+    unasked = [name for name in missing if name not in scene.origins and name not in outside]
+    unsolved = [name for name in missing if name not in {*absent, *unasked}]
+    dashed = [name for name in scene.mechanism.bodies if name in outside - set(missing)]
+    parts, status = [], words.status(scene.status[pose])
+    if dashed:
+        parts.append(f"{words('dashed')}: {', '.join(dashed)}")
+    if absent:
+        parts.append(f"{words('absent')}: {', '.join(absent)}")
+    if unasked:
+        parts.append(f"{words('unasked')}: {', '.join(unasked)}")
+    if unsolved:
+        parts.append(f"{status}, {words('undrawn')}: {', '.join(unsolved)}")
+    elif scene.open:
+        parts.append(blame_text(result, words))
+    elif scene.status[pose] != "ok":
+        parts.append(f"{words('pose')}: {status}")
+    return "; ".join(parts)
+
+
+def nice_length(about: float) -> float:
+    """Return 1, 2 or 5 times a power of ten, at most `about`."""
+    power = 10.0 ** np.floor(np.log10(about))
+    return float(
+        max(step * power for step in (1.0, 2.0, 5.0) if step * power <= about * (1 + 1e-9))
+    )
+
+
+def length_text(length: float, words: Words) -> str:
+    """Return a length with its unit, from µm to km."""
+    _, unit, name = next(row for row in LENGTHS if length >= row[0])
+    return f"{words.number(length / unit)} {words(name)}"
+
+
+def fitted(text: str, size: float, room: float, families: list[str]) -> tuple[str, Any]:
+    """Return a text and its font so that it fits: smaller by a quarter at most, then cut."""
+    width = float(ink(text, font(size, families))[1][0])
+    size *= float(np.clip(room / width, 0.75, 1.0)) if width > 0 else 1.0
+    chosen = font(size, families)
+    keep = len(text)
+    while keep > 3 and (width := float(ink(text[:keep], chosen)[1][0])) > 1.001 * room:
+        keep = min(keep - 1, int(keep * room / width))
+    return (text if keep == len(text) else text[: keep - 1].rstrip() + "…"), chosen
+
+
+def in_lines(text: str, size: float, room: float, families: list[str]) -> list[str]:
+    """Return a text as it is if it fits at that size, or as two lines of much the same length."""
+    chosen = font(size, families)
+    places = [k for k, letter in enumerate(text) if letter == " "]
+    if not places or float(ink(text, chosen)[1][0]) <= room:
+        return [text]
+
+    def longer(k: int) -> float:
+        return max(float(ink(part, chosen)[1][0]) for part in (text[:k], text[k + 1 :]))
+
+    k = min(places, key=longer)
+    return [text[:k], text[k + 1 :]]
+
+
+def write_legend(sheet: Sheet, legend: Sequence[tuple[str, str]], lift: float) -> None:
+    """Write the names of variants below the title, each in its colour."""
+    x = 4.0
+    for name, color in legend:
+        chosen = font(style.SUBTITLE, style.NOTE_FONT)
+        sheet.ax.annotate(
+            name.replace("$", r"\$"),
+            (0.0, 1.0),
+            xytext=(x * sheet.k, lift * sheet.k),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            fontproperties=font(style.SUBTITLE * sheet.k, style.NOTE_FONT),
+            color=color,
+            gid=f"variant-{name}",
+            annotation_clip=False,
+        )
+        x += float(ink(name, chosen)[1][0]) + 14.0
+
+
+def write_titles(
+    sheet: Sheet,
+    result: Any,
+    values: list[str],
+    pose: int,
+    words: Words = ENGLISH,
+    subtitle: str = "",
+) -> None:
+    """Write the title and, below it, the driver's value and the pose, or what is given."""
+    title = str(getattr(result, "title", "") or getattr(result, "problem", ""))
+    count = len(result.status)
+    parts = [*values, str(getattr(result, "task", "") or "")]
+    if getattr(result, "kind", "") == "modes":
+        parts.append(words("mode of", ",".join(result.labels[pose]), pose + 1, count))
+    elif count > 1:
+        parts.append(words("pose of", pose + 1, count))
+    room = HINTED * (float(sheet.size[0]) - 8.0)
+    lines = in_lines(title, 0.75 * style.TITLE, room, style.NOTE_FONT)
+    subtitle = subtitle or "  ·  ".join(part for part in parts if part)
+    rows = [(subtitle, style.SUBTITLE, LEGEND, style.FAINT, "subtitle")]
+    if len(lines) == 1:
+        rows.append((title, style.TITLE, 24.0, style.INK, "title"))
+    else:
+        rows.append((lines[0], 0.85 * style.TITLE, 34.0, style.INK, "title"))
+        rows.append((lines[1], 0.85 * style.TITLE, 21.0, style.INK, "title-rest"))
+    for text, size, lift, color, gid in rows:
+        text, chosen = fitted(text, size, room, style.NOTE_FONT)
+        sheet.ax.annotate(
+            text.replace("$", r"\$"),
+            (0.0, 1.0),
+            xytext=(4.0 * sheet.k, lift * sheet.k),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            fontproperties=font(chosen.get_size_in_points() * sheet.k, style.NOTE_FONT),
+            color=sheet.theme.paint(color),
+            gid=gid,
+            annotation_clip=False,
+        )

@@ -1,0 +1,169 @@
+"""Gears, racks and belts: radii and circles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from mechdae.describe.joints import Belt, Joint
+from mechdae.draw import style
+from mechdae.draw.diagram import symbols
+from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.sheet import Sheet, normal, unit
+
+BELT_SHARE = 0.3
+"""Radius of the larger pulley over the distance of the centres: the file gives no radii."""
+
+
+def pitch_radii(distance: float, ratio: float) -> tuple[float, float] | None:
+    """Return the pitch radii of two wheels from the distance of their centres.
+
+    From (w1 - wc) = ratio (w2 - wc) and equal speeds at the pitch point, r2 / r1 = |ratio|.
+    A negative ratio is an external mesh, r1 + r2 = distance; a positive one an internal
+    mesh, |r1 - r2| = distance. None where no finite circles exist: coaxial wheels, or an
+    internal mesh of ratio 1.
+    """
+    share = 1.0 + abs(ratio) if ratio < 0 else abs(1.0 - ratio)
+    if distance <= 0 or share < 1e-9:
+        return None
+    first = distance / share
+    return first, first * abs(ratio)
+
+
+def pitch_point(first: Array, second: Array, radii: tuple[float, float], ratio: float) -> Array:
+    """Return where the pitch circles touch."""
+    toward = unit(second - first)
+    inside = ratio > 0 and radii[1] > radii[0]
+    touch: Array = first - radii[0] * toward if inside else first + radii[0] * toward
+    return touch
+
+
+def belt_radii(distance: float, ratio: float) -> tuple[float, float]:
+    """Return radii of pulleys that have the given ratio and do not touch."""
+    first = BELT_SHARE * distance / max(1.0, abs(ratio))
+    return first, first * abs(ratio)
+
+
+def circles(scene: Scene, joint: Joint, pose: int) -> list[tuple[str, Array, float]]:
+    """Return the circles of a joint of wheels: point, centre [m], radius [m]."""
+    first, second = scene.place(joint.first, pose), scene.place(joint.second, pose)
+    if joint.kind == "rack":
+        radius = abs(scene.numbers[f"{joint.name}.radius"])
+        return [(joint.first, first, radius)]
+    if joint.kind not in ("gear", "belt"):
+        return []
+    distance, ratio = float(np.hypot(*(second - first))), scene.numbers[f"{joint.name}.ratio"]
+    radii = belt_radii(distance, ratio) if joint.kind == "belt" else pitch_radii(distance, ratio)
+    if radii is None:
+        return []
+    return [(joint.first, first, radii[0]), (joint.second, second, radii[1])]
+
+
+def draw_wheels(
+    sheet: Sheet, scene: Scene, pose: int, colors: Mapping[str, str]
+) -> dict[str, tuple[Array, float]]:
+    """Draw the circles of all gears, racks and belts, each once.
+
+    Returns
+    -------
+    dict
+        Body -> centre and radius of its largest circle, on the sheet.
+    """
+    seen: set[tuple[str, float]] = set()
+    largest: dict[str, tuple[Array, float]] = {}
+    fixed = scene.fixed_bodies()
+    for joint in scene.joints(pose):
+        if joint.kind == "belt":
+            assert isinstance(joint, Belt)
+            _draw_belt(sheet, scene, joint, pose)
+        if joint.kind == "rack":
+            _draw_rack(sheet, scene, joint, pose)
+        for reference, place, length in circles(scene, joint, pose):
+            center, radius = sheet.at(place), length * sheet.metre
+            body = reference.split(".")[0]
+            if (reference, round(radius, 2)) in seen:
+                continue
+            seen.add((reference, round(radius, 2)))
+            color = colors.get(body, style.WHEEL)
+            draw = symbols.rim if joint.kind == "belt" else symbols.pitch_circle
+            draw(sheet, center, radius, f"joint-{joint.name}-{joint.kind}", color)
+            if body in fixed:
+                inner = scene.numbers.get(f"{joint.name}.ratio", -1.0) > 0
+                symbols.fixed_rim(sheet, center, radius, 1.0 if inner else -1.0)
+            else:
+                _draw_spoke(sheet, scene, body, center, radius, pose, color)
+            if body not in largest or radius > largest[body][1]:
+                largest[body] = (center, radius)
+    return largest
+
+
+def _draw_spoke(
+    sheet: Sheet,
+    scene: Scene,
+    body: str,
+    center: Array,
+    radius: float,
+    pose: int,
+    color: str,
+) -> None:
+    """Show how the wheel is turned and what it is fixed to.
+
+    A thin radius with a dot on the rim, through the first other point of the body.
+    """
+    offsets = [
+        sheet.at(scene.place(f"{body}.{point}", pose)) - center
+        for point in scene.mechanism.body(body).points
+    ]
+    arms = [unit(offset) for offset in offsets if np.hypot(*offset) > 1e-6]
+    direction = arms[0] if arms else scene.direction(body, 0.0, pose)
+    end = center + radius * direction
+    sheet.line([center, end], color=color, width=style.THIN, z=style.Z_MARK)
+    symbols.dot(sheet, end, f"body-{body}-wheel", color)
+
+
+def _draw_belt(sheet: Sheet, scene: Scene, joint: Belt, pose: int) -> None:
+    rows = circles(scene, joint, pose)
+    (_, first, r1), (_, second, r2) = rows
+    a, b = sheet.at(first), sheet.at(second)
+    along, distance = unit(b - a), float(np.hypot(*(b - a)))
+    if distance == 0.0:
+        return
+    other = -r2 if joint.crossed else r2
+    sine = (r1 - other) * sheet.metre / distance
+    if abs(sine) >= 1:
+        return
+    cosine = float(np.sqrt(1 - sine**2))
+    for sign in (1.0, -1.0):
+        out = sine * along + sign * cosine * normal(along)
+        ends = [a + r1 * sheet.metre * out, b + other * sheet.metre * out]
+        sheet.line(ends, gid=f"joint-{joint.name}-strand")
+
+
+def rack_span(scene: Scene, joint: Joint, pose: int) -> tuple[Array, Array, Array]:
+    """Return start and end [m] of a rack's pitch line, and the side away from the wheel."""
+    wheel, radius = scene.place(joint.first, pose), scene.numbers[f"{joint.name}.radius"]
+    axis = scene.direction(joint.second_body, scene.numbers[f"{joint.name}.axis"], pose)
+    side = -np.sign(radius) * normal(axis)
+    turn = scene.angles[joint.second_body] + scene.numbers[f"{joint.name}.axis"]
+    offset = scene.track(joint.first) - scene.track(joint.second)
+    travel = offset[:, 0] * np.cos(turn) + offset[:, 1] * np.sin(turn)
+    travel = travel[np.isfinite(travel)] - travel[pose]
+    touch = wheel + abs(radius) * side
+    margin = 0.9 * abs(radius)
+    return (
+        touch + (float(travel.min()) - margin) * axis,
+        touch + (float(travel.max()) + margin) * axis,
+        side,
+    )
+
+
+def _draw_rack(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> None:
+    start, end, side = rack_span(scene, joint, pose)
+    a, b = sheet.at(start), sheet.at(end)
+    symbols.toothed_line(sheet, a, b, side, f"joint-{joint.name}-rack")
+    point = sheet.at(scene.place(joint.second, pose))
+    along = unit(b - a)
+    foot = a + float(np.clip((point - a) @ along, 0.0, np.hypot(*(b - a)))) * along
+    if np.hypot(*(point - foot)) > 1.0:
+        sheet.line([point, foot], width=style.BAR, z=style.Z_BAR)

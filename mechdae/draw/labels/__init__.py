@@ -1,0 +1,1 @@
+"""Labels: places where they cover nothing, letters and numbers."""

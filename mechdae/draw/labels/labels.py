@@ -1,0 +1,301 @@
+"""Joint letters and link numbers, placed and written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from matplotlib.font_manager import FontProperties
+
+from mechdae.draw import style
+from mechdae.draw.diagram.loads import Mark
+from mechdae.draw.diagram.places import Place, free_points, letters_of, numbers_of, written
+from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.shapes import Piece, inside
+from mechdae.draw.labels import layout
+from mechdae.draw.labels.arrangement import feet_of
+from mechdae.draw.sheet import Sheet, font, ink, unit
+
+AIR = 2.5
+"""Room kept around letters,"""
+DISC_AIR = 1.6
+"""and around numbers: half a link's line and half that of the disc."""
+STRANGE = 15.0
+"""Cost of a place inside the polygon of another link or behind its bar."""
+STEADY = 0.4
+"""Cost of each unit by which a label moves beside its link from one pose to the next."""
+FAR = 20.0
+"""A letter farther than this from its joint gets one, too."""
+LEADER = 15.0
+"""A number farther than this from its link gets a thin line to it."""
+
+
+@dataclass
+class Links:
+    """What numbers are attached to, by body, on the sheet."""
+
+    bars: dict[str, list[Piece]] = field(default_factory=dict)
+    polygons: dict[str, Array] = field(default_factory=dict)
+    blocks: dict[str, Array] = field(default_factory=dict)
+    wheels: dict[str, tuple[Array, float]] = field(default_factory=dict)
+    points: dict[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Writing:
+    """A text with its place."""
+
+    text: str
+    kind: str
+    gid: str
+    font: FontProperties
+    label: layout.Label
+    anchors: Sequence[Piece] = ()
+    color: str = style.INK
+    index: str | None = None
+
+
+def draw_labels(
+    sheet: Sheet,
+    scene: Scene,
+    pose: int,
+    places: Sequence[Place],
+    links: Links,
+    marks: Sequence[Mark] = (),
+) -> list[tuple[str, Array, Array]]:
+    """Place and write all labels.
+
+    Parameters
+    ----------
+    marks
+        The loads drawn.
+
+    Returns
+    -------
+    list
+        (gid, lower corner, upper corner) of each label on the sheet.
+    """
+    writings = [
+        *_letters(sheet, scene, pose, places),
+        *_loads(marks),
+        *_numbers(scene, pose, links),
+    ]
+    if sheet.memory is not None:
+        writings = [_steady(entry, sheet.memory.get(entry.gid)) for entry in writings]
+    writings = [_anchored(entry) for entry in writings]
+    spots = layout.place([entry.label for entry in writings], *sheet.obstacles(), sheet.size)
+    for entry, spot in zip(writings, spots, strict=True):
+        if sheet.memory is not None:
+            sheet.memory[entry.gid] = spot - entry.label.places.mean(axis=0)
+        if entry.kind == "number":
+            body = entry.gid.removeprefix("number-")
+            within = body in links.polygons and inside(spot, links.polygons[body])
+            _write_number(sheet, entry, spot, leader=not within)
+        else:
+            _write_leader(sheet, entry, spot)
+            sheet.text(spot, entry.text, entry.font, entry.color, entry.gid, entry.index)
+    return [
+        (entry.gid, spot - half, spot + half)
+        for entry, spot in zip(writings, spots, strict=True)
+        for half in [np.array([entry.label.width, entry.label.height]) / 2]
+    ]
+
+
+def _anchored(entry: Writing) -> Writing:
+    """Return a label that no other one comes between and its joint or link."""
+    rows = np.array([(*a, *b) for a, b in entry.anchors], dtype=float).reshape(-1, 4)
+    return replace(entry, label=replace(entry.label, anchors=rows))
+
+
+def _steady(entry: Writing, before: Array | None) -> Writing:
+    """Return a label that would rather stay where it was, beside its joint or link."""
+    if before is None:
+        return entry
+    label = entry.label
+    away = label.places - label.places.mean(axis=0) - before
+    costs = label.costs + STEADY * np.minimum(np.hypot(away[:, 0], away[:, 1]), 3 * style.DISC)
+    return replace(entry, label=replace(label, costs=costs))
+
+
+def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> list[Writing]:
+    result = []
+    letters = letters_of(scene, pose, places)
+    rows = [
+        (
+            letters[place.references[0]],
+            scene.place(place.references[0], pose),
+            place.references,
+            _gap(place),
+        )
+        for place in places
+    ]
+    rows += [
+        (letters[reference], scene.place(reference, pose), (reference,), style.DOT + 2.5)
+        for reference in free_points(scene, pose)
+    ]
+    for name, position, references, gap in rows:
+        chosen = font(style.LETTER, style="italic")
+        text, index = written(name)
+        low, high = ink(text, chosen, index)
+        width, height = high - low + 2 * AIR
+        anchor = sheet.at(position)
+        away = -unit(sum((unit(arm) for arm in _arms(scene, references, pose)), np.zeros(2)))
+        if not away.any():
+            away = np.array([-0.6, 0.8])
+        label = layout.around(anchor, float(width), float(height), gap - AIR, away)
+        gid, anchors = f"label-{references[0]}", [(anchor, anchor)]
+        result.append(Writing(text, "letter", gid, chosen, label, anchors, index=index))
+    return result
+
+
+def _loads(marks: Sequence[Mark]) -> list[Writing]:
+    """Return the names of the loads, beside their arrows."""
+    result = []
+    for mark in marks:
+        chosen = font(style.LOAD_TEXT, style.NOTE_FONT)
+        text = mark.text.replace("$", r"\$")
+        low, high = ink(text, chosen)
+        width, height = (float(side) for side in high - low + 2 * AIR)
+        label = layout.along(mark.lines, width, height, 2.0)
+        result.append(
+            Writing(text, "load", f"label-load-{mark.name}", chosen, label, (), mark.color)
+        )
+    return result
+
+
+def _gap(place: Place) -> float:
+    """Return the room between the middle of a joint and its letter."""
+    if place.pinned:
+        return style.PIN + 2.5
+    return style.DOT + 2.5
+
+
+def _arms(scene: Scene, references: Sequence[str], pose: int) -> list[Array]:
+    """Return the directions of the links that meet at a place."""
+    arms = []
+    for reference in references:
+        body = reference.split(".")[0]
+        if body not in scene.mechanism.bodies:
+            continue
+        start = scene.place(reference, pose)
+        for point in scene.mechanism.body(body).points:
+            arm = scene.place(f"{body}.{point}", pose) - start
+            if np.hypot(*arm) > 1e-12:
+                arms.append(arm)
+    return arms
+
+
+def _numbers(scene: Scene, pose: int, links: Links) -> list[Writing]:
+    result = []
+    chosen = font(style.NUMBER)
+    for name, number in numbers_of(scene.mechanism).items():
+        if scene.shown(name, pose):
+            label, anchors = _number_label(name, links, 2 * style.DISC)
+            weight = (
+                style.RING if name in links.wheels and not links.bars.get(name) else style.SOLID
+            )
+            own = np.array([(*a, *b, weight) for a, b in anchors]).reshape(-1, 5)
+            label = replace(
+                label, own=own, costs=label.costs + _strange(label, name, links, anchors), rank=1
+            )
+            result.append(Writing(str(number), "number", f"number-{name}", chosen, label, anchors))
+    return result
+
+
+def _strange(label: layout.Label, name: str, links: Links, anchors: Sequence[Piece]) -> Array:
+    """Return what it costs to put a number in the polygon or behind the bar of another link."""
+    others = [corners for other, corners in links.polygons.items() if other != name]
+    within = [any(inside(spot, corners) for corners in others) for spot in label.places]
+    rows = [(*a, *b) for other, rows in links.bars.items() if other != name for a, b in rows]
+    bars = np.array(rows, dtype=float).reshape(-1, 4)
+    feet = feet_of(label.places, np.array([(*a, *b) for a, b in anchors]).reshape(-1, 4))
+    both = np.vstack([label.places, feet])
+    near = (np.minimum(bars[:, 0:2], bars[:, 2:4]) <= both.max(axis=0)).all(axis=1)
+    near &= (np.maximum(bars[:, 0:2], bars[:, 2:4]) >= both.min(axis=0)).all(axis=1)
+    behind = layout.cuts(label.places, feet, bars[near])
+    return STRANGE * (np.array(within, dtype=float) + behind)
+
+
+def _number_label(name: str, links: Links, size: float) -> tuple[layout.Label, list[Piece]]:
+    """Return the places for the number of a link: in a polygon, at bars, block or wheel."""
+    wide = size + 2 * DISC_AIR
+    bars = links.bars.get(name, [])
+    if name in links.polygons:
+        corners = links.polygons[name]
+        middle = corners.mean(axis=0)
+        places = np.vstack([middle + share * (corners - middle) for share in (0.0, 0.2, 0.4)])
+        label = layout.Label(wide, wide, places, np.repeat([0.0, 1.0, 2.0], len(corners)))
+        return layout.merge(label, layout.along(bars, wide, wide, 3.0), 8.0), bars
+    if bars:
+        return layout.along(bars, wide, wide, 3.0), bars
+    if name in links.blocks:
+        corners = links.blocks[name]
+        sides = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+        middle = corners.mean(axis=0)
+        label = layout.around(middle, wide, wide, style.BLOCK[1] + 2.0, (0.0, 1.0))
+        return label, sides
+    if name in links.wheels:
+        center, radius = links.wheels[name]
+        label = layout.around(center, wide, wide, radius + 2.0, (0.7, 0.7))
+        within = layout.inside(center, wide, radius - style.DISC - 3.0, (0.7, 0.7))
+        ring = [
+            center + radius * np.array([np.cos(a), np.sin(a)]) for a in np.arange(48) * np.pi / 24
+        ]
+        return layout.merge(within, label, 4.0), list(zip(ring, [*ring[1:], ring[0]], strict=True))
+    spot = links.points[name]
+    return layout.around(spot, wide, wide, style.PIN + 2.0), [(spot, spot)]
+
+
+def _write_leader(sheet: Sheet, entry: Writing, spot: Array) -> None:
+    """Draw a thin line from a letter to its joint, where another could be meant."""
+    if not entry.anchors:
+        return
+    foot = _nearest(spot, entry.anchors)
+    half = np.array([entry.label.width, entry.label.height]) / 2 - AIR + 1.5
+    away = foot - spot
+    share = float((half / np.maximum(np.abs(away), 1e-9)).min())
+    edge = spot + share * away
+    if share < 1.0 and np.hypot(*(foot - edge)) > FAR:
+        sheet.line(
+            [edge, foot], color=style.FAINT, width=style.THIN, gid=f"leader-{entry.gid}", weight=0
+        )
+
+
+def _write_number(sheet: Sheet, entry: Writing, spot: Array, leader: bool) -> None:
+    if entry.anchors and leader:
+        foot = _nearest(spot, entry.anchors)
+        distance = float(np.hypot(*(foot - spot)))
+        if distance > style.DISC + LEADER:
+            edge = spot + style.DISC * unit(foot - spot)
+            sheet.line(
+                [edge, foot],
+                color=style.FAINT,
+                width=style.THIN,
+                gid=f"leader-{entry.gid}",
+                weight=0,
+            )
+    sheet.circle(
+        spot,
+        style.DISC,
+        fill=style.PAPER,
+        width=style.THIN,
+        z=style.Z_LABEL,
+        gid=entry.gid,
+        weight=0,
+    )
+    sheet.text(spot, entry.text, entry.font, style.INK, index="")
+
+
+def _nearest(spot: Array, anchors: Sequence[Piece]) -> Array:
+    """Return the nearest place on the lines of a link."""
+    feet = [_foot(spot, a, b) for a, b in anchors]
+    return min(feet, key=lambda place: round(float(np.hypot(*(place - spot))), 6))
+
+
+def _foot(spot: Array, start: Array, end: Array) -> Array:
+    step = end - start
+    length = float(step @ step)
+    share = float(np.clip((spot - start) @ step / length, 0.0, 1.0)) if length > 0 else 0.0
+    foot: Array = start + share * step
+    return foot

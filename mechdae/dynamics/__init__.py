@@ -1,0 +1,1 @@
+"""Motion under forces: start, integration, what is reported."""

@@ -1,0 +1,255 @@
+"""Integration by CVODES, backward differentiation formulas of order 1 to 5.
+
+The same right-hand side in natural sizes, so that one absolute tolerance holds for all; windows of
+equally spaced states, each of which is projected to the constraints, and the next window starts
+from the last one. States between these, and those of events, are integrated from the one before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.integrate import LEAST, Integrator, Nodes
+from mechdae.kernels.graphs.stepper import CLOSED, ROUNDING, SLOW
+from mechdae.kernels.run.quiet import quiet
+
+NAME = "bdf, CVODES"
+
+COUNT = 64
+"""States of a window."""
+FINE = 0.25
+"""Time between two of them, times the frequency."""
+STEPS = 500
+"""Steps of CVODES between two of them."""
+SHORTER = 4.0
+"""By which a window is shortened in which CVODES fails."""
+PROJECTIONS = 6
+ROUNDED = 2e-14
+"""Relative tolerance: what rounding leaves of large coordinates."""
+STRICT = 0.25
+"""Share of the tolerance that a step may have."""
+
+
+class Bdf(Integrator):
+    """Integrates a motion by CVODES from states given.
+
+    Parameters
+    ----------
+    setup
+        Of the motion.
+    active
+        Whether CVODES integrates from the start, or from where a force is found stiff.
+    """
+
+    def __init__(self, setup: Setup, active: bool = True) -> None:
+        super().__init__(setup)
+        self.active = active
+        self.switched = False
+        self._short: dict[int, Any] = {}
+
+    @property
+    def implicit(self) -> bool:
+        """Whether stiff forces do not hold the steps."""
+        return self.active
+
+    @property
+    def name(self) -> str:
+        """The method."""
+        if not self.active:
+            return super().name
+        return f"{super().name}; then {NAME}" if self.switched else NAME
+
+    def turn_stiff(self) -> bool:
+        """Go on by CVODES."""
+        self.switched, self.active = not self.active, True
+        return True
+
+    @cached_property
+    def _equations(self) -> dict[str, Any]:
+        """Rates of (x, v) over natural sizes in a time from 0 to 1, and powers."""
+        k, n, stepper = self.kernel, self.kernel.n, self.stepper
+        sym = stepper.kind.sym
+        s, y = sym("s"), sym("y", 2 * n)
+        p = sym("p", 4 + k.signs.numel())
+        begin, span, omega, energy, signs = p[0], p[1], p[2], p[3], p[4:]
+        t, x, v = begin + span * s, stepper.sizes * y[:n], stepper.sizes * omega * y[n:]
+        a, inner = k.rhs(t, x, v, signs)
+        power = stepper.power(t, x, v, signs, a, stepper._sizes(inner))
+        rates = span * ca.vertcat(v / stepper.sizes, a / (stepper.sizes * omega))
+        found = {"t": s, "x": y, "p": p, "ode": rates}
+        return found | ({"quad": span * power / energy} if stepper.works else {})
+
+    def _limited(self, share: float) -> Any:
+        """Return the solver of a window whose steps are not longer than about a share of it."""
+        if share >= 1:
+            return self._window
+        power = min(int(np.floor(np.log2(share))), 0)
+        if power not in self._short:
+            self._short[power] = self._solver(COUNT, 2.0**power)
+        return self._short[power]
+
+    def _solver(self, count: int, longest: float = 0.0) -> Any:
+        tolerance = STRICT * self.setup.tolerance
+        options = {
+            "reltol": ROUNDED, "abstol": tolerance, "max_num_steps": STEPS,
+            "disable_internal_warnings": True, "show_eval_warnings": False,
+            "quad_err_con": True, "max_step_size": longest,
+        }  # fmt: skip
+        grid = (np.arange(1, count + 1) / count).tolist()
+        with quiet():
+            return ca.integrator("bdf", "cvodes", self._equations, 0.0, grid, options)
+
+    @cached_property
+    def _window(self) -> Any:
+        return self._solver(COUNT)
+
+    @cached_property
+    def _single(self) -> Any:
+        return self._solver(1)
+
+    def _integrated(self, solver: Any, state: Any, span: float, signs: Any) -> Any:
+        """Return the states (n, .) of a window on the constraints, None where CVODES fails."""
+        lay, n = self.layout, self.layout.n
+        sizes = self.kernel.sizes
+        t, x, v, w = (lay.of(state, name) for name in ("t", "x", "v", "w"))
+        top = float(lay.of(state, "omega"))
+        omega = max(self._frequency(v, lay.of(state, "a")), SLOW * top)
+        energy = self._inertia * omega**2
+        start = np.concatenate([x / sizes, v / (sizes * omega)])
+        try:
+            found = solver(x0=start, p=np.concatenate([[float(t), span, omega, energy], signs]))
+        except RuntimeError:
+            return None
+        stats = solver.stats()
+        self.accepted += int(stats["nsteps"])
+        self.rejected += int(stats["netfails"])
+        self.rhs += int(stats["nfevals"])
+        y = np.array(found["xf"]).T
+        if not np.isfinite(y).all():
+            return None
+        count = len(y)
+        times = float(t) + span * np.arange(1, count + 1) / count
+        x, v = y[:, :n] * sizes, y[:, n:] * sizes * omega
+        if self.kernel.m or self.kernel.slips:
+            x, v, closed = self._closed(times[:, None], x, v, signs)
+            if not closed:
+                return None
+        a, inner = self.rates(times[:, None], x, v, signs)
+        self.rhs += count
+        states = np.tile(state, (count, 1))
+        m = inner[:, inner.shape[1] - self.kernel.rubs :]
+        for name, value in (("t", times[:, None]), ("x", x), ("v", v), ("a", a), ("m", m)):
+            states[:, lay[name]] = value
+        if lay.works:
+            states[:, lay["w"]] = w + energy * np.array(found["qf"]).T
+        highest = np.maximum(np.abs(v / sizes), np.sqrt(np.abs(a / sizes))).max(axis=1, initial=0.0)
+        states[:, lay["omega"]] = np.maximum.accumulate(np.maximum(highest, top))[:, None]
+        return states if np.isfinite(states).all() else None
+
+    @cached_property
+    def _inertia(self) -> float:
+        """Natural size of the inertia, kg m^2."""
+        k = self.kernel
+        none = np.zeros(k.n)
+        M = np.array(ca.DM(k.parts(0.0, none + 0.1 * k.sizes, none, self.setup.loose)[0]))
+        return float(np.mean(np.diag(M) * k.sizes**2)) if k.n else 1.0
+
+    def _closed(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any, bool]:
+        """Return states (n, .) on the constraints, and whether they are."""
+        miss = np.inf
+        for _ in range(PROJECTIONS):
+            x, v, left = self._project(t, x, v, signs)
+            before, miss = miss, float(np.max(left))
+            if miss <= ROUNDING or not miss < before / 2:
+                break
+        grain = ROUNDING * (1 + float(np.max(np.abs(x / self.kernel.sizes), initial=0.0)))
+        return x, v, miss <= CLOSED * self.setup.tolerance + grain
+
+    def steps(
+        self, state: Any, signs: Any, end: float | None = None, longest: float = np.inf
+    ) -> Iterator[Nodes]:
+        """Yield accepted steps, windows of states once a force is stiff, until a time."""
+        end = self.setup.end if end is None else end
+        if not self.active:
+            for nodes in super().steps(state, signs, end, longest):
+                yield nodes
+                state = nodes.states[-1]
+                if self.active:
+                    break
+            else:
+                return
+        yield from self._windows(state, signs, end, longest)
+
+    def _windows(self, state: Any, signs: Any, end: float, limit: float) -> Iterator[Nodes]:
+        """Yield windows of states until a time or one of no length; no step is beyond a limit."""
+        lay = self.layout
+        longest = np.inf
+        while state[lay["t"]][0] < end:
+            t = float(state[lay["t"]][0])
+            omega = self._frequency(state[lay["v"]], state[lay["a"]])
+            fine = min(FINE / omega if omega > 0 else np.inf, limit)
+            span = min(COUNT * self._spacing(fine), longest)
+            last = span >= (end - t) * (1 - 1e-10)
+            span = end - t if last else span
+            states = self._integrated(self._limited(limit / span), state, span, signs)
+            if states is None:
+                longest = span / SHORTER
+                if longest < LEAST * self.setup.end:
+                    state = state.copy()
+                    state[lay["h"]] = span
+                    yield Nodes(state[None, :], signs, True)
+                    return
+                continue
+            if last:
+                states[-1, lay["t"]] = end
+            longest = 2 * longest
+            nodes = Nodes(np.vstack([state[None, :], states]), signs)
+            state = states[-1]
+            yield nodes
+
+    def _spacing(self, fine: float) -> float:
+        """Return a time between states: outputs at equal intervals are among them."""
+        times = self.setup.times
+        least = self.setup.end / COUNT
+        if times is None or len(times) < 2:
+            return min(fine, least)
+        gaps = np.diff(times)
+        if times[0] > 0 or np.ptp(gaps) > 1e-9 * gaps[0]:
+            return min(fine, least)
+        return float(gaps[0] / max(1.0, np.ceil(gaps[0] / min(fine, least))))
+
+    def between(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+        """Return x, v and works (n, .) at times between states of a window."""
+        if not self.active:
+            return super().between(nodes, times)
+        lay, states = self.layout, nodes.states
+        starts = lay.of(states, "t")
+        times = np.asarray(times, float)
+        rows = []
+        near = 1e-12 * self.setup.end
+        for time in times:
+            place = int(np.clip(np.searchsorted(starts, time + near) - 1, 0, len(states) - 1))
+            gap = time - starts[place]
+            if place + 1 < len(starts) and abs(starts[place + 1] - time) <= near:
+                rows.append(states[place + 1])
+            elif gap <= near:
+                rows.append(states[place])
+            else:
+                rows.append(self.stepped(states[place], float(gap), nodes.signs))
+        found = np.array(rows)
+        return lay.of(found, "x"), lay.of(found, "v"), lay.of(found, "w")
+
+    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+        """Return the state a time later."""
+        if not self.active:
+            return super().stepped(state, h, signs)
+        found = self._integrated(self._single, state, h, signs)
+        if found is None:
+            return np.full_like(state, np.nan)
+        return found[0]

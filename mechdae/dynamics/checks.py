@@ -1,0 +1,216 @@
+"""Checks before a motion begins: equations that never hold, coordinates without inertia."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.start import Start
+from mechdae.errors import (
+    InconsistentStartError,
+    IndeterminateFrictionError,
+    SingularMassError,
+    SolveError,
+)
+
+SX = ca.SX
+CLOSED = 1e-9
+RANK = 1e-9
+MASSLESS = 1e-12
+"""Least eigenvalue of the scaled mass matrix along the freedoms that counts as inertia."""
+ASIDE = 1e-2
+"""Way along the freedoms, over natural sizes, to the pose where a rank is looked at again."""
+DEFICIENT = 1e-4
+"""Singular value, over the largest, that the right-hand side takes for none at a start."""
+OPEN = 1e-6
+"""Share of the accelerations by which superfluous equations may contradict each other."""
+
+
+def check_start(setup: Setup, begin: Start) -> None:
+    """Raise for equations without a coordinate that do not hold, and laws that fight joints.
+
+    Raises
+    ------
+    InconsistentStartError
+        With what is left of each equation.
+    """
+    r = setup.released
+    rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else ca.SX(0, 1)
+    function = ca.Function("rows", [r.model.q, r.t, r.signs, r.model.p], [rows])
+    values = np.array(function(begin.q, 0.0, setup.loose, r.model.p_values)).ravel()
+    sizes = np.array([1.0 if row.unit == "rad" else setup.length for row in r.rows])
+    left = {
+        row.name: float(value)
+        for row, value, size in zip(r.rows, values, sizes, strict=True)
+        if abs(value) > CLOSED * size
+    }
+    if left:
+        listed = ", ".join(f"{name} {value:.3g}" for name, value in list(left.items())[:6])
+        error = InconsistentStartError(
+            f"the constraints do not hold together at t = 0; what is left: {listed}",
+            where="start",
+            hint="a law of time must begin where the start is",
+        )
+        error.residuals = left
+        raise error
+    if r.residue.numel():
+        moving = [e for e in ca.symvar(r.residue) if e.element_hash() == r.t.element_hash()]
+        if moving:
+            owners = ", ".join(dict.fromkeys(r.rows[i].owner for i in r.empty))
+            raise InconsistentStartError(
+                f"laws of time leave no freedom to {owners}: too many coordinates are driven",
+                where="drivers",
+                hint="drive fewer coordinates",
+            )
+
+
+def freedoms(J: Any, sizes: Any) -> Any:
+    """Return a basis (n, k) of the rates that constraints leave, over natural sizes."""
+    n = len(sizes)
+    if not len(J):
+        return np.eye(n)
+    scaled = J * sizes
+    norms = np.linalg.norm(scaled, axis=1, keepdims=True)
+    scaled = scaled / np.where(norms > 0, norms, 1.0)
+    _, sigma, right = np.linalg.svd(scaled)
+    rank = int(np.sum(sigma > RANK * sigma[0])) if len(sigma) and sigma[0] > 0 else 0
+    return right[rank:].T
+
+
+def check_inertia(setup: Setup, x: Any, v: Any) -> None:
+    """Raise for freedoms without inertia.
+
+    Raises
+    ------
+    SingularMassError
+        With the bodies that move in such a freedom.
+    """
+    k = setup.kernel
+    signs = setup.loose
+    M, f, J, _ = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
+    if not np.isfinite(f).all() or not np.isfinite(M).all():
+        loads = ", ".join(setup.loads.wrenches)
+        raise SolveError(
+            f"forces are not finite at the start: {loads}", where="loads", hint="check the values"
+        )
+    basis = freedoms(J, k.sizes)
+    if not basis.shape[1]:
+        return
+    scaled = M * np.outer(k.sizes, k.sizes)
+    along = basis.T @ scaled @ basis
+    values, vectors = np.linalg.eigh(along)
+    largest = max(float(values[-1]), float(np.trace(scaled)), 0.0)
+    if values[0] > MASSLESS * largest:
+        return
+    direction = np.abs(basis @ vectors[:, 0])
+    chosen = [
+        ".".join(name)
+        for name, share in zip(k.released.names, direction, strict=True)
+        if share > 0.1 * direction.max()
+    ]
+    raise SingularMassError(
+        f"nothing that moves with {', '.join(chosen)} has a mass or a moment of inertia, and no "
+        "constraint holds it: its acceleration is not determined (S5)",
+        where="bodies",
+        hint="give mass and inertia to these bodies, or a driver",
+    )
+
+
+def check_friction(setup: Setup, x: Any, v: Any) -> None:
+    """Raise for friction on forces that superfluous equations leave open.
+
+    Multipliers that balance without any load must not press where there is friction, at the
+    start and at a pose beside it: a singular pose alone decides nothing.
+
+    Raises
+    ------
+    IndeterminateFrictionError
+        With the joints.
+    """
+    k, r = setup.kernel, setup.released
+    if not k.rubs or not r.rows:
+        return
+    rows = ca.vertcat(*[row.expression for row in r.rows])
+    gradient = SX(ca.jacobian(rows, r.model.q))
+    for name, mesh in r.rubbing.meshes.items():
+        if mesh.column is not None:
+            i = next(i for i, row in enumerate(r.rows) if row.owner == name and not row.driver)
+            gradient[i, :] = r.stack(mesh.column).T
+    gradient = ca.densify(r.moved(gradient))
+    function = k.function("gradient", [gradient])
+    J = np.array(ca.DM(k.parts(0.0, x, v, setup.loose)[2]))
+    aside = x + ASIDE * k.sizes * freedoms(J, k.sizes).sum(axis=1)
+    for _ in range(4):
+        aside = np.array(k.project(0.0, aside, v, setup.loose)[0]).ravel()
+    sizes = np.array([1.0 if own[1] == "angle" else setup.length for own in r.model.q_names])
+    common: set[str] | None = None
+    for place in (x, aside):
+        G = np.array(ca.DM(function(0.0, place, v, setup.loose))) * sizes
+        norms = np.linalg.norm(G, axis=1, keepdims=True)
+        left, sigma, _ = np.linalg.svd(G / np.where(norms > 0, norms, 1.0))
+        rank = int(np.sum(sigma > RANK * sigma[0]))
+        stress = left[:, rank:] / np.where(norms > 0, norms, 1.0)
+        found = set()
+        for feedback in r.rubbing.feedbacks:
+            if not feedback.friction:
+                continue
+            own = [i for i, row in enumerate(r.rows) if row.owner == feedback.joint]
+            own = [i for i in own if not r.rows[i].driver]
+            forms = k.function("form", [ca.densify(r.moved(SX(feedback.forms)))])
+            pressed = np.array(ca.DM(forms(0.0, place, v, setup.loose))) @ stress[own]
+            size = np.abs(stress).max(initial=0.0)
+            if pressed.size and np.abs(pressed).max() > OPEN * size:
+                found.add(feedback.joint)
+        common = found if common is None else common & found
+    if common:
+        joints = ", ".join(name for name in r.model.mechanism.joints if name in common)
+        raise IndeterminateFrictionError(
+            f"superfluous equations leave the forces open that press on {joints}: friction (F3) "
+            "that follows from them is not determined",
+            where=f"joints.{sorted(common)[0]}.friction",
+            hint="take away what holds twice, or the friction there",
+        )
+
+
+def check_rest(setup: Setup, x: Any, v: Any) -> None:
+    """Raise where superfluous equations contradict each other in their accelerations.
+
+    J x'' = gamma is a question of the pose, the speeds and the laws alone: forces are not asked.
+    What no acceleration meets is the part of gamma across the image of J.
+
+    Raises
+    ------
+    InconsistentStartError
+        With what is left by constraint.
+    """
+    k, r = setup.kernel, setup.released
+    if not k.m:
+        return
+    bias = k.function("bias", [ca.densify(r.bias)])
+    _, _, J, gamma = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, setup.loose))
+    turned = np.array(bias(0.0, x, v, setup.loose)).ravel()
+    lengths = [1.0 if name == "angle" else setup.length for _, name in r.model.q_names]
+    left, sigma, _ = np.linalg.svd(J * k.sizes / k.gaps[:, None])
+    asked = gamma.ravel() / k.gaps
+    kept = left[:, : int(np.sum(sigma > DEFICIENT * sigma[0])) if len(sigma) else 0]
+    rest = asked - kept @ (kept.T @ asked)
+    size = max(
+        float(np.max(np.abs(asked), initial=0.0)),
+        float(np.max(np.abs(turned / np.array(lengths)), initial=0.0)),
+        float(np.max(np.abs(v / k.sizes), initial=0.0)) ** 2,
+    )
+    if not np.isfinite(rest).all() or np.max(np.abs(rest)) > OPEN * size:
+        names = [r.rows[i].name for i in r.kept]
+        found = dict(zip(names, (rest * k.gaps).tolist(), strict=True))
+        worst = max(found, key=lambda name: abs(found[name]))
+        error = InconsistentStartError(
+            "the pose is singular and the speeds do not fit it: no accelerations meet the "
+            f"constraints, {worst} is left with {found[worst]:.3g}",
+            where="start",
+            hint="start at another pose, or with other speeds",
+        )
+        error.residuals = found
+        raise error

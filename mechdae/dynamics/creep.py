@@ -1,0 +1,126 @@
+"""Smoothed dry friction: its slope speeds, and how fast a pair creeps that would stick.
+
+Where the load that a pair has to hold is below its limit, tanh(v / v_s) = load / limit: it creeps
+with v_s atanh(load / limit).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.dynamics.checks import freedoms
+from mechdae.dynamics.equations import Setup
+from mechdae.kernels.run.batch import Batch
+
+RESTS = 10.0
+"""Speed, over the slope speed, below which a pair is one that would stick."""
+MOST = 64
+"""States that are looked at."""
+RANK = 1e-9
+BISECTIONS = 60
+
+
+class Creep:
+    """Measures the creep of the states of a motion with smoothed friction.
+
+    Attributes
+    ----------
+    found : dict
+        By joint or load: ``bound`` of the creeping speed, ``load``, ``limit``, ``unit``, ``time``
+        of the state at which they are the largest.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, self.kernel = setup, setup.kernel
+        self.slips = setup.released.rubbing.slips
+        self.found: dict[str, dict[str, Any]] = {}
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        J, C = k.parts(*at)[2], k.locking(*at)[0]
+        results = [ca.vec(ca.densify(J)), ca.vec(ca.densify(C))]
+        self._jacobians = Batch(ca.Function("both", at, results), [])
+        self._values = Batch(k.sticking, [])
+        self._rhs = Batch(k.rhs, [])
+
+    def look(self, t: Any, x: Any, v: Any) -> None:
+        """Look at states (n, .)."""
+        for i in np.linspace(0, len(t) - 1, min(len(t), MOST)).astype(int).tolist():
+            self._state(float(t[i]), x[i], v[i])
+
+    def _state(self, t: float, x: Any, v: Any) -> None:
+        k, count = self.kernel, len(self.slips)
+        self.setup.pieces = self.setup.pieces_at(t)
+        loose = self.setup.loose
+        speeds = self._at(self._values, t, x, v, loose)[0]
+        slow = np.flatnonzero(np.abs(speeds) <= RESTS * self.setup.widths)
+        if not len(slow):
+            return
+        J, C = self._at(self._jacobians, t, x, v, loose)
+        J, C = J.reshape(k.n, k.m).T, C.reshape(k.n, count).T
+        basis = k.sizes[:, None] * freedoms(J, k.sizes)
+        along = C @ basis / self._units[:, None]
+        slow = slow[np.linalg.norm(along[slow], axis=1) > RANK * np.abs(along).max(initial=0.0)]
+        if len(slow) and np.linalg.matrix_rank(along[slow], RANK) == len(slow):
+            signs = loose.copy()
+            signs[count + slow] = 1.0
+            _, _, held, low, high, _ = self._at(self._values, t, x, v, signs)
+            for j in slow.tolist():
+                limit = high[j] if held[j] >= 0 else -low[j]
+                self._keep(j, t, abs(float(held[j])), float(limit))
+        elif len(slow) and along.shape[1] == 1:
+            self._together(t, x, basis[:, 0], slow)
+
+    def _together(self, t: float, x: Any, way: Any, slow: Any) -> None:
+        """Keep the creep of pairs of one freedom: its speed leaves no acceleration."""
+        loose = self.setup.loose
+        way = way / np.linalg.norm(way / self.kernel.sizes)
+        ahead = way / self.kernel.sizes**2
+
+        def pushed(speed: float) -> float:
+            return float(ahead @ self._at(self._rhs, t, x, speed * way, loose)[0])
+
+        per = np.abs(self._at(self._values, t, x, way, loose)[0])[slow]
+        top = RESTS * float(np.max(self.setup.widths[slow] / np.maximum(per, 1e-300)))
+        if not (pushed(top) < 0 < pushed(-top)):
+            return  # it slides
+        low, high = -top, top
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2
+            low, high = (middle, high) if pushed(middle) > 0 else (low, middle)
+        speeds, _, _, least, largest, _ = self._at(self._values, t, x, high * way, loose)
+        for j in slow.tolist():
+            limit = float(largest[j] if speeds[j] < 0 else -least[j])
+            share = abs(float(np.tanh(speeds[j] / self.setup.widths[j])))
+            self._keep(j, t, share * limit, limit)
+
+    def _keep(self, j: int, t: float, load: float, limit: float) -> None:
+        if not 0 <= load < limit:
+            return
+        slip = self.slips[j]
+        bound = float(self.setup.widths[j] * np.arctanh(load / limit))
+        known = self.found.get(slip.owner)
+        if known is None or bound > known["bound"]:
+            unit = "rad/s" if slip.unit == "rad" else "m/s"
+            self.found[slip.owner] = {"bound": bound, "load": load, "limit": limit, "unit": unit,
+                                      "time": t}  # fmt: skip
+
+    @property
+    def _units(self) -> Any:
+        return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
+
+    def _at(self, function: Batch, t: float, x: Any, v: Any, signs: Any) -> list[Any]:
+        found = function(np.array([[t]]), x[None, :], v[None, :], signs[None, :])
+        return [part[0] for part in found]
+
+    def notes(self) -> list[str]:
+        """Return what to say about it."""
+        moment = {"rad/s": "N m", "m/s": "N"}
+        return [
+            f"smooth friction of {name} creeps at up to {own['bound']:.6g} {own['unit']} where it "
+            f"would stick (load {own['load']:.6g} of {own['limit']:.6g} {moment[own['unit']]} at "
+            f"t = {own['time']:.6g} s)"
+            for name, own in self.found.items()
+        ]

@@ -1,0 +1,196 @@
+"""Why a motion ends early: dead points of laws, steps of nothing, speeds without bound."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.dynamics.equations import STILL, Setup
+from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.dynamics.watchers.sticking import Sticking
+from mechdae.errors import InfeasibleMotionError
+
+RANK = 1e-9
+DEAD = 1e-6
+"""Singular value, over the largest, from which a start is one at a dead point."""
+NEAR = 1e-2
+"""The same where the step size went to nothing."""
+AGAINST = 1e-6
+"""Share of what the laws ask for that has to be left for a verdict."""
+AWAY = 1e4
+"""Coordinates, in natural sizes, from which speeds are looked at."""
+POWER = 10.0
+"""Growth a t/v from which it is no power of the time."""
+MEETS = 1e-9
+"""Share of the rates of laws of time by which speeds may miss them."""
+HOPELESS = 1e9
+"""Natural sizes that would be run through until the end: no number of steps does that."""
+
+
+def singular_values(setup: Setup, t: float, x: Any, v: Any) -> tuple[Any, Any, Any]:
+    """Return left vectors and singular values of the scaled Jacobian, and the laws' part of J v."""
+    k = setup.kernel
+    _, J, phi_t = (np.array(ca.DM(part)) for part in k.place(t, x, v, setup.loose))
+    left, sigma, _ = np.linalg.svd(J * k.sizes / k.gaps[:, None])
+    return left, sigma, phi_t.ravel() / k.gaps
+
+
+def dead_point(
+    setup: Setup, t: float, x: Any, v: Any, share: float
+) -> tuple[float, str, dict[str, float]] | None:
+    """Return what J v = -phi_t leaves at a pose where J has lost rank, None where nothing.
+
+    The largest entry with its unit, the equation it is in, and the others; singular values below
+    a share of the largest count as none.
+    """
+    k = setup.kernel
+    if not setup.laws or not k.m:
+        return None
+    left, sigma, asked = singular_values(setup, t, x, v)
+    small = np.ones(k.m, bool)
+    small[: len(sigma)] = sigma <= share * sigma[0]
+    lost = left[:, small]
+    rest = lost @ (lost.T @ asked)
+    least = max(AGAINST * np.max(np.abs(asked), initial=0.0), STILL / setup.end)
+    if not np.max(np.abs(rest), initial=0.0) > least:
+        return None
+    r = setup.released
+    names = [r.rows[i].name for i in r.kept]
+    found = dict(zip(names, (rest * k.gaps).tolist(), strict=True))
+    worst = int(np.argmax(np.abs(rest)))
+    size = float(np.linalg.norm(rest) * k.gaps[worst])
+    units = " rad/s" if r.units[worst] == "rad" else " m/s"
+    return size, f"{names[worst]}{units}", {name: own for name, own in found.items() if own}
+
+
+def feasible(setup: Setup, t: Any, x: Any, v: Any, signs: Any) -> Any:
+    """Return which states (n, .) have speeds that meet the constraints and the laws of time."""
+    k = setup.kernel
+    gaps = np.empty(len(t))
+    for i in range(len(t)):
+        _, J, phi_t = (np.array(ca.DM(part)) for part in k.place(t[i], x[i], v[i], signs[i]))
+        asked = np.max(np.abs(phi_t.ravel() / k.gaps), initial=0.0)
+        left = np.max(np.abs((J @ v[i] + phi_t.ravel()) / k.gaps), initial=0.0)
+        gaps[i] = left / max(float(asked), STILL / (MEETS * setup.end))
+    return gaps <= MEETS
+
+
+def check_dead_start(setup: Setup, x: Any, v: Any) -> None:
+    """Raise where the laws of time ask for speeds that the joints do not have at the start.
+
+    Raises
+    ------
+    InfeasibleMotionError
+        With what is left of each equation's rate.
+    """
+    found = dead_point(setup, 0.0, x, v, DEAD)
+    if found is None:
+        return
+    raise infeasible(0.0, found)
+
+
+def infeasible(t: float, found: tuple[float, str, dict[str, float]]) -> InfeasibleMotionError:
+    """Return the error for a law that drives on at a dead point."""
+    size, row, residuals = found
+    name, _, unit = row.partition(" ")
+    error = InfeasibleMotionError(
+        f"the mechanism is at a dead point at t = {t:.12g} s, and the laws of time go on (S4): no "
+        f"speeds meet the constraints, {name} is left with {size:.6g} {unit}",
+        where="drivers",
+        hint="let the law turn there, drive another coordinate, or start elsewhere",
+    )
+    error.residuals, error.time = residuals, t
+    return error
+
+
+class Growth:
+    """Watches for speeds that grow without bound.
+
+    Attributes
+    ----------
+    found : dict or None
+        Time, coordinate, its value, the load that put in most work.
+    """
+
+    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+        self.setup, self.integrator = setup, integrator
+        self.found: dict[str, Any] | None = None
+
+    def look(self, nodes: Nodes) -> Any:
+        """Look at accepted steps; return the first state from which nothing leads to the end."""
+        lay, sizes = self.integrator.layout, self.setup.kernel.sizes
+        t, x, v, a, w = (lay.of(nodes.states, name) for name in ("t", "x", "v", "a", "w"))
+        if not len(sizes):
+            return None
+        omega = np.maximum(np.abs(v / sizes), np.sqrt(np.abs(a / sizes))).max(axis=1)
+        far = np.abs(x / sizes).max(axis=1)
+        # v = t^k has a t/v = k: only what grows faster than powers has no bound
+        fastest = np.abs(v / sizes).max(axis=1)
+        grows = np.abs(a / sizes).max(axis=1) * t > POWER * fastest
+        late = grows & (far > AWAY) & (omega * (self.setup.end - t) > HOPELESS)
+        if not late.any():
+            return None
+        i = int(np.argmax(late))
+        k = int(np.argmax(np.abs(v[i] / sizes)))
+        name = ".".join(self.setup.released.names[k])
+        works = dict(zip(self.setup.works, w[i].tolist(), strict=True))
+        load = max(works, key=lambda own: works[own]) if works else ""
+        unit = "rad/s" if name.endswith(".angle") else "m/s"
+        if name.endswith(".s"):
+            unit = "1/s"
+        self.found = {"time": float(t[i]), "coordinate": name, "speed": float(v[i, k])}
+        self.found["unit"] = unit
+        self.found |= {"load": load, "work": works[load]} if load and works[load] > 0 else {}
+        return nodes.states[i]
+
+    def fault(self) -> str:
+        """Return what to say about it."""
+        assert self.found is not None
+        own = self.found
+        source = f"; load {own['load']} has put in {own['work']:.3g} J" if "load" in own else ""
+        return (
+            f"speeds grow without bound (S7): {own['coordinate']} has {own['speed']:.3g} "
+            f"{own['unit']} at t = {own['time']:.9g} s of {self.setup.end:g} s{source}; the states "
+            "up to there are kept. A negative damping does this"
+        )
+
+
+def stalled(
+    setup: Setup, integrator: Integrator, sticking: Sticking, state: Any, signs: Any
+) -> tuple[str, dict[str, Any]]:
+    """Return the fault and the event of a step size that went to nothing."""
+    lay = integrator.layout
+    t, x, v, h = (lay.of(state, name) for name in ("t", "x", "v", "h"))
+    t = float(t)
+    dead = dead_point(setup, t, x, v, NEAR)
+    if dead is not None:
+        error = infeasible(t, dead)
+        fault = f"{error.what}; the states up to there are kept. Try: {error.hint}"
+        left = {"residual": dead[0], "residuals": dead[2]}
+        return fault, {"kind": "infeasible", "code": "S4", "at": t, "time": t, **left}
+    event: dict[str, Any] = {"kind": "stalled", "code": "S7", "at": t, "time": t}
+    event["step"] = float(h)
+    more = []
+    if setup.kernel.m:
+        _, sigma, _ = singular_values(setup, t, x, v)
+        kept = sigma[sigma > RANK * sigma[0]] if len(sigma) else sigma
+        event["sigma_min"] = float(kept[-1] / sigma[0]) if len(kept) else 0.0
+        more.append(f"least singular value of the constraints {event['sigma_min']:.2g}")
+    if setup.kernel.rubs:
+        kappa = float(sticking.sizes.contractions(t, x, v, signs)[0])
+        event["kappa"] = kappa
+        more.append(f"coupling of friction {kappa:.3g}")
+    if sticking.k:
+        mode = dict(zip(sticking.names, sticking.sides(signs).tolist(), strict=True))
+        event["mode"] = mode
+        words = {0.0: "sticks", 1.0: "slides up", -1.0: "slides down"}
+        more += [f"{name} {words[side]}" for name, side in mode.items()]
+    told = f" ({', '.join(more)})" if more else ""
+    fault = (
+        f"the step size went to nothing (S7, {float(h):.1g} s) at t = {t:.12g} s of "
+        f"{setup.end:g} s{told}; the states up to there are kept. Forces that grow without bound, "
+        "or a pose no motion leads through, do this"
+    )
+    return fault, event

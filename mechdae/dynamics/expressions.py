@@ -1,0 +1,77 @@
+"""Expressions over states of a motion: events, outputs that use reactions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.expression import build, names_in
+from mechdae.describe.named import RATES, TIME, split_rate
+from mechdae.errors import InputError, MechdaeError
+from mechdae.kernels.run.batch import Batch
+from mechdae.model.forces.loads import Loads
+from mechdae.model.model import FUNCTIONS, Model
+
+SX = ca.SX
+
+
+def over_states(
+    model: Model, loads: Loads, text: str, more: Mapping[str, Any], seen: tuple[str, ...] = ()
+) -> Any:
+    """Return an expression over (q, v, a, t, p) of the model; `more` are further names."""
+    mechanism = model.mechanism
+    known: dict[str, Any] = dict(more)
+    for used in names_in(text):
+        if used in known:
+            continue
+        if used == TIME:
+            known[used] = loads.time
+        elif used in mechanism.parameters:
+            known[used] = model.p[model.p_names.index(used)]
+        elif used in mechanism.outputs and used not in seen:
+            inner = mechanism.outputs[used]
+            known[used] = over_states(model, loads, inner, more, (*seen, used))
+        else:
+            base, order = split_rate(used)
+            value = model.coordinate(coordinate(mechanism, base))
+            at = ca.vertcat(model.q, model.velocity)
+            along = ca.vertcat(model.velocity, model.acceleration)
+            for _ in RATES[:order]:
+                value = ca.jtimes(value, at, along)
+            known[used] = value
+    return SX(build(text, known, FUNCTIONS))
+
+
+class WithReactions:
+    """Named outputs that use reactions, at states."""
+
+    def __init__(self, model: Model, loads: Loads, names: Iterable[str]) -> None:
+        mechanism = model.mechanism
+        self.names, self.model = list(names), model
+        self.joints = list(mechanism.joints)
+        forces = SX.sym("reactions", 3 * len(self.joints))
+        known = {
+            f"{joint}.reaction.{axis}": forces[3 * k + i]
+            for k, joint in enumerate(self.joints)
+            for i, axis in enumerate(("x", "y", "moment"))
+        }
+        rows = []
+        for name in self.names:
+            try:
+                rows.append(over_states(model, loads, mechanism.outputs[name], known, (name,)))
+            except (ArithmeticError, TypeError, NotImplementedError) as problem:
+                raise InputError(f"has no value: {problem}", where=f"outputs.{name}") from None
+            except MechdaeError as problem:
+                raise problem.inside(f"outputs.{name}") from None
+        inputs = [model.q, model.velocity, model.acceleration, loads.time, forces, model.p]
+        function = ca.Function("outputs", inputs, [ca.vertcat(*rows)])
+        self._batch = Batch(function, [5])
+
+    def __call__(self, q: Any, v: Any, a: Any, t: Any, forces: Mapping[str, Any]) -> Any:
+        """Return the values (n, names)."""
+        flat = np.hstack([forces[joint] for joint in self.joints])
+        return self._batch(q, v, a, t[:, None], flat, self.model.p_values)[0]

@@ -1,0 +1,181 @@
+"""Sizes of friction in joints at a state: whether their laws give one solution, none or several.
+
+Sizes follow from reactions, which follow from them. Where a bound of how they change each other is
+below 1 there is one solution; else they are counted.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.verdict import NoWay
+from mechdae.kernels.run.batch import Batch
+
+SLACK = 1e-9
+"""Share of its size by which a force may miss its law by rounding."""
+PIECES = 1024
+"""Combinations of contacts that are counted through."""
+SAME = 1e-7
+"""Share of the largest size below which two solutions are one."""
+
+
+class Sizes:
+    """Counts the sizes of friction that fit their laws at states of a motion."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, self.kernel = setup, setup.kernel
+
+    @cached_property
+    def _coupling(self) -> Batch:
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        columns, starts, slopes = k.coupling(*at)
+        results = [ca.vec(columns), starts, ca.vec(slopes)]
+        return Batch(ca.Function("coupling", at, results, {"cse": True}), [3])
+
+    def _growths(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
+        """Return (n, k, k) bounds of how sizes change each other, and weights (n, k) of them."""
+        _, _, slopes = self._coupling(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v),
+                                      signs)  # fmt: skip
+        n, rubs = len(slopes), self.kernel.rubs
+        slopes = slopes.reshape(n, rubs, -1).transpose(0, 2, 1)
+        K = np.empty((n, rubs, rubs))
+        for j, (place, own) in enumerate(zip(self.kernel.places, self._laws, strict=True)):
+            part = slopes[:, place]
+            norm = np.linalg.norm(part, axis=1) if own == "length" else np.abs(part).max(axis=1)
+            K[:, j] = norm
+        return K, 1 + K.sum(axis=2)
+
+    def contractions(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return bounds (n,) of the contraction of sizes: below 1 there is one solution."""
+        K, weights = self._growths(t, x, v, signs)
+        return (np.einsum("nij,nj->ni", K, weights) / weights).max(axis=1, initial=0.0)
+
+    def _share(self, t: float, x: Any, v: Any, signs: Any) -> float:
+        """Return the share of the coefficients with which one solution is sure, 0 for none.
+
+        Forces of teeth on bearings stay as they are.
+        """
+        K, weights = (part[0] for part in self._growths(t, x, v, signs))
+        rubs = [own.friction for own in self.setup.released.rubbing.feedbacks]
+        given = weights - (K * ~np.array(rubs)) @ weights
+        share = float(np.min(given / np.maximum((K * np.array(rubs)) @ weights, 1e-300)))
+        return max(share, 0.0)
+
+    @property
+    def _laws(self) -> list[str]:
+        return [feedback.law for feedback in self.setup.released.rubbing.feedbacks]
+
+    def _pieces(self) -> Iterator[list[int | None]]:
+        """Yield which form of each feedback is the largest, None for the length of a vector.
+
+        Those of one slot or mesh go together: they follow from the side that is pressed.
+        """
+        rubbing = self.setup.released.rubbing
+        choices: list[list[dict[int, int | None]]] = []
+        for joint in dict.fromkeys(own.joint for own in rubbing.feedbacks):
+            own = [j for j, other in enumerate(rubbing.feedbacks) if other.joint == joint]
+            one = rubbing.feedbacks[own[0]]
+            if len(own) == 1 and one.law == "length":
+                choices.append([{own[0]: None}])
+            elif len(own) == 1:
+                choices.append([{own[0]: piece} for piece in range(one.forms.shape[0])])
+            else:
+                choices.append([rubbing.pressed(own, side) for side in (1, -1)])
+        for chosen in itertools.product(*choices):
+            pieces = {j: piece for part in chosen for j, piece in part.items()}
+            yield [pieces[j] for j in range(len(pieces))]
+
+    def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
+        """Return all sizes of friction that fit their laws, and the accelerations of x with them.
+
+        Sizes that are the largest of linear forms are counted through, lengths of vectors follow by
+        Newton's method from their values without friction.
+        """
+        columns, starts, slopes = (
+            part[0] for part in self._coupling(np.array([[t]]), x[None, :], v[None, :], signs)
+        )
+        rubs, places, laws = self.kernel.rubs, self.kernel.places, self._laws
+        slopes = slopes.reshape(rubs, -1).T
+        columns = columns.reshape(rubs + 1, -1).T
+        found: list[Any] = []
+        for chosen in itertools.islice(self._pieces(), PIECES):
+            m = np.zeros(rubs)
+            for _ in range(12):
+                value, slope = np.empty(rubs), np.empty((rubs, rubs))
+                for j, (place, own) in enumerate(zip(places, chosen, strict=True)):
+                    forms = starts[place] + slopes[place] @ m
+                    if own is None:
+                        value[j] = np.linalg.norm(forms)
+                        slope[j] = forms @ slopes[place] / max(value[j], 1e-300)
+                    else:
+                        value[j], slope[j] = forms[own], slopes[place][own]
+                try:
+                    m = m - np.linalg.solve(np.eye(rubs) - slope, m - value)
+                except np.linalg.LinAlgError:
+                    break
+            laid = [
+                np.linalg.norm(forms) if own == "length" else forms.max()
+                for forms, own in zip(
+                    [starts[p] + slopes[p] @ m for p in places], laws, strict=True
+                )
+            ]
+            size = max(float(np.max(np.abs(m))), float(np.max(np.abs(starts), initial=0.0)), 1e-300)
+            if not np.max(np.abs(m - laid)) <= SLACK * size:
+                continue
+            if not any(np.max(np.abs(m - other)) <= SAME * size for other in found):
+                found.append(m)
+        n = self.kernel.n
+        return [(m, columns[:n, 0] + columns[:n, 1:] @ m) for m in found]
+
+    @property
+    def joints(self) -> list[str]:
+        """Joints whose friction follows from their reactions."""
+        own = self.setup.released.rubbing.feedbacks
+        return list(dict.fromkeys(feedback.joint for feedback in own if feedback.friction))
+
+    def check(self, t: float, x: Any, v: Any, signs: Any) -> None:
+        """Raise where the laws of friction give no accelerations, or several.
+
+        Raises
+        ------
+        NoWay
+            With the accelerations of each solution, and the friction up to which there is one.
+        """
+        if not self.kernel.rubs:
+            return
+        bound = float(self.contractions(t, x, v, signs)[0])
+        if bound < 1:
+            return
+        found = self.solutions(t, x, v, signs)
+        if len(found) == 1:
+            return
+        joints = self.joints
+        names = [".".join(own) for own in self.kernel.released.names]
+        text = f"dry friction of {', '.join(joints)}"
+        share = self._share(t, x, v, signs)
+        sure = f"; one solution is sure with {share:.6g} of the coefficients" if share > 0 else ""
+        if not found:
+            told = f"jammed (F1): no accelerations fit the {text}{sure}"
+            raise NoWay(told, code="F1", joints=joints, kappa=bound, share=share, solutions=[])
+        listed = "; ".join(
+            ", ".join(f"{name} {value:.9g}" for name, value in zip(names, a, strict=True))
+            for _, a in found
+        )
+        raise NoWay(
+            f"{len(found)} solutions (F2) fit the {text}, which does not decide between them: "
+            f"accelerations {listed}{sure}",
+            "ambiguous",
+            "F2",
+            joints=joints,
+            kappa=bound,
+            share=share,
+            solutions=[dict(zip(names, a.tolist(), strict=True)) for _, a in found],
+        )

@@ -1,0 +1,251 @@
+"""The integration: chunks of steps, states between them, roots of events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechdae.dynamics.equations import Setup
+from mechdae.kernels.graphs.stepper import Chunk, interpolate
+from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.call import Call
+
+LEAST = 1e-13
+"""Step, as a share of the whole time, below which the integration gives up."""
+FIRST = 1.25
+"""First step over tol^(1/8) / frequency."""
+STILL = 1e-6
+"""Share of the frequency without dry friction below which a state counts as at rest."""
+STAGES = 12
+"""Right-hand sides of a trial step."""
+ROOT = 80
+"""Steps that are repeated for an event at most."""
+CLOSE = 4e-16
+"""How near an event is met, as a share of the time and of the step."""
+
+
+@dataclass
+class Nodes:
+    """Accepted steps: states (n + 1, .), the first is where the first step starts.
+
+    ``signs`` are the signs of slips that hold over these steps; ``stalled`` tells that the step
+    size went to nothing behind the last node.
+    """
+
+    states: Any
+    signs: Any
+    stalled: bool = False
+
+
+class Integrator:
+    """Integrates a motion from states given.
+
+    Attributes
+    ----------
+    accepted, rejected, rhs : int
+        Counts of work.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, self.kernel, self.stepper = setup, setup.kernel, setup.stepper
+        self.layout = self.stepper.layout
+        self.accepted = self.rejected = self.rhs = 0
+
+    @property
+    def name(self) -> str:
+        """The method."""
+        return "explicit, Dormand-Prince 8(5,3)"
+
+    @property
+    def implicit(self) -> bool:
+        """Whether stiff forces do not hold the steps."""
+        return False
+
+    def turn_stiff(self) -> bool:
+        """Go on by a method for stiff forces; return whether there is one."""
+        return False
+
+    # -- functions -----------------------------------------------------------------------------
+
+    @cached_property
+    def _rhs(self) -> Call:
+        return Call(self.kernel.rhs)
+
+    @cached_property
+    def _chunk(self) -> Chunk:
+        return Chunk(self.stepper)
+
+    @cached_property
+    def _step(self) -> Call:
+        return Call(self.stepper.step)
+
+    @cached_property
+    def _dense(self) -> Batch:
+        return Batch(self.stepper.dense, [6], straight=lambda: None)
+
+    @cached_property
+    def _project(self) -> Batch:
+        return Batch(self.kernel.project, [3], straight=lambda: None)
+
+    @cached_property
+    def rates(self) -> Batch:
+        """(t, x, v, signs) -> x'', lambda for many states."""
+        return Batch(self.kernel.rhs, [3], straight=lambda: None)
+
+    def acceleration(self, t: float, x: Any, v: Any, signs: Any) -> Any:
+        """Return x'' at one state."""
+        self.rhs += 1
+        return self._rhs(t, x, v, signs)[0]
+
+    # -- states --------------------------------------------------------------------------------
+
+    def first(self, t: float, x: Any, v: Any, w: Any, signs: Any, h: float = 0.0) -> Any:
+        """Return the state that an integration starts from."""
+        self.rhs += 1
+        a, inner = self._rhs(t, x, v, signs)
+        m = inner[len(inner) - self.kernel.rubs :]
+        lay = self.layout
+        state = np.zeros(lay.size)
+        for name, value in (("t", t), ("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
+            state[lay[name]] = value
+        omega = self._frequency(v, a)
+        top = omega
+        if (signs != self.setup.loose).any():  # what rests is measured by what would move it
+            self.rhs += 1
+            top = max(omega, self._frequency(v, self._rhs(t, x, v, self.setup.loose)[0]))
+            omega = omega if omega > STILL * top else 0.0
+        span = self.setup.end
+        natural = FIRST * self.setup.tolerance ** (1 / 8) / omega if omega > 0 else np.inf
+        state[lay["h"]] = h or min(natural, span / 10)
+        state[lay["omega"]] = top if top > 0 else 1 / span
+        return state
+
+    def _frequency(self, v: Any, a: Any) -> float:
+        return float(np.array(self.stepper.frequency(v, a)).ravel()[0])
+
+    def steps(
+        self, state: Any, signs: Any, end: float | None = None, longest: float = np.inf
+    ) -> Iterator[Nodes]:
+        """Yield accepted steps, none longer than `longest`, until a time or a step of nothing."""
+        lay, end = self.layout, self.setup.end if end is None else end
+        numbers = np.concatenate([[end, self.setup.tolerance, longest], signs])
+        while state[lay["t"]][0] < end:
+            state = state.copy()
+            state[lay["passed"]] = 0
+            states = self._chunk(state, numbers)
+            good = lay.of(states, "accepted") > 0
+            trials = int(states[-1][lay["trials"]][0] - state[lay["trials"]][0])
+            self.accepted += int(good.sum())
+            self.rejected += trials - int(good.sum())
+            self.rhs += STAGES * trials
+            last = states[-1]
+            least = LEAST * self.setup.end
+            stalled = bool(not last[lay["t"]][0] >= end and not last[lay["h"]][0] > least)
+            nodes = np.vstack([state[None, :], states[good]])
+            state = last
+            if len(nodes) > 1 or stalled:
+                yield Nodes(nodes, signs, stalled)
+            if stalled:
+                return
+
+    def between(self, nodes: Nodes, times: Any) -> tuple[Any, Any, Any]:
+        """Return x, v and works (n, .) at times inside accepted steps, on the constraints."""
+        lay, states = self.layout, nodes.states
+        starts = lay.of(states, "t")
+        times = np.asarray(times, float)
+        place = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(states) - 2)
+        used = np.array(sorted(set(place.tolist())), int)
+        h = starts[1:] - starts[:-1]
+        parts = [lay.of(states[used], name) for name in ("x", "v", "a", "m")]
+        inputs = [starts[used][:, None], *parts, h[used][:, None], nodes.signs]
+        n = lay.n
+        coefficients = self._dense(*inputs)[0].reshape(len(used), 2 * n + lay.works, 7)
+        self.rhs += (STAGES + 3) * len(used)
+        rows = np.searchsorted(used, place)
+        first = np.hstack([lay.of(states[place], name) for name in ("x", "v", "w")])
+        share = (times - starts[place]) / h[place]
+        found = interpolate(coefficients[rows], first, share)
+        x, v, w = found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
+        if self.kernel.m or self.kernel.slips:
+            x, v = self._project(times[:, None], x, v, nodes.signs)[:2]
+        exact = np.isin(times, starts)
+        for k in np.flatnonzero(exact):
+            node = states[int(np.searchsorted(starts, times[k]))]
+            x[k], v[k], w[k] = (node[lay[name]] for name in ("x", "v", "w"))
+        return x, v, w
+
+    def stepped(self, state: Any, h: float, signs: Any) -> Any:
+        """Return the state after one step of a given size."""
+        lay = self.layout
+        parts = [state[lay[name]] for name in ("t", "x", "v", "a", "m", "w")]
+        omega = state[lay["omega"]][0]
+        self.rhs += STAGES
+        x, v, a, m, w, *_ = self._step(*parts, h, signs, omega)
+        after = state.copy()
+        for name, value in (("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
+            after[lay[name]] = value
+        after[lay["t"]] = state[lay["t"]] + h
+        return after
+
+    def projected(self, t: float, x: Any, v: Any, signs: Any) -> Any:
+        """Return the rates of x on the constraints and with locks."""
+        return self._project(np.array([[t]]), x[None, :], v[None, :], signs)[1][0]
+
+    def located(self, state: Any, h: float, signs: Any, value: Callable[[Any], float]) -> Any:
+        """Return the state inside a step where a value over states vanishes.
+
+        The step is repeated with other sizes: the root is as exact as the integration. The value
+        has different signs at both ends.
+        """
+        if h <= 0:
+            return state
+        return self.met(state, (0.0, state), (h, self.stepped(state, h, signs)), signs, value)
+
+    def met(
+        self,
+        state: Any,
+        low: tuple[float, Any],
+        high: tuple[float, Any],
+        signs: Any,
+        value: Callable[[Any], float],
+    ) -> Any:
+        """Return the state between two others where a value over states vanishes.
+
+        They are states behind the first one with the times from there.
+        """
+        h, first = high[0], value(low[1])
+        if first == 0:
+            return low[1]
+        # inverse quadratic interpolation where it is safe, else bisection (Chandrupatla 1997)
+        one, two = high, low
+        (f1, f2), three, f3 = (value(one[1]), first), one, 0.0
+        share = f1 / (f1 - f2) if f1 != f2 else 0.5
+        for _ in range(ROOT):
+            near = CLOSE * max(abs(float(one[1][0])), h) / abs(two[0] - one[0])
+            best = one if abs(f1) < abs(f2) else two
+            if min(abs(f1), abs(f2)) == 0 or near > 0.5:
+                break
+            size = one[0] + min(max(share, near), 1 - near) * (two[0] - one[0])
+            found = (size, self.stepped(state, size, signs))
+            here = value(found[1])
+            if (here < 0) == (f1 < 0):
+                three, f3 = one, f1
+            else:
+                three, f3, two, f2 = two, f2, one, f1
+            one, f1 = found, here
+            share = _share(one[0], two[0], three[0], f1, f2, f3)
+        return best[1]
+
+
+def _share(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> float:
+    """Return where between a and b the parabola through three values vanishes, else the middle."""
+    if fb == fc or fa in (fc, fb):
+        return 0.5
+    place, height = (a - b) / (c - b), (fa - fb) / (fc - fb)
+    if not (height**2 < place and (1 - height) ** 2 < 1 - place):
+        return 0.5
+    return fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)

@@ -1,0 +1,192 @@
+"""States of a motion as what is reported: absolute coordinates, forces, energies, gaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.mechanism import GROUND
+from mechdae.dynamics.equations import Setup
+from mechdae.kernels.graphs.recovery import recovered
+from mechdae.kernels.run.batch import Batch
+from mechdae.model.forces.generalised import Wrench, add, on_body, times
+
+SX = ca.SX
+
+
+@dataclass
+class States:
+    """States at the times of output, rows are times: x, v, a, multipliers, works."""
+
+    t: Any
+    x: Any
+    v: Any
+    a: Any
+    lam: Any
+    w: Any
+    signs: Any
+
+
+class Observer:
+    """Functions of states.
+
+    Parameters
+    ----------
+    setup
+        Of the motion.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, self.r, self.kernel = setup, setup.loaded, setup.force_kernel
+        self.model = setup.model
+        self.p = self.model.p_values
+
+    def _batch(self, name: str, results: list[Any], more: list[Any] | None = None) -> Batch:
+        """Return a function of (t, x, v, signs, ..., p); signs have one row for each state."""
+        r = self.r
+        inputs = [r.t, r.x, r.v, r.signs, *(more or []), self.model.p]
+        function = ca.Function(name, inputs, [ca.densify(e) for e in results], {"cse": True})
+        return Batch(function, [len(inputs) - 1], straight=lambda: None)
+
+    @cached_property
+    def _absolute(self) -> Batch:
+        a = SX.sym("a", self.r.x.numel())
+        results = [self.r.q, self.r.qd, self.r.bias + self.r.V @ a]
+        return self._batch("absolute", results, [a])
+
+    def absolute(self, s: States) -> tuple[Any, Any, Any]:
+        """Return absolute coordinates with their rates and accelerations, (n, nq) each."""
+        q, v, a = self._absolute(s.t[:, None], s.x, s.v, s.signs, s.a, self.p)
+        return q, v, a
+
+    @cached_property
+    def _energies(self) -> Batch:
+        r = self.r
+        return self._batch("energies", [ca.vertcat(r.kinetic, *r.stores.values())])
+
+    def energies(self, s: States) -> tuple[Any, dict[str, Any]]:
+        """Return the kinetic energy (n,) and the potential ones by load."""
+        found = self._energies(s.t[:, None], s.x, s.v, s.signs, self.p)[0]
+        stores = {name: found[:, k + 1] for k, name in enumerate(self.r.stores)}
+        return found[:, 0], stores
+
+    @cached_property
+    def _gaps(self) -> Batch:
+        model, r = self.model, self.r
+        rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else SX(0, 1)
+        rate = ca.jtimes(rows, ca.vertcat(model.q, r.t), ca.vertcat(model.velocity, SX(1)))
+        inputs = [model.q, model.velocity, r.t, r.signs, model.p]
+        function = ca.Function("gaps", inputs, [ca.densify(rows), ca.densify(rate)])
+        return Batch(function, [4], straight=lambda: None)
+
+    def gaps(self, s: States, q: Any, v: Any) -> tuple[Any, Any]:
+        """Return the largest gap of all equations at each state, and that of their rates.
+
+        Over a length of the mechanism, angles as they are.
+        """
+        if not self.r.rows:
+            return np.zeros(len(s.t)), np.zeros(len(s.t))
+        length = self.setup.length
+        sizes = np.array([1.0 if row.unit == "rad" else length for row in self.r.rows])
+        gaps, rates = self._gaps(q, v, s.t[:, None], s.signs, self.p)
+        return np.max(np.abs(gaps / sizes), axis=1), np.max(np.abs(rates / sizes), axis=1)
+
+    # -- multipliers -----------------------------------------------------------------------
+
+    def complete(self, s: States) -> States:
+        """Return states with the multipliers and sizes of all forces, those of teeth too."""
+        if self.kernel is self.setup.kernel:
+            return s
+        self.kernel.scale(float(s.t[0]), s.x[0], s.v[0], self.setup.loose)
+        rates = Batch(self.kernel.rhs, [3], straight=lambda: None)
+        lam = np.full((len(s.t), self.kernel.inner), np.nan)
+        rest = np.flatnonzero(np.isfinite(s.a).all(axis=1))
+        while len(rest):
+            same = (s.signs[rest] == s.signs[rest[0]]).all(axis=1)
+            rows, rest = rest[same], rest[~same]
+            lam[rows] = rates(s.t[rows, None], s.x[rows], s.v[rows], s.signs[rows[0]])[1]
+        return replace(s, lam=lam)
+
+    @cached_property
+    def _multipliers(self) -> Batch:
+        """(..., a, lambda of what is left, forces of locks, sizes) -> multipliers of all."""
+        r, k = self.r, self.kernel
+        a, inner = SX.sym("a", r.x.numel()), SX.sym("lam", k.inner)
+        push = r.push - r.mass @ (r.V @ a)
+        if k.slips:
+            push -= r.held_back @ inner[k.m : k.m + k.slips]
+        if k.rubs:
+            push += r.rubbed @ inner[k.m + k.slips :]
+        return self._batch("multipliers", [recovered(r, push, inner[: k.m])], [a, inner])
+
+    def multipliers(self, s: States) -> Any:
+        """Return the multipliers of all equations, (n, rows)."""
+        if not self.r.rows:
+            return np.zeros((len(s.t), 0))
+        inner = self._inner(s)
+        return self._multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner, self.p)[0]
+
+    def _inner(self, s: States) -> Any:
+        inner = np.zeros((len(s.t), self.kernel.inner))
+        inner[:, : s.lam.shape[1]] = s.lam
+        return inner
+
+    def loads(self, s: States) -> float:
+        """Return the largest load on a body over the states, times a length of the mechanism."""
+        lengths = [1.0 if name == "angle" else self.setup.length for _, name in self.model.q_names]
+        weight = ca.mmax(ca.fabs(ca.densify(self.r.applied)) * ca.DM(lengths))
+        found = self._batch("loads", [weight])(s.t[:, None], s.x, s.v, s.signs, self.p)[0]
+        return float(np.max(found, initial=0.0, where=np.isfinite(found)))
+
+    # -- reactions -------------------------------------------------------------------------
+
+    @cached_property
+    def _reactions(self) -> Batch:
+        model, r = self.model, self.r
+        lam = SX.sym("lam", len(r.rows))
+        k = self.kernel
+        inner = SX.sym("inner", k.inner)
+        rows = ca.vertcat(*[row.expression for row in r.rows])
+        gradient = ca.jacobian(rows, model.q)
+        columns: list[Wrench] = [{} for _ in r.rows]
+        for i, j, entry in zip(
+            *gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True
+        ):
+            columns[i][j] = entry
+        results = []
+        for name, joint in model.mechanism.joints.items():
+            own = [i for i, row in enumerate(r.rows) if row.owner == name and not row.driver]
+            wrench = add(*[times(-lam[i], columns[i]) for i in own])
+            for j, feedback in enumerate(r.rubbing.feedbacks):
+                if feedback.joint == name:
+                    wrench = add(wrench, times(inner[k.m + k.slips + j], feedback.column))
+            for slip in sorted({own for own in r.rubbing.owners if own is not None}):
+                if r.rubbing.slips[slip].owner == name:
+                    gradient_of = ca.jacobian(r.rubbing.slips[slip].speed, model.velocity)
+                    places = gradient_of.sparsity().get_triplet()[1]
+                    held = dict(zip(places, gradient_of.nonzeros(), strict=True))
+                    wrench = add(wrench, times(-inner[k.m + slip], held))
+            if name in r.rubbing.meshes:
+                wrench = add(wrench, r.rubbing.meshes[name].steady)
+            ends = model.ends[name]
+            if joint.second_body == GROUND:
+                found = [-part for part in on_body(model, wrench, joint.first_body, ends.p2)]
+            else:
+                found = list(on_body(model, wrench, joint.second_body, ends.p2))
+            results += found
+        inputs = [model.q, lam, inner, r.signs, model.p]
+        function = ca.Function("reactions", inputs, [ca.vertcat(*results)])
+        return Batch(function, [4], straight=lambda: None)
+
+    def reactions(self, s: States, q: Any, lam: Any) -> dict[str, Any]:
+        """Return force and moment about the second body's point, on the second body, (n, 3).
+
+        Friction of the joint is in them.
+        """
+        flat = self._reactions(q, lam, self._inner(s), s.signs, self.p)[0]
+        flat = flat.reshape(len(q), -1, 3)
+        return {name: flat[:, k] for k, name in enumerate(self.model.mechanism.joints)}

@@ -1,0 +1,1 @@
+"""Equilibria, their stability, small motions around them."""

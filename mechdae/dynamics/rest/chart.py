@@ -1,0 +1,234 @@
+"""On which assembly mode a pose of a released mechanism is, told by some of its coordinates.
+
+With as many independent coordinates as there are freedoms named as drivers, the modes are those
+that a task of kind `modes` with these drivers counts. Where no group's Jacobian changes its sign
+along a way, the way stays on one mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.assembly.start import mode_by_label
+from mechdae.describe.coordinates import SLIDE_JOINTS, Coordinate, coordinate
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
+from mechdae.describe.tasks.motion import named_coordinate
+from mechdae.dynamics.equations import Setup
+from mechdae.errors import InputError, MechdaeError
+from mechdae.kernels.run.call import Call
+from mechdae.kinematics.prepared import Setting, prepare
+
+INDEPENDENT = 1e-6
+"""Share of a coordinate's gradient across the others from which it is independent."""
+GROUPS = 8
+"""Groups up to which the modes of a scene are counted."""
+
+
+class Chart:
+    """Assembly modes of a mechanism at rest.
+
+    Parameters
+    ----------
+    setup
+        With its held coordinates.
+    x
+        Free coordinates of a pose.
+    basis
+        Of the freedoms at that pose, (n, k), over natural sizes.
+    names
+        Coordinates to prefer.
+
+    Attributes
+    ----------
+    coordinates : list of Coordinate
+        As many as there are freedoms.
+    names : list of str
+        Their names.
+    """
+
+    def __init__(self, setup: Setup, x: Any, basis: Any, names: list[str]) -> None:
+        self.setup = setup
+        self.coordinates = self._chosen(x, basis, names)
+        self.names = [c.text for c in self.coordinates]
+        r, model = setup.released, setup.model
+        held = [law.coordinate for law in setup.laws]
+        self.drivers = [*held, *self.coordinates]
+        values = [model.coordinate(c) for c in self.drivers]
+        moved = r.moved(ca.vertcat(r.model.q, *values))
+        rows = r.moved(ca.vertcat(*values[len(held) :])) if self.coordinates else ca.SX(0, 1)
+        slope = ca.jacobian(ca.vertcat(r.phi, rows), r.x)
+        self._place = Call(setup.kernel.function("place", [ca.densify(moved), ca.densify(slope)]))
+        self.setting = self._setting()
+        self._rows: list[int] | None = None
+
+    def _chosen(self, x: Any, basis: Any, names: list[str]) -> list[Coordinate]:
+        """Return independent coordinates at a pose, the preferred ones first."""
+        setup, r = self.setup, self.setup.released
+        found: list[Coordinate] = []
+        across = np.zeros((basis.shape[1], 0))
+        for c in dict.fromkeys(_candidates(setup.problem, names)):
+            if len(found) == basis.shape[1]:
+                break
+            if c in [law.coordinate for law in setup.laws]:
+                continue
+            row = r.moved(setup.model.coordinate(c))
+            slope = Call(setup.kernel.function("slope", [ca.densify(ca.jacobian(row, r.x))]))
+            own = np.ravel(slope(0.0, x, np.zeros(len(x)), setup.loose)[0]) * setup.kernel.sizes
+            size = float(np.linalg.norm(own))
+            along = basis.T @ own
+            rest = along - across @ (across.T @ along)
+            length = float(np.linalg.norm(rest))
+            if size > 0 and length > INDEPENDENT * size:
+                found.append(c)
+                across = np.column_stack([across, rest / length])
+        if len(found) < basis.shape[1]:
+            raise InputError(
+                "no coordinates tell the freedoms apart", where="free", hint=", ".join(names)
+            )
+        return found
+
+    def _setting(self) -> Setting | None:
+        """Return the scene with the coordinates as drivers, None where it has no such form."""
+        if not self.drivers:
+            return None
+        drivers = tuple(Driver(c.text, at=(0.0,)) for c in self.drivers)
+        try:
+            return prepare(self.setup.problem, Sweep(drivers=drivers))
+        except MechdaeError:
+            return None
+
+    # -- a pose ----------------------------------------------------------------------------
+
+    def _at(self, x: Any) -> tuple[Any, Any, Any]:
+        """Return absolute coordinates, values of the drivers, and the Jacobian with their rows."""
+        moved, slope = self._place(0.0, x, np.zeros(len(x)), self.setup.loose)
+        moved, nq = np.ravel(moved), self.setup.model.q.numel()
+        return moved[:nq], moved[nq:], np.reshape(slope, (-1, len(x)), order="F")
+
+    def slope(self, x: Any) -> Any:
+        """Return the gradients of constraints and coordinates at a pose, by rows."""
+        return self._at(x)[2]
+
+    def values(self, x: Any) -> dict[str, float]:
+        """Return the values of the coordinates."""
+        own = self._at(x)[1][len(self.drivers) - len(self.coordinates) :]
+        return dict(zip(self.names, own.tolist(), strict=True))
+
+    def _scene(self, q: Any) -> Any:
+        assert self.setting is not None
+        places = self.setup.model.places
+        return np.array([q[places[name]] for name in self.setting.scene.x_names])
+
+    def signs(self, x: Any) -> str:
+        """Return the signs of the groups' Jacobians at a pose."""
+        q, u, slope = self._at(x)
+        if self.setting is None:
+            return self._own_sign(slope)
+        assembler, pose = self.setting.assembler, self._scene(q)
+        groups = [g for g in self.setting.scene.groups if assembler.labelled(g)]
+        return "".join(assembler.sign(group, pose, u) for group in groups)
+
+    def _own_sign(self, slope: Any) -> str:
+        """Return the sign of the whole Jacobian, of rows that are independent."""
+        m = len(slope) - len(self.coordinates)
+        scaled = slope * self.setup.kernel.sizes
+        if self._rows is None:
+            kept: list[int] = []
+            for i in [*range(m, len(slope)), *range(m)]:
+                trial = scaled[[*kept, i]]
+                if np.linalg.matrix_rank(trial, 1e-9) == len(kept) + 1:
+                    kept.append(i)
+            self._rows = kept
+        square = scaled[self._rows]
+        if square.shape[0] != square.shape[1]:
+            return ""
+        return "+" if np.linalg.slogdet(square)[0] > 0 else "-"
+
+    @property
+    def counted(self) -> bool:
+        """Whether modes are counted and labelled in closed form."""
+        if self.setting is None:
+            return False
+        assembler, scene = self.setting.assembler, self.setting.scene
+        groups = [group for group in scene.groups if assembler.labelled(group)]
+        dyads = all(group.is_dyad and not group.superfluous for group in groups)
+        return dyads and not scene.redundant and 0 < len(groups) <= GROUPS
+
+    def label(self, x: Any) -> str:
+        """Return the label of a pose's mode: that of a task of modes, or the groups' signs."""
+        if not self.counted:
+            return ",".join(self.signs(x))
+        assert self.setting is not None
+        q, u, _ = self._at(x)
+        return self.setting.assembler.label(self._scene(q), u)
+
+    def modes(self, x: Any) -> list[Any]:
+        """Return the free coordinates of all modes at the coordinates of a pose, if counted."""
+        if not self.counted:
+            return []
+        assert self.setting is not None
+        q, u, _ = self._at(x)
+        found, _, _ = self.setting.assembler.modes(u)
+        return [self._lifted(q, mode.x, u) for mode in found]
+
+    def on_mode(self, x: Any, label: str) -> Any:
+        """Return the free coordinates of the mode with that label at the coordinates of a pose.
+
+        Raises
+        ------
+        UnknownName
+            No such mode; the message lists those there are.
+        InputError
+            The modes of this mechanism have no labels.
+        """
+        if not self.counted:
+            raise InputError("the modes of this mechanism are not counted", where="mode")
+        assert self.setting is not None
+        q, u, _ = self._at(x)
+        try:
+            mode = mode_by_label(self.setting.assembler, u, label)
+        except MechdaeError as error:
+            raise error.inside("mode") from None
+        return self._lifted(q, mode.x, u)
+
+    def _lifted(self, q: Any, pose: Any, u: Any) -> Any:
+        assert self.setting is not None
+        found: Mapping[tuple[str, str], float] = self.setting.assembler.coordinates(pose, u)
+        places, q = self.setup.model.places, q.copy()
+        for name, value in found.items():
+            near = q[places[name]]
+            if name[1] == "angle":
+                value -= 2 * np.pi * np.round((value - near) / (2 * np.pi))
+            q[places[name]] = value
+        return q[self.setup.released.free]
+
+
+def _candidates(problem: Problem, names: list[str]) -> Iterator[Coordinate]:
+    """Yield coordinates that may tell the modes, the likeliest first."""
+    mechanism = problem.mechanism
+    for name in names:
+        yield named_coordinate(mechanism, name)
+    for task in problem.tasks.values():
+        if isinstance(task, Driven):
+            for driver in task.all_drivers:
+                yield coordinate(mechanism, driver.coordinate)
+    joints = mechanism.joints
+    for ground in (True, False):
+        for name, joint in joints.items():
+            if (GROUND in joint.bodies) is not ground:
+                continue
+            if joint.kind in SLIDE_JOINTS:
+                yield coordinate(mechanism, f"{name}.slide")
+            for body in joint.bodies:
+                if body != GROUND:
+                    yield coordinate(mechanism, f"{body}.angle")
+    for body, part in mechanism.bodies.items():
+        for point in part.points:
+            yield coordinate(mechanism, f"{body}.{point}.x")
+            yield coordinate(mechanism, f"{body}.{point}.y")

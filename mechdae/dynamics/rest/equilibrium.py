@@ -1,0 +1,266 @@
+"""Static equilibrium of a released mechanism on the assembly mode of its sketch.
+
+Which equilibrium is meant is told by `Rests`; small motions around it are those of `small`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import selection
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Equilibrium
+from mechdae.describe.tasks.motion import start_values
+from mechdae.dynamics.equations import Setup, as_motion, idle, setup
+from mechdae.dynamics.meshing import meshed
+from mechdae.dynamics.observe import Observer, States
+from mechdae.dynamics.report import Whole, evaluated, with_reactions
+from mechdae.dynamics.rest.all_equilibria import Rest, Rests
+from mechdae.dynamics.rest.balance import Balance
+from mechdae.dynamics.rest.chart import Chart
+from mechdae.dynamics.rest.linear_system import Linear, State
+from mechdae.dynamics.rest.small_motions import small_motions
+from mechdae.dynamics.start import start
+from mechdae.dynamics.unique import unique
+from mechdae.errors import InputError, SolveError
+from mechdae.results import Named, Result, Series
+from mechdae.setup.named_outputs import NamedOutputs, requests
+from mechdae.setup.outputs import Outputs
+
+MOST = 20
+"""Equilibria that are listed."""
+
+
+def equilibrium(problem: Problem, name: str, task: Equilibrium) -> Result:
+    """Return the result of a task of equilibrium.
+
+    Raises
+    ------
+    SolveError
+        No equilibrium is found from the sketch.
+    InputError
+        Loads that depend on the time, a number of free coordinates that is not that of the
+        freedoms.
+    """
+    found = at_rest(problem, task)
+    summary: dict[str, Any] = {
+        "poses": 1,
+        "status": {"ok": 1},
+        "freedoms": found.basis.shape[1],
+        "coordinates": found.balance.n,
+        "constraints": found.balance.m,
+        "iterations": found.rest.steps,
+        "residual": found.rest.left,
+        "closure": float(np.max(np.abs(found.phi), initial=0.0)),
+        "bound": "estimated",
+        "not_in_scene": [],
+    }
+    summary["stable"] = found.rest.stable
+    summary |= found.listed
+    if task.linearise:
+        summary |= small_motions(found.balance, task, found.rest.x, found.basis, found.along)
+    notes = found.notes
+    data: dict[str, Any] = {}
+    if task.linearise and found.basis.shape[1] + len(found.balance.setup.laws):
+        data["linear"] = _linear(found, task)
+    lam = found.rest.lam / found.balance.gaps
+    return _report(
+        problem, name, task, found.balance.setup, found.rest.x, lam, summary, notes, data
+    )
+
+
+def _linear(found: AtRest, task: Equilibrium) -> dict[str, Any]:
+    """Return the linear system of small motions."""
+    rest, n = found.rest, found.balance.n
+    still = np.zeros(n)
+    state = State(0.0, rest.x, still, still, rest.lam / found.balance.gaps)
+    names = [*(task.free or ()), *found.listed["mode_coordinates"]]
+    whole = found.balance.setup
+    return Linear(whole, state, found.basis, names, task.inputs, task.outputs).told()
+
+
+@dataclass
+class AtRest:
+    """A mechanism at the equilibrium that its sketch means.
+
+    ``basis`` is that of its freedoms, ``along`` mass, damping and stiffness along them, all in
+    natural sizes; ``listed`` is what the summary says about all equilibria.
+    """
+
+    balance: Balance
+    rest: Rest
+    basis: Any
+    along: list[Any]
+    phi: Any
+    listed: dict[str, Any]
+    notes: list[str]
+
+
+def at_rest(problem: Problem, task: Equilibrium) -> AtRest:
+    """Return the equilibrium that the sketch means.
+
+    Raises
+    ------
+    SolveError, InputError
+        As `equilibrium`.
+    """
+    whole, x = _prepared(problem, task)
+    balance = Balance(whole)
+    rest, listed, notes = _chosen(balance, task, x)
+    _, J, phi, K, C, M = balance.at(rest.x, rest.lam)
+    basis = balance.freedoms(J)
+    along = [basis.T @ part @ basis for part in (M, C, K)]
+    return AtRest(balance, rest, basis, along, phi, listed, notes)
+
+
+def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
+    whole = setup(problem, as_motion(task), moves=False)
+    if whole.loads.uses_time:
+        raise InputError("it uses t", where=f"loads.{whole.loads.uses_time[0]}")
+    begin = start(whole)
+    whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
+    return whole, begin.q[whole.released.free]
+
+
+def _chosen(balance: Balance, task: Equilibrium, x: Any) -> tuple[Rest, dict[str, Any], list[str]]:
+    """Return the equilibrium that is meant, what there is to say about all, and notes."""
+    closed = balance.closed(x)
+    x = x if closed is None else closed
+    _, J, _ = balance.light(x)
+    basis = balance.freedoms(J)
+    begins = start_values(balance.setup.problem.mechanism, task.start, "start")
+    names = [*(task.free or ()), *(c.text for c in begins)]
+    chart = Chart(balance.setup, x, basis, names)
+    if task.mode is not None:
+        moved = balance.closed(chart.on_mode(x, task.mode))
+        x = x if moved is None else moved
+    rests = Rests(balance, chart, x)
+    rest = rests.answer
+    if rest is None:
+        left = balance.newton(x)[2]
+        raise SolveError(
+            f"no equilibrium was found near the sketch: {left:.2g} of the forces is left",
+            where="start",
+            hint="sketch a pose nearer to it, or hold coordinates with drivers",
+        )
+    listed: dict[str, Any] = {"mode": chart.label(rest.x), "mode_coordinates": chart.names}
+    listed["sketched_mode"] = rest.own
+    listed["equilibria"] = [
+        {
+            "mode": chart.label(own.x),
+            "sketched_mode": own.own,
+            "sketched_circuit": own.circuit,
+            "stable": own.stable,
+            "distance": own.far,
+            "coordinates": chart.values(own.x),
+            "answer": own is rest,
+        }
+        for own in rests.found[:MOST]
+    ]
+    listed["all_equilibria"] = rests.whole
+    return rest, listed, _notes(chart, rests, rest)
+
+
+def _notes(chart: Chart, rests: Rests, rest: Rest) -> list[str]:
+    """Return what the user must know about the choice."""
+
+    def at(own: Rest) -> str:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in chart.values(own.x).items())
+        return f"({values}; mode {chart.label(own.x)}, {own.stable})"
+
+    notes = []
+    nearest = rests.found[0]
+    own = [other for other in rests.found if other.own]
+    if not rest.own:
+        there = f"only {at(own[0])}, far from it," if own else "none"
+        notes.append(
+            f"on the assembly mode of the sketch {there} was found, and let go the mechanism "
+            f"leaves it: the nearest equilibrium {at(rest)} lies on another {_kind(rest)}"
+        )
+    elif nearest is not rest and not nearest.own:
+        notes.append(
+            f"an equilibrium nearer to the sketch {at(nearest)} lies on another {_kind(nearest)}; "
+            "that of the sketch is answered"
+        )
+    elif nearest is not rest:
+        notes.append(
+            f"the equilibrium nearest to the sketch {at(nearest)} is more than 20 degrees away: "
+            "answered is the one that the mechanism comes to from there when it is let go"
+        )
+    others = [own for own in rests.found if own.own and own is not rest and own.stable == "stable"]
+    if rest.stable == "unstable" and others:
+        notes.append(f"this equilibrium is unstable; the nearest stable one is {at(others[0])}")
+    return notes
+
+
+def _kind(rest: Rest) -> str:
+    """Return where an equilibrium lies that is not on the sketch's mode."""
+    if rest.circuit is False:
+        return "circuit: the mechanism cannot get there without being taken apart"
+    return "mode"
+
+
+def _report(
+    problem: Problem,
+    name: str,
+    task: Equilibrium,
+    whole: Setup,
+    x: Any,
+    lam: Any,
+    summary: dict[str, Any],
+    more: list[str],
+    data: dict[str, Any],
+) -> Result:
+    model, n = whole.model, len(x)
+    observer = Observer(whole)
+    still = np.zeros((1, n))
+    signs = whole.loose[None, :]
+    none = np.zeros((1, 0))
+    state = States(np.zeros(1), x[None, :], still, still, lam[None, :], none, signs)
+    q, v, a = observer.absolute(state)
+    chosen = selection(problem.mechanism, task.outputs, forces=True)
+    expressions = NamedOutputs(model, chosen.named, 2, task.outputs is not None, time=False)
+    outputs: Any = Outputs(Whole(model, chosen), requests(model, list(expressions.rates)))  # type: ignore[arg-type]
+    y = evaluated(model, outputs.expression, q, v, a)
+    columns = outputs.columns(expressions.coordinates)
+    certified = np.ones(1, bool)
+    named: dict[str, Any] = outputs.named(y[:1])
+    found, lost = expressions.evaluate([part[:, columns] for part in y], None, certified)
+    series = {own: Series({"value": found[own]["value"]}) for own in found}
+    every = observer.multipliers(state)
+    reactions = {} if meshed(model) else observer.reactions(state, q, every)
+    sole = unique(observer, state, q, reactions)
+    for k, own in enumerate(reactions.values()):
+        own[sole.lost[:, k]] = np.nan
+    named["joints"] = with_reactions(named["joints"], reactions, chosen)
+    summary |= sole.summary
+    summary["state"] = {own: float(series[own].value[0]) for own in series}
+    rows = whole.released.rows
+    summary["multipliers"] = {
+        row.name: float(every[0, i]) if sole.multipliers[i] else None
+        for i, row in enumerate(rows)
+        if (row.owner, row.part) not in whole.held
+    }
+    notes = whole.notes + more + expressions.notes + lost
+    if whole.loads.slips:
+        owners = ", ".join(slip.owner for slip in whole.loads.slips)
+        notes.append(f"at rest {owners} resists nothing here: what it could hold is left out")
+    if notes:
+        summary["notes"] = notes
+    return Result(
+        problem.name,
+        name,
+        task.kind,
+        problem.mechanism,
+        problem.title,
+        outputs=Named("output", series),
+        status=np.array(["ok"], dtype="<U11"),
+        summary=summary,
+        definition=task,
+        data=data,
+        unique=sole.joints,
+        **named,
+    )

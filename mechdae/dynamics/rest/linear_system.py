@@ -1,0 +1,268 @@
+"""The linear system of small motions about an equilibrium or a state of a motion: A, B, C, D.
+
+    dx/dt = A x + B u,   y = C x + D u,
+
+with states x (deviations of independent coordinates, then of their speeds), inputs u (efforts,
+loads, accelerations of driven coordinates) and outputs y. All matrices are exact derivatives of
+
+    M a + J^T lambda = f,   J a = gamma,   phi = 0
+
+at the state: x follows the independent coordinates z by J dx = 0, H dx = dz.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinates import ANGLE_JOINTS, SLIDE_JOINTS, coordinate, selection
+from mechdae.describe.loads import Force, Torque
+from mechdae.describe.named import reactions_of
+from mechdae.describe.tasks.motion import named_coordinate
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.expressions import over_states
+from mechdae.dynamics.rest.chart import Chart
+from mechdae.errors import InputError, SolveError, UnknownName
+from mechdae.model.forces.generalised import couple, push
+from mechdae.model.motion_equations import Law, Released
+
+SX = ca.SX
+RANK = 1e-11
+CLOSES = 1e-8
+"""Share by which superfluous equations may contradict each other."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a mechanism is linearised: time, free coordinates, rates, accelerations."""
+
+    t: float
+    x: Any
+    v: Any
+    a: Any
+    lam: Any
+
+
+@dataclass(frozen=True)
+class _Input:
+    """An input: its name, and its generalised force over q or the driver it accelerates."""
+
+    name: str
+    column: Any = None
+    driver: int | None = None
+
+
+class Linear:
+    """The linear system at a state.
+
+    Parameters
+    ----------
+    setup, state
+        Of an equilibrium or a motion.
+    basis
+        Freedoms at the state, (n, k), over natural sizes.
+    names
+        Coordinates to prefer as states.
+    inputs, outputs
+        What is asked for; None: all drivers, forces and torques; the outputs of the task.
+
+    Raises
+    ------
+    UnknownName, InputError
+        Inputs that are none.
+    SolveError
+        The state is singular.
+    """
+
+    def __init__(
+        self,
+        setup: Setup,
+        state: State,
+        basis: Any,
+        names: list[str],
+        inputs: Sequence[str] | None,
+        outputs: tuple[str, ...] | None,
+    ) -> None:
+        self.setup, self.state, self.model = setup, state, setup.model
+        self.chart = Chart(setup, state.x, basis, names)
+        drivers = [law.coordinate for law in setup.laws]
+        self.inputs = self._inputs(inputs, [c.text for c in drivers])
+        moved = [own.driver for own in self.inputs if own.driver is not None]
+        self.moved = [drivers[i] for i in moved]
+        d = SX.sym("d", 3 * len(moved))
+        self.d = d
+        since = setup.loads.time - state.t
+        laws = []
+        for i, law in enumerate(setup.laws):
+            value = law.value
+            if i in moved:
+                j = moved.index(i)
+                k = len(moved)
+                value = value + d[j] + since * d[k + j] + since**2 / 2 * d[2 * k + j]
+            laws.append(Law(law.coordinate, value))
+        self.r = Released(self.model, setup.loads, laws, setup.held) if moved else setup.released
+        self._solve(outputs)
+
+    # -- what acts ---------------------------------------------------------------------------
+
+    def _inputs(self, asked: Sequence[str] | None, drivers: list[str]) -> list[_Input]:
+        model, mechanism = self.model, self.model.mechanism
+        known: dict[str, _Input] = {
+            name: _Input(f"{name}.acceleration", driver=i) for i, name in enumerate(drivers)
+        }
+        for name, load in mechanism.loads.items():
+            if isinstance(load, Torque):
+                known[f"loads.{name}"] = _Input(f"loads.{name}", couple(model, load.body, SX(1)))
+            if isinstance(load, Force):
+                body = load.point.split(".")[0]
+                for axis, unit in zip("xy", (SX([1, 0]), SX([0, 1])), strict=True):
+                    column = push(model, body, model.point(load.point), unit)
+                    known[f"loads.{name}.{axis}"] = _Input(f"loads.{name}.{axis}", column)
+        if asked is None:
+            return list(known.values())
+        found = []
+        for i, name in enumerate(asked):
+            both = [f"{name}.{axis}" for axis in "xy" if f"{name}.{axis}" in known]
+            if name in known:
+                found.append(known[name])
+            elif name.startswith("loads.") and both:
+                found += [known[own] for own in both]
+            elif name.startswith("loads."):
+                raise UnknownName("force or torque", name, known, where=f"inputs[{i}]")
+            else:
+                try:
+                    c = named_coordinate(mechanism, name)
+                except InputError as error:
+                    raise error.inside(f"inputs[{i}]") from None
+                if c.text in known:
+                    found.append(known[c.text])
+                    continue
+                gradient = ca.jacobian(model.coordinate(c), model.q)
+                places = gradient.sparsity().get_triplet()[1]
+                column = dict(zip(places, gradient.nonzeros(), strict=True))
+                found.append(_Input(f"efforts.{c.text}", column))
+        return found
+
+    # -- derivatives -------------------------------------------------------------------------
+
+    def _solve(self, outputs: tuple[str, ...] | None) -> None:
+        r, model, setup, state = self.r, self.model, self.setup, self.state
+        pushed = [own for own in self.inputs if own.column is not None]
+        n, m, k, nd = r.x.numel(), r.phi.numel(), len(self.chart.names), len(self.moved)
+        nu = len(pushed)
+        u, a, lam = SX.sym("u", nu), SX.sym("a", n), SX.sym("lam", m)
+        columns = [r.moved(r.stack(own.column)) for own in pushed]
+        force = r.f + (r.V.T @ (ca.horzcat(*columns) @ u) if nu else 0)
+        rows = [model.coordinate(c) for c in self.chart.coordinates]
+        h = r.moved(ca.vertcat(*rows)) if rows else SX(0, 1)
+        rate_phi, rate_h = r.rate(r.phi), r.rate(h)
+        residual = ca.vertcat(r.M @ a + r.J.T @ lam - force, r.J @ a - r.gamma)
+        second = r.rate(rate_h) + ca.jacobian(h, r.x) @ a if rows else SX(0, 1)
+        names, y = self._outputs(outputs, a)
+        both = ca.vertcat(a, lam)
+        parts = [ca.vertcat(r.phi, h), ca.vertcat(rate_phi, rate_h), residual, second, y]
+        wanted: list[Any] = []
+        for part in parts:
+            wanted += [ca.jacobian(part, s) for s in (r.x, r.v, both, self.d, u)]
+        inputs = [r.t, r.x, r.v, r.signs, a, lam, model.p, self.d, u]
+        function = ca.Function("linear", inputs, [ca.densify(part) for part in wanted])
+        at = [state.t, state.x, state.v, setup.loose, state.a, state.lam[:m], model.p_values]
+        found = [np.array(part) for part in function(*at, np.zeros(3 * nd), np.zeros(nu))]
+        slopes = [found[5 * i : 5 * i + 5] for i in range(len(parts))]
+        sizes = setup.sizes(r)
+        gaps = np.array([1.0 if unit == "rad" else setup.length for unit in r.units])
+        units = [1.0 if c.is_angle else setup.length for c in self.chart.coordinates]
+        scales = np.concatenate([gaps, units])
+        # deviations over (z, zd, d, u): places, speeds, accelerations with multipliers
+        whole = 2 * k + 3 * nd + nu
+        z, zd = np.eye(k, whole), np.eye(k, whole, k)
+        d, push_ = np.eye(3 * nd, whole, 2 * k), np.eye(nu, whole, 2 * k + 3 * nd)
+
+        def solved(left: Any, right: Any, rows: Any, columns: Any) -> Any:
+            scaled, wanted = left * np.outer(1 / rows, columns), right / rows[:, None]
+            answer = np.linalg.lstsq(scaled, wanted, rcond=RANK)[0]
+            miss = float(np.max(np.abs(scaled @ answer - wanted), initial=0.0))
+            if miss > CLOSES * max(float(np.max(np.abs(wanted), initial=0.0)), 1e-300):
+                raise SolveError(
+                    "no linear system: the state is singular", where="linearise",
+                    hint="linearise at another pose",
+                )  # fmt: skip
+            return answer * columns[:, None]
+
+        place, speed, balance, last, out = slopes
+        dx = solved(place[0], np.vstack([np.zeros((m, whole)), z]) - place[3] @ d, scales, sizes)
+        right = np.vstack([np.zeros((m, whole)), zd]) - speed[0] @ dx - speed[3] @ d
+        dv = solved(speed[1], right, scales, sizes)
+        right = -(balance[0] @ dx + balance[1] @ dv + balance[3] @ d + balance[4] @ push_)
+        masses = np.abs(balance[2][:n, :n] * np.outer(sizes, sizes))
+        mass = max(float(masses.max(initial=0.0)), 1e-300)
+        rows_of = np.concatenate([mass / sizes, gaps])
+        columns_of = np.concatenate([sizes, mass / gaps])
+        da = solved(balance[2], right, rows_of, columns_of)
+        zdd = last[0] @ dx + last[1] @ dv + last[2] @ da + last[3] @ d
+        dy = out[0] @ dx + out[1] @ dv + out[2] @ da + out[3] @ d + out[4] @ push_
+        self._put(k, nd, nu, zdd, dy, names)
+
+    def _put(self, k: int, nd: int, nu: int, zdd: Any, dy: Any, names: list[str]) -> None:
+        """Keep the matrices: states (z, driven, their speeds), inputs in the order asked for."""
+        own = 2 * k
+        order = [*range(k), *range(own, own + nd), *range(k, own), *range(own + nd, own + 2 * nd)]
+        pushed, driven = iter(range(own + 3 * nd, own + 3 * nd + nu)), iter(range(nd))
+        inputs = [
+            next(pushed) if entry.driver is None else own + 2 * nd + next(driven)
+            for entry in self.inputs
+        ]
+        half = k + nd
+        rates = np.zeros((half, zdd.shape[1]))
+        rates[:k] = zdd
+        for j in range(nd):
+            rates[k + j, own + 2 * nd + j] = 1.0
+        self.A = np.block([[np.zeros((half, half)), np.eye(half)], [rates[:, order]]])
+        self.B = np.vstack([np.zeros((half, len(inputs))), rates[:, inputs]])
+        self.C, self.D = dy[:, order], dy[:, inputs]
+        states = [*self.chart.names, *(c.text for c in self.moved)]
+        self.states = [*states, *(f"{name}.speed" for name in states)]
+        self.outputs = names
+
+    def _outputs(self, outputs: tuple[str, ...] | None, a: Any) -> tuple[list[str], Any]:
+        """Return names and expressions over (x, v, a, d, t) of the outputs."""
+        model, mechanism, r = self.model, self.model.mechanism, self.r
+        chosen = selection(mechanism, outputs, forces=True)
+        found: dict[str, Any] = {}
+        for name in chosen.named:
+            if not reactions_of(mechanism, name):
+                text = mechanism.outputs[name]
+                found[name] = over_states(model, self.setup.loads, text, {}, (name,))
+        for body in chosen.bodies:
+            found[f"{body}.angle"] = model.coordinate(coordinate(mechanism, f"{body}.angle"))
+        for point in chosen.points:
+            for axis, part in zip("xy", ca.vertsplit(SX(model.point(point))), strict=True):
+                found[f"{point}.{axis}"] = part
+        for joint in chosen.joints:
+            kind = mechanism.joints[joint].kind
+            for word, kinds in (("angle", ANGLE_JOINTS), ("slide", SLIDE_JOINTS)):
+                if kind not in kinds:
+                    continue
+                name = f"{joint}.{word}"
+                found[name] = model.coordinate(coordinate(mechanism, name))
+        inputs = [model.q, model.velocity, model.acceleration, self.setup.loads.time, model.p]
+        function = ca.Function("y", inputs, [ca.vertcat(*found.values())] if found else [SX(0, 1)])
+        at = [r.q, r.qd, r.bias + r.V @ a, r.t, model.p]
+        return list(found), function(*at)
+
+    def told(self) -> dict[str, Any]:
+        """Return the system as plain data."""
+        matrices = {name: getattr(self, name).tolist() for name in "ABCD"}
+        place = self.chart.values(self.state.x)
+        return {
+            **matrices,
+            "states": self.states,
+            "inputs": [own.name for own in self.inputs],
+            "outputs": self.outputs,
+            "time": self.state.t,
+            "operating_point": place,
+        }

@@ -1,0 +1,122 @@
+"""Small motions around an equilibrium: eigenvalues, frequencies, damping, shapes.
+
+With z along the freedoms, Z^T M Z z'' + C z' + K z = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.tasks.kinds import Equilibrium
+from mechdae.describe.tasks.motion import named_coordinate
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.rest.balance import NEUTRAL, Balance
+from mechdae.errors import InputError, SingularMassError
+
+SETTLED = math.log(50)
+"""Time, in those of the slowest small motion, after which 2 % of it are left."""
+
+
+def small_motions(
+    balance: Balance, task: Equilibrium, x: Any, basis: Any, along: list[Any]
+) -> dict[str, Any]:
+    """Return eigenvalues of the small motions with frequencies, damping and shapes."""
+    M, C, K = along
+    n = len(M)
+    if not n:
+        return {"modes": [], "frequencies": [], "damping": []}
+    if np.linalg.eigvalsh((M + M.T) / 2)[0] <= 1e-12 * np.trace(M):
+        raise SingularMassError(
+            "a freedom has no inertia: there are no frequencies",
+            where="bodies",
+            hint="give mass and inertia, or linearise = false",
+        )
+    inverse = np.linalg.inv(M)
+    first = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ K, -inverse @ C]])
+    values, vectors = np.linalg.eig(first)
+    whole = balance.setup
+    names, gradient = told(whole, task, x, n)
+    scaled = gradient * whole.kernel.sizes @ basis if len(names) else basis
+    labels = names or [".".join(own) for own in whole.released.names]
+    placed = _placements(whole, x) * whole.kernel.sizes @ basis
+    modes: list[dict[str, Any]] = []
+    largest = float(np.max(np.abs(values)))
+    rounding = NEUTRAL * largest
+    for k in np.lexsort((values.imag, np.abs(values))):
+        value = values[k]
+        if value.imag < -rounding:
+            continue  # its conjugate is listed
+        real = 0.0 if abs(value.real) <= rounding else float(value.real)
+        swing = 0.0 if abs(value.imag) <= rounding else float(value.imag)
+        size = math.hypot(real, swing)
+        shape = scaled @ vectors[:n, k]
+        largest_of = shape[np.argmax(np.abs(shape))]
+        shape = shape / largest_of
+        bodies = np.reshape(placed @ vectors[:n, k] / largest_of, (-1, 3))
+        shown = {
+            label: [float(z.real), float(z.imag)] for label, z in zip(labels, shape, strict=True)
+        }
+        modes.append(
+            {
+                "eigenvalue": [real, swing],
+                "frequency": swing / (2 * math.pi),
+                "natural_frequency": size / (2 * math.pi),
+                "damping": 0.0 - real / size if size else 0.0,
+                "shape": shown,
+                "bodies": {
+                    body: {
+                        word: [float(z.real), float(z.imag)]
+                        for word, z in zip(("x", "y", "angle"), row, strict=True)
+                    }
+                    for body, row in zip(whole.problem.mechanism.bodies, bodies, strict=True)
+                },
+            }
+        )
+    growth = float(values.real.max())
+    zero = min(abs(value) for value in values) <= math.sqrt(NEUTRAL) * largest
+    verdict = "unstable" if growth > math.sqrt(NEUTRAL) * largest else "stable"
+    if zero and verdict == "stable":
+        verdict = "neutral"
+    elif verdict == "stable" and values.real.max() < -rounding:
+        verdict = "asymptotically stable"
+    return {
+        "modes": modes,
+        "stable": verdict,
+        "frequencies": [mode["frequency"] for mode in modes],
+        "damping": [mode["damping"] for mode in modes],
+        "settling_time": SETTLED / -growth if verdict == "asymptotically stable" else None,
+    }
+
+
+def _placements(whole: Setup, x: Any) -> Any:
+    """Return the gradients of origin and angle of each body by the free coordinates."""
+    model, r = whole.model, whole.released
+    rows = [
+        ca.vertcat(model.origin(body), model.frame(body).angle)
+        for body in whole.problem.mechanism.bodies
+    ]
+    slopes = ca.jacobian(r.moved(ca.vertcat(*rows)), r.x)
+    function = whole.kernel.function("placements", [ca.densify(slopes)])
+    return np.array(function(0.0, x, np.zeros(len(x)), whole.loose))
+
+
+def told(whole: Setup, task: Equilibrium, x: Any, count: int) -> tuple[list[str], Any]:
+    """Return the names and gradients of the coordinates that shapes are told in."""
+    if task.free is None:
+        return [], None
+    coordinates = [named_coordinate(whole.problem.mechanism, name) for name in task.free]
+    r = whole.released
+    rows = r.moved(ca.vertcat(*[whole.model.coordinate(c) for c in coordinates]))
+    function = whole.kernel.function("told", [ca.densify(ca.jacobian(rows, r.x))])
+    signs = whole.loose
+    gradient = np.array(function(0.0, x, np.zeros(len(x)), signs))
+    if len(coordinates) != count:
+        raise InputError(
+            f"the mechanism has {count} freedoms, {len(coordinates)} coordinates are named",
+            where="free",
+        )
+    return [c.text for c in coordinates], gradient

@@ -1,0 +1,37 @@
+"""What `mechdae show` says about a task of motion or equilibrium."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Equilibrium, Motion
+from mechdae.dynamics.equations import as_motion, setup
+from mechdae.errors import MechdaeError
+
+
+def motion_structure(problem: Problem, task: Motion | Equilibrium) -> dict[str, Any]:
+    """Return coordinates, constraints, loads and laws of the released model."""
+    entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
+    timed = isinstance(task, Motion)
+    try:
+        motion = task if isinstance(task, Motion) else as_motion(task)
+        whole = setup(problem, motion, moves=timed)
+        released = whole.released
+    except MechdaeError as error:
+        return {**entry, "error": str(error)}
+    mechanism = problem.mechanism
+    loads = {name: load.kind for name, load in mechanism.loads.items()}
+    loads |= {"gravity": "gravity"} if mechanism.gravity is not None else {}
+    return {
+        **entry,
+        "drivers": [law.coordinate.text for law in whole.laws],
+        "coordinates": [".".join(name) for name in released.names],
+        "constraints": [released.rows[i].name for i in released.kept],
+        "eliminated": len(released.gone),
+        "absolute": len(whole.model.q_names),
+        "equations": len(released.rows),
+        "loads": loads,
+        **({"end": whole.end, "tolerance": whole.tolerance} if timed else {}),
+        "not_in_scene": [],
+    }

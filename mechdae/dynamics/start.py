@@ -1,0 +1,410 @@
+"""Where a motion starts: pose and speeds that meet all constraints.
+
+The joints are closed from the sketch first, by steps of Gauss and Newton; then the coordinates
+that the start names, and those with a law of time, are moved to their values, in steps
+short enough to stay on the assembly mode. What the start leaves open stays where the sketch has it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.assembly.start import sketched_pose
+from mechdae.describe.coordinates import Coordinate
+from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.describe.tasks.motion import start_values
+from mechdae.dynamics.equations import STILL, Setup
+from mechdae.errors import AssemblyError, InconsistentStartError, MechanismError, MechdaeError
+from mechdae.kernels.run.batch import Batch
+from mechdae.kinematics.prepared import prepare
+from mechdae.setup.drivers import sketched
+
+STEPS = 60
+CLOSED = 1e-12
+"""Left-over of a constraint, over its natural size, that counts as closed."""
+OPEN = 1e-6
+"""Left-over of a contradictory start that is put down to rounded numbers and corrected."""
+RANK = 1e-10
+FAR = 0.35
+"""Change of a coordinate [rad, or length] in one step of the way from the sketch."""
+TURNED = 0.6
+"""Change of a free coordinate that one such step may bring."""
+PASSED, STEEP = 1e-3, 20.0
+"""Step at which modes that meet are passed, and how much faster the mechanism may move in it."""
+CORNERS = (0.0, np.pi / 2, np.pi, -np.pi / 2)
+GUESSES = 256
+SAME = 1e-6
+
+
+@dataclass
+class Start:
+    """Absolute coordinates and rates at t = 0, and how far the numbers given were corrected."""
+
+    q: Any
+    qd: Any
+    correction: float
+
+
+class _Starter:
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.r = setup.jointed
+        mechanism, task = setup.problem.mechanism, setup.task
+        self.given = start_values(mechanism, task.start, "start")
+        self.speeds = start_values(mechanism, task.start_speed, "start_speed")
+        model, laws = setup.model, setup.laws
+        self.aims = dict(self.given)
+        pieces = ca.vertcat(ca.SX(0, 1), *[table.symbols for table in setup.loads.timed])
+        time = [setup.loads.time, pieces, model.p]
+        values = ca.vertcat(*[law.value for law in laws]) if laws else ca.SX(0, 1)
+        rates = ca.jacobian(values, setup.loads.time)
+        law_values = ca.Function("laws", time, [ca.densify(values), ca.densify(rates)])
+        found = [np.array(part).ravel() for part in law_values(0.0, setup.pieces, model.p_values)]
+        for law, value in zip(laws, found[0], strict=True):
+            self.aims.setdefault(law.coordinate, float(value))
+        self.law_speeds = {
+            law.coordinate: float(rate) if abs(rate) > self._least(law.coordinate) else 0.0
+            for law, rate in zip(laws, found[1], strict=True)
+        }
+        self.law_values = {
+            law.coordinate: float(value) for law, value in zip(laws, found[0], strict=True)
+        }
+        self.drawn = sketched(mechanism)
+        self.places = dict(self.drawn.places)
+        for c, value in self.aims.items():
+            if c.kind == "body angle":
+                self.drawn.angles.setdefault(c.part, value)
+            else:
+                self.places.setdefault(c, value)
+        self.moving = list(
+            dict.fromkeys([*self.aims, *self.speeds, *self.law_speeds, *self.places])
+        )
+        r = self.r
+        rows = ca.vertcat(*[model.coordinate(c) for c in self.moving]) if self.moving else None
+        along = r.moved(rows) if rows is not None else ca.SX(0, 1)
+        phi = ca.vertcat(r.phi, along)
+        inputs = [r.x, model.p]
+        results = [ca.densify(phi), ca.densify(ca.jacobian(phi, r.x))]
+        self._rows = Batch(ca.Function("start", inputs, [results[0], ca.vec(results[1])]), [1])
+        self.m, self.n = r.phi.numel(), r.x.numel()
+        self.sizes = setup.sizes(r)
+        self.gaps = np.array([1.0 if unit == "rad" else setup.length for unit in r.units])
+        own = [1.0 if c.is_angle else setup.length for c in self.moving]
+        self.scales = np.concatenate([self.gaps, own])
+
+    def _least(self, c: Coordinate) -> float:
+        """Return the speed below which a coordinate stands still until the end."""
+        return STILL * (1.0 if c.is_angle else self.setup.length) / self.setup.end
+
+    def rows(self, x: Any) -> tuple[Any, Any]:
+        """Return constraints and moved coordinates, and their Jacobian, over natural sizes."""
+        phi, flat = self._rows(x[None, :], self.setup.model.p_values)
+        J = flat[0].reshape(self.n, -1).T
+        return phi[0] / self.scales, J * self.sizes / self.scales[:, None]
+
+    def close(self, x: Any, aims: Mapping[int, float], short: float = np.inf) -> tuple[Any, float]:
+        """Return x with the constraints closed and some moved coordinates on their aims.
+
+        `aims` are values over natural sizes by place in `moving`. The second result is the
+        largest left-over; a step is at most `short`.
+        """
+        chosen = [*range(self.m), *(self.m + k for k in aims)]
+        target = np.concatenate([np.zeros(self.m), np.array(list(aims.values()), float)])
+        best, least, stalled = x, np.inf, 0
+        for _ in range(STEPS):
+            values, J = self.rows(x)
+            left = values[chosen] - target
+            size = float(np.max(np.abs(left), initial=0.0))
+            if not np.isfinite(size):
+                break
+            if size < least:
+                best, least, stalled = x, size, 0
+            else:
+                stalled += 1
+            if least == 0 or (stalled >= 2 and least < CLOSED) or stalled >= 12:
+                break
+            step = np.linalg.lstsq(J[chosen], -left, rcond=RANK)[0]
+            largest = float(np.max(np.abs(step), initial=0.0))
+            x = x + self.sizes * step * min(1.0, short / largest if largest else 1.0)
+        return best, least
+
+    # -- the sketch ----------------------------------------------------------------------------
+
+    def sketch(self) -> Any:
+        """Return the assembled sketch.
+
+        Raises
+        ------
+        AssemblyError
+            The joints do not close.
+        MechanismError
+            Bodies without an angle in the sketch can be placed in several ways.
+        """
+        guess = np.zeros(self.n)
+        unknown = []
+        known, angles = self.places, self.drawn.angles
+        names = {name: i for i, name in enumerate(self.r.names)}
+        for i, (owner, name) in enumerate(self.r.names):
+            contact = self.setup.model.contacts.get(owner)
+            if contact is not None:
+                low, high = contact.range
+                guess[i] = (low + high) / 2 if name == "s" else 0.0
+                unknown += [] if any(c.part == owner for c in known) else [i]
+            elif name == "angle":
+                guess[i] = angles.get(owner, 0.0)
+                unknown += [] if owner in angles else [i]
+        for c, value in known.items():
+            if c.kind == "curve" and (c.part, "s") in names:
+                guess[names[c.part, "s"]] = value
+        loose = self._loose(unknown)
+        found: list[Any] = []
+        tried = itertools.islice(itertools.product(CORNERS, repeat=len(loose)), GUESSES)
+        worst: tuple[float, Any] = (np.inf, guess)
+        for corners in tried:
+            x = guess.copy()
+            for i, corner in zip(loose, corners, strict=True):
+                x[i] += corner * self.sizes[i]
+            x = self._placed(x)
+            if known:
+                x, _ = self.close(x, self._drawn_places(), short=0.5)
+            x, left = self.close(x, {}, short=0.5)
+            if left < worst[0]:
+                worst = (left, x)
+            if left < CLOSED and not any(self._same(x, other) for other in found):
+                found.append(x)
+        if len(found) != 1:
+            grouped = self._by_groups()
+            if grouped is not None:
+                found = [grouped]
+        if not found:
+            raise self._not_assembled(worst[1])
+        if len(found) > 1:
+            bodies = list(dict.fromkeys(self.r.names[i][0] for i in loose))
+            raise MechanismError(
+                "does not tell which assembly mode is meant",
+                where="sketch",
+                hint=f"add {', '.join(f'{body}_deg' for body in bodies)} to [sketch]",
+            )
+        return found[0]
+
+    def _by_groups(self) -> Any:
+        """Return the sketch assembled group by group, as a sweep does it, None if it cannot.
+
+        The drivers are the coordinates that the start names.
+        """
+        named = list(dict.fromkeys([*self.given, *self.speeds, *self.law_speeds]))
+        values = {**self.aims, **self.places}
+        values |= {c: self.drawn.angles[c.part] for c in named if c.part in self.drawn.angles}
+        drivers = tuple(Driver(c.text, at=(values[c],)) for c in named if c in values)
+        if not drivers:
+            return None
+        try:
+            setting = prepare(self.setup.problem, Sweep(drivers=drivers))
+            u, pose = sketched_pose(setting.assembler, setting.plan)
+        except MechdaeError:
+            return None
+        q = setting.assembler.coordinates(pose, u)
+        x, left = self.close(np.array([q[name] for name in self.r.names]), {})
+        return x if left < CLOSED else None
+
+    def _loose(self, unknown: list[int]) -> list[int]:
+        """Return the unknown places that matter: those in a constraint."""
+        if not unknown or not self.m:
+            return []
+        pattern = self.r.J.sparsity()
+        held = set(pattern.get_col())
+        return [i for i in unknown if i in held]
+
+    def _placed(self, x: Any) -> Any:
+        """Return x with its lengths fitted while its angles stay."""
+        moved = [i for i, (_, name) in enumerate(self.r.names) if name in ("x", "y")]
+        if moved:
+            values, J = self.rows(x)
+            values = values.copy()
+            rows = list(range(self.m))
+            for k, value in self._drawn_places().items():
+                values[self.m + k] -= value
+                rows.append(self.m + k)
+            step = np.linalg.lstsq(J[rows][:, moved], -values[rows], rcond=RANK)[0]
+            x = x.copy()
+            x[moved] += self.sizes[moved] * step
+        return x
+
+    def _drawn_places(self) -> dict[int, float]:
+        """Return the places that the sketch or the start gives, by place in `moving`."""
+        return {
+            k: self.places[c] / self.scales[self.m + k]
+            for k, c in enumerate(self.moving)
+            if c in self.places
+        }
+
+    def _same(self, x: Any, other: Any) -> bool:
+        angle = np.array([name == "angle" for _, name in self.r.names], bool)
+        gap = (x - other) / self.sizes
+        gap[angle] = np.remainder(gap[angle] + np.pi, 2 * np.pi) - np.pi
+        return bool(np.max(np.abs(gap), initial=0.0) < SAME)
+
+    def _not_assembled(self, x: Any) -> AssemblyError:
+        values, _ = self.rows(x)
+        k = int(np.argmax(np.abs(values[: self.m])))
+        row = self.r.rows[self.r.kept[k]]
+        gap = abs(values[k]) * self.gaps[k]
+        return AssemblyError(
+            f"the mechanism does not close at the sketch: joint {row.owner} stays open by "
+            f"{gap:.4g} {row.unit}",
+            where="sketch",
+            hint="check the lengths, or sketch the start more closely",
+        )
+
+    # -- the start -----------------------------------------------------------------------------
+
+    def positions(self) -> tuple[Any, float]:
+        """Return the free coordinates of the start and the largest correction of numbers given."""
+        x = self.sketch()
+        places = {k: c for k, c in enumerate(self.moving) if c in self.aims}
+        for c, value in self.law_values.items():
+            if abs(self.aims[c] - value) > OPEN * (1.0 if c.is_angle else self.setup.length):
+                raise self._error(
+                    "start and law of time differ", {c.text: self.aims[c] - value}, "start"
+                )
+            self.aims[c] = value
+        goals = {k: self.aims[c] / self.scales[self.m + k] for k, c in places.items()}
+        if not goals:
+            return self.close(x, {})[0], 0.0
+        near = self._direct(x, goals)
+        if near is None:
+            near = self._way(x, goals)
+        x, left = near
+        if left > OPEN:
+            self._contradiction(x, goals)
+        found, _ = self.close(x, {})
+        return found, float(np.max(np.abs((found - x) / self.sizes), initial=0.0))
+
+    def _direct(self, x: Any, goals: Mapping[int, float]) -> tuple[Any, float] | None:
+        """Return the start where it is near the sketch."""
+        values, _ = self.rows(x)
+        far = max(abs(values[self.m + k] - goal) for k, goal in goals.items())
+        found, left = self.close(x, goals, short=0.5)
+        if left < CLOSED and far <= FAR:
+            moved = float(np.max(np.abs((found - x) / self.sizes), initial=0.0))
+            return (found, left) if moved <= 3 * max(far, 0.1) else None
+        rank = np.linalg.matrix_rank
+        _, J = self.rows(found)
+        chosen = [*range(self.m), *(self.m + k for k in goals)]
+        extra = rank(J[chosen], RANK) - rank(J[: self.m], RANK) if self.m else len(goals)
+        # more numbers than freedoms fit each other at their end only
+        return (found, left) if extra < len(goals) else None
+
+    def _way(self, x: Any, goals: Mapping[int, float]) -> tuple[Any, float]:
+        """Return the start at the end of a way from the sketch, in short steps."""
+        values, _ = self.rows(x)
+        first = {k: values[self.m + k] for k in goals}
+        far = max(abs(goal - first[k]) for k, goal in goals.items())
+        share, step = 0.0, min(1.0, FAR / far if far else 1.0)
+        left, side = 0.0, self._side(x, goals)
+        while share < 1:
+            ahead = min(1.0, share + step)
+            aims = {k: first[k] + ahead * (goal - first[k]) for k, goal in goals.items()}
+            found, left = self.close(x, aims)
+            moved = float(np.max(np.abs((found - x) / self.sizes), initial=0.0))
+            there = self._side(found, goals)
+            # modes that meet are passed smoothly; where one ends, a step leaps to the other
+            smooth = there == side or (step * far <= PASSED and moved <= STEEP * step * far)
+            if left < CLOSED and moved <= TURNED and smooth:
+                x, share, step, side = found, ahead, step * 1.5, there
+                continue
+            step /= 2
+            if step < 1e-4:
+                self._contradiction(found, goals)
+        return x, left
+
+    def _side(self, x: Any, goals: Mapping[int, float]) -> float:
+        """Return the sign of the Jacobian with the named coordinates given; 0 where it is none."""
+        _, J = self.rows(x)
+        own = J[[*range(self.m), *(self.m + k for k in goals)]]
+        return float(np.linalg.slogdet(own)[0]) if own.shape[0] == own.shape[1] else 0.0
+
+    def _contradiction(self, x: Any, goals: Mapping[int, float]) -> None:
+        values, _ = self.rows(x)
+        left = {
+            self.r.rows[i].name: float(values[k] * self.gaps[k])
+            for k, i in enumerate(self.r.kept)
+            if abs(values[k]) > CLOSED
+        }
+        left |= {
+            self.moving[k].text: float((values[self.m + k] - goal) * self.scales[self.m + k])
+            for k, goal in goals.items()
+            if abs(values[self.m + k] - goal) > CLOSED
+        }
+        raise self._error("the positions given contradict each other", left, "start")
+
+    def _error(self, what: str, left: Mapping[str, float], key: str) -> InconsistentStartError:
+        worst = sorted(left.items(), key=lambda item: -abs(item[1]))[:6]
+        listed = ", ".join(f"{name} {value:.3g}" for name, value in worst)
+        error = InconsistentStartError(
+            f"{what} (S3); what is left: {listed}",
+            where=key,
+            hint="give as many coordinates as the mechanism has freedoms; the others follow",
+        )
+        error.residuals = dict(left)
+        return error
+
+    def velocities(self, x: Any) -> Any:
+        """Return the rates of the free coordinates.
+
+        Raises
+        ------
+        InconsistentStartError
+            Speeds that no motion has together.
+        """
+        _, J = self.rows(x)
+        aims = {**self.speeds}
+        for c, rate in self.law_speeds.items():
+            if c in aims and not np.isclose(aims[c], rate, rtol=1e-9, atol=self._least(c)):
+                left = {c.text: aims[c] - rate}
+                raise self._error("speed and law of time differ", left, "start_speed")
+            aims[c] = rate
+        places = [k for k, c in enumerate(self.moving) if c in aims]
+        chosen = [*range(self.m), *(self.m + k for k in places)]
+        target = np.concatenate(
+            [np.zeros(self.m), [aims[self.moving[k]] / self.scales[self.m + k] for k in places]]
+        )
+        if not target.any():
+            return np.zeros(self.n)
+        rates = np.linalg.lstsq(J[chosen], target, rcond=RANK)[0]
+        for _ in range(2):
+            rates += np.linalg.lstsq(J[chosen], target - J[chosen] @ rates, rcond=RANK)[0]
+        left = J[chosen] @ rates - target
+        if np.max(np.abs(left)) > OPEN * np.max(np.abs(target)):
+            names = [self.r.rows[i].name for i in self.r.kept]
+            names += [self.moving[k].text for k in places]
+            scales = self.scales[chosen]
+            found = dict(zip(names, (left * scales).tolist(), strict=True))
+            found = {name: value for name, value in found.items() if abs(value) > CLOSED}
+            raise self._error("the speeds given contradict each other", found, "start_speed")
+        return rates * self.sizes
+
+
+def start(setup: Setup) -> Start:
+    """Return the start of a motion.
+
+    Raises
+    ------
+    AssemblyError, MechanismError
+        The sketch does not close, or does not tell how.
+    InconsistentStartError
+        Numbers of the start contradict each other or the constraints.
+    """
+    starter = _Starter(setup)
+    x, correction = starter.positions()
+    v = starter.velocities(x)
+    r = setup.jointed
+    function = ca.Function("absolute", [r.x, r.v, r.t, r.model.p], [r.q, r.qd])
+    q, qd = (np.array(part).ravel() for part in function(x, v, 0.0, setup.model.p_values))
+    return Start(q, qd, correction)

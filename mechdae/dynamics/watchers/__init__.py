@@ -1,0 +1,1 @@
+"""What is watched along a motion, and located where it happens."""

@@ -1,0 +1,102 @@
+"""Events of a motion that the task asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.tasks.motion import Crossing, crossings
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.expressions import over_states
+from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.dynamics.watchers.zeros import Looker, changes
+from mechdae.errors import MechdaeError
+from mechdae.kernels.run.batch import Batch
+
+SX = ca.SX
+ROUNDING = 4e-15
+"""Value of a crossing, over the sizes it is made of, that is none."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A crossing at a state; ``rises`` tells its direction."""
+
+    crossing: Crossing
+    state: Any
+    rises: bool
+    signs: Any
+
+
+class Crossings:
+    """The crossings a task asks for, located by repeating the step they lie in."""
+
+    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+        self.setup, self.integrator = setup, integrator
+        self.wanted = crossings(setup.problem.mechanism, setup.task)
+        self.found: list[Found] = []
+
+    @cached_property
+    def expressions(self) -> list[Any]:
+        """What is left to each crossing, over time and absolute coordinates."""
+        found = []
+        for i, crossing in enumerate(self.wanted):
+            try:
+                own = over_states(self.setup.model, self.setup.loads, crossing.text, {})
+            except MechdaeError as problem:
+                raise problem.inside(f"events[{i}]") from None
+            found.append(own - crossing.value)
+        return found
+
+    def rows(self) -> list[Any]:
+        """Return what is left to each crossing, over time and state."""
+        return [self.setup.released.moved(own) for own in self.expressions]
+
+    @cached_property
+    def _function(self) -> Batch:
+        """(t, x, v, signs) -> what is left to each crossing, and the size of its rounding."""
+        r, k = self.setup.released, self.setup.kernel
+        rows = ca.vertcat(*self.rows())
+        omega = SX.sym("omega")
+        size = ca.fabs(rows)
+        for symbols, sizes in ((r.x, ca.DM(k.sizes)), (r.v, omega * ca.DM(k.sizes))):
+            size += ca.fabs(ca.jacobian(rows, symbols)) @ (ca.fabs(symbols) + sizes)
+        results = [ca.densify(rows), ca.densify(size)]
+        return Batch(k.function("events", results, [omega]), [3])
+
+    def values(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return what is left to each crossing, (n, crossings); what is rounding is 0."""
+        omega = np.max(np.abs(v) / self.setup.kernel.sizes, axis=1, initial=0.0)
+        left, size = self._function(t, x, v, signs, omega[:, None])
+        return np.where(np.abs(left) <= ROUNDING * size, 0.0, left)
+
+    def look(self, nodes: Nodes) -> Found | None:
+        """Look for crossings in accepted steps; return the first that stops the motion."""
+        if not self.wanted or len(nodes.states) < 2:
+            return None
+        lay, signs = self.integrator.layout, nodes.signs
+
+        def values(t: Any, x: Any, v: Any) -> Any:
+            return self.values(t, x, v, signs)
+
+        def value(state: Any, which: int) -> float:
+            t, x, v = (lay.of(state, name) for name in ("t", "x", "v"))
+            return float(
+                self.values(np.reshape(t, (1, 1)), x[None, :], v[None, :], signs)[0, which]
+            )
+
+        looker = Looker(self.integrator, nodes, value)
+        found: list[Found] = []
+        for sign in changes(lay, nodes, values):
+            crossing = self.wanted[sign.which]
+            for state, before in looker.states(sign):
+                if crossing.direction != ("down" if before < 0 else "up"):
+                    found.append(Found(crossing, state, before < 0, signs))
+        found.sort(key=lambda entry: float(lay.of(entry.state, "t")))
+        stop = next((k for k, entry in enumerate(found) if entry.crossing.stop), None)
+        self.found += found if stop is None else found[: stop + 1]
+        return None if stop is None else found[stop]

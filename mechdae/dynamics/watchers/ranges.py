@@ -1,0 +1,80 @@
+"""Tables of loads and curves of joints that end before a motion does: beyond there is nothing."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.kernels.run.batch import Batch
+
+SLACK = 1e-9
+"""Share of a table's range by which an abscissa may lie outside."""
+
+
+class Ranges:
+    """Watches the abscissae of tables and the places on open curves along a motion.
+
+    Attributes
+    ----------
+    left : dict
+        Load or joint -> (time, abscissa) of the first state outside.
+    """
+
+    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+        self.setup, self.integrator = setup, integrator
+        self.left: dict[str, tuple[float, float]] = {}
+        self._at: list[Any] = []
+        self._ends: list[tuple[str, float, float]] = []
+        for signal in setup.loads.signals:
+            if not signal.load.periodic:
+                self._at.append(signal.at)
+                points = signal.load.points
+                self._ends.append((f"load {signal.load.name}", points[0][0], points[-1][0]))
+        for table in setup.loads.timed:
+            if table.ends is not None:
+                self._at.append(setup.loads.time)
+                self._ends.append((table.name, *table.ends))
+        for name, contact in setup.model.contacts.items():
+            if not contact.closed:
+                self._at.append(contact.s)
+                self._ends.append((f"joint {name}", *contact.range))
+
+    @cached_property
+    def _abscissae(self) -> Batch:
+        r = self.setup.released
+        at = r.moved(ca.vertcat(*self._at))
+        function = self.setup.kernel.function("abscissae", [ca.densify(at)])
+        return Batch(function, [3], straight=lambda: None)
+
+    def look(self, nodes: Nodes) -> None:
+        """Look at accepted steps."""
+        if not self._ends:
+            return
+        lay = self.integrator.layout
+        t, x, v = (lay.of(nodes.states, name) for name in ("t", "x", "v"))
+        values = self._abscissae(t[:, None], x, v, nodes.signs)[0]
+        for k, (name, low, high) in enumerate(self._ends):
+            slack = SLACK * (high - low)
+            outside = (values[:, k] < low - slack) | (values[:, k] > high + slack)
+            if outside.any() and name not in self.left:
+                first = int(np.argmax(outside))
+                self.left[name] = (float(t[first]), float(values[first, k]))
+
+    def faults(self) -> list[str]:
+        """Return what is wrong with the motion because of it."""
+        faults = []
+        for name, (t, at) in self.left.items():
+            word, _, own = name.partition(" ")
+            what = f"the curve of {name}" if word == "joint" else f"the table of the {name}"
+            what = f"the table of load {own}" if word == "load" else what
+            advice = "a longer range" if word == "joint" else "add rows, or periodic = true"
+            faults.append(
+                f"{what} ends before the motion does: nothing is given at {at:.6g}, reached by "
+                f"t = {t:.6g} s; what follows is not valid. Try {advice}"
+            )
+        return faults

@@ -1,0 +1,468 @@
+"""Dry friction between events: which slips slide, to which side, and which ones stick.
+
+Signs and locks are fixed over steps. A step ends where a sliding speed vanishes or a
+holding force reaches its limit; there every way to go on is tried for the slips at rest, with the
+coefficients at rest: a slip that starts has to move the way its friction says, one that sticks
+has to be held by a force that friction can give. Where the locks are more than the freedoms,
+forces are not unique; then all stick if nothing can start.
+
+A pin in a slot touches one side of it. If it sticks there, which is to roll, the slip of the other
+side is idle: it has neither a sign nor a lock until it is pressed.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.dynamics.checks import freedoms
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.friction_sizes import Sizes
+from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.watchers.onset import onset
+from mechdae.dynamics.watchers.zeros import Looker, changes
+from mechdae.kernels.run.batch import Batch
+
+RESTS = 1e-9
+"""Speed, as a share of the largest so far, that is none."""
+RANK = 1e-9
+STRAIGHT = 1e-5
+"""Speed per speed of the freedoms below which these do not move a slip."""
+MOST = 6
+"""Slips at rest at once of which all ways to go on are tried."""
+SLACK = 1e-9
+"""Share of its limit by which a force that holds may exceed it by rounding."""
+CLOSE = 1e-13
+"""The same between steps, where the limit is reached."""
+STARTS = 1e-12
+"""Share of the acceleration without friction from which a mechanism at rest starts."""
+SOON = 1e-9
+"""Share of the whole time after which forces tell the side of a start that is about to come."""
+IDLE = 2.0
+"""Side of a slip that nothing presses, beside one that sticks."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """An event of friction: at a state, of a slip; ``from_rest`` if it stuck.
+
+    ``released`` tells that its own force has reached the limit.
+    """
+
+    state: Any
+    slip: int
+    released: bool
+    from_rest: bool
+
+
+class Sticking:
+    """Watches the slips of a motion.
+
+    Attributes
+    ----------
+    found : list of (t, name, sign, kind)
+        Events: kind "reversal", "stick" or "slip".
+    several : list of (t, number)
+        States at which several ways to go on fit.
+    """
+
+    def __init__(self, setup: Setup, integrator: Integrator) -> None:
+        self.setup, self.integrator = setup, integrator
+        self.kernel = setup.kernel
+        self.slips = setup.released.rubbing.slips
+        self.names = [slip.owner for slip in self.slips]
+        self.k = 0 if setup.smooth else len(self.slips)
+        self.found: list[tuple[float, str, float, str]] = []
+        self.several: list[tuple[float, int]] = []
+        self._fastest = self._strongest = 0.0
+        self._last = setup.loose
+        self._other: dict[int, int] = {}
+        """The other side of each side of a slot."""
+        for first, second in setup.released.rubbing.sides:
+            self._other |= {first: second, second: first}
+        self.verdict: tuple[Any, NoWay] | None = None
+
+    # -- values --------------------------------------------------------------------------------
+
+    @cached_property
+    def _values(self) -> Batch:
+        return Batch(self.kernel.sticking, [3])
+
+    @cached_property
+    def _locking(self) -> Batch:
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        J, C = k.parts(*at)[2], k.locking(*at)[0]
+        return Batch(ca.Function("both", at, [ca.vec(ca.densify(J)), ca.vec(ca.densify(C))]), [3])
+
+    def values(self, t: Any, x: Any, v: Any, signs: Any) -> list[Any]:
+        """Return speeds, rates, holding forces, least and largest ones, (n, k) each, misses."""
+        return self._values(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs)
+
+    def _jacobians(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
+        k = self.kernel
+        J, C = self._locking(np.array([[t]]), x[None, :], v[None, :], self.setup.loose)
+        J, C = J[0].reshape(k.n, k.m).T, C[0].reshape(k.n, self.k).T
+        return J, C
+
+    def _sizes(self) -> Any:
+        """Return natural sizes of the slips."""
+        return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
+
+    # -- signs ---------------------------------------------------------------------------------
+
+    def signs(self, sides: Any, resting: Any = ()) -> Any:
+        """Return the inputs of dry friction: sides -1, 0 (locked), 1, IDLE; slips at rest."""
+        sides = np.asarray(sides, float)
+        still = np.zeros(self.k)
+        still[list(resting)] = 1.0
+        own = np.where(sides == IDLE, 0.0, sides)
+        return np.concatenate([own, np.where(sides == 0, 1.0, 0.0), still, self.setup.pieces])
+
+    def resumed(self, signs: Any) -> Any:
+        """Return inputs of dry friction with the pieces of tables that hold now."""
+        self._last = self.setup.renewed(self._last)
+        return self.setup.renewed(signs)
+
+    def sides(self, signs: Any) -> Any:
+        """Return -1, 0 (locked), 1 or IDLE by slip."""
+        own, locks = signs[: self.k], signs[self.k : 2 * self.k]
+        return np.where((own == 0) & (locks == 0), IDLE, own)
+
+    def first(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
+        """Return the inputs of dry friction at the start, and the speeds with locks."""
+        if self.setup.smooth:
+            self.sizes.check(t, x, v, self.setup.loose)
+        if not self.k:
+            return self.setup.loose, v
+        return self.settled(t, x, v, np.zeros(self.k), None)
+
+    def settled(self, t: float, x: Any, v: Any, sides: Any, turn: Turn | None) -> tuple[Any, Any]:
+        """Return inputs of dry friction for the way to go on, and the rates of x with its locks.
+
+        Raises
+        ------
+        NoWay
+            No way fits.
+        """
+        free = self.values(t, x, v, self.setup.loose)
+        speeds, pull = (part[0] / self._sizes() for part in free[:2])
+        self._fastest = max(self._fastest, float(np.max(np.abs(speeds), initial=0.0)))
+        rest = set(np.flatnonzero(np.abs(speeds) <= RESTS * self._fastest).tolist())
+        rest |= set(np.flatnonzero(sides == 0).tolist()) if turn is not None else set()
+        natural = np.sqrt(np.max(np.abs(pull), initial=0.0))
+        idle = np.flatnonzero((sides == IDLE) & (np.abs(speeds) <= RESTS * natural))
+        rest |= set(idle.tolist())  # where nothing has moved yet all speeds are rounding
+        sides = sides.copy()
+        if turn is None:
+            sides = np.sign(speeds)
+        sides = np.where(sides == IDLE, np.sign(speeds), sides)  # those at rest are tried
+        fixed: set[int] = set()
+        if turn is not None and turn.released:
+            held = self.values(t, x, v, self._last)[2][0]
+            sides[turn.slip] = -np.sign(held[turn.slip])
+            fixed = {turn.slip}
+        elif turn is not None:
+            rest.add(turn.slip)
+        tried = sorted(rest - fixed)
+        again = turn is not None and not turn.released and sides[turn.slip] == 0
+        chosen = self._way(t, x, v, sides, tried)
+        if again and (chosen == sides).all():  # about to start, forces are none yet
+            chosen = self._way(t + SOON * self.setup.end, x, v, sides, tried)
+        locked = [k for k in tried if chosen[k] == 0]
+        signs = self.signs(chosen, locked)
+        self._last = signs
+        self.sizes.check(t, x, v, signs)
+        if locked:
+            v = self.integrator.projected(t, x, v, signs)
+        return signs, v
+
+    def _way(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> Any:
+        """Return sides for the way to go on with some slips at rest."""
+        if not rest:
+            return sides
+        J, C = self._jacobians(t, x, v)
+        basis = freedoms(J, self.kernel.sizes)
+        along = (C * self.kernel.sizes) @ basis / self._sizes()[:, None]
+        moved = np.linalg.norm(along, axis=1) > RANK
+        sides, rest = self._turned(t, x, v, sides, rest, along)
+        if not rest:
+            return sides
+        ways = self._ways(along, rest, moved)
+        good, fallback = [], None
+        for way in ways:
+            own = sides.copy()
+            own[rest] = way
+            locked = [k for k in rest if own[k] == 0]
+            rank = np.linalg.matrix_rank(along[locked], RANK) if locked else 0
+            if rank < len(locked):
+                fallback = own if fallback is None else fallback
+                continue
+            if self._fits(t, x, v, own, rest):
+                good.append((len(locked), own))
+        if good:
+            if len(good) > 1:
+                self.several.append((t, len(good)))
+            return max(good, key=lambda entry: entry[0])[1]
+        if fallback is not None:
+            if along.shape[1] > 1:
+                names = ", ".join(self.names[k] for k in rest)
+                raise NoWay(
+                    f"{names} come to rest together, more of them than freedoms: the forces that "
+                    "hold them are not unique (F3)",
+                    "ambiguous",
+                    "F3",
+                    joints=[self.names[k] for k in rest],
+                )
+            return fallback
+        raise NoWay(
+            f"no way to go on from rest fits the laws of dry friction (F5) of "
+            f"{', '.join(self.names[k] for k in rest)}",
+            joints=[self.names[k] for k in rest],
+        )
+
+    def _turned(
+        self, t: float, x: Any, v: Any, sides: Any, rest: list[int], along: Any
+    ) -> tuple[Any, list[int]]:
+        """Return sides with those of slips that turn round whatever friction does, and the others.
+
+        No freedom moves them at this pose, so that what they do next depends on speeds alone: where
+        a rocker turns all that hangs on it does.
+        """
+        reach = np.linalg.norm(along, axis=1)
+        if not (reach[rest] <= STRAIGHT).any():
+            return sides, rest
+        rates = self.values(t, x, v, self.setup.loose)[1][0] / self._sizes()
+        pull = np.abs(self.integrator.acceleration(t, x, v, self.setup.loose) / self.kernel.sizes)
+        sure = (reach <= STRAIGHT) & (np.abs(rates) > reach / STRAIGHT * pull.max(initial=0.0))
+        sure &= np.abs(rates) > RESTS * self._fastest**2
+        sides = np.where(sure & np.isin(np.arange(self.k), rest), np.sign(rates), sides)
+        return sides, [k for k in rest if not sure[k]]
+
+    def _ways(self, along: Any, rest: list[int], moved: Any) -> list[Any]:
+        """Return the sides to be tried for slips at rest."""
+        if along.shape[1] == 1 and moved[rest].all() and len(rest) > 1:
+            forward = np.sign(along[rest, 0])
+            return [*self._stuck(rest), forward, -forward]
+        slots = [k for k in rest if self._other.get(k) in rest]
+        if len(rest) - len(slots) // 2 > MOST:
+            names = ", ".join(dict.fromkeys(self.names[k] for k in rest))
+            raise NoWay(f"more than {MOST} slips come to rest at once: {names}")
+        found = []
+        for way in itertools.product((0.0, 1.0, -1.0, IDLE), repeat=len(rest)):
+            by = dict(zip(rest, way, strict=True))
+            idle = {k for k, side in by.items() if side == IDLE}
+            if {self._other[k] for k in slots if by[k] == 0} == idle:
+                found.append(np.array(way))
+        return found
+
+    def _stuck(self, rest: list[int]) -> list[Any]:
+        """Return the ways in which all slips at rest stick, each slot on one of its sides."""
+        pairs = [k for k in rest if self._other.get(k, -1) > k and self._other[k] in rest]
+        found = []
+        for chosen in itertools.product((False, True), repeat=len(pairs)):
+            idle = {self._other[k] if first else k
+                    for k, first in zip(pairs, chosen, strict=True)}  # fmt: skip
+            found.append(np.array([IDLE if k in idle else 0.0 for k in rest]))
+        return found
+
+    def _fits(self, t: float, x: Any, v: Any, sides: Any, rest: list[int]) -> bool:
+        """Return whether sides agree with what they lead to."""
+        signs = self.signs(sides, rest)
+        if not self.kernel.rubs or self.sizes.contractions(t, x, v, signs)[0] < 1:
+            _, rates, held, low, high, miss = (part[0] for part in self.values(t, x, v, signs))
+            return bool(miss[0] < 1e-9) and self._agrees(sides, rest, rates, held, low, high)
+        # Newton's method finds one of them at most
+        for m, _ in self.sizes.solutions(t, x, v, signs):
+            found = self._values_of(*(np.atleast_2d(own) for own in (t, x, v, signs, m)))
+            if self._agrees(sides, rest, *(part[0] for part in found[1:])):
+                return True
+        return False
+
+    @cached_property
+    def _values_of(self) -> Batch:
+        return Batch(self.kernel.sticking_of, [])
+
+    def _agrees(
+        self, sides: Any, rest: list[int], rates: Any, held: Any, low: Any, high: Any
+    ) -> bool:
+        """Return whether accelerations and forces are what sides of slips at rest need."""
+        for k in rest:
+            if sides[k] == IDLE:
+                if not high[k] <= SLACK * high[self._other[k]]:
+                    return False
+            elif sides[k] == 0:
+                slack = SLACK * max(abs(low[k]), abs(high[k]))
+                if not low[k] - slack <= held[k] <= high[k] + slack:
+                    return False
+            elif not rates[k] * sides[k] > 0:
+                return False
+        return True
+
+    @cached_property
+    def sizes(self) -> Sizes:
+        """The sizes of friction in joints, and how many fit."""
+        return Sizes(self.setup)
+
+    # -- events --------------------------------------------------------------------------------
+
+    def _starts(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return what is left (n,) until locks of one freedom, more than it needs, give way.
+
+        The accelerations to both sides with friction at rest, over those without friction.
+        """
+        t = np.ravel(t)
+        sides = self.sides(signs).copy()
+        locked = np.flatnonzero(sides == 0)
+        J, C = self._jacobians(float(t[0]), x[0], v[0])
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes)
+        ways, worst = np.sign(along[locked, 0]), np.full(len(t), -np.inf)
+        free = self.values(t, x, v, self.setup.loose)[1][:, locked]
+        size = np.max(np.abs(free / self._sizes()[locked]), axis=1, initial=0.0)
+        idle = np.flatnonzero(sides == IDLE)
+        others = np.sign(along[idle, 0])
+        for direction in (1.0, -1.0):
+            own = sides.copy()
+            own[locked] = direction * ways
+            own[idle] = np.where(others == 0, IDLE, direction * others)
+            rates = self.values(t, x, v, self.signs(own, locked))[1][:, locked]
+            rates = rates * own[locked] / self._sizes()[locked]
+            worst = np.maximum(worst, rates.min(axis=1))
+        return STARTS * size - worst
+
+    def unique(self, t: float, x: Any, v: Any, signs: Any) -> bool:
+        """Return whether the forces of locked slips are unique."""
+        locked = np.flatnonzero(self.sides(signs) == 0)
+        J, C = self._jacobians(t, x, v)
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
+        return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
+
+    def _verdict(self, nodes: Nodes) -> tuple[Any, NoWay] | None:
+        """Return the first state whose accelerations are not unique, and what to say; or None."""
+        if not self.kernel.rubs:
+            return None
+        return onset(self, nodes)
+
+    def look(self, nodes: Nodes) -> Turn | None:
+        """Return the first event in accepted steps; None for none."""
+        if self.setup.smooth and len(nodes.states) > 1:
+            self.verdict = self._verdict(nodes)
+        if not self.k or len(nodes.states) < 2:
+            return None
+        lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
+        t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
+        sides = self.sides(signs)
+        self.verdict = self._verdict(nodes)
+        shared = bool((sides == 0).any()) and not self.unique(float(t[0]), x[0], v[0], signs)
+        watched = self._watched(sides, shared)
+        values = self._functions(watched, signs)
+        for (k, word), own in zip(watched, values(t[:1, None], x[:1], v[:1])[0], strict=True):
+            if word != "speed" and own < 0:  # over its limit from the start
+                return Turn(states[0], k, word in ("below", "above"), True)
+        self._faster(t, x, v, signs)
+
+        def value(state: Any, which: int) -> float:
+            at = (np.reshape(lay.of(state, "t"), (1, 1)), lay.of(state, "x"), lay.of(state, "v"))
+            one = self._functions(watched[which : which + 1], signs)
+            return float(one(at[0], at[1][None, :], at[2][None, :])[0, 0])
+
+        looker = Looker(self.integrator, nodes, value)
+        first: Turn | None = None
+        row = 0
+        for sign in changes(lay, nodes, values, falls=True):
+            if first is not None and sign.row > row:
+                break
+            for state, _ in looker.states(sign)[:1]:
+                if first is None or lay.of(state, "t") < lay.of(first.state, "t"):
+                    k, word = watched[sign.which]
+                    first = Turn(state, k, word in ("below", "above"), word != "speed")
+                    row = sign.row
+        return first
+
+    def _watched(self, sides: Any, shared: bool) -> list[tuple[int, str]]:
+        """Return what is watched: slips with what happens to them where it falls below zero."""
+        found: list[tuple[int, str]] = []
+        locked = np.flatnonzero(sides == 0).tolist()
+        for k, side in enumerate(sides.tolist()):
+            if abs(side) == 1:
+                found.append((k, "speed"))
+            elif shared:
+                found += [(k, "starts")] if locked and k == locked[0] else []
+            else:
+                found += [(k, "pressed")] if side == IDLE else [(k, "below"), (k, "above")]
+        return found
+
+    def _functions(self, watched: list[tuple[int, str]], signs: Any) -> Any:
+        """Return the function (t (n, 1), x, v) -> what is left to each event, (n, watched).
+
+        A sliding speed over its sign, what a force that holds lacks to its limits, what lets the
+        side of a slot free, what keeps locks of one freedom from giving way.
+        """
+        words = {word for _, word in watched}
+
+        def values(t: Any, x: Any, v: Any) -> Any:
+            found = np.empty((len(t), len(watched)))
+            speeds: Any = self._speeds(t, x, v, signs)[0] if "speed" in words else None
+            held: Any = None
+            low: Any = None
+            high: Any = None
+            if words & {"below", "above", "pressed"}:
+                _, _, held, low, high, _ = self.values(t, x, v, signs)
+            for j, (k, word) in enumerate(watched):
+                if word == "speed":
+                    found[:, j] = speeds[:, k] * signs[k]
+                elif word == "starts":
+                    found[:, j] = self._starts(t, x, v, signs)
+                elif word == "pressed":
+                    top = np.maximum(high[:, self._other[k]], high[:, k])
+                    self._strongest = max(
+                        self._strongest, float(np.nan_to_num(top).max(initial=0.0))
+                    )
+                    slack = SLACK * self._strongest
+                    found[:, j] = high[:, self._other[k]] - high[:, k] + slack
+                else:
+                    slack = CLOSE * np.maximum(np.abs(high[:, k]), np.abs(low[:, k]))
+                    left = held[:, k] - low[:, k] if word == "below" else high[:, k] - held[:, k]
+                    found[:, j] = left + slack
+            return found
+
+        return values
+
+    @cached_property
+    def _speeds(self) -> Batch:
+        k = self.kernel
+        at = [k.t, k.x, k.v, k.signs]
+        return Batch(ca.Function("speeds", at, [k.locking(*at)[2]]), [3])
+
+    def _faster(self, t: Any, x: Any, v: Any, signs: Any) -> None:
+        """Keep the largest speed of all slips."""
+        speeds = np.abs(self._speeds(t[:, None], x, v, signs)[0]) / self._sizes()
+        self._fastest = max(self._fastest, float(np.max(speeds, initial=0.0)))
+
+    def note(self, t: float, turn: Turn, signs: Any) -> None:
+        """Keep an event, unless it is one of a side of a slot that nothing presses."""
+        side = float(self.sides(signs)[turn.slip])
+        if turn.slip in self._other:
+            lay = self.integrator.layout
+            x, v = (turn.state[lay[name]] for name in "xv")
+            if side == IDLE or not self.values(t, x, v, signs)[4][0, turn.slip] > 0:
+                return
+        kind = "slip" if turn.from_rest else "stick"
+        kind = "reversal" if side != 0 and not turn.from_rest else kind
+        self.found.append((t, self.names[turn.slip], side, kind))
+
+    def final(self, signs: Any, t: float, x: Any, v: Any) -> bool:
+        """Return whether nothing moves any more: all freedoms stick and nothing depends on t."""
+        setup = self.setup
+        if setup.laws or setup.loads.uses_time or not self.k:
+            return False
+        locked = np.flatnonzero(self.sides(signs) == 0)
+        J, C = self._jacobians(t, x, v)
+        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
+        return bool(np.linalg.matrix_rank(along[locked], RANK) == along.shape[1])

@@ -1,0 +1,1 @@
+"""Reactions, friction, losses and efforts along a sweep."""

@@ -1,0 +1,329 @@
+"""Mean powers, losses and efficiency over a cycle, and the arcs that jam or lock themselves.
+
+Powers have kinks: where a sliding speed or a normal force changes its sign, where a table
+changes its piece. They are located on the path, and the integrals are taken between them, by
+adaptive quadrature, never on the grid of the poses.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from mechdae.assembly.start import shown
+from mechdae.continuation.legs import Legs
+from mechdae.describe.tasks.kinds import Reactions
+from mechdae.errors import InputError
+from mechdae.forces.inverse_dynamics import Forces, Statics
+from mechdae.forces.poses import Moving
+from mechdae.numerics.quadrature import Chart, integrate
+
+SAMPLES = 512
+"""Places at which kinks are looked for, at least."""
+HALVINGS = 60
+NO_POWER = 1e-9
+"""Share of the losses below which the power without friction is none: idling, all is lost."""
+ROUNDING = 1e-12
+"""Share of the losses, or of what goes in and out, that a power has to reach to have a sign."""
+DRIVER = 2
+"""Powers of the driver, without friction and with it, before the losses of the joints."""
+EPSILON = 16 * float(np.finfo(float).eps)
+"""Rounding of a mean, as a share of the largest power."""
+SMALL = 1e-6
+"""Share of the largest power below which a joint's loss does not count for the error."""
+KNOWN = 1e-6
+"""Error of the integrals, relative, above which the result says so."""
+STEPS = (1e-5, 1e-7)
+"""Shares of the way at which losses beside a change point are compared."""
+GROWS = 30.0
+APART = 1e-6
+"""Share of the way; arcs nearer to each other are one, with a dead centre in it."""
+
+
+def cycle(
+    statics: Statics, moving: Moving, answer: Any, task: Reactions
+) -> tuple[dict[str, Any], list[str]]:
+    """Return the figures of a cycle and sentences on what is wrong with it.
+
+    Raises
+    ------
+    InputError
+        The task has no path to integrate along.
+    """
+    places = moving.run.places
+    low, high = float(np.min(places)), float(np.max(places))
+    setting = moving.setting
+    if isinstance(moving.run.path, Legs) or low == high:
+        raise InputError("a cycle needs one driver that moves over an interval", where="cycle")
+    steps = np.sign(np.diff(places))
+    if steps.min() < 0 < steps.max():
+        word = "driver.at" if moving.by_value else "driver.times"
+        raise InputError("the poses of a cycle go one way", where=word)
+    if moving.by_value and not moving.speed:
+        raise InputError("a cycle needs a driver that moves, its speed is 0", where="driver.speed")
+    if moving.by_value and setting.plan.acceleration.any():
+        raise InputError("a cycle needs a driver of constant speed", where="driver.acceleration")
+    if not answer.there[[0, -1]].all():
+        text = "the mean powers of the cycle have no value: the motion does not go all the way"
+        return {}, [text]
+    state = State(statics, moving)
+    unbounded = _unbounded(state, low, high)
+    if unbounded is not None:
+        c = setting.plan.coordinates[setting.plan.lead]
+        word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
+        text = "the cycle has no mean powers: losses grow beyond all bounds at the change point "
+        return {}, [f"{text}{word} = {shown(unit, unbounded)}"]
+    coupled = answer.whole is not answer.free
+    grid = np.linspace(low, high, max(SAMPLES + 1, 2 * len(places)))
+    kinks, arcs = kinks_of(state, grid)
+    figures: dict[str, Any] = {
+        "jammed_arcs": arcs["jammed"], "self_locking_arcs": arcs["locking"], "kinks": kinks
+    }  # fmt: skip
+    if arcs["ambiguous"]:
+        figures["ambiguous_arcs"] = arcs["ambiguous"]
+    faults = []
+    c = setting.plan.coordinates[setting.plan.lead]
+    word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
+
+    def spans(name: str) -> str:
+        return ", ".join(" to ".join(shown(unit, end) for end in arc) for arc in arcs[name])
+
+    if arcs["jammed"]:
+        faults.append(f"the cycle has no mean powers: jammed for {word} from {spans('jammed')}")
+    if arcs["ambiguous"]:
+        text = f"several solutions for {word} from {spans('ambiguous')}"
+        if not arcs["jammed"]:
+            text += ": mean powers are those of the one that continues the motion without friction"
+        faults.append(text)
+    panels = [low, *[k for k in kinks if low < k < high], high]
+    charts = [Chart(a, b) for a, b in itertools.pairwise(panels) if b > a]
+    count = len(statics.balance.joints)
+
+    def powers(s: Any) -> Any:
+        return state.powers(s, coupled and not arcs["jammed"])
+
+    way = high - low
+    flow = np.nan_to_num(np.abs(powers(grid))).mean(axis=0) * way
+    gross = float(flow.max(initial=0.0))
+
+    def sizes(found: Any) -> Any:  # the mean power of masses alone is zero, that in and out is not
+        return np.maximum(np.abs(found), np.where(np.arange(len(found)) < DRIVER, flow, 0.0))
+
+    total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), gross))
+    total[np.abs(total) <= ROUNDING * gross] = 0.0
+    jammed, off = bool(arcs["jammed"]), (error + EPSILON * gross) / way
+    figures |= _figures(statics, total / way, off, count, task, coupled, jammed)
+    share = error / np.maximum(sizes(total), SMALL * gross) if gross else np.zeros(len(error))
+    figures["quadrature_error"] = float(share.max(initial=0.0))
+    if not np.isfinite(total).all():
+        faults.append(
+            "the mean powers of the cycle have no value: a force is not finite between the poses"
+        )
+    elif figures["quadrature_error"] > KNOWN:
+        share = figures["quadrature_error"]
+        faults.append(
+            f"the mean powers of the cycle are known to {share:.1g} of them only: forces grow too "
+            f"steeply between the poses"
+        )
+    return figures, faults
+
+
+def _unbounded(state: State, low: float, high: float) -> float | None:
+    """Return the first change point inside at which losses grow like 1/distance, if any."""
+    moving = state.moving
+    key = "at" if moving.by_value else "time"
+    for event in moving.run.events:
+        place = event.get(key)
+        if event["kind"] != "change_point" or place is None or not low < place < high:
+            continue
+        near = [place + side * share * (high - low) for share in STEPS for side in (1, -1)]
+        losses = state.solved(np.array(near), coupled=False)[1].free.losses.sum(axis=1)
+        if (losses[2:] > GROWS * losses[:2]).any():
+            return float(place)
+    return None
+
+
+def _figures(
+    statics: Statics,
+    mean: Any,
+    error: Any,
+    count: int,
+    task: Reactions,
+    coupled: bool,
+    jammed: bool,
+) -> dict[str, Any]:
+    """Return the figures of a cycle from mean powers and their errors, of driver and joints."""
+    free, whole = mean[0], mean[1]
+    lost_free, lost = mean[DRIVER : DRIVER + count], mean[DRIVER + count :]
+    off_free, off = error[DRIVER : DRIVER + count], error[DRIVER + count :]
+    names = statics.balance.joints
+    lossy = {statics.balance.feedbacks[k].joint for k in statics.balance.active}
+    rows = [k for k, name in enumerate(names) if name in lossy]
+    figures: dict[str, Any] = {}
+    estimate = float(lost_free.sum())
+    if abs(free) <= NO_POWER * estimate:
+        free = 0.0
+    drives = bool(free >= 0)
+    power = abs(float(free))
+    if rows and power:
+        figures["efficiency_formula_10"] = (power - estimate) / power
+        ratio = power / (power + estimate) if drives else (power - estimate) / power
+        figures["efficiency_uncoupled"] = ratio
+    if rows:
+        figures["loss_uncoupled"] = estimate
+        figures["loss_by_joint_uncoupled"] = {names[k]: float(lost_free[k]) for k in rows}
+    if jammed:
+        return figures
+    off = off if coupled else off_free
+    inner, outer = float(error[0]), float(error[1 if coupled else 0])
+    figures["mean_errors"] = {
+        "useful": inner if drives or not coupled else outer,
+        "input": outer if drives or not coupled else inner,
+        "loss": float(off.sum()),
+        "loss_by_joint": {names[k]: float(off[k]) for k in rows},
+        "loss_by_joint_uncoupled": {names[k]: float(off_free[k]) for k in rows},
+    }
+    if not coupled:
+        lost, whole = lost_free, free
+        loss = estimate if rows else 0.0
+        figures |= {"useful": power, "loss": loss, "input": power}
+        if rows and power:
+            figures["efficiency"] = figures["efficiency_formula_10"]
+        if rows:
+            figures["loss_by_joint"] = figures["loss_by_joint_uncoupled"]
+        return figures
+    loss = float(lost.sum())
+    figures["loss"] = loss
+    figures["loss_by_joint"] = {names[k]: float(lost[k]) for k in rows}
+    if drives:
+        figures |= {"useful": power, "input": float(whole)}
+        if whole > 0:
+            figures["efficiency"] = power / float(whole)
+    else:
+        figures |= {"useful": -float(whole), "input": power}
+        figures["efficiency"] = -float(whole) / power
+    return figures
+
+
+class State:
+    """What decides which formula holds at a place of the path: signs, pieces, solutions."""
+
+    def __init__(self, statics: Statics, moving: Moving) -> None:
+        self.statics, self.moving = statics, moving
+        self.coupled = statics.task.friction == "coupled" and statics.frictional
+
+    def solved(self, s: Any, coupled: bool = True) -> tuple[list[Any], Forces, Any]:
+        """Return inputs, forces and the number of solutions, if friction is `coupled`."""
+        motion = self.moving.at(s)
+        inputs = self.statics.inputs(motion)
+        counts = np.ones(len(s), int)
+        if not self.coupled:
+            quiet = self.statics.sizes(inputs)[0]
+            free = self.statics.loaded(inputs, quiet, friction=False)
+            return inputs, Forces(quiet, quiet, counts > 0, free, free), counts
+        there = np.isfinite(motion.a).all(axis=1) & coupled
+        forces, found = self.statics.settled(inputs, there, critical=False)
+        for k, own in found.items():
+            counts[k] = len(own.sizes)
+        return inputs, forces, counts
+
+    def signature(self, s: Any) -> Any:
+        """Return whole numbers that change where a formula does, (n, k).
+
+        The first three tell whether a pose is jammed, has several solutions, and whether it
+        locks itself: loads push along the motion and would drive it without friction, with it
+        the driver has to push.
+        """
+        inputs, forces, counts = self.solved(s)
+        jammed = counts == 0
+        statics, locking = self.statics, np.zeros(len(s), bool)
+        if self.coupled:
+            whole, free = forces.whole, forces.free
+            with np.errstate(invalid="ignore"):
+                least = ROUNDING * whole.losses.sum(axis=1)
+                driven = (free.powers[:, 0] < -least) & (free.powers[:, 1] > least)
+                locking = driven & (whole.powers[:, 0] >= 0) & ~jammed
+        flags = np.stack([jammed, counts > 1, locking], axis=1) * 1
+        columns = [flags, inputs[5].astype(int)]
+        if statics.tables:
+            columns.append(self._cells(inputs[4]))
+        if self.coupled:
+            columns.append(statics.pieces(inputs, forces.sizes, jammed))
+        return np.hstack(columns)
+
+    def _cells(self, pieces: Any) -> Any:
+        """Return numbers that tell the pieces of tables apart, exactly: their bits."""
+        starts = np.ascontiguousarray(pieces[:, 0::3])
+        return starts.view(np.int64)
+
+    def powers(self, s: Any, coupled: bool) -> Any:
+        """Return powers at places: driver without friction, with it, losses of both."""
+        forces = self.solved(s, coupled)[1]
+        free = forces.free
+        whole = forces.whole if coupled else free
+        return np.hstack([free.powers[:, :1], whole.powers[:, :1], free.losses, whole.losses])
+
+
+def kinks_of(state: State, grid: Any) -> tuple[list[float], dict[str, list[list[float]]]]:
+    """Return the places where a formula changes, and the arcs: jammed, ambiguous, locking."""
+    found = state.signature(grid)
+    intervals: list[tuple[float, float, Any, Any]] = []
+    for k in np.flatnonzero((found[1:] != found[:-1]).any(axis=1)):
+        intervals.append((grid[k], grid[k + 1], found[k], found[k + 1]))
+    kinks: list[tuple[float, Any, Any]] = []
+    for _ in range(HALVINGS):
+        if not intervals:
+            break
+        middles = np.array([(a + b) / 2 for a, b, _, _ in intervals])
+        signs = state.signature(middles)
+        following = []
+        for (a, b, left, right), middle, own in zip(intervals, middles, signs, strict=True):
+            if middle in (a, b) or b - a <= 4e-16 * max(abs(a), abs(b)):
+                kinks.append((b, left, right))
+                continue
+            if (own != left).any():
+                following.append((a, middle, left, own))
+            if (own != right).any():
+                following.append((middle, b, own, right))
+        intervals = following[: len(grid) // 2]
+    kinks += [(b, left, right) for _, b, left, right in intervals]
+    kinks.sort(key=lambda kink: kink[0])
+    arcs = {
+        name: _arcs(column, found, kinks, float(grid[0]), float(grid[-1]))
+        for column, name in enumerate(("jammed", "ambiguous", "locking"))
+    }
+    return _distinct([float(place) for place, _, _ in kinks]), arcs
+
+
+def _distinct(places: list[float]) -> list[float]:
+    """Return sorted places without repetitions within rounding."""
+    kept: list[float] = []
+    for place in places:
+        if not kept or place - kept[-1] > 1e-13 * max(abs(place), 1.0):
+            kept.append(place)
+    return kept
+
+
+def _arcs(
+    column: int, found: Any, kinks: list[tuple[float, Any, Any]], low: float, high: float
+) -> list[list[float]]:
+    """Return the intervals in which one flag of the signature is set."""
+    arcs: list[list[float]] = []
+    start = low if found[0, column] else None
+    for place, left, right in kinks:
+        if right[column] and not left[column] and start is None:
+            start = low if place - low <= 1e-13 * (high - low) else float(place)
+        elif left[column] and not right[column] and start is not None:
+            arcs.append([start, float(place)])
+            start = None
+    if start is not None:
+        arcs.append([start, high])
+    joined: list[list[float]] = []
+    for arc in arcs:
+        if joined and arc[0] - joined[-1][1] <= APART * (high - low):
+            joined[-1][1] = arc[1]
+        elif arc[1] > arc[0]:
+            joined.append(arc)
+    return joined

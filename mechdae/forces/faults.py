@@ -1,0 +1,112 @@
+"""What is wrong with forces in sentences: jams, several solutions, slack belts, failed checks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.assembly.start import shown
+from mechdae.describe.tasks.kinds import Reactions
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.pose_forces import Answer
+from mechdae.kinematics.prepared import Setting
+from mechdae.model.forces.inertia import massive
+
+TOLERANCE = 1e-9
+"""Share by which a check may fail before the result says so."""
+
+
+def lost_poses(setting: Setting, answer: Answer, status: Any, before: Any) -> list[str]:
+    """Return a sentence on poses that assemble and have no finite forces."""
+    places = np.flatnonzero((status == "singular") & (before == "ok"))
+    if not places.size:
+        return []
+    c = setting.plan.coordinates[setting.plan.lead]
+    first = shown(c.unit, float(answer.motion.u[places[0], setting.plan.lead]))
+    return [
+        f"{places.size} of {len(status)} poses have no finite forces, first at {c.text} = {first}: "
+        f"the constraints lose their rank there (a change point)"
+    ]
+
+
+def verdicts(setting: Setting, answer: Answer) -> list[str]:
+    """Return what is wrong in sentences: jammed and ambiguous poses."""
+    c = setting.plan.coordinates[setting.plan.lead]
+    n, faults = len(answer.motion), []
+    for rows, word in ((answer.jammed, "jammed"), (answer.ambiguous, "ambiguous")):
+        places = np.flatnonzero(rows)
+        if not places.size:
+            continue
+        first = shown(c.unit, float(answer.motion.u[places[0], setting.plan.lead]))
+        if word == "jammed":
+            own = answer.found[int(places[0])]
+            text = f"{len(places)} of {n} poses are jammed: no equilibrium with friction, first at "
+            text += f"{c.text} = {first}"
+            if own.critical is not None:
+                text += f", where it jams from {own.critical:.6g} times the friction given on"
+                text += f", by joint {own.joint}" if own.joint else ""
+        else:
+            known = all(answer.found[int(k)].connected is not None for k in places)
+            which = "the one that continues from no friction" if known else "one of them"
+            text = (
+                f"{len(places)} of {n} poses have several solutions, first at {c.text} = {first}; "
+                f"{which} is given, all are listed"
+            )
+        faults.append(text)
+    return faults
+
+
+def slack_belts(statics: Statics, answer: Answer) -> list[str]:
+    """Return belts whose slack strand would have to push."""
+    model = statics.scene.model
+    values = model.mechanism.values()
+    faults = []
+    for name, mesh in statics.meshes.items():
+        if not mesh.steady:
+            continue
+        radius = values[f"{name}.radius"] * values[f"{name}.ratio"]
+        moment = answer.whole.reactions[:, statics.balance.joints.index(name), 2]
+        with np.errstate(invalid="ignore"):
+            slack = np.abs(moment) > 2 * radius * values[f"{name}.pretension"]
+        if slack.any():
+            need = float(np.nanmax(np.abs(moment))) / (2 * radius)
+            faults.append(
+                f"belt {name} goes slack at {int(slack.sum())} of {len(slack)} poses: "
+                f"pretension of {need:.6g} N at least is needed"
+            )
+    return faults
+
+
+def failed_checks(found: dict[str, Any]) -> list[str]:
+    return [
+        f"check '{name}' fails: {value:.3g} of the forces and powers in it"
+        for name, value in found.items()
+        if value is not None and not value <= TOLERANCE
+    ]
+
+
+def assumptions_of(statics: Statics, task: Reactions) -> list[str]:
+    mechanism = statics.scene.model.mechanism
+    balance = statics.balance
+    massless = [name for name in balance.bodies if name not in massive(statics.scene.model)]
+    found = []
+    if massless:
+        found.append(f"massless: {', '.join(massless)}")
+    points = [
+        name
+        for name in balance.bodies
+        if mechanism.bodies[name].mass is not None and mechanism.bodies[name].inertia is None
+    ]
+    if points:
+        found.append(f"point masses (no inertia given): {', '.join(points)}")
+    if task.friction != "none":
+        lossy = {balance.feedbacks[k].joint for k in balance.active}
+        smooth = [
+            name
+            for name in balance.joints
+            if name not in lossy and mechanism.joints[name].kind not in ("weld", "distance")
+        ]
+        if lossy and smooth:
+            found.append(f"without friction: {', '.join(smooth)}")
+    return found

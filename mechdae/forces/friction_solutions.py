@@ -1,0 +1,354 @@
+"""All solutions of friction at a pose: none, one or several.
+
+A group's sizes m solve m_j = size_j(L + S m). Guides, slots and meshes are piecewise linear:
+every choice of pieces gives linear equations, and all choices are tried, so that their count
+is proved. Pins are lengths of vectors: one pin leaves a quadratic equation, several are
+solved by Newton's method, their count is proved where the map contracts and otherwise that
+of the solutions found. Groups are solved one after another from the last one, each solution
+leads to those of the groups before it.
+
+The solution that continues the one without friction is followed by growing all coefficients
+of friction from zero; where it ends is the critical factor.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.kernels.graphs.kinetostatics import Balance
+from mechdae.kernels.run.batch import Batch
+
+CHOICES = 4096
+"""Choices of pieces that are tried in one group."""
+SAME = 1e-6
+"""Share of the sizes within which two solutions are the same one: near the end of a branch
+they are known to half of the digits."""
+SLACK = 1e-9
+"""Share by which the chosen piece may be smaller than another one."""
+STARTS = 64
+"""Starts of Newton's method where several pins act on each other."""
+STEPS = 16
+FINEST, ROUGH = 1e-10, 1e-6
+"""Shares to which critical factors are found: of poses that jam, of margins."""
+FIRST = 1 / 16
+
+
+@dataclass
+class Found:
+    """Solutions at one pose: sizes (k, feedbacks), which continues from no friction.
+
+    ``connected`` is its place or None; ``critical`` the factor on all coefficients of friction
+    at which it ends, None where it was not looked for or does not end; ``joint`` is the one
+    whose friction ends it.
+    """
+
+    sizes: Any
+    proven: bool
+    connected: int | None = None
+    critical: float | None = None
+    joint: str = ""
+
+
+class Branches:
+    """Solutions of a balance at single poses.
+
+    Parameters
+    ----------
+    balance
+        The forces in symbols.
+    p
+        Values of the parameters.
+    """
+
+    def __init__(self, balance: Balance, p: Any) -> None:
+        self.balance, self.p = balance, p
+        self._stages = Batch(balance.stages, balance.shared)
+        self.groups: list[tuple[list[int], list[slice], list[str]]] = []
+        for share in balance.shares:
+            if share.feedbacks:
+                laws = [balance.feedbacks[k].law for k in share.feedbacks]
+                self.groups.append((share.feedbacks, share.forms, laws))
+
+    def at(self, inputs: Sequence[Any], critical: bool = True) -> Found:
+        """Return the solutions at one pose; inputs are those of the balance, one row each.
+
+        Without solutions the critical factor is looked for only if asked.
+        """
+        solutions, proven = self._all(inputs)
+        connected = 0 if len(solutions) == 1 and proven else None
+        reached: float | None = None
+        joint = ""
+        if connected is None and (solutions or critical or not proven):
+            reached, last, joint = self.continued(inputs)
+            if last is not None:
+                reached = None
+                apart = [_apart(own, last) for own in solutions]
+                if not apart or min(apart) > SAME:
+                    solutions.append(last)
+                    apart.append(0.0)
+                connected = int(np.argmin(apart))
+        sizes = np.array(solutions).reshape(len(solutions), len(self.balance.feedbacks))
+        return Found(sizes, proven, connected, reached, joint)
+
+    def count(self, inputs: Sequence[Any]) -> int:
+        """Return the number of solutions."""
+        return len(self._all(inputs)[0])
+
+    # -- all solutions -----------------------------------------------------------------------
+
+    def _all(self, inputs: Sequence[Any]) -> tuple[list[Any], bool]:
+        proven = True
+        fronts = [np.zeros(len(self.balance.feedbacks))]
+        for g, (places, _, _) in enumerate(self.groups):
+            following = []
+            for sizes in fronts:
+                start, slope = self._group(inputs, sizes, g)
+                own, sure = _solutions(self.groups[g][2], start, slope)
+                proven &= sure
+                for m in own:
+                    whole = sizes.copy()
+                    whole[places] = m
+                    following.append(whole)
+            fronts = following
+        return fronts, proven
+
+    def _group(self, inputs: Sequence[Any], sizes: Any, g: int) -> tuple[list[Any], list[Any]]:
+        """Return forms without own sizes, and their slopes: [j] (k,), [j] (k, own)."""
+        starts, slopes = self._stages(*inputs, sizes[None, :])
+        first = 0
+        second = 0
+        for places, forms, _ in self.groups[:g]:
+            rows = sum(s.stop - s.start for s in forms)
+            first, second = first + rows, second + rows * len(places)
+        places, forms, _ = self.groups[g]
+        rows = sum(s.stop - s.start for s in forms)
+        start = starts[0, first : first + rows]
+        slope = slopes[0, second : second + rows * len(places)].reshape(len(places), rows).T
+        return [start[s] for s in forms], [slope[s] for s in forms]
+
+    # -- the one that continues from no friction -----------------------------------------------
+
+    def continued(self, inputs: Sequence[Any]) -> tuple[float, Any, str]:
+        """Return the largest factor reached on friction (at most 1), and the sizes at 1.
+
+        Where it is not reached, None and the joint whose friction feeds itself most.
+        """
+        return self._grown(inputs, 1.0, FINEST)
+
+    def limit(self, inputs: Sequence[Any], most: float) -> tuple[float | None, str]:
+        """Return the factor on friction at which the solution ends, None above `most`."""
+        reached, last, joint = self._grown(inputs, most, ROUGH)
+        return (reached, joint) if last is None else (None, "")
+
+    def _grown(self, inputs: Sequence[Any], to: float, finest: float) -> tuple[float, Any, str]:
+        reached, step = 0.0, FIRST
+        sizes = self._follow(inputs, 0.0, np.zeros(len(self.balance.feedbacks)))
+        if sizes is None:
+            return 0.0, None, ""
+        while reached < to:
+            ahead = min(to, reached + step)
+            after = self._follow(inputs, ahead, sizes)
+            if after is None:
+                step = (ahead - reached) / 2
+                if step < finest * max(1.0, reached):
+                    return reached, None, self._culprit(inputs, reached, sizes)
+            else:
+                step = 2 * (ahead - reached)
+                reached, sizes = ahead, after
+        return to, sizes, ""
+
+    def _culprit(self, inputs: Sequence[Any], factor: float, sizes: Any) -> str:
+        """Return the joint whose friction takes the largest part in what makes the sizes grow.
+
+        With G the slopes of the sizes and x, y the right and left vectors of its eigenvalue 1
+        y_j x_j / y x is the share by which that eigenvalue grows with the friction of joint j.
+        """
+        scaled = [*inputs[:-1], np.array([factor])]
+        worst, joint = np.inf, ""
+        for g, (places, _, laws) in enumerate(self.groups):
+            start, slope = self._group(scaled, sizes, g)
+            gradient = _slopes(laws, start, slope, sizes[places])
+            values, vectors = np.linalg.eig(gradient)
+            nearest = int(np.argmin(np.abs(values - 1)))
+            if abs(values[nearest] - 1) < worst:
+                worst = float(abs(values[nearest] - 1))
+                left = np.linalg.pinv(vectors)[nearest]
+                shares = np.abs(left * vectors[:, nearest])
+                joint = self.balance.feedbacks[places[int(np.argmax(shares))]].joint
+        return joint
+
+    def _follow(self, inputs: Sequence[Any], factor: float, sizes: Any) -> Any:
+        """Return the sizes for a factor on friction near known ones, None where they end."""
+        scaled = [*inputs[:-1], np.array([factor])]
+        whole = sizes.copy()
+        for g, (places, _, laws) in enumerate(self.groups):
+            start, slope = self._group(scaled, whole, g)
+            m = _newton(laws, start, slope, whole[places])
+            if m is None:
+                return None
+            gradient = _slopes(laws, start, slope, m)
+            if np.linalg.det(np.eye(len(m)) - gradient) <= 0 or (m < 0).any():
+                return None
+            whole[places] = m
+        return whole
+
+
+def _apart(a: Any, b: Any) -> float:
+    size = max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0), 1e-300)
+    return float(np.abs(a - b).max(initial=0.0) / size)
+
+
+def sizes_of(laws: Sequence[str], forms: Sequence[Any]) -> Any:
+    """Return the sizes for the values of their forms."""
+    return np.array(
+        [
+            np.sqrt(np.sum(form * form)) if law == "length" else form.max()
+            for law, form in zip(laws, forms, strict=True)
+        ]
+    )
+
+
+def _forms(start: Sequence[Any], slope: Sequence[Any], m: Any) -> list[Any]:
+    return [first + own @ m for first, own in zip(start, slope, strict=True)]
+
+
+def _slopes(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m: Any) -> Any:
+    """Return d size / d m, (k, k)."""
+    rows = []
+    for law, form, own in zip(laws, _forms(start, slope, m), slope, strict=True):
+        if law == "length":
+            length = np.sqrt(np.sum(form * form))
+            rows.append(form @ own / length if length else 0 * own[0])
+        else:
+            rows.append(own[int(np.argmax(form))])
+    return np.array(rows)
+
+
+def _newton(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m: Any) -> Any:
+    """Return sizes that solve their laws, from a start near them; None without success."""
+    for _ in range(STEPS):
+        left = m - sizes_of(laws, _forms(start, slope, m))
+        size = max(np.abs(m).max(initial=0.0), 1e-300)
+        if not np.isfinite(left).all():
+            return None
+        if np.abs(left).max(initial=0.0) <= 4e-15 * size:
+            return m
+        try:
+            step = np.linalg.solve(np.eye(len(m)) - _slopes(laws, start, slope, m), left)
+        except np.linalg.LinAlgError:
+            return None
+        m = m - step
+        if np.abs(step).max(initial=0.0) <= 2e-16 * size:
+            break
+    left = m - sizes_of(laws, _forms(start, slope, m))
+    size = max(np.abs(m).max(initial=0.0), 1e-300)
+    return m if np.abs(left).max(initial=0.0) <= 1e-11 * size else None
+
+
+def _solutions(
+    laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any]
+) -> tuple[list[Any], bool]:
+    """Return all sizes of a group, and whether their count is proved."""
+    flat = [j for j, law in enumerate(laws) if law == "largest"]
+    pins = [j for j, law in enumerate(laws) if law == "length"]
+    counts = [len(start[j]) for j in flat]
+    proven = True
+    if np.prod(counts, initial=1.0) > CHOICES:
+        m = _newton(laws, start, slope, sizes_of(laws, start))
+        return ([] if m is None else [m]), False
+    found: list[Any] = []
+    largest = max((float(np.abs(s).max(initial=0.0)) for s in start), default=0.0)
+    for choice in itertools.product(*[range(count) for count in counts]):
+        own, sure = _chosen(laws, start, slope, flat, pins, choice)
+        proven &= sure
+        for m in own:
+            if _holds(start, slope, flat, choice, m, largest) and all(
+                _apart(m, other) > SAME for other in found
+            ):
+                found.append(m)
+    return found, proven
+
+
+def _holds(
+    start: Sequence[Any], slope: Sequence[Any], flat: list[int], choice: Any, m: Any, largest: float
+) -> bool:
+    """Return whether the chosen pieces are the largest ones."""
+    if not np.isfinite(m).all():
+        return False
+    slack = SLACK * max(float(np.abs(m).max(initial=0.0)), 0.0)
+    for j, k in zip(flat, choice, strict=True):
+        form = start[j] + slope[j] @ m
+        if form[k] < form.max() - slack:
+            return False
+    return bool((m >= -slack).all())
+
+
+def _chosen(
+    laws: Sequence[str],
+    start: Sequence[Any],
+    slope: Sequence[Any],
+    flat: list[int],
+    pins: list[int],
+    choice: Any,
+) -> tuple[list[Any], bool]:
+    """Return the solutions for one choice of pieces; pieces are not checked."""
+    count = len(laws)
+    a = np.array([start[j][k] for j, k in zip(flat, choice, strict=True)])
+    A = np.array([slope[j][k] for j, k in zip(flat, choice, strict=True)]).reshape(-1, count)
+    matrix = np.eye(len(flat)) - A[:, flat]
+    try:
+        inverse = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        return [], False
+    first, onto = inverse @ a, inverse @ A[:, pins]  # m_flat = first + onto m_pins
+
+    def whole(m_pins: Any) -> Any:
+        m = np.zeros(count)
+        m[pins] = m_pins
+        m[flat] = first + onto @ m_pins
+        return m
+
+    if not pins:
+        return [whole(np.zeros(0))], True
+    vectors = [start[j] + slope[j][:, flat] @ first for j in pins]
+    turns = [slope[j][:, pins] + slope[j][:, flat] @ onto for j in pins]
+    if len(pins) == 1:
+        return [whole(np.array([m])) for m in _one_pin(vectors[0], turns[0][:, 0])], True
+    lengths = ["length"] * len(pins)
+    K = np.array([np.sqrt(np.sum(turn * turn, axis=0)) for turn in turns])
+    weights = 1 + K.sum(axis=1)
+    first_guess = sizes_of(lengths, vectors)
+    if np.max((K @ weights) / weights) < 1:
+        m = _newton(lengths, vectors, turns, first_guess)
+        return ([] if m is None else [whole(m)]), m is not None
+    generator = np.random.default_rng(0)
+    found: list[Any] = []
+    size = max(first_guess.max(), 1e-300)
+    for k in range(STARTS):
+        scale = 10.0 ** generator.uniform(-1, 3, len(pins))
+        m = _newton(lengths, vectors, turns, first_guess if k == 0 else size * scale)
+        if m is not None and (m >= 0).all() and all(_apart(m, o) > SAME for o in found):
+            found.append(m)
+    return [whole(m) for m in found], False
+
+
+def _one_pin(vector: Any, turn: Any) -> list[float]:
+    """Return the m >= 0 with m = |vector + turn m|."""
+    a = 1 - float(turn @ turn)
+    b, c = float(vector @ turn), float(vector @ vector)
+    # a m^2 - 2 b m - c = 0
+    if c == 0:
+        return [0.0]
+    if abs(a) < 1e-14:
+        return [-c / (2 * b)] if b < 0 else []
+    root = b * b + a * c
+    if root < 0:
+        return []
+    far = b + np.copysign(np.sqrt(root), b)
+    roots = [far / a, -c / far] if far else [0.0]
+    return sorted({float(m) for m in roots if m >= 0})

@@ -1,0 +1,98 @@
+"""The coordinates of a scene with their rates in time, at the poses of a run and between them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.continuation.evaluate import Poses, in_time
+from mechdae.forces.inverse_dynamics import Motion
+from mechdae.kinematics.prepared import Run, Setting
+from mechdae.model.model import Model
+from mechdae.model.reduction import Scene
+from mechdae.setup.named_outputs import time_of
+from mechdae.setup.outputs import Request
+
+PREFIX = "coordinates of "
+
+
+def owners(scene: Scene) -> dict[str, list[int]]:
+    """Return the positions in q that belong to each body and curve joint of a scene."""
+    found: dict[str, list[int]] = {}
+    for j in sorted(j for group in scene.groups for j in group.columns):
+        found.setdefault(scene.model.q_names[j][0], []).append(j)
+    return found
+
+
+def requests(scene: Scene) -> list[Request]:
+    """Return the coordinates as what is evaluated beside the outputs."""
+    model = scene.model
+    return [
+        (PREFIX + name, model.q[places], _bodies(model, name))
+        for name, places in owners(scene).items()
+    ]
+
+
+def _bodies(model: Model, name: str) -> tuple[str, ...]:
+    joint = model.mechanism.joints.get(name)
+    if joint is None:
+        return (name,)
+    return tuple(body for body in joint.bodies if body in model.mechanism.bodies)
+
+
+def coordinate_columns(setting: Setting) -> Any:
+    """Return the columns of a setting's outputs that are the coordinates, in the order of q."""
+    own = owners(setting.scene)
+    keys = [PREFIX + name for name in own]
+    places = [j for columns in own.values() for j in columns]
+    return np.array(setting.outputs.columns(keys), int)[np.argsort(places)]
+
+
+class Moving:
+    """The motion of a run.
+
+    Parameters
+    ----------
+    setting, run
+        Of a task whose outputs hold `requests`.
+    """
+
+    def __init__(self, setting: Setting, run: Run) -> None:
+        self.setting, self.run = setting, run
+        self._columns = coordinate_columns(setting)
+        plan = setting.plan
+        self.by_value = plan.by_value
+        self.speed = float(plan.speed[0, plan.lead]) if plan.by_value else 1.0
+        """The rate of the path's parameter in time."""
+
+    def poses(self) -> Motion:
+        """Return the motion at the poses of the run."""
+        plan, run = self.setting.plan, self.run
+        shape = run.values.shape
+        rates = tuple(np.broadcast_to(r, shape) for r in (plan.speed, plan.acceleration))
+        return self._motion(run.poses, run.values, rates, time_of(plan, run.values))
+
+    def at(self, places: Any) -> Motion:
+        """Return the motion at places of the path, the driver's speed constant.
+
+        Along lines in the values of several drivers the path's parameter is the time.
+        """
+        plan, run = self.setting.plan, self.run
+        places = np.asarray(places, float)
+        poses = run.evaluator.at(run.path, places)
+        values = run.path.drivers(places)
+        if self.by_value:
+            poses.y = in_time(poses.y, np.array([[self.speed]]), np.zeros((1, 1)))
+            rates = tuple(np.broadcast_to(r, values.shape) for r in (plan.speed, 0 * plan.speed))
+            time = time_of(plan, run.values)
+            if time is not None:
+                time = (places - run.values[0, plan.lead]) / self.speed
+        else:
+            rates = run.path.rates(places, 2)
+            time = places if plan.timing and run.path.graphs.course else None
+        return self._motion(poses, values, rates, time)
+
+    def _motion(self, poses: Poses, values: Any, rates: tuple[Any, ...], time: Any) -> Motion:
+        q, v, a = (array[:, self._columns] for array in poses.y[:3])
+        return Motion(q, v, a, time, poses.x, values, rates, poses.condition)

@@ -1,0 +1,189 @@
+"""Forces as named series: reactions in several axes, efforts, all solutions, unique directions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.tasks.kinds import Reactions
+from mechdae.forces.inverse_dynamics import Statics, some
+from mechdae.forces.pose_forces import Answer
+from mechdae.forces.uniqueness import Uniqueness
+from mechdae.kinematics.prepared import Setting
+from mechdae.model.model import Model
+from mechdae.results import Series
+
+
+def series_of(
+    statics: Statics, answer: Answer, task: Reactions, unique: Uniqueness | None
+) -> dict[str, dict[str, Any]]:
+    balance = statics.balance
+    coupled = answer.whole is not answer.free
+    friction = task.friction != "none"
+    static = statics.static(answer.inputs, answer.quiet) if task.parts else None
+    if static is not None:
+        static.reactions[~answer.there] = np.nan
+    lossy = {balance.feedbacks[k].joint for k in balance.active}
+    found: dict[str, dict[str, Any]] = {}
+    for k, name in enumerate(balance.joints):
+        own: dict[str, Any] = {"reaction": answer.whole.reactions[:, k]}
+        if name in balance.guides:
+            own["normal"] = answer.whole.normals[:, balance.guides.index(name)]
+        if name in lossy and friction:
+            own["loss"] = answer.whole.losses[:, k]
+            if coupled:
+                own["reaction_uncoupled"] = answer.free.reactions[:, k]
+                own["loss_uncoupled"] = answer.free.losses[:, k]
+        if static is not None:
+            parts = {"static": static.reactions[:, k]}
+            parts["inertial"] = answer.free.reactions[:, k] - static.reactions[:, k]
+            own |= {f"reaction_{part}": parts[part] for part in task.parts or ()}
+        if unique is not None:
+            for word in own:
+                if not unique.given(balance, name, word):
+                    own[word] = np.full_like(own[word], np.nan)
+        own |= _turned(statics, answer, name, own["reaction"], task.axes or ())
+        found[name] = own
+    return found
+
+
+def unique_of(
+    statics: Statics, answer: Answer, unique: Uniqueness | None, summary: dict[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Return what is unique of each joint; resultants that are go to the summary."""
+    if unique is None:
+        return {}
+    places = {name: k for k, name in enumerate(statics.balance.joints)}
+    reactions = answer.whole.reactions
+    summary["not_unique"] = [n for k, n in enumerate(places) if not unique.whole[k]]
+    summary["unique_sums"] = [
+        {"body": body, "joints": names, "force": _resultant(statics, reactions, body, names)}
+        for body, names in unique.sums.items()
+    ]
+    return {name: own.values(reactions[:, places[name]]) for name, own in unique.joints.items()}
+
+
+def _resultant(statics: Statics, reactions: Any, body: str, names: list[str]) -> Any:
+    """Return the sum of forces (n, 2) of joints on a body."""
+    joints = statics.scene.model.mechanism.joints
+    places = {name: k for k, name in enumerate(statics.balance.joints)}
+    return sum(
+        (1 if joints[name].second_body == body else -1) * reactions[:, places[name], :2]
+        for name in names
+    )
+
+
+def _turned(
+    statics: Statics, answer: Answer, name: str, reaction: Any, axes: tuple[str, ...]
+) -> dict[str, Any]:
+    """Return a reaction in axes of its second body, and along and across the link."""
+    found: dict[str, Any] = {}
+    model = statics.scene.model
+    joint = model.mechanism.joints[name]
+    for word in axes:
+        body, direction = joint.second_body, 0.0
+        if word == "radial":
+            body, direction = link_axis(model, name)
+        angle = np.full(len(reaction), direction)
+        if body in model.mechanism.bodies:
+            column = statics.balance.columns.index(model.places[body, "angle"])
+            angle = angle + answer.motion.q[:, column]
+        c, s = np.cos(angle), np.sin(angle)
+        along = c * reaction[:, 0] + s * reaction[:, 1]
+        across = c * reaction[:, 1] - s * reaction[:, 0]
+        parts = [along, across, reaction[:, 2]] if word == "body" else [along, across]
+        found[f"reaction_{word}"] = np.stack(parts, axis=1)
+    return found
+
+
+def link_axis(model: Model, name: str) -> tuple[str, float]:
+    """Return the link a joint's reaction is taken apart on, and the direction of its axis there.
+
+    It is the second body, else the first, that has another joint apart from this one; the axis
+    leads from this joint to that one [rad].
+    """
+    mechanism = model.mechanism
+    joint, values = mechanism.joints[name], mechanism.values()
+    for reference in (joint.second, joint.first):
+        body, point = reference.split(".")
+        if body not in mechanism.bodies:
+            continue
+        here = np.array([values[f"{body}.{point}.{axis}"] for axis in "xy"])
+        for other in mechanism.joints.values():
+            for end in (other.first, other.second):
+                owner, place = end.split(".")
+                if owner == body and other.name != name:
+                    there = np.array([values[f"{body}.{place}.{axis}"] for axis in "xy"])
+                    gap = there - here
+                    if np.any(gap != 0):
+                        return body, float(np.arctan2(gap[1], gap[0]))
+    return joint.second_body, 0.0
+
+
+def efforts_of(
+    setting: Setting, statics: Statics, answer: Answer, task: Reactions
+) -> tuple[Series, dict[str, Series]]:
+    names = [row.owner for row in setting.scene.rows if row.driver]
+
+    def listed(efforts: Any) -> Series:
+        return Series({name: efforts[:, k] for k, name in enumerate(names)})
+
+    parts = {}
+    if answer.whole is not answer.free:
+        parts["uncoupled"] = listed(answer.free.efforts)
+    if task.parts:
+        static = statics.static(answer.inputs, answer.quiet).efforts
+        static[~answer.there] = np.nan
+        both = {"static": static, "inertial": answer.free.efforts - static}
+        parts |= {part: listed(both[part]) for part in task.parts}
+    return listed(answer.whole.efforts), parts
+
+
+def solutions_of(
+    setting: Setting, statics: Statics, answer: Answer, unique: Uniqueness | None
+) -> Iterable[dict[str, Any]]:
+    """Yield all solutions of the poses that have several."""
+    lead = setting.plan.lead
+    names = [row.owner for row in setting.scene.rows if row.driver]
+    for k, own in answer.found.items():
+        if len(own.sizes) < 2:
+            continue
+        one = some(answer.inputs, slice(k, k + 1))
+        listed = []
+        for i, sizes in enumerate(own.sizes):
+            loaded = statics.loaded(one, sizes[None, :])
+            if unique is not None:
+                loaded.reactions[:, ~unique.whole] = np.nan
+            listed.append(
+                {
+                    "efforts": dict(zip(names, loaded.efforts[0].tolist(), strict=True)),
+                    "reactions": {
+                        name: loaded.reactions[0, j].tolist()
+                        for j, name in enumerate(statics.balance.joints)
+                    },
+                    "connected": own.connected == i,
+                }
+            )
+        yield {
+            "pose": k,
+            "at": float(answer.motion.u[k, lead]),
+            "count": len(own.sizes),
+            "proven": own.proven,
+            "solutions": listed,
+        }
+
+
+def jams_of(setting: Setting, answer: Answer) -> list[dict[str, Any]]:
+    lead = setting.plan.lead
+    return [
+        {
+            "pose": int(k),
+            "at": float(answer.motion.u[k, lead]),
+            "proven": answer.found[int(k)].proven,
+            "critical_factor": answer.found[int(k)].critical,
+            "joint": answer.found[int(k)].joint,
+        }
+        for k in np.flatnonzero(answer.jammed)
+    ]

@@ -1,0 +1,62 @@
+"""What a task of reactions builds, for `show`: loads, masses, friction with its laws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mechdae.describe.tasks.kinds import Reactions
+from mechdae.model.forces.friction import Feedback, Laws
+from mechdae.model.forces.inertia import massive
+from mechdae.model.forces.loads import Loads
+from mechdae.model.forces.meshes import KINDS, Mesh
+from mechdae.model.reduction import Scene
+
+
+def force_structure(scene: Scene, task: Reactions) -> dict[str, Any]:
+    """Return the parts of the balance of forces of a scene.
+
+    ``loads`` have their kinds by name, ``friction`` the law of each joint that has one;
+    without friction there is none, whatever the joints' coefficients.
+    """
+    model = scene.model
+    joints = model.mechanism.joints
+    solved = {name for group in scene.groups for name in group.joints}
+    names = [name for name in joints if name in solved]
+    bodies = [name for group in scene.groups for name in group.bodies]
+    masses = [name for name in massive(model) if name in bodies]
+    loads = Loads(model, task.direction == "load")
+    kinds = {name: load.kind for name, load in model.mechanism.loads.items()}
+    result: dict[str, Any] = {
+        "efforts": [c.text for c in scene.drivers],
+        "reactions": names,
+        "loads": {name: kinds.get(name, name) for name in loads.wrenches},
+        "masses": masses,
+        "massless": [name for name in bodies if name not in masses],
+        "direction": task.direction,
+    }
+    if task.friction != "none":
+        meshes = {
+            name: Mesh(model, model.ends[name], real=False)
+            for name in names
+            if joints[name].kind in KINDS
+        }
+        laws = Laws(model, meshes, task.friction_radius)
+        own = {name: [f for f in laws.of(name) if f.friction] for name in names}
+        result["friction"] = {
+            name: _law(joints[name].kind, found, task) for name, found in own.items() if found
+        }
+        result["coupled"] = task.friction == "coupled"
+    words = (("cycle", task.cycle), ("parts", task.parts), ("axes", task.axes))
+    result |= {word: value for word, value in words if value}
+    return result
+
+
+def _law(kind: str, found: list[Feedback], task: Reactions) -> str:
+    """Return the law of a joint's friction."""
+    if kind == "revolute":
+        return "r f |R|" if task.friction_radius == "article" else "r sin(atan f) |R|"
+    if kind == "prismatic":
+        return "f max(|N|, |M|/b)" if found[0].forms.shape[0] > 2 else "f |N|"
+    if kind in KINDS:
+        return "mesh_loss of the power"
+    return {"pin-in-slot": "f |N| on the pin", "curve": "f |N| along the tangent"}[kind]

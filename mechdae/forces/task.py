@@ -1,0 +1,196 @@
+"""Joint reactions, friction, losses and efforts along a sweep.
+
+The kinematics come from the sweep, certified as ever; the balance of forces follows pose by
+pose (see `mechdae.kernels.graphs.kinetostatics`). Every result has its checks: virtual power,
+the energy differenced along the path, the balance of each body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Reactions
+from mechdae.errors import InputError
+from mechdae.forces.checks import checks
+from mechdae.forces.critical_friction import critical_factor
+from mechdae.forces.cycle import cycle
+from mechdae.forces.faults import assumptions_of, failed_checks, lost_poses, slack_belts, verdicts
+from mechdae.forces.inverse_dynamics import Motion, Statics
+from mechdae.forces.lift_off import along
+from mechdae.forces.pose_forces import solved
+from mechdae.forces.poses import Moving, requests
+from mechdae.forces.series import efforts_of, jams_of, series_of, solutions_of, unique_of
+from mechdae.forces.uniqueness import uniqueness
+from mechdae.kinematics.prepared import Run, Setting, prepare
+from mechdae.kinematics.report import report
+from mechdae.kinematics.sweep import run
+from mechdae.measures.measure import sorted_events
+from mechdae.model.forces.inertia import massive
+from mechdae.model.forces.loads import Loads
+from mechdae.model.model import Model
+from mechdae.results import Named, Result, Series
+
+SINGULAR = 1e12
+"""Condition of the constraints above which forces are not given: they grow with it."""
+
+
+def reactions(problem: Problem, name: str, task: Reactions) -> Result:
+    """Return the result of a reactions task.
+
+    Raises
+    ------
+    InputError
+        Inertial parts without any mass, a load that needs a time the task does not have, a
+        table that ends before the motion does.
+    IndeterminateFrictionError
+        Friction on a normal force that is not unique.
+    """
+    _check(problem, task)
+    wanted = replace(task, derivatives=max(2, task.derivatives))
+    setting = prepare(problem, wanted, loaded_bodies, requests)
+    followed = run(setting, wanted)
+    result = report(problem, name, task, setting, followed)
+    return _with_forces(result, setting, followed, task)
+
+
+def _check(problem: Problem, task: Reactions) -> None:
+    mechanism = problem.mechanism
+    if "inertial" in (task.parts or ()):
+        masses = [body for body in mechanism.bodies.values() if body.mass or body.inertia]
+        if not masses:
+            raise InputError(
+                "inertial parts are asked for and no body has a mass",
+                where="parts",
+                hint="give bodies.NAME.mass and inertia",
+            )
+
+
+def loaded_bodies(model: Model) -> Iterable[str]:
+    """Return the bodies that forces act on or come from."""
+    found = {*Loads(model).bodies, *massive(model)}
+    for joint in model.mechanism.joints.values():
+        if getattr(joint, "pretension", None) is not None:
+            found |= set(joint.bodies)
+    return found
+
+
+def _with_forces(result: Result, setting: Setting, followed: Run, task: Reactions) -> Result:
+    moving = Moving(setting, followed)
+    motion = moving.poses()
+    statics = Statics(
+        setting.scene, followed.evaluator, task, motion, turned=task.direction == "load"
+    )
+    _check_time(statics, motion)
+    unique = uniqueness(statics, motion)
+    status = _with_rank(result)
+    _check_loads(setting, statics, motion)
+    answer = solved(statics, motion, status)
+    summary = dict(result.summary)
+    found = checks(statics, moving, answer)
+    status[answer.jammed] = "jammed"
+    status[answer.ambiguous] = "ambiguous"
+    faults = [result.fault] if result.fault else []
+    faults += lost_poses(setting, answer, status, result.status)
+    faults += verdicts(setting, answer)
+    if task.cycle:
+        figures, broken = cycle(statics, moving, answer, task)
+        summary |= figures
+        faults += broken
+    if task.direction == "both":
+        other = replace(task, direction="load")
+        reverse = _with_forces(result, setting, followed, other)
+        keys = [k for k in reverse.summary if k not in result.summary or k == "jammed"]
+        summary["reverse"] = {key: reverse.summary[key] for key in keys}
+    faults += slack_belts(statics, answer)
+    faults += failed_checks(found)
+    lifted, notes = along(statics, moving, answer, unique)
+    if notes:
+        summary["notes"] = [*summary.get("notes", []), *notes]
+    assumptions = list(dict.fromkeys([*statics.assumptions, *assumptions_of(statics, task)]))
+    summary["assumptions"] = assumptions
+    if answer.whole is not answer.free:
+        rows = np.flatnonzero(answer.there & ~answer.jammed)
+        lead = setting.plan.lead
+        summary["critical_factor"] = critical_factor(
+            statics, motion, answer.inputs, answer.sizes, rows, lead
+        )
+    unproven = [k for k, own in answer.found.items() if not own.proven]
+    if unproven:
+        summary["not_proven"] = unproven
+    if answer.jammed.any():
+        summary["jammed"] = jams_of(setting, answer)
+    summary["status"] = _counts(status)
+    series = series_of(statics, answer, task, unique)
+    efforts, parts = efforts_of(setting, statics, answer, task)
+    joints = {
+        name: Series({**dict(result.joints.get(name, {})), **own}) for name, own in series.items()
+    }
+    kept = {name: own for name, own in result.joints.items() if name not in joints}
+    order = [name for name in result.mechanism.joints if name in joints or name in kept]
+    every = {**kept, **joints}
+    chosen = setting.scene.selection.joints if task.outputs is not None else order
+    return replace(
+        result,
+        status=status,
+        joints=Named("joint", {name: every[name] for name in order if name in chosen}),
+        efforts=efforts,
+        parts=parts,
+        unique=unique_of(statics, answer, unique, summary),
+        solutions=tuple(solutions_of(setting, statics, answer, unique)),
+        checks=found,
+        summary=summary,
+        events=tuple(sorted_events([*result.events, *lifted], setting.plan.lead)),
+        fault="; ".join(faults) or None,
+    )
+
+
+def _with_rank(result: Result) -> Any:
+    """Return the statuses, "singular" where constraints lose their rank: at change points."""
+    status = result.status.copy()
+    if result.condition is not None:
+        with np.errstate(invalid="ignore"):
+            status[(result.condition > SINGULAR) & (status == "ok")] = "singular"
+    return status
+
+
+def _check_time(statics: Statics, motion: Motion) -> None:
+    if statics.loads.uses_time and motion.t is None:
+        raise InputError(
+            "it uses t, and this task has no time",
+            where=f"loads.{statics.loads.uses_time[0]}",
+            hint="a driver with a constant speed or a law",
+        )
+
+
+def _check_loads(setting: Setting, statics: Statics, motion: Motion) -> None:
+    """Raise `InputError` for a load without a value at some pose."""
+    lead = setting.plan.lead
+    c = setting.plan.coordinates[lead]
+    for load, lost in statics.outside(motion).items():
+        at = float(motion.u[np.flatnonzero(lost)[0], lead])
+        raise InputError(
+            f"the table ends before the motion does: no value at {c.text} = {at:.6g}",
+            where=f"loads.{load}.{statics.table_key(load)}",
+            hint="add rows, or periodic = true",
+        )
+    for load, lost in statics.undirected(motion).items():
+        at = float(motion.u[np.flatnonzero(lost)[0], lead])
+        raise InputError(
+            f"the spring has no direction: its points coincide at {c.text} = {at:.6g}",
+            where=f"loads.{load}.between",
+            hint="other points; a spring may only vanish with free_length = 0, preload = 0 and "
+            "damping = 0",
+        )
+    for load, lost in statics.unvalued(motion).items():
+        at = float(motion.u[np.flatnonzero(lost)[0], lead])
+        raise InputError(f"it has no finite value at {c.text} = {at:.6g}", where=f"loads.{load}")
+
+
+def _counts(status: Any) -> dict[str, int]:
+    words = ("ok", "limit", "singular", "ambiguous", "jammed", "unassembled")
+    return {word: count for word in words if (count := int(np.count_nonzero(status == word)))}

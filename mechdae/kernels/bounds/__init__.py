@@ -1,0 +1,1 @@
+"""Bounds of casadi expressions: over all poses, over boxes, over small moves."""

@@ -1,0 +1,119 @@
+"""Upper bounds of expressions for all poses at once, and of their rounding errors.
+
+An expression graph is walked once: sin and cos of anything that moves become 1, minus
+becomes plus, constants and parameters their absolute value. The result bounds the
+expression for every value of its angles. Beside it runs a rounding-error bound in units
+of the unit roundoff (running error analysis, Higham, Accuracy and Stability of Numerical
+Algorithms, 2002, 3.3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial, reduce
+from typing import Any
+
+import casadi as ca
+
+from mechdae.kernels.bounds.walk import SYMBOLIC, replay, symbolic
+
+SX = ca.SX
+ZERO, ONE = SX(0), SX(1)
+_plus, _times, _over = (partial(symbolic, code) for code in (ca.OP_ADD, ca.OP_MUL, ca.OP_DIV))
+_size = partial(symbolic, ca.OP_FABS)
+_twice = partial(symbolic, ca.OP_TWICE)
+
+
+class NoMajorant(Exception):
+    """The expression holds an operation without a bound (curve joints, tables)."""
+
+
+def majorant(
+    expressions: Any, moving: Sequence[Any], bounds: Sequence[Any], rounding: bool = False
+) -> tuple[Any, Any]:
+    """Return bounds of the absolute values and of the rounding errors of `expressions`.
+
+    Parameters
+    ----------
+    expressions : SX (k,)
+    moving, bounds : lists of SX vectors
+        Symbols that change with the pose, and the bounds to use for their absolute values;
+        all other symbols are parameters, the same along a sweep.
+    rounding
+        Whether the errors are wanted; without them they are zero, and half the work is left out.
+
+    Returns
+    -------
+    magnitude, error : SX (k,)
+        Expressions over `bounds` and parameters; `error` in units of the roundoff.
+
+    Raises
+    ------
+    NoMajorant
+    """
+    stacked = ca.vec(ca.densify(expressions))
+    known = {symbol.element_hash() for group in moving for symbol in group.elements()}
+    parameters = [s for s in ca.symvar(stacked) if s.element_hash() not in known]
+    function = ca.Function("f", [*moving, ca.veccat(*parameters)], [stacked])
+    inputs = [[(m, ZERO, None) for m in ca.vec(bound).elements()] for bound in bounds]
+    inputs.append([(_size(p), ZERO, p) for p in parameters])
+    found = replay(function, inputs, _rounded if rounding else _step, _constant)[0]
+    if not found:
+        return SX(0, 1), SX(0, 1)
+    return ca.vertcat(*[f[0] for f in found]), ca.vertcat(*[f[1] for f in found])
+
+
+def _constant(number: float) -> tuple[Any, Any, Any]:
+    value = SX(number)
+    return _size(value), ZERO, value
+
+
+def _sum(*terms: Any) -> Any:
+    return reduce(_plus, terms)
+
+
+def _step(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]:
+    """Return magnitude, no error and (for parameters only) value of one operation."""
+    if all(value is not None for _, _, value in inputs):
+        if code not in SYMBOLIC:
+            raise NoMajorant
+        value = symbolic(code, *[value for _, _, value in inputs])
+        return _size(value), ZERO, value
+    a = inputs[0][0]
+    if code in (ca.OP_ADD, ca.OP_SUB):
+        return _plus(a, inputs[1][0]), ZERO, None
+    if code == ca.OP_MUL:
+        return _times(a, inputs[1][0]), ZERO, None
+    if code == ca.OP_SQ:
+        return _times(a, a), ZERO, None
+    if code == ca.OP_TWICE:
+        return _twice(a), ZERO, None
+    if code == ca.OP_NEG:
+        return a, ZERO, None
+    if code in (ca.OP_SIN, ca.OP_COS):
+        return ONE, ZERO, None
+    if code == ca.OP_DIV and inputs[1][2] is not None:
+        return _over(a, inputs[1][0]), ZERO, None
+    raise NoMajorant
+
+
+def _rounded(code: int, inputs: list[tuple[Any, Any, Any]]) -> tuple[Any, Any, Any]:
+    """Return magnitude, error and (for parameters only) value of one operation."""
+    size, _, value = _step(code, inputs)
+    a, ea, _ = inputs[0]
+    b, eb, _ = inputs[1] if len(inputs) > 1 else (ZERO, ZERO, None)
+    if value is not None:
+        return size, ea if code in (ca.OP_NEG, ca.OP_TWICE) else _times(SX(4), size), value
+    if code in (ca.OP_ADD, ca.OP_SUB):
+        return size, _sum(ea, eb, a, b), None
+    if code == ca.OP_MUL:
+        return size, _sum(_times(ea, b), _times(eb, a), size), None
+    if code == ca.OP_SQ:
+        return size, _plus(_times(_twice(ea), a), size), None
+    if code == ca.OP_TWICE:
+        return size, _twice(ea), None
+    if code == ca.OP_NEG:
+        return size, ea, None
+    if code in (ca.OP_SIN, ca.OP_COS):
+        return size, _plus(ea, ONE), None
+    return size, _plus(_over(_plus(ea, _over(_times(a, eb), b)), b), size), None

@@ -1,0 +1,1 @@
+"""casadi graphs of one pose, one certified step, the forces and the motion."""

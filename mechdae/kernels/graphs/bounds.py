@@ -1,0 +1,166 @@
+"""Bounds that hold for a whole sweep of a scene, or wherever the caller says, as casadi functions.
+
+Majorants where every operation has one, enclosures in boxes for curves.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from mechdae.kernels.bounds.intervals import enclosure
+from mechdae.kernels.bounds.majorant import NoMajorant, majorant
+from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed
+from mechdae.kernels.graphs.pose import PoseGraphs
+
+SX = ca.SX
+ROUNDOFF = 2.0**-53
+
+
+class BoundGraphs(PoseGraphs):
+    """Functions of a pose, and bounds of equations and outputs."""
+
+    def _bound(
+        self,
+        expressions: Any,
+        moving: list[Any],
+        sizes: list[Any],
+        ranges: list[Any],
+        rounding: bool = False,
+    ) -> tuple[Any, Any]:
+        """Return bounds of |expressions| and, with `rounding`, of their rounding errors.
+
+        `ranges` are tighter than `sizes`, and used by the curves that need it.
+        """
+        try:
+            return majorant(expressions, moving, sizes, rounding)
+        except NoMajorant:
+            if not self.contacts:
+                raise
+            return enclosure(expressions, moving, ranges, self.floors, rounding)
+
+    def _ranges(self, sizes: list[Any]) -> list[Any]:
+        """Return where unknowns and drivers lie: contacts in a box, the rest by their sizes."""
+        low = placed(-sizes[0], self.places, self.low) if self.places else -sizes[0]
+        high = placed(+sizes[0], self.places, self.high) if self.places else +sizes[0]
+        return [(low, high), (-sizes[1], sizes[1])]
+
+    @cached_property
+    def enclosed(self) -> bool:
+        """Whether some bounds hold in boxes of the contacts' places only, see `_ranges`."""
+        return bool(self.contacts) and not all(self.plain(b) for b in range(self.nb))
+
+    # -- constants of a sweep --------------------------------------------------------------
+
+    @cached_property
+    def constants(self) -> Any:
+        """Bounds that hold for a whole sweep.
+
+        (|x|, |u|, p, scale, floors, low, high) -> kappa, rho, mu (nb,): Lipschitz constant of
+        J, rounding of F (norm of its rows), bound of |J|. Contacts lie between low and high.
+        Raises `NoMajorant` where an operation has no bound.
+        """
+        sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        ranges = self._ranges(sizes)
+        kappas, rhos, mus = [], [], []
+        for b, graph in enumerate(self.blocks):
+            w, r = self.weights(b)
+            moving, size, box = self._own(graph, sizes, ranges)
+            kappas.append(self._lipschitz(b, moving, size, box))
+            _, rounding = self._bound(graph.F, moving, size, box, rounding=True)
+            bound, _ = self._bound(graph.J, moving, size, box)
+            square = ca.reshape(bound, graph.rows, graph.size)
+            if graph.redundant:
+                rounding += square @ size[0] + self._data(graph.F, graph.p, moving, size, box)
+            rhos.append(ROUNDOFF * norm(rounding / r))
+            mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
+        results = [column(kappas), column(rhos), column(mus)]
+        inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
+        return ca.Function("constants", inputs, results)
+
+    def _own(self, graph: BlockGraph, sizes: list[Any], ranges: list[Any]) -> Any:
+        """Return the symbols that a block's equations hold, with their sizes and ranges."""
+        nothing, (low, high) = SX(0, 1), ranges[0]
+
+        def used(vector: Any) -> Any:
+            return vector[graph.uses] if graph.uses else nothing
+
+        moving = [graph.x, graph.z, self.scene.u]
+        size = [sizes[0][graph.own], used(sizes[0]), sizes[1]]
+        box = [(low[graph.own], high[graph.own]), (used(low), used(high)), ranges[1]]
+        return moving, size, box
+
+    def _lipschitz(self, b: int, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
+        """Return a Lipschitz constant of a block's weighted Jacobian in its own unknowns."""
+        graph = self.blocks[b]
+        w, r = self.weights(b)
+        bound, _ = self._bound(ca.jacobian(ca.vec(graph.J), graph.x), moving, sizes, ranges)
+        square = ca.reshape(bound, graph.rows * graph.size, graph.size) @ ca.diag(w)
+        pairs = ca.reshape(square, graph.rows, graph.size * graph.size)
+        return norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w)))
+
+    def bends(self, b: int) -> Any:
+        """Return bounds of a block's second derivatives, entry by entry.
+
+        (|x|, |u|, p) -> |dJ/dx|, |dJ/dz|, |dF/dz|, J column by column.
+        """
+        graph, sizes = self.blocks[b], [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving, size, box = self._own(graph, sizes, self._ranges(sizes))
+        results = []
+        for value, symbols in ((graph.J, graph.x), (graph.J, graph.z), (graph.F, graph.z)):
+            entries = ca.vec(ca.densify(value))
+            bound, _ = self._bound(ca.jacobian(entries, symbols), moving, size, box)
+            shaped = ca.reshape(bound, entries.numel(), symbols.numel())
+            results.append(ca.densify(ca.vec(shaped)))
+        return ca.Function("bends", [*sizes, self.p], results)
+
+    def _data(self, F: Any, p: Any, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
+        """Return how much F changes when each parameter of `p` changes by its own size."""
+        if not p.numel():
+            return SX.zeros(F.numel())
+        slope, _ = self._bound(ca.jacobian(F, p), moving, sizes, ranges)
+        return ca.reshape(slope, F.numel(), p.numel()) @ ca.fabs(p)
+
+    def plain(self, b: int) -> bool:
+        """Return whether majorants bound a block for all poses."""
+        graph = self.blocks[b]
+        try:
+            majorant(graph.F, [graph.x], [graph.x])
+        except NoMajorant:
+            return False
+        return True
+
+    @cached_property
+    def check_bounds(self) -> Any:
+        """Bounds that hold for the scene's checks r, equations without unknowns of their own.
+
+        (|x|, |u|, p, floors, low, high) -> bound of |dr/dx| (nc, nx), change of r by rounding
+        (nc,) of its terms and of parameters.
+        """
+        sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
+        rows = ca.vertcat(*[check.residual for check in self.scene.checks])
+        slope, _ = self._bound(ca.jacobian(rows, self.scene.x), moving, sizes, ranges)
+        _, rounding = self._bound(rows, moving, sizes, ranges, rounding=True)
+        rounding += self._data(rows, self.p, moving, sizes, ranges)
+        shaped = ca.reshape(slope, rows.numel(), self.nx)
+        inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
+        return ca.Function("check_bounds", inputs, [ca.densify(shaped), ROUNDOFF * rounding])
+
+    @cached_property
+    def output_bounds(self) -> Any:
+        """Bounds that hold for the outputs y of a whole sweep.
+
+        (|x|, |u|, p, floors, low, high) -> bound of |dy/dx| (ny, nx), sparse, and rounding of
+        y (ny,).
+        """
+        sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
+        jacobian = ca.jacobian(self.outputs, self.scene.x)
+        slope, _ = self._bound(column(jacobian.nonzeros()), moving, sizes, ranges)
+        _, rounding = self._bound(self.outputs, moving, sizes, ranges, rounding=True)
+        shaped = SX(jacobian.sparsity(), slope)
+        inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
+        return ca.Function("output_bounds", inputs, [shaped, ROUNDOFF * rounding])

@@ -1,0 +1,335 @@
+"""Right-hand side and projection of the motion: one kernel for all scenes.
+
+    [M, J^T; J, -E] [a; lambda] = [f; gamma],   E = eps diag(size of J M^-1 J^T)
+
+solved by its range-space form and corrected six times with the right-hand side [0; E lambda].
+What E takes away along a direction with singular value s of the scaled J M^(-1/2) is
+(eps/(s^2 + eps))^7 of it: regular directions are exact, along superfluous ones the multiplier is
+the shortest, and no decision about the rank is taken. Where M is singular, M + J^T W J takes its
+place, with f + J^T W gamma: the same solution for any W.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.kernels.graphs.friction_sizes import miss_of, sizes_by_newton
+from mechdae.kernels.graphs.ldl import Factor, entries
+from mechdae.kernels.graphs.recovery import recovered
+from mechdae.model.motion_equations import Released
+
+SX = ca.SX
+EPSILON = 1e-8
+PASSES = 6
+"""Corrections of the multipliers."""
+DEFINITE = 1e-9
+"""Least eigenvalue of the scaled mass matrix that counts as definite."""
+NEWTON = 2
+"""Steps of a projection to the constraints, and of one to their rates."""
+SIZES = 4
+"""Steps of Newton's method for the forces of friction."""
+SOLVED = 1e-9
+"""How far these may be from their laws, relative to the largest: else there is no right-hand
+side, and a step that meets it is rejected."""
+
+
+class Kernel:
+    """Functions of the equations of motion with numbers for the parameters.
+
+    Parameters
+    ----------
+    released
+        The equations in symbols.
+    p
+        Values of the parameters.
+    sizes
+        Natural sizes of the coordinates x.
+    length
+        By which gaps are measured [m].
+    """
+
+    def __init__(self, released: Released, p: Any, sizes: Any, length: float) -> None:
+        self.released, self.sizes = released, np.asarray(sizes, float)
+        self.length = length
+        self.p = ca.DM(p)
+        self.n, self.m = released.x.numel(), released.phi.numel()
+        self.slips = released.rubbing.count
+        self.rubs = len(released.rubbing.feedbacks)
+        self.inner = self.m + self.slips + self.rubs
+        self.t, self.x, self.v, self.signs = (
+            released.t,
+            released.x,
+            released.v,
+            released.signs,
+        )
+        self._eps: Any = None
+        self._weights: Any = None
+
+    # -- the parts -----------------------------------------------------------------------------
+
+    def function(self, name: str, results: Sequence[Any], more: Sequence[Any] = ()) -> Any:
+        """Return the function (t, x, v, signs, ...) with the parameters' values put in."""
+        at = [self.t, self.x, self.v, self.signs, *more]
+        general = ca.Function(name, [*at, self.released.model.p], list(results))
+        return ca.Function(name, at, general.call([*at, self.p]), {"cse": True})
+
+    @cached_property
+    def place(self) -> Any:
+        """(t, x, v, signs) -> phi, J, phi_t."""
+        r = self.released
+        return self.function("place", [ca.densify(r.phi), r.J, ca.densify(r.phi_t)])
+
+    @cached_property
+    def parts(self) -> Any:
+        """(t, x, v, signs) -> M, f, J, gamma."""
+        r = self.released
+        return self.function("parts", [r.M, r.f, r.J, ca.densify(r.gamma)])
+
+    def scale(self, t: float, x: Any, v: Any, signs: Any) -> None:
+        """Fix the scalings at a pose."""
+        M, _, J, _ = (np.array(ca.DM(part)) for part in self.parts(t, x, v, signs))
+        ends = np.diag(M).copy()
+        whole = ends / self.sizes**2 if self.n else ends
+        mean = whole[ends > 0].mean() if (ends > 0).any() else 1.0
+        ends[ends <= 0] = mean * self.sizes[ends <= 0] ** 2
+        inverse = 1 / np.sqrt(ends)
+        scaled = M * np.outer(inverse, inverse)
+        rows = np.sum((J * inverse) ** 2, axis=1)
+        least = 1e-12 * rows.max(initial=0.0)
+        rows = np.where(rows > least, rows, rows.mean() if self.m and rows.any() else 1.0)
+        self._eps = EPSILON * rows
+        if self.slips:
+            C = np.array(ca.DM(self.locking(t, x, v, signs)[0]))
+            own = np.sum((C * inverse) ** 2, axis=1)
+            self._lock_sizes = np.where(own > 0, own, 1.0)
+        definite = self.n == 0 or np.linalg.eigvalsh(scaled)[0] > DEFINITE
+        self._weights = None if definite else 1 / rows
+
+    # -- solutions -------------------------------------------------------------------------
+
+    @cached_property
+    def locking(self) -> Any:
+        """(t, x, v, signs) -> Jacobian of the slips' speeds, their rates at x'' = 0, speeds."""
+        r = self.released
+        C = ca.jacobian(r.slips, r.v)
+        return self.function("locking", [C, ca.densify(r.rate(r.slips)), ca.densify(r.slips)])
+
+    def _locked(self, M: Any, J: Any, at: list[Any]) -> tuple[_Solver, Any, Any]:
+        """Return the solver with locks, what is locked, and rates of the slips at x'' = 0."""
+        if not self.slips:
+            return _Solver(M, J, self._eps, self._weights), SX(0, 1), SX(0, 1)
+        C, rates, _ = self.locking(*at)
+        locks = self.signs[self.slips : 2 * self.slips]
+        C = ca.densify(C)
+        for k in range(self.slips):
+            C[k, :] = C[k, :] * locks[k]
+        sizes = ca.DM(self._lock_sizes)
+        eps = ca.vertcat(ca.DM(self._eps), sizes * (EPSILON * locks + 1 - locks))
+        whole = ca.vertcat(J, ca.sparsify(C))
+        return _Solver(M, whole, eps, self._weights), locks, rates
+
+    @cached_property
+    def coupling(self) -> Any:
+        """(t, x, v, signs) -> solutions without friction in joints and by unit of its sizes.
+
+        A solution is x'', lambda, forces of locks; then linear forms of the feedbacks, stacked, and
+        their slopes by columns.
+        """
+        r, at = self.released, [self.t, self.x, self.v, self.signs]
+        M, f, J, gamma = self.parts(*at)
+        solver, locks, rates = self._locked(M, J, at)
+        if self._weights is not None:
+            f = f + J.T @ (ca.DM(self._weights) * gamma)
+        none = SX.zeros(self.m + self.slips)
+        a, lam = solver.solve(f, ca.vertcat(gamma, -locks * rates))
+        columns, ends = [ca.vertcat(a, lam)], [0, self.n, self.n + self.m + self.slips]
+        if not self.rubs:
+            return ca.Function("coupling", at, [columns[0], SX(0, 1), SX(0, 0)], {"cse": True})
+        push, applied = SX.sym("push", r.push.numel()), SX.sym("a", self.n)
+        inner = SX.sym("inner", self.m + self.slips)
+        lam, held = ca.vertsplit(inner, [0, self.m, self.m + self.slips])
+        given = push - r.mass @ (r.V @ applied)
+        given -= r.held_back @ held if self.slips else 0
+        every = recovered(r, given, lam)
+        forms = ca.vertcat(*[self._form(feedback, every) for feedback in r.rubbing.feedbacks])
+        form = self.function("forms", [forms], [push, applied, inner])
+        base, effects = self.function("pushes", [ca.densify(r.push), r.rubbed])(*at)
+        V = self.function("V", [r.V])(*at)
+        starts, slopes = form(*at, base, *ca.vertsplit(columns[0], ends)), []
+        for j in range(self.rubs):
+            b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
+            columns.append(ca.vertcat(b, tau))
+            slopes.append(form(*at, ca.densify(effects[:, j]), b, tau))
+        results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
+        return ca.Function("coupling", at, [ca.densify(p) for p in results], {"cse": True})
+
+    def _form(self, feedback: Any, multipliers: Any) -> Any:
+        """Return the linear forms of a feedback for the multipliers of all equations."""
+        own = [
+            i
+            for i, row in enumerate(self.released.rows)
+            if row.owner == feedback.joint and not row.driver
+        ]
+        return self.released.moved(SX(feedback.forms)) @ multipliers[own]
+
+    @property
+    def places(self) -> list[slice]:
+        """Which of the stacked forms belong to each feedback."""
+        found, start = [], 0
+        for feedback in self.released.rubbing.feedbacks:
+            count = feedback.forms.shape[0]
+            found.append(slice(start, start + count))
+            start += count
+        return found
+
+    @cached_property
+    def coupled(self) -> Any:
+        """(t, x, v, signs) -> x'', (lambda, forces of locks, sizes), how far sizes miss laws."""
+        at = [self.t, self.x, self.v, self.signs]
+        columns, starts, slopes = self.coupling(*at)
+        total, m, miss = columns[:, 0], SX(0, 1), SX(0)
+        if self.rubs:
+            laws = [feedback.law for feedback in self.released.rubbing.feedbacks]
+            first = [starts[place] for place in self.places]
+            slope = [[slopes[place, j] for j in range(self.rubs)] for place in self.places]
+            found = sizes_by_newton(laws, first, slope, SIZES)
+            miss, m = miss_of(laws, first, slope, found), ca.vertcat(*found)
+            total = total + columns[:, 1:] @ m
+        a, forces = ca.vertsplit(total, [0, self.n, self.n + self.m + self.slips])
+        return ca.Function("coupled", at, [a, ca.vertcat(forces, m), miss])
+
+    @cached_property
+    def sticking(self) -> Any:
+        """(t, x, v, signs) -> what decides between stick and slip, (k,) each, and a number.
+
+        Speeds of the slips, their rates, forces that hold locked ones, the least and the largest
+        that friction can give there; how far sizes miss their laws.
+        """
+        at = [self.t, self.x, self.v, self.signs]
+        a, inner, miss = self.coupled(*at)
+        results = [*self._decisive(a, inner), miss]
+        return ca.Function("sticking", at, [ca.densify(e) for e in results], {"cse": True})
+
+    @cached_property
+    def sticking_of(self) -> Any:
+        """(t, x, v, signs, sizes of friction) -> as `sticking`, without the number."""
+        at, m = [self.t, self.x, self.v, self.signs], SX.sym("m", self.rubs)
+        columns, _, _ = self.coupling(*at)
+        total = columns[:, 0] + columns[:, 1:] @ m
+        results = self._decisive(total[: self.n], ca.vertcat(total[self.n :], m))
+        function = ca.Function("sticking", [*at, m], [ca.densify(e) for e in results])
+        return function
+
+    def _decisive(self, a: Any, inner: Any) -> list[Any]:
+        """Return what decides between stick and slip, for accelerations and what goes with them."""
+        r, at = self.released, [self.t, self.x, self.v, self.signs]
+        C, rates, speeds = self.locking(*at)
+        falls, grows = (r.moved(part) for part in r.rubbing.limits)
+        feedbacks = r.rubbing.feedbacks
+        rising = [SX(own.strength) for own in feedbacks]
+        falling = [SX(own.strength if own.falling is None else own.falling) for own in feedbacks]
+        strengths = [r.moved(part) for part in (*rising, *falling)]
+        function = self.function("limits", [ca.densify(falls), ca.densify(grows), *strengths])
+        falls, grows, *strengths = function.call(at)
+        high, low = SX(falls), -SX(grows)
+        for j, k in enumerate(r.rubbing.owners):
+            if k is not None:
+                size = inner[self.m + self.slips + j]
+                low[k] -= strengths[j] * size
+                high[k] += strengths[len(feedbacks) + j] * size
+        held = -inner[self.m : self.m + self.slips]
+        return [speeds, C @ a + rates, held, low, high]
+
+    @cached_property
+    def rhs(self) -> Any:
+        """(t, x, v, signs) -> x'', lambda; forces of locks and sizes of friction after it."""
+        at = [self.t, self.x, self.v, self.signs]
+        if self.slips or self.rubs:
+            a, inner, miss = self.coupled(*at)
+            a = a + ca.if_else(miss < SOLVED, 0, SX.nan()) if self.rubs else a
+            return ca.Function("rhs", at, [ca.densify(a), ca.densify(inner)], {"cse": True})
+        M, f, J, gamma = self.parts(*at)
+        solver = _Solver(M, J, self._eps, self._weights)
+        if self._weights is not None:
+            f = f + J.T @ (ca.DM(self._weights) * gamma)
+        a, lam = solver.solve(f, gamma)
+        return ca.Function("rhs", at, [ca.densify(a), ca.densify(lam)], {"cse": True})
+
+    @cached_property
+    def project(self) -> Any:
+        """(t, x, v, signs) -> x and v on the constraints, what is left of them."""
+        at = [self.t, self.x, self.v, self.signs]
+        if not self.m and not self.slips:
+            return ca.Function("project", at, [self.x, self.v, SX(0)])
+        M, _, J, _ = self.parts(*at)
+        x, v = self.x, self.v
+        if self.m:
+            solver = _Solver(M, J, self._eps, self._weights)
+            for _ in range(NEWTON):
+                phi = self.place(self.t, x, v, self.signs)[0]
+                x = x - solver.shortest(phi)
+        phi, J, phi_t = self.place(self.t, x, v, self.signs)
+        if self.slips:
+            at_x = [self.t, x, v, self.signs]
+            solver, locks, _ = self._locked(M, J, at_x)
+        for _ in range(NEWTON):
+            gap = J @ v + phi_t
+            if self.slips:
+                gap = ca.vertcat(gap, locks * self.locking(self.t, x, v, self.signs)[2])
+            v = v - solver.shortest(gap)
+        if not self.m:
+            return ca.Function("project", at, [x, v, SX(0)], {"cse": True})
+        miss = ca.mmax(ca.fabs(phi) / ca.DM(self.gaps))
+        return ca.Function("project", at, [x, v, miss], {"cse": True})
+
+    @property
+    def gaps(self) -> Any:
+        """Natural sizes of the constraints."""
+        units = self.released.units
+        return np.array([1.0 if unit == "rad" else self.length for unit in units])
+
+
+class _Solver:
+    """The range-space form of the proximal equations at one pose."""
+
+    def __init__(self, M: Any, J: Any, eps: Any, weights: Any) -> None:
+        self.n, self.m = M.shape[0], J.shape[0]
+        if weights is not None:  # locks have none
+            held = J[: len(weights), :]
+            M = M + held.T @ (ca.diag(ca.DM(weights)) @ held)
+        self.mass = Factor(M)
+        self.J, self.eps = J, SX(eps)
+        halves = [self.mass.forward(entries(J[i, :].T)) for i in range(self.m)]
+        scaled = [self.mass.divided(half) for half in halves]
+        S = SX(self.m, self.m)
+        for i in range(self.m):
+            for j in range(i + 1):
+                shared = halves[j].keys() & scaled[i].keys()
+                if shared or i == j:
+                    total = SX(0)
+                    for k in sorted(shared):
+                        total += scaled[i][k] * halves[j][k]
+                    S[i, j] = total + (self.eps[i] if i == j else 0)
+                    S[j, i] = S[i, j]
+        self.schur = Factor(S) if self.m else None
+
+    def solve(self, f: Any, gamma: Any) -> tuple[Any, Any]:
+        """Return accelerations and multipliers."""
+        free = self.mass.solve(f)
+        if self.schur is None:
+            return free, SX(0, 1)
+        lam = change = self.schur.solve(self.J @ free - gamma)
+        for _ in range(PASSES):
+            change = self.schur.solve(self.eps * change)
+            lam = lam + change
+        return self.mass.solve(f - self.J.T @ lam), lam
+
+    def shortest(self, gap: Any) -> Any:
+        """Return the shortest change, measured by the mass, that closes a gap."""
+        assert self.schur is not None
+        return self.mass.solve(self.J.T @ self.schur.solve(gap))

@@ -1,0 +1,430 @@
+"""The balance of forces as casadi functions, group by group from the last one to the driver.
+
+    M qdd + h + B lambda = Q + D m,    m_j = size_j(lambda)
+
+with the multipliers lambda of the joints' and drivers' rows and the sizes m of forces that
+follow from them: friction, the force that pushes teeth apart. A joint acts on the bodies of
+its own group and of earlier ones, so that the groups are solved in reverse order, each with
+its own multipliers as unknowns, as the kinetostatics of Assur groups has it (Artobolevsky,
+Theory of Mechanisms and Machines, 1988, ch. 13). Inside a group variables with constant
+pivots are eliminated; what is left is as small as in kinematics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.mechanism import GROUND
+from mechdae.kernels.graphs.blocks import column
+from mechdae.kernels.graphs.friction_sizes import (
+    contraction_of,
+    miss_of,
+    most,
+    size_of,
+    sizes_by_newton,
+)
+from mechdae.kernels.graphs.linear import among, solution
+from mechdae.model.forces.friction import Feedback, Laws, Slip, normal_form
+from mechdae.model.forces.generalised import Wrench, add, on_body, put, times
+from mechdae.model.forces.inertia import inertia, kinetic_energy
+from mechdae.model.forces.loads import Loads
+from mechdae.model.forces.meshes import Mesh
+from mechdae.model.groups import Group
+from mechdae.model.reduction import Scene
+
+SX = ca.SX
+NEWTON, QUICK = 6, 3
+"""Steps of Newton's method for the sizes of a group, from their values without friction: where
+those of the quick function are not enough, and in that one."""
+OPTIONS = {"cse": True}
+
+
+@dataclass
+class Share:
+    """A group in the balance: its rows and columns, the solver, its own feedbacks.
+
+    ``feedbacks`` are places in `Balance.feedbacks`; ``forms`` says which rows of the stacked
+    linear forms belong to each of them.
+    """
+
+    group: Group
+    rows: list[int]
+    columns: list[int]
+    solve: Any
+    feedbacks: list[int]
+    forms: list[slice]
+
+
+class Balance:
+    """Functions of the balance of a scene.
+
+    Parameters
+    ----------
+    scene
+        Groups and rows.
+    loads, laws, meshes
+        What acts. Laws without friction build no friction.
+
+    Attributes
+    ----------
+    columns : list of int
+        Positions in q of the scene's coordinates, in the order of the inputs q, v, a.
+    slips : list of Slip
+        Speeds whose signs are inputs, those of friction first.
+    feedbacks : list of Feedback
+    joints : list of str
+        Joints of the scene in declared order.
+    """
+
+    def __init__(self, scene: Scene, loads: Loads, laws: Laws, meshes: dict[str, Mesh]) -> None:
+        self.scene, self.model, self.loads, self.laws = scene, scene.model, loads, laws
+        self.meshes = meshes
+        self.columns = sorted(j for group in scene.groups for j in group.columns)
+        owners = {name for group in scene.groups for name in group.joints}
+        self.joints = [name for name in self.model.mechanism.joints if name in owners]
+        self.bodies = [name for group in scene.groups for name in group.bodies]
+        self.rows_of: dict[str, list[int]] = {}
+        for group in scene.groups:
+            for i in group.rows:
+                if not scene.rows[i].driver:
+                    self.rows_of.setdefault(scene.rows[i].owner, []).append(i)
+        self.feedbacks: list[Feedback] = []
+        self._of_joint: dict[str, list[int]] = {}
+        for name in self.joints:
+            own = laws.of(name)
+            places = range(len(self.feedbacks), len(self.feedbacks) + len(own))
+            self._of_joint[name] = list(places)
+            self.feedbacks += own
+        self.slips: list[Slip] = [*laws.slips, *loads.slips]
+        self._make_columns()
+        self.shares = [self._share(group) for group in reversed(scene.groups)]
+        q, v, a = self.model.q, self.model.velocity, self.model.acceleration
+        self.signs = ca.vertcat(*[slip.sign for slip in self.slips]) if self.slips else SX(0, 1)
+        pieces = [signal.piece for signal in loads.signals]
+        pieces += [table.symbols for table in loads.timed]
+        self.pieces = ca.vertcat(*pieces) if pieces else SX(0, 1)
+        self.sizes = SX.sym("m", len(self.feedbacks))
+        self.inputs = [
+            q[self.columns], v[self.columns], a[self.columns], loads.time, self.pieces, self.signs,
+            self.model.p, laws.factor,
+        ]  # fmt: skip
+        self.shared = [6, 7]
+        """Inputs with one value for all poses: p, factor."""
+        self.inertia = inertia(self.model)
+        self.applied = add(loads.total, *[mesh.steady for mesh in meshes.values()])
+
+    @cached_property
+    def active(self) -> list[int]:
+        """Places of the feedbacks that are friction."""
+        return [j for j, feedback in enumerate(self.feedbacks) if feedback.friction]
+
+    def _make_columns(self) -> None:
+        rows = self.scene.rows
+        phi = ca.vertcat(*[row.expression for row in rows])
+        gradient = ca.jacobian(phi, self.model.q)
+        self.column: list[Wrench] = [{} for _ in rows]
+        triplet = zip(*gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True)
+        for i, j, entry in triplet:
+            self.column[i][j] = entry
+        for name, mesh in self.meshes.items():
+            if mesh.column is not None:
+                for i in self.rows_of.get(name, []):
+                    self.column[i] = mesh.column
+
+    # -- one group ---------------------------------------------------------------------------
+
+    def _share(self, group: Group) -> Share:
+        rows, columns = list(group.rows), list(group.columns)
+        place = {j: k for k, j in enumerate(columns)}
+        own, forms, start = [], [], 0
+        for name in group.joints:
+            for k in self._of_joint.get(name, []):
+                own.append(k)
+                count = self.feedbacks[k].forms.shape[0]
+                forms.append(slice(start, start + count))
+                start += count
+        push = SX.sym("push", len(columns))
+        lam = [SX.sym(f"lam{i}") for i in rows]
+        balance = [-push[k] for k in range(len(columns))]
+        for i, symbol in zip(rows, lam, strict=True):
+            for j, entry in self.column[i].items():
+                if j in place:
+                    balance[place[j]] += entry * symbol
+        solved = solution(balance, lam)
+        held = [s for s in ca.symvar(ca.vertcat(*balance)) if not among(s, [*lam, push])]
+        at = ca.vertcat(*held) if held else SX(0, 1)
+        function = ca.Function("solve", [at, push], [solved])
+        return Share(group, rows, columns, lambda value: function(at, value), own, forms)
+
+    def _forms(self, share: Share, lam: dict[int, Any], k: int) -> Any:
+        """Return the linear forms of a feedback for multipliers by row."""
+        feedback = self.feedbacks[k]
+        own = ca.vertcat(*[lam.get(i, SX(0)) for i in self.rows_of[feedback.joint]])
+        return feedback.forms @ own
+
+    # -- all groups ----------------------------------------------------------------------------
+
+    def chain(
+        self, base: Wrench, used: set[int], sizes: Any = None, steps: int = 0, guess: Any = None
+    ) -> Chain:
+        """Return the multipliers under a generalised force `base`.
+
+        Parameters
+        ----------
+        used
+            Feedbacks that act.
+        sizes
+            Their sizes (all feedbacks, others are not read); None: solved for with `steps` of
+            Newton's method, from `guess` or else from their values at m = 0.
+        """
+        left = dict(base)
+        lam: dict[int, Any] = {}
+        found = SX.zeros(len(self.feedbacks))
+        result = Chain(lam, found)
+        for share in self.shares:
+            push = ca.vertcat(*[left.get(j, SX(0)) for j in share.columns])
+            free = share.solve(push)
+            value = dict(zip(share.rows, ca.vertsplit(free), strict=True)) if share.rows else {}
+            own = [k for k in share.feedbacks if k in used]
+            if own:
+                effects = []
+                for k in own:
+                    along = self.feedbacks[k].column
+                    effect = share.solve(ca.vertcat(*[along.get(j, SX(0)) for j in share.columns]))
+                    effects.append(dict(zip(share.rows, ca.vertsplit(effect), strict=True)))
+                start = [self._forms(share, value, k) for k in own]
+                slope = [[self._forms(share, effect, k) for effect in effects] for k in own]
+                result.start[share.group.index] = (own, start, slope)
+                laws = [self.feedbacks[k].law for k in own]
+                if sizes is None:
+                    first = None if guess is None else [guess[k] for k in own]
+                    m = sizes_by_newton(laws, start, slope, steps, first)
+                    result.misses.append(miss_of(laws, start, slope, m))
+                    result.contractions.append(contraction_of(laws, start, slope))
+                else:
+                    m = [sizes[k] for k in own]
+                for k, size in zip(own, m, strict=True):
+                    found[k] = size
+                for i in share.rows:
+                    for effect, size in zip(effects, m, strict=True):
+                        value[i] = value[i] + effect[i] * size
+                for k, size in zip(own, m, strict=True):
+                    put(left, size, self.feedbacks[k].column)
+            lam.update(value)
+            for i in share.rows:
+                put(left, -value[i], self.column[i])
+        return result
+
+    @property
+    def base(self) -> Wrench:
+        """Loads less inertia."""
+        return add(self.applied, times(-1, self.inertia))
+
+    # -- functions ---------------------------------------------------------------------------
+
+    @cached_property
+    def slipping(self) -> Any:
+        """(q, v, a, p) -> relative speeds and their rates in time."""
+        q, v, a = self.model.q, self.model.velocity, self.model.acceleration
+        speeds = ca.vertcat(*[slip.speed for slip in self.slips]) if self.slips else SX(0, 1)
+        rates = ca.jtimes(speeds, ca.vertcat(q, v), ca.vertcat(v, a))
+        inputs = [*self.inputs[:3], self.model.p]
+        return ca.Function("slipping", inputs, [ca.densify(speeds), ca.densify(rates)], OPTIONS)
+
+    @cached_property
+    def solve(self) -> Any:
+        """Sizes of the feedbacks without and with friction, and whether they can be trusted.
+
+        (inputs) -> m without friction (its own law at those reactions), m with it, the
+        largest left-over of each group relative to its sizes, contraction of each group.
+        """
+        law = self._free()[1]
+        whole = self.chain(self.base, self._used(friction=True), steps=NEWTON)
+        results = [law, whole.sizes, column(whole.misses), column(whole.contractions)]
+        return ca.Function("solve", self.inputs, [ca.densify(r) for r in results], OPTIONS)
+
+    def _free(self) -> tuple[Chain, Any]:
+        """Return the balance without friction, and the sizes of all feedbacks by their laws."""
+        free = self.chain(self.base, self._used(friction=False), steps=1)
+        law = SX(free.sizes)
+        for share in self.shares:
+            for k in share.feedbacks:
+                if self.feedbacks[k].friction:
+                    law[k] = size_of(self.feedbacks[k].law, self._forms(share, free.lam, k))
+        return free, law
+
+    def _used(self, friction: bool) -> set[int]:
+        return {k for k, feedback in enumerate(self.feedbacks) if friction or not feedback.friction}
+
+    @cached_property
+    def quick(self) -> Any:
+        """All at once for poses whose sizes a few steps of Newton's method find.
+
+        (inputs) -> the results of `solve`, of the `report` without friction, its balance left
+        out, and of the one with friction.
+        """
+        free, law = self._free()
+        every = self._used(friction=True)
+        whole = self.chain(self.base, every, steps=QUICK)
+        results = [law, whole.sizes, column(whole.misses), column(whole.contractions)]
+        results += self._reported(free, self._used(friction=False), law, balance=False)
+        results += self._reported(whole, every, whole.sizes, balance=True)
+        return ca.Function("quick", self.inputs, [ca.densify(r) for r in results], OPTIONS)
+
+    def refined(self, steps: int) -> Any:
+        """Return the function (inputs, m) -> m after some steps of Newton's method."""
+        chain = self.chain(self.base, self._used(friction=True), steps=steps, guess=self.sizes)
+        inputs = [*self.inputs, self.sizes]
+        return ca.Function("refined", inputs, [ca.densify(chain.sizes)], OPTIONS)
+
+    @cached_property
+    def stages(self) -> Any:
+        """(inputs, m) -> linear forms of each group without its own sizes, and their slopes.
+
+        Forms are stacked in the order of `self.shares`, slopes column by column.
+        """
+        chain = self.chain(self.base, self._used(friction=True), sizes=self.sizes)
+        starts, slopes = [], []
+        for share in self.shares:
+            own, start, slope = chain.start.get(share.group.index, ([], [], []))
+            starts += start
+            for j in range(len(own)):
+                slopes += [slope[i][j] for i in range(len(own))]
+        results = [column(starts), column(slopes)]
+        inputs = [*self.inputs, self.sizes]
+        return ca.Function("stages", inputs, [ca.densify(r) for r in results], OPTIONS)
+
+    def report(self, friction: bool = True, base: str = "all") -> Any:
+        """Return the function of what is reported with sizes given.
+
+        (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (joints,), powers (5,)
+        as in `_powers`, multipliers' normal forms, what is left of the balance of bodies.
+        """
+        wrench = {
+            "all": self.base, "static": self.applied, "inertial": times(-1, self.inertia)
+        }[base]  # fmt: skip
+        used = self._used(friction)
+        chain = self.chain(wrench, used, sizes=self.sizes)
+        results = self._reported(chain, used, self.sizes, balance=base == "all")
+        inputs = [*self.inputs, self.sizes]
+        return ca.Function("report", inputs, [ca.densify(r) for r in results], OPTIONS)
+
+    def _reported(self, chain: Chain, used: set[int], sizes: Any, balance: bool) -> list[Any]:
+        """Return the results of `report` for multipliers and sizes."""
+        forces = {name: self._of(name, chain.lam, used, sizes) for name in self.joints}
+        reactions: list[Any] = []
+        for name, wrench in forces.items():
+            reactions += self._reaction(name, wrench)
+        efforts = {row.owner: -chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver}
+        losses = [self._loss(name, sizes) for name in self.joints]
+        results = [column(reactions), column(list(efforts.values())), column(losses)]
+        results += [column(self._powers(efforts)), column(self._normals(chain.lam))]
+        if balance:
+            results.append(self._imbalance(reactions, efforts, forces))
+        return results
+
+    def _of(self, name: str, lam: dict[int, Any], used: set[int], sizes: Any) -> Wrench:
+        """Return the generalised force of a joint, friction included."""
+        parts = [times(-lam[i], self.column[i]) for i in self.rows_of[name]]
+        own = [k for k in self._of_joint[name] if k in used]
+        parts += [times(sizes[k], self.feedbacks[k].column) for k in own]
+        if name in self.meshes:
+            parts.append(self.meshes[name].steady)
+        return add(*parts)
+
+    def _reaction(self, name: str, wrench: Wrench) -> list[Any]:
+        """Return force and moment about the second body's point, on the second body."""
+        joint, ends = self.model.mechanism.joints[name], self.model.ends[name]
+        if joint.second_body == GROUND:
+            return [-part for part in on_body(self.model, wrench, joint.first_body, ends.p2)]
+        return list(on_body(self.model, wrench, joint.second_body, ends.p2))
+
+    def _loss(self, name: str, sizes: Any) -> Any:
+        own = [k for k in self._of_joint[name] if self.feedbacks[k].friction]
+        return sum((self.feedbacks[k].rate * sizes[k] for k in own), SX(0))
+
+    def _powers(self, efforts: dict[str, Any]) -> list[Any]:
+        """Return the power of the drivers and of the loads, the rate of the kinetic energy, it
+        itself, and the sizes of all that adds up to the three powers.
+        """
+        v, q = self.model.velocity, self.model.q
+        speeds = {c.text: ca.jtimes(self.model.coordinate(c), q, v) for c in self.scene.drivers}
+        driven = [efforts[name] * speeds[name] for name in efforts]
+        loads = [force * v[i] for i, force in self.loads.total.items()]
+        energy, rate = self._energy
+        single = [*driven, *loads, *(force * v[i] for i, force in self.inertia.items())]
+        sizes = sum((ca.fabs(power) for power in single), SX(0))
+        return [sum(driven, SX(0)), sum(loads, SX(0)), rate, energy, sizes]
+
+    @cached_property
+    def _energy(self) -> tuple[Any, Any]:
+        return kinetic_energy(self.model)
+
+    def _normals(self, lam: dict[int, Any]) -> list[Any]:
+        """Return the normal force of guides, slots and curves, + along the left normal."""
+        found = []
+        for name in self.guides:
+            own = ca.vertcat(*[lam[i] for i in self.rows_of[name]])
+            found.append(-normal_form(self.model.ends[name]) @ own)
+        return found
+
+    @property
+    def guides(self) -> list[str]:
+        """Joints with a normal force, in the order of the reported ones."""
+        kinds = ("prismatic", "pin-in-slot", "curve")
+        return [n for n in self.joints if self.model.mechanism.joints[n].kind in kinds]
+
+    def _imbalance(
+        self, reactions: list[Any], efforts: dict[str, Any], forces: dict[str, Wrench]
+    ) -> Any:
+        """Return what is left of the balance of the bodies, from the reported reactions.
+
+        It is relative to the largest force and the largest moment in it; a force counts with its
+        arm, whatever the angle between them, so that poses where moments vanish (dead centres)
+        are not measured by their rounding.
+        """
+        model, moments = self.model, []
+        parts = [times(-1, self.inertia), self.loads.total]
+        for c in self.scene.drivers:
+            gradient = ca.jacobian(model.coordinate(c), model.q)
+            places = gradient.sparsity().get_triplet()[1]
+            entries = zip(places, gradient.nonzeros(), strict=True)
+            parts.append({j: entry * efforts[c.text] for j, entry in entries})
+        for k, name in enumerate(self.joints):
+            joint, place = model.mechanism.joints[name], model.ends[name].p2
+            lossy = any(self.feedbacks[j].friction for j in self._of_joint[name])
+            if name in self.meshes and (
+                self.meshes[name].column is None or (lossy and joint.kind == "belt")
+            ):
+                parts.append(forces[name])  # a couple on three bodies
+                continue
+            fx, fy, moment = reactions[3 * k : 3 * k + 3]
+            for body, sign in ((joint.second_body, 1), (joint.first_body, -1)):
+                if body != GROUND:
+                    arm = place - model.frame(body).r
+                    x, y, turn = (model.places[body, n] for n in ("x", "y", "angle"))
+                    turned = moment + arm[0] * fy - arm[1] * fx
+                    moments.append(ca.norm_1(arm) * (ca.fabs(fx) + ca.fabs(fy)))
+                    parts.append({x: sign * fx, y: sign * fy, turn: sign * turned})
+        left, worst = add(*parts), []
+        for names in (("x", "y"), ("angle",)):
+            places = [model.places[body, name] for body in self.bodies for name in names]
+            gap = most(column([left.get(j, SX(0)) for j in places]))
+            sizes = [part[j] for part in parts for j in places if j in part]
+            size = most(column([*sizes, *(moments if names == ("angle",) else [])]))
+            worst.append(ca.if_else(size > 0, gap / size, 0))
+        return ca.fmax(*worst)
+
+
+class Chain:
+    """Multipliers by row and sizes of feedbacks; what the solution of the sizes looked like."""
+
+    def __init__(self, lam: dict[int, Any], sizes: Any) -> None:
+        self.lam, self.sizes = lam, sizes
+        self.start: dict[int, tuple[list[int], list[Any], list[list[Any]]]] = {}
+        self.misses: list[Any] = []
+        self.contractions: list[Any] = []

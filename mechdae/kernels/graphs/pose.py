@@ -1,0 +1,282 @@
+"""The casadi functions of a pose of a scene: Newton's method, rates, what certifies it.
+
+Naming: x unknowns, u drivers, p parameters, s the path parameter with u = u0 + s d, or
+u = u(s) along a course (a law of time).
+Every block b has beta = |J_b^-1| (Frobenius), kappa = a Lipschitz constant of J_b.
+
+Newton-Kantorovich: with eta = |last step| and h = beta kappa eta <= 1/2 the block has one
+root within 2 eta of the guess, and the distance after the step is at most h eta for
+h <= 1/4 (Ortega and Rheinboldt, Iterative Solution of Nonlinear Equations, 1970, 12.6.2).
+
+A redundant block has a left inverse A of its Jacobian in place of the inverse. The theorem
+then holds for A F = 0, which every solution of F = 0 solves; that F itself vanishes, to within
+`CLOSURE` times its rounding, is checked beside it.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import casadi as ca
+
+from mechdae.kernels.bounds.intervals import SLOTS, Floors
+from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inverse, norm, placed
+from mechdae.kernels.graphs.driver_curve import Course
+from mechdae.kernels.run.numpy_backend import Straight, straight
+from mechdae.model.reduction import Scene
+
+SX = ca.SX
+CLOSURE = 64
+"""Rounding bounds of a redundant block by which its equations may stay open: data that are
+consistent in exact arithmetic are not so as float64 numbers."""
+OPTIONS = {"cse": True}
+
+
+class PoseGraphs:
+    """Functions of a pose of one scene; each is built when it is first asked for.
+
+    Parameters
+    ----------
+    scene
+        Unknowns and blocks.
+    outputs : SX (ny,)
+        Expressions over (x, u, p) to evaluate with their rates at every pose.
+    derivatives
+        Highest order of rates of the outputs, 0 to 3.
+    course
+        The curve that the drivers follow; None: straight lines.
+    lines
+        A single driver too moves along u0 + s d; else s is its value.
+
+    Attributes
+    ----------
+    first : list of int
+        The first unknown of each block; a block's unknowns follow one another in x.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        outputs: Any,
+        derivatives: int = 2,
+        course: Course | None = None,
+        lines: bool = False,
+    ) -> None:
+        self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
+        self.course = course
+        self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
+        self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
+        self.first = [graph.own[0] for graph in self.blocks]
+        self.np, self.ny = scene.model.p.numel(), outputs.numel()
+        self.single = self.nu == 1 and course is None and not lines
+        self.x, self.u, self.p = SX.sym("x", self.nx), SX.sym("u", self.nu), scene.model.p
+        self.scale = SX.sym("scale")
+        self.kappa, self.rho = SX.sym("kappa", self.nb), SX.sym("rho", self.nb)
+        self.grain = SX.sym("grain", self.nx)
+        owners = {name for group in scene.groups for name in group.joints}
+        self.contacts = [c for name, c in scene.model.contacts.items() if name in owners]
+        floor = SX.sym("floor", SLOTS if self.contacts else 0)
+        self.floors = Floors(floor)
+        owned = {contact.joint.name for contact in self.contacts}
+        self.places = [
+            i for i, (owner, name) in enumerate(scene.x_names) if name == "s" and owner in owned
+        ]
+        self.low, self.high = (SX.sym(name, len(self.places)) for name in ("low", "high"))
+        self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain, floor)
+        if self.single:
+            self.driven = [SX(1), SX(0), SX(0)]
+        else:
+            names = ("du", "ddu", "dddu")[: max(derivatives, 2)]
+            self.driven = [SX.sym(name, self.nu) for name in names]
+
+    @property
+    def turns(self) -> bool:
+        """Whether s is an angle: a whole turn of it leads to the same pose."""
+        return self.course.turns if self.course else self.single and self.scene.drivers[0].is_angle
+
+    def ancestors(self, b: int) -> list[int]:
+        """Return the blocks that block `b` depends on, itself last."""
+        wanted = {b}
+        for other in range(b, -1, -1):
+            if other in wanted:
+                wanted |= {bisect_right(self.first, i) - 1 for i in self.blocks[other].uses}
+        return sorted(wanted)
+
+    # -- weights ---------------------------------------------------------------------------
+
+    def weights(self, b: int) -> tuple[Any, Any]:
+        """Return column and row weights that make a block of mixed units dimensionless."""
+        block = self.blocks[b].block
+        names = [self.scene.x_names[i] for i in block.x]
+        kinds = {name if name in ("angle", "s") else "length" for _, name in names}
+        if "s" not in kinds and len(kinds) == 1 and len(set(block.units)) == 1:
+            return SX.ones(len(names)), SX.ones(len(block.units))
+        one = SX(1)
+        columns = ca.vertcat(*[self.unit_of(*name) for name in names])
+        rows = ca.vertcat(*[self.scale if unit == "m" else one for unit in block.units])
+        return columns, rows
+
+    def unit_of(self, owner: str, name: str) -> Any:
+        """Return the unit in which an unknown is of the order of one."""
+        if name == "s":
+            return self.scene.model.contacts[owner].turn
+        return SX(1) if name == "angle" else self.scale
+
+    def _solve(self, b: int, x: Any, u: Any, trig: Any) -> tuple[Any, Any, Any, Any, Any]:
+        """Return F, F_z, the inverse, the determinant and beta of a block."""
+        F, J, Fz = self.blocks[b].value(x, u, self.p, trig)
+        inv, det = self._inverse(b, J)
+        w, r = self.weights(b)
+        beta = norm(ca.diag(1 / w) @ inv @ ca.diag(r))
+        return F, Fz, inv, det, beta
+
+    def _inverse(self, b: int, J: Any) -> tuple[Any, Any]:
+        """Return the inverse of a block's Jacobian and its determinant."""
+        if not self.blocks[b].redundant:
+            return inverse(J)
+        w, r = self.weights(b)
+        return ca.diag(w) @ left_inverse(ca.diag(1 / r) @ J @ ca.diag(w)) @ ca.diag(1 / r), SX(1)
+
+    def _length(self, b: int, step: Any) -> Any:
+        return norm(step / self.weights(b)[0])
+
+    # -- Newton and rates ------------------------------------------------------------------
+
+    def newton(
+        self, x: Any, u: Any, held: frozenset[int] = frozenset()
+    ) -> tuple[Any, list[Any], Any]:
+        """Return x after one Newton step block by block, |step|^2 of each, and sin x, cos x.
+
+        Blocks that are `held` keep their unknowns.
+
+        Sine and cosine are carried along to second order in the step, exact to rounding for
+        steps below 1e-5: a later block sees its earlier unknowns as they are after the step.
+        """
+        eta = []
+        sines, cosines = ca.sin(x), ca.cos(x)
+        for b, graph in enumerate(self.blocks):
+            if b in held:
+                eta.append(SX(0))
+                continue
+            F, J, _ = graph.value(x, u, self.p, (sines, cosines))
+            step = self._inverse(b, J)[0] @ F
+            own = graph.own
+            s, c, half = sines[own], cosines[own], step * step / 2
+            x = placed(x, own, x[own] - step)
+            sines = placed(sines, own, s - (step * c + half * s))
+            cosines = placed(cosines, own, c + (step * s - half * c))
+            eta.append(ca.sumsqr(step / self.weights(b)[0]))
+        return x, eta, (sines, cosines)
+
+    def rates(
+        self,
+        x: Any,
+        u: Any,
+        driven: list[Any],
+        order: int,
+        trig: Any = None,
+        eta: list[Any] | None = None,
+        held: Mapping[int, tuple[Any, Any, Any]] = MappingProxyType({}),
+    ) -> dict[str, Any]:
+        """Return x', x'', x''' and the certificate's parts at a solved pose.
+
+        `driven` are the rates of the drivers, as many as `order`. `held` gives x', x'' (None: by
+        the equations) and the error of blocks that keep theirs; their x''' is unknown.
+
+        A redundant block has no determinant; in its place stands the share of the rounding
+        allowed to its equations that is left, negative where they stay open.
+        """
+        v, a, j = SX.zeros(self.nx), SX.zeros(self.nx), SX.zeros(self.nx)
+        error = SX.zeros(self.nx)
+        dets, betas = [], []
+        trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
+        for b, graph in enumerate(self.blocks):
+            F, Fz, inv, det, beta = self._solve(b, x, u, trig)
+            own = graph.own
+            first, second, known = held.get(b, (None, None, None))
+            if order >= 1:
+                if first is None:
+                    first = inv @ graph.first_rate(x, u, self.p, v, driven[0], trig)
+                v = placed(v, own, first)
+            if order >= 2:
+                if second is None:
+                    push = graph.second_rate(x, u, self.p, v, driven[0], a, driven[1], trig)
+                    second = inv @ push
+                a = placed(a, own, second)
+            if order >= 3:
+                push = graph.third_rate(x, u, self.p, (v, a, j), driven, trig)
+                j = placed(j, own, SX.nan(graph.size) if b in held else inv @ push)
+            left = 2 * self.kappa[b] * eta[b] if eta else 0
+            if graph.redundant:
+                r, noise = self.weights(b)[1], self.rho[b]
+                if graph.uses:
+                    noise = noise + norm((ca.fabs(Fz) @ error[graph.uses]) / r)
+                det = 1 - norm(F / r) / (CLOSURE * noise)
+                left += 2 * norm(F / r)
+            local = beta * (self.rho[b] + left) * self.weights(b)[0] + self.grain[own]
+            if graph.uses:
+                local += ca.fabs(inv @ Fz) @ error[graph.uses]
+            error = placed(error, own, local if known is None else known)
+            dets.append(det)
+            betas.append(beta)
+        certificate = {"error": error, "det": column(dets), "beta": column(betas)}
+        return {"v": v, "a": a, "j": j, **certificate}
+
+    @cached_property
+    def pose(self) -> Any:
+        """One Newton step and everything that is reported at a pose.
+
+        (x, u, consts) -> x, error, det, beta, eta^2, y, y', ... up to the order asked for;
+        rates of several drivers (u', u'', with the third order u''') follow u. `error` bounds
+        the distance of each unknown from the exact solution, the term h eta included. beta
+        is taken after the step: before it, it is at most beta / (1 - h).
+        """
+        x, eta, trig = self.newton(self.x, self.u)
+        parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta)
+        outputs = self.output_rates(x, parts)
+        inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
+        results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
+        return ca.Function("pose", inputs, results, OPTIONS)
+
+    @cached_property
+    def straight_pose(self) -> Straight | None:
+        """`pose` as a straight line of NumPy operations; the last input is shared."""
+        return straight(self.pose, [self.pose.n_in() - 1])
+
+    def held(self, blocks: frozenset[int]) -> Any:
+        """Return `pose` with the unknowns of some blocks given, not solved for.
+
+        (x, u[, du, ddu[, dddu]], consts, x', x'', error) -> as `pose`; with one driver or a
+        course the rates of those blocks are given too. Near a change point their equations lose
+        all digits.
+        """
+        v, a, error = (SX.sym(name, self.nx) for name in ("v", "a", "error"))
+        x, eta, trig = self.newton(self.x, self.u, blocks)
+        known = {}
+        for b in blocks:
+            own = self.blocks[b].own
+            rates = (v[own], a[own]) if self.single or self.course else (None, None)
+            known[b] = (*rates, error[own])
+        parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta, known)
+        outputs = self.output_rates(x, parts)
+        inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
+        results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
+        return ca.Function("held", [*inputs, v, a, error], results, OPTIONS)
+
+    def output_rates(self, x: Any, parts: dict[str, Any]) -> list[Any]:
+        y, scene = self.outputs, self.scene
+        old = ca.vertcat(scene.x, scene.u)
+        # the total derivative along (v, a, j), as often as asked for
+        along = [SX.sym(name, self.nx + self.nu) for name in "vaj"[: self.derivatives]]
+        values = [y]
+        for order in range(self.derivatives):
+            at = ca.vertcat(old, *along[:order])
+            values.append(ca.jtimes(values[-1], at, ca.vertcat(*along[: order + 1])))
+        function = ca.Function("outputs", [scene.x, scene.u, self.p, *along], values)
+        rates = [ca.vertcat(parts[n], du) for n, du in zip("vaj", self.driven, strict=False)]
+        found = function(x, self.u, self.p, *rates[: self.derivatives])
+        return list(found) if self.derivatives else [found]

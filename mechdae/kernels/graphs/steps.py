@@ -1,0 +1,278 @@
+"""The casadi functions of a scene: besides poses and bounds, one certified step along the path.
+
+Notation and theorem are those of `mechdae.kernels.graphs.pose`.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+from mechdae.kernels.bounds.intervals import lower_bounds
+from mechdae.kernels.bounds.majorant import majorant
+from mechdae.kernels.graphs.blocks import column, norm, placed
+from mechdae.kernels.graphs.bounds import BoundGraphs
+from mechdae.kernels.graphs.pose import OPTIONS
+
+SX = ca.SX
+PATH_STEP_LIMIT = 0.45
+NEAR = 0.5
+"""Share of a step by which its bounds hold around it where they are not for all poses."""
+LEAST = 1e-4
+"""The same at least, in the units of the unknowns, where drivers may stand still over a step."""
+
+
+class Graphs(BoundGraphs):
+    """Functions of one scene: poses, bounds, steps along the path, limit positions."""
+
+    @cached_property
+    def straight(self) -> Graphs:
+        """The same scene moving along straight lines in the drivers' values."""
+        if self.course is None and not self.single:
+            return self
+        return Graphs(self.scene, self.outputs, self.derivatives, lines=True)
+
+    @cached_property
+    def divisors(self) -> tuple[Any, Any]:
+        """What curves divide by: its size at a pose, and at least in a whole sweep.
+
+        Functions (x, u, p) -> |divisor| and (|x|, |u|, p, low, high) -> lower bound, 0
+        without one.
+        """
+        functions = (self.constants, self.advance, self.output_bounds)  # they name them all
+        assert all(function is not None for function in functions)
+        sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
+        moving = [self.scene.x, self.scene.u]
+        stacked = ca.vertcat(*self.floors.divisors) if self.floors.divisors else SX(0, 1)
+        least = lower_bounds(stacked, moving, self._ranges(sizes))
+        return (
+            ca.Function("divisors", [*moving, self.p], [ca.fabs(stacked)]),
+            ca.Function("least", [*sizes, self.p, self.low, self.high], [least]),
+        )
+
+    # -- one certified step ----------------------------------------------------------------
+
+    @cached_property
+    def advance(self) -> Any:
+        """One step of the path with its certificate.
+
+        (state, [s, step], [consts; u0; d]) -> state, test (nb,), det (nb,), miss (nb,)
+        with state = [x; x'; x''; beta] with respect to s. ``test`` <= 1 proves that one
+        continuous solution leads from the old pose over the whole step (zero order in the
+        block's inputs: see `_tube`), ``miss`` <= 1 that the new pose lies on it.
+        """
+        n, nb = self.nx, self.nb
+        state, step = SX.sym("state", 3 * n + nb), SX.sym("step", 2)
+        u0, d = SX.sym("u0", self.nu), SX.sym("d", self.nu)
+        x, v, a, beta = (state[:n], state[n : 2 * n], state[2 * n : 3 * n], state[3 * n :])
+        s, ds = step[0], step[1]
+        u, direction, _ = self._drivers(s, u0, d)
+        ahead, du, ddu = self._drivers(s + ds, u0, d)
+        drift = self.course.drift(s, ca.fabs(ds)) if self.course else None
+        new = x + v * ds + a * ds * ds / 2
+        for _ in range(3):
+            new, eta, _ = self.newton(new, ahead)
+        parts = self.rates(new, ahead, [du, ddu], 2)
+        away = ds * ds * ca.fmax(ca.fabs(a), ca.fabs(parts["a"]))
+        tests, misses = [], []
+        for b in range(nb):
+            test, radius = self._tube(b, x, v, away, u, direction, beta[b], ca.fabs(ds), drift)
+            last = self.kappa[b] * parts["beta"][b] * ca.sqrt(eta[b]) / 0.2
+            own = self.blocks[b].own
+            if self.course:
+                # second derivatives at the ends do not tell what a law does: the radius does
+                away = placed(away, own, ca.fmax(away[own], radius * self.weights(b)[0]))
+            miss = self._length(b, new[own] - x[own] - v[own] * ds)
+            tests.append(ca.fmax(test, last))
+            misses.append(miss / (radius * (1 + 1e-6) + 1e-300))
+        after = ca.vertcat(new, parts["v"], parts["a"], parts["beta"])
+        results = [after, column(tests), parts["det"], column(misses)]
+        inputs = [state, step, ca.vertcat(self.consts, u0, d)]
+        return ca.Function("advance", inputs, results, OPTIONS)
+
+    def _drivers(self, s: Any, u0: Any, d: Any) -> tuple[Any, Any, Any]:
+        """Return the drivers' values and their derivatives with respect to s."""
+        if self.course:
+            return self.course.at(s)
+        return (s if self.single else u0 + s * d), (SX(1) if self.single else d), SX.zeros(self.nu)
+
+    def _tube(
+        self, b: int, x: Any, v: Any, away: Any, u: Any, du: Any, beta: Any, ds: Any, drift: Any
+    ) -> tuple[Any, Any]:
+        """Return the test (<= 1 passes) and the radius around the tangent over a step.
+
+        Along x + v t, 0 <= t <= ds, the residual is at most |F| + ds^2 tau / 2 + l, the Jacobian
+        differs from its start by at most ds sigma + k; l and k hold the deviation of the
+        earlier unknowns from their tangents (`away`, twice ds^2 |x''| / 2), and that of the
+        drivers on a course (`drift`).
+        """
+        graph = self.blocks[b]
+        w, r = self.weights(b)
+        moving = [graph.x, graph.z, self.scene.u, graph.vx, graph.vz, graph.vu]
+        own, uses = graph.own, graph.uses
+        across = ds * ca.fabs(du) + (drift if drift is not None else 0)
+        around = (x, v, away, u, du, across)
+        size = ca.fabs(x) + ds * ca.fabs(v) + away
+        limits = [
+            size[own],
+            size[uses] if uses else SX(0, 1),
+            ca.fabs(u) + across,
+            ca.fabs(v[own]),
+            ca.fabs(v[uses]) if uses else SX(0, 1),
+            ca.fabs(du),
+        ]
+        ranges = self._step_ranges(b, *around, ds) if self.contacts else []
+        every = ca.vertcat(graph.x, graph.z, self.scene.u)
+        rates = ca.vertcat(graph.vx, graph.vz, graph.vu)
+        turned = ca.jtimes(ca.vec(graph.J), every, rates)
+        tau, _ = self._bound(graph.second, moving, limits, ranges)
+        sigma, _ = self._bound(turned, moving, limits, ranges)
+        residual = ds * ds * tau / 2 + ca.fabs(graph.value(x, u, self.p)[0])
+        change = ds * ca.reshape(sigma, graph.rows, graph.size)
+        inputs = [(graph.z, away[uses])] if uses else []
+        inputs += [(self.scene.u, drift)] if drift is not None else []
+        for symbols, deviation in inputs:
+            count = symbols.numel()
+            slope, _ = self._bound(ca.jacobian(graph.F, symbols), moving, limits, ranges)
+            residual += ca.reshape(slope, graph.rows, count) @ deviation
+            cross = ca.jacobian(ca.vec(graph.J), symbols)
+            bound, _ = self._bound(cross, moving, limits, ranges)
+            moved = ca.reshape(bound, graph.rows * graph.size, count) @ deviation
+            change += ca.reshape(moved, graph.rows, graph.size)
+        delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))
+        grown = beta / ca.fmax(1 - delta, 1e-9)
+        eta = grown * (norm(residual / r) + self.rho[b])
+        kappa, everywhere = self.kappa[b], self.plain(b)
+        if not everywhere:  # bounds for all poses are too wide: those near the tangent
+            units = ca.vertcat(*[self.unit_of(*self.scene.x_names[i]) for i in own])
+            reach = ds * ca.fabs(v[own]) + away[own]
+            near = NEAR * ca.mmax(reach / units)
+            if not self.single:  # a law may stand still over a step
+                near = ca.fmax(near, LEAST)
+            wide = self._step_ranges(b, *around, ds, near)
+            kappa = self._lipschitz(b, moving, limits, wide)
+        h = grown * kappa * eta
+        radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
+        test = ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT)
+        return test if everywhere else ca.fmax(test, radius / near), radius
+
+    def _step_ranges(
+        self,
+        b: int,
+        x: Any,
+        v: Any,
+        away: Any,
+        u: Any,
+        du: Any,
+        across: Any,
+        ds: Any,
+        near: Any = 0.0,
+    ) -> list[tuple[Any, Any]]:
+        """Return where unknowns, drivers and rates of a block lie over a step.
+
+        The unknowns leave their tangents by `away`, the drivers their values by `across`; the
+        unknowns may lie `near`, in their units, on both sides of that.
+        """
+        graph = self.blocks[b]
+
+        def parts(vector: Any) -> tuple[Any, Any]:
+            return vector[graph.own], vector[graph.uses] if graph.uses else SX(0, 1)
+
+        units = ca.vertcat(*[self.unit_of(*name) for name in self.scene.x_names])
+        reach = ds * ca.fabs(v) + away + near * units
+        around = list(zip(parts(x - reach), parts(x + reach), strict=True))
+        rates = [(rate, rate) for rate in parts(v)]
+        return [*around, (u - across, u + across), *rates, (du, du)]
+
+    # -- limit positions -------------------------------------------------------------------
+
+    def turn(self, b: int) -> Any:
+        """Return bounds for a block and its ancestors over a step along a tangent of (x, s).
+
+        (x, x', u, u', |x|, |u|, d, step, p, columns, rows) -> largest |F|, change of the Jacobian
+        in (x, s), its Lipschitz constant where unknowns and drivers stay below |x| and |u|; all in
+        units of the unknowns and s (`columns`) and of the equations (`rows`).
+        """
+        blocks = self.ancestors(b)
+        chain = [i for k in blocks for i in self.blocks[k].own]
+        names = ("v", "du", "size_x", "size_u", "d")
+        v, du, size_x, size_u, d = (
+            SX.sym(name, self.nu if name in ("du", "size_u", "d") else self.nx) for name in names
+        )
+        ds, s, x, u = SX.sym("ds"), SX.sym("s"), self.scene.x, self.scene.u
+        F = ca.vertcat(*[self.blocks[k].F for k in blocks])
+        w, r = SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
+        moved, every = ca.substitute(F, u, u + d * s), ca.vertcat(x[chain], s)
+        J = ca.jacobian(moved, every)
+        row, of = map(list, J.sparsity().get_triplet())
+        entries = column(J.nonzeros())
+        bent = ca.substitute(ca.jacobian(entries, every), s, 0)
+        entry, other = map(list, bent.sparsity().get_triplet())
+        share = column([w[j] / r[i] for i, j in zip(row, of, strict=True)])
+        straight, rates = ca.vertcat(x, u), ca.vertcat(v, du)
+        along = ca.jtimes(ca.jtimes(F, straight, rates), straight, rates)
+        turned = ca.jtimes(ca.substitute(entries, s, 0), straight, rates)
+        moving, sizes = [x, u, v, du, d], [ca.fabs(v), ca.fabs(du), ca.fabs(d)]
+        near = [ca.fabs(self.x) + ds * sizes[0], ca.fabs(self.u) + ds * sizes[1], *sizes]
+        value = ca.substitute(ca.substitute(F, x, self.x), u, self.u)
+        residual = ca.fabs(value) + ds * ds * majorant(along, moving, near)[0] / 2
+        change = ds * majorant(turned, moving, near)[0]
+        square, _ = majorant(column(bent.nonzeros()), moving, [size_x, size_u, *sizes])
+        unit = column([share[i] * w[j] for i, j in zip(entry, other, strict=True)])
+        kappa = norm(square * unit)
+        inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
+        results = [ca.densify(part) for part in (norm(residual / r), norm(change * share), kappa)]
+        return ca.Function("turn", inputs, results)
+
+    def along(self, b: int) -> Any:
+        """Return one block on a curve of what it depends on.
+
+        (x, u, x', u', consts) -> Newton step, rate, determinant, beta, share by which its
+        equations are open; x' and u' are those of earlier unknowns and of the drivers.
+        """
+        v, du = SX.sym("v", self.nx), SX.sym("du", self.nu)
+        trig = (ca.sin(self.x), ca.cos(self.x))
+        F, _, inv, det, beta = self._solve(b, self.x, self.u, trig)
+        rate = inv @ self.blocks[b].first_rate(self.x, self.u, self.p, v, du, trig)
+        inputs = [self.x, self.u, v, du, self.consts]
+        left = norm(F / self.weights(b)[1]) if self.blocks[b].redundant else SX(0)
+        results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
+        return ca.Function("along", inputs, results, OPTIONS)
+
+    def tube(self, b: int) -> Any:
+        """Return the test of a step of one block on a curve, and its radius: see `_tube`.
+
+        (x, x', away, u, u', drift, [beta, step], consts) -> test, radius.
+        """
+        v, away, numbers = SX.sym("v", self.nx), SX.sym("away", self.nx), SX.sym("numbers", 2)
+        du, drift = SX.sym("du", self.nu), SX.sym("drift", self.nu)
+        beta, step = numbers[0], numbers[1]
+        results = self._tube(b, self.x, v, away, self.u, du, beta, step, drift)
+        inputs = [self.x, v, away, self.u, du, drift, numbers, self.consts]
+        return ca.Function("tube", inputs, [ca.densify(part) for part in results], OPTIONS)
+
+    def fold(self, b: int) -> Any:
+        """Return the system of a limit position of block `b` and its derivatives.
+
+        (y, [consts; u0; d]) -> G, G_y, J_b, dF_b/ds, F_xx[v, v] with y = (x of the block and
+        its ancestors, s, v): G = {F = 0, J_b v = 0, v.v - 1}.
+        """
+        chain = [i for k in self.ancestors(b) for i in self.blocks[k].own]
+        graph = self.blocks[b]
+        y = SX.sym("y", len(chain) + 1 + graph.size)
+        u0, d = SX.sym("u0", self.nu), SX.sym("d", self.nu)
+        x = placed(SX.zeros(self.nx), chain, y[: len(chain)])
+        s, v = y[len(chain)], y[len(chain) + 1 :]
+        u = self._drivers(s, u0, d)[0]
+        w, _ = self.weights(b)
+        values = [self.blocks[k].value(x, u, self.p) for k in self.ancestors(b)]
+        F, J, _ = values[-1]
+        own = [chain.index(i) for i in graph.own]
+        system = ca.vertcat(*[value[0] for value in values], J @ (w * v), ca.sumsqr(v) - 1)
+        slope = ca.jtimes(F, y[own], w * v)
+        bend = ca.jtimes(slope, y[own], w * v)
+        whole = ca.vertcat(self.consts, u0, d)
+        results = [system, ca.jacobian(system, y), J, ca.jacobian(F, y), bend]
+        return ca.Function("fold", [y, whole], [ca.densify(part) for part in results], OPTIONS)

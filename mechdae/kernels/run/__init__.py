@@ -1,0 +1,1 @@
+"""casadi functions evaluated on arrays of poses."""

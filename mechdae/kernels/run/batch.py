@@ -1,0 +1,113 @@
+"""casadi functions on arrays of poses: one row per pose.
+
+Few poses go through casadi's virtual machine and its buffers, many through a straight line
+of NumPy operations, which computes the same.
+`Function.map` takes one column per pose, which is one C-ordered row; `Function.buffer`
+holds bare pointers, so the arrays it points to live as long as the adapter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechdae.kernels.run.numpy_backend import Straight, straight
+
+CHUNK = 512
+MANY = 512
+"""Poses from which the straight line of NumPy operations is faster."""
+
+
+class Batch:
+    """Evaluates a casadi function for many poses.
+
+    Parameters
+    ----------
+    function
+        casadi Function with vector inputs and outputs.
+    shared
+        Inputs that have one value for all poses.
+    chunk
+        Largest number of poses in one call of the virtual machine.
+    straight
+        The function's NumPy form, where somebody keeps it.
+    """
+
+    def __init__(
+        self,
+        function: Any,
+        shared: Sequence[int] = (),
+        chunk: int = CHUNK,
+        straight: Callable[[], Straight | None] | None = None,
+    ) -> None:
+        self.function = function
+        self.shared = set(shared)
+        self.rows_in = [function.size1_in(i) for i in range(function.n_in())]
+        self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
+        self.limit = chunk
+        self._kept = straight
+        self._mapped: dict[int, tuple[Any, Any, list[Any], list[Any]]] = {}
+        self.evaluations = 0
+
+    def __call__(self, *inputs: Any) -> list[Any]:
+        """Return one (n, rows) array for each output.
+
+        Inputs are (n, rows) arrays, shared ones (rows,).
+        """
+        arrays = [self._checked(i, np.asarray(value, float)) for i, value in enumerate(inputs)]
+        n = next(len(a) for i, a in enumerate(arrays) if i not in self.shared)
+        self.evaluations += n
+        if n >= MANY and self.straight is not None:
+            return self.straight(arrays)
+        results = [np.empty((n, rows)) for rows in self.rows_out]
+        if n == 0:
+            return results
+        size = min(self.limit, 1 << (n - 1).bit_length())
+        buffer, trigger, staged_in, staged_out = self._chunk(size)
+        for i in self.shared:
+            staged_in[i][:] = arrays[i]
+        for start in range(0, n, size):
+            count = min(size, n - start)
+            for i, array in enumerate(arrays):
+                if i not in self.shared:
+                    staged_in[i][:count] = array[start : start + count]
+            trigger()
+            for staged, result in zip(staged_out, results, strict=True):
+                result[start : start + count] = staged[:count]
+        if buffer.ret():
+            raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
+        return results
+
+    @cached_property
+    def straight(self) -> Straight | None:
+        """The NumPy form of the function, None where there is none."""
+        if self._kept is not None:
+            return self._kept()
+        return straight(self.function, sorted(self.shared))
+
+    def _checked(self, i: int, array: Any) -> Any:
+        shape = (self.rows_in[i],)
+        if (array.shape if i in self.shared else array.shape[1:]) != shape:
+            name = self.function.name_in(i)
+            raise ValueError(f"input {name} has rows of shape {array.shape}, not {shape}")
+        return array
+
+    def _chunk(self, size: int) -> tuple[Any, Any, list[Any], list[Any]]:
+        if size not in self._mapped:
+            mapped = self.function.map(size) if size > 1 else self.function
+            buffer, trigger = mapped.buffer()
+            staged_in: list[Any] = [np.zeros((size, rows)) for rows in self.rows_in]
+            staged_out: list[Any] = [np.zeros((size, rows)) for rows in self.rows_out]
+            for i, array in enumerate(staged_in):
+                if not array.size:
+                    continue
+                buffer.set_arg(i, memoryview(array))
+            for i, array in enumerate(staged_out):
+                if not array.size:
+                    continue
+                buffer.set_res(i, memoryview(array))
+            self._mapped[size] = (buffer, trigger, staged_in, staged_out)
+        return self._mapped[size]

@@ -1,0 +1,1 @@
+"""Tasks of position, velocity and acceleration: sweeps and assembly modes."""

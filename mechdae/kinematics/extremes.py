@@ -1,0 +1,150 @@
+"""Refined extremes of angles and slides along a path: swing and stroke."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.continuation.evaluate import Evaluator, Poses
+from mechdae.continuation.interpolate import turning
+from mechdae.continuation.path import Path
+from mechdae.continuation.reachable_arc import arc_of, before_limits
+from mechdae.setup.outputs import Outputs
+
+ITERATIONS = 6
+NEAR = 1e-4
+"""Share of a quantity's range by which a stationary value may miss the best one and is refined."""
+SAME = 1e-6
+"""Share of a bracket within which stationary places are one, and a place is good enough."""
+CHUNK = 256
+
+
+def ranges(
+    evaluator: Evaluator,
+    outputs: Outputs,
+    path: Path,
+    poses: Poses,
+    low: float,
+    high: float,
+    between: Any = (),
+) -> dict[str, dict[str, float]]:
+    """Return ``swing`` [rad] by body and ``stroke`` [m] by joint over [low, high].
+
+    A stationary value is bracketed between nodes of the path by the sign of its first
+    derivative and refined by Newton's method on it, so that it does not depend on the grid.
+    `between` are further places to look at, for a path that needs no nodes.
+    """
+    entries = [
+        entry
+        for entry in outputs.entries
+        if (entry.kind == "bodies" and entry.name == "angle") or entry.name == "slide"
+    ]
+    result: dict[str, dict[str, float]] = {"swing": {}, "stroke": {}}
+    if not entries or len(poses.y) < 3:
+        return result
+    nodes = np.array([*path.s, *between, *before_limits(path)])
+    nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
+    inner = nodes[(nodes > low) & (nodes < high)]
+    places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
+    at_nodes = evaluator.at(path, np.array(places))
+    columns = np.array([entry.columns[0] for entry in entries])
+    known = [
+        np.where(p.alive.all(axis=1)[:, None], p.y[0][:, columns], np.nan)
+        for p in (poses, at_nodes)
+    ]  # no body goes further than the mechanism does
+    least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
+    most = np.fmax.reduce([np.fmax.reduce(values, axis=0) for values in known])
+    for i, value in _stationary(evaluator, path, at_nodes, columns, least, most):
+        least[i], most[i] = np.fmin(least[i], value), np.fmax(most[i], value)
+    for entry, span in zip(entries, (most - least).tolist(), strict=True):
+        if np.isfinite(span):
+            result["stroke" if entry.name == "slide" else "swing"][entry.part] = span
+    return result
+
+
+def _shifts(path: Path, low: float, high: float) -> list[float]:
+    """Return by how much places of the path lie off those of [low, high] that they are."""
+    arc = arc_of(path)
+    if not path.graphs.turns or arc.ends == [None, None] or (arc.holds(low) and arc.holds(high)):
+        return [0.0]
+    least, most = (low - arc.last) / (2 * np.pi), (high - arc.first) / (2 * np.pi)
+    return [2 * np.pi * k for k in {0, *range(int(np.ceil(least)), int(np.floor(most)) + 1)}]
+
+
+@dataclass(frozen=True)
+class Brackets:
+    """Intervals [a, b] in which the rate of a quantity changes its sign, a guess `s` in each."""
+
+    entry: Any
+    a: Any
+    b: Any
+    s: Any
+
+    def take(self, rows: Any, s: Any = None) -> Brackets:
+        """Return some of the brackets, with other guesses."""
+        s = self.s if s is None else s
+        return Brackets(self.entry[rows], self.a[rows], self.b[rows], s[rows])
+
+
+def _stationary(
+    evaluator: Evaluator, path: Path, nodes: Poses, columns: Any, least: Any, most: Any
+) -> list[tuple[int, float]]:
+    """Return the stationary values that may be extreme, each with its quantity's number.
+
+    All quantities are refined together; a place that many of them share is evaluated once.
+    """
+    left = _brackets(nodes, columns, least, most)
+    found: list[tuple[int, float]] = []
+    for _ in range(ITERATIONS):
+        if not len(left.s):
+            break
+        s, y, rate, bend = _at(evaluator, path, columns, left)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            step = np.nan_to_num(np.where(bend != 0, rate / bend, 0.0))
+        done = np.abs(step) <= 2 * SAME * (left.b - left.a)
+        value = y - rate * step / 2
+        found += zip(left.entry[done].tolist(), value[done].tolist(), strict=True)
+        left = left.take(~done, np.clip(s - step, left.a, left.b))
+    if len(left.s):
+        y = _at(evaluator, path, columns, left)[1]
+        found += zip(left.entry.tolist(), y.tolist(), strict=True)
+    return found
+
+
+def _brackets(nodes: Poses, columns: Any, least: Any, most: Any) -> Brackets:
+    """Return the brackets of stationary values that may be the largest or the smallest."""
+    y, rate, bend = (values[:, columns] for values in nodes.y[:3])
+    rate = np.where(nodes.alive.all(axis=1)[:, None], rate, np.nan)
+    with np.errstate(invalid="ignore"):
+        k, entry = np.nonzero(rate[:-1] * rate[1:] < 0)
+    a, b = nodes.s[k], nodes.s[k + 1]
+    s, value = turning(b - a, *[v[i, entry] for i in (k, k + 1) for v in (y, rate, bend)])
+    low, high = least.copy(), most.copy()
+    np.fmin.at(low, entry, value)
+    np.fmax.at(high, entry, value)
+    slack = NEAR * (high - low)[entry]
+    near = (value <= low[entry] + slack) | (value >= high[entry] - slack)
+    return Brackets(entry, a, b, a + s).take(near)
+
+
+def _at(
+    evaluator: Evaluator, path: Path, columns: Any, wanted: Brackets
+) -> tuple[Any, Any, Any, Any]:
+    """Return the places evaluated, and there the quantities with two derivatives, (k,) each."""
+    order = np.argsort(wanted.s)
+    s = wanted.s[order]
+    cell = np.floor(s / (SAME * np.min(wanted.b - wanted.a)))
+    first = np.concatenate([[True], np.diff(cell) > 0])
+    row = np.empty(len(s), int)
+    row[order] = np.cumsum(first) - 1
+    places = s[first]
+    result = np.empty((3, len(s)))
+    for start in range(0, len(places), CHUNK):
+        poses = evaluator.at(path, places[start : start + CHUNK])
+        mine = np.flatnonzero((row >= start) & (row < start + CHUNK))
+        for values, y in zip(result, poses.y[:3], strict=True):
+            values[mine] = y[row[mine] - start, columns[wanted.entry[mine]]]
+    y, rate, bend = result
+    return places[row], y, rate, bend

@@ -1,0 +1,147 @@
+"""A task's scene with everything that is needed to evaluate it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechdae.assembly import start
+from mechdae.assembly.assembler import Assembler
+from mechdae.assembly.idle_freedom import settled
+from mechdae.continuation.evaluate import Evaluator, Poses
+from mechdae.continuation.path import Path
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.errors import SolveError, UnavailableError
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.measures import measure
+from mechdae.model.model import Model
+from mechdae.model.reduction import Scene, scene
+from mechdae.setup.drivers import Plan, plan, sketched
+from mechdae.setup.named_outputs import NamedOutputs, requests, time_of
+from mechdae.setup.outputs import Outputs, Request
+from mechdae.setup.scales import Constants, divisors
+from mechdae.setup.slips import driver_slips
+
+GROWTHS = 8
+SAFE = 0.75
+"""Share of a divisor's least size at the nodes of a path that it may keep between them."""
+
+
+@dataclass
+class Setting:
+    """A scene with everything that is needed to evaluate it."""
+
+    plan: Plan
+    scene: Scene
+    outputs: Outputs
+    graphs: Graphs
+    assembler: Assembler
+    expressions: NamedOutputs
+    on_change_point: str = "continue"
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Run:
+    """Evaluated poses with the driver values and the places on the path they belong to."""
+
+    path: Path
+    evaluator: Evaluator
+    poses: Poses
+    values: Any
+    places: Any
+    events: list[dict[str, Any]]
+    summary: dict[str, Any]
+    found: measure.Found = field(default_factory=measure.Found)
+
+
+def prepare(
+    problem: Problem,
+    task: Sweep,
+    loaded: Callable[[Model], Iterable[str]] | None = None,
+    more: Callable[[Scene], list[Request]] | None = None,
+    free: Iterable[str] = (),
+) -> Setting:
+    """Return scene and kernels of a task; only redundant groups are assembled yet.
+
+    A task of forces names the bodies that are `loaded`, and what `more` is evaluated; numbers
+    that are `free` stay symbols even where they are zero.
+    """
+    mechanism = problem.mechanism
+    if task.derivatives > 3:
+        raise UnavailableError(
+            "derivatives above the third are not computed by this version", where="derivatives"
+        )
+    numbers = plan(mechanism, task)
+    model, sketch = Model(mechanism, free=free), sketched(mechanism)
+    kept = None if loaded is None else list(loaded(model))
+
+    def build(coarse: bool) -> Setting:
+        the_scene = scene(model, numbers.coordinates, task.outputs, coarse, kept)
+        expressions = NamedOutputs(
+            model,
+            the_scene.selection.named,
+            task.derivatives,
+            listed=task.outputs is not None,
+            time=time_of(numbers) is not None,
+        )
+        hidden = requests(model, list(expressions.rates))
+        hidden += measure.requests(the_scene, task, numbers.by_value)
+        hidden += more(the_scene) if more is not None else []
+        outputs = Outputs(the_scene, hidden)
+        order = max(task.derivatives, measure.order_of(task))
+        graphs = Graphs(the_scene, outputs.expression, order, numbers.course)
+        assembler = Assembler(graphs, sketch)
+        action = task.on_change_point
+        return Setting(numbers, the_scene, outputs, graphs, assembler, expressions, action)
+
+    return settled(build, lambda setting: start.try_redundant(setting.assembler, numbers))
+
+
+def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
+    """Return driver values and unknowns of the pose the path starts from."""
+    if task.mode is None:
+        u, x = start.sketched_pose(setting.assembler, setting.plan)
+        slips = driver_slips(task, setting.plan)
+        setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u, slips)
+        return u, x
+    first = setting.plan.first
+    u = np.where(np.isnan(first), start.start_values(setting.plan), first)
+    return u, start.mode_by_label(setting.assembler, u, task.mode).x
+
+
+def covered(
+    follow: Callable[[Constants], tuple[Path, Any]],
+    setting: Setting,
+    span: Any,
+    margin: Any,
+    start: tuple[Any, Any],
+    graphs: Graphs | None = None,
+) -> tuple[Path, Any]:
+    """Return what `follow` gives with bounds that hold for the path it found.
+
+    The bounds of a sweep need the size of unknowns and drivers before they are known: they
+    are assumed, and enlarged where the path went further. So is what curves divide by,
+    which is measured, first at `start` (unknowns, driver values). `graphs` are those of the
+    path where they are not the setting's.
+    """
+    graphs = graphs or setting.graphs
+    size_u = np.max(np.abs(np.asarray(span, float)), axis=0) + margin
+    size_x = None
+    kept = divisors(graphs, start[0][None, :], np.atleast_2d(start[1])) / 2
+    for _ in range(GROWTHS):
+        numbers = Constants(graphs, size_u, size_x, kept)
+        path, values = follow(numbers)
+        found_x, found_u = path.sizes()
+        found = divisors(graphs, *path.on_curves()[1:])
+        safe = not numbers.measured or np.all(numbers.floors[: len(found)] <= SAFE * found)
+        if safe and np.all(found_x <= numbers.size_x) and np.all(found_u <= size_u):
+            return path, values
+        kept = np.minimum(kept, found)
+        size_u = np.maximum(size_u, 1.5 * found_u)
+        size_x = np.maximum(numbers.size_x, 1.5 * found_x)
+    raise SolveError("an unknown grows without bound along the path")

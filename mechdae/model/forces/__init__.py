@@ -1,0 +1,1 @@
+"""Forces as symbols: loads, inertia, friction, meshes."""

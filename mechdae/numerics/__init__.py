@@ -1,0 +1,1 @@
+"""Numerical methods on NumPy arrays that know nothing of mechanisms."""

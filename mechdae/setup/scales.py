@@ -1,0 +1,157 @@
+"""The numbers a scene is evaluated with: parameters, bounds, direction of the path."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import Coordinate
+from mechdae.describe.curve import extent
+from mechdae.describe.joints import Curve
+from mechdae.kernels.graphs.bounds import ROUNDOFF
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.model.curve_contacts import Contact
+from mechdae.model.model import Model
+from mechdae.model.reduction import Scene
+
+BOXES = 64
+"""Parts of the curves for which bounds are computed apart."""
+MARGIN = 0.1
+"""Share of an open curve's range by which a step may look beyond its ends."""
+
+
+class Constants:
+    """Parameter values and the bounds of `Graphs.constants` for one sweep.
+
+    Attributes
+    ----------
+    p : (np,) array
+    scale : float
+        A length of the mechanism [m], the largest distance between points of one body.
+    kappa, rho, mu : arrays
+        See `Graphs.constants`.
+    floors : array
+        Least sizes of what curves divide by.
+    estimated : bool
+        Whether the bounds rest on sizes measured along the path (`measured`), or take the
+        pieces of a curve to join smoothly.
+    """
+
+    def __init__(
+        self,
+        graphs: Graphs,
+        size_u: Any,
+        size_x: Any = None,
+        measured: Any = None,
+        p: Any = None,
+    ) -> None:
+        self.graphs = graphs
+        self.p = graphs.scene.model.p_values if p is None else np.asarray(p, float)
+        self.scale = mechanism_scale(graphs.scene.model.mechanism)
+        angle = np.array([name == "angle" for _, name in graphs.scene.x_names], bool)
+        if size_x is None:
+            turned = np.array([c.is_angle for c in graphs.scene.drivers], bool)
+            largest = float(np.max(np.abs(size_u) * turned, initial=0.0))
+            size_x = np.where(angle, 4 * np.pi + 2 * largest, 10 * self.scale)
+            for i, contact in own_parameters(graphs.scene).items():
+                turned_by = (4 * np.pi + 2 * largest) if contact.closed else 0.2 * np.pi
+                size_x[i] = max(map(abs, contact.range)) + turned_by * contact.unit
+        self.size_x, self.size_u = np.asarray(size_x, float), np.abs(np.asarray(size_u, float))
+        self.boxes = boxes(graphs)
+        self.floors, self.measured = self._floors(measured)
+        self.estimated = self.measured or graphs.floors.pieces
+        sizes = (self.size_x, self.size_u, self.p)
+        values = graphs.constants(*sizes, self.scale, self.floors, *self.boxes)
+        self.kappa, self.rho, self.mu = (np.array(value).max(axis=1) for value in values)
+
+    def _floors(self, measured: Any) -> tuple[Any, bool]:
+        """Return the floors, and whether they had to be measured."""
+        graphs = self.graphs
+        if not graphs.contacts:
+            return np.zeros(0), False
+        floors = np.zeros(graphs.floors.symbols.numel())
+        sizes = (self.size_x, self.size_u, self.p)
+        least = np.array(graphs.divisors[1](*sizes, *self.boxes)).min(axis=1, initial=np.inf)
+        proved = bool(np.all(least > 0))
+        floors[: len(least)] = least if proved or measured is None else measured / 2
+        return floors, not proved
+
+    def vector(self) -> Any:
+        """Return the input ``consts`` of the kernels."""
+        grain = ROUNDOFF * self.size_x
+        return np.concatenate([self.p, [self.scale], self.kappa, self.rho, grain, self.floors])
+
+
+def boxes(graphs: Graphs) -> tuple[Any, Any]:
+    """Return boxes of the contacts' places, (nc, k) lower and upper bounds, all ranges in all.
+
+    A bound over a whole curve at once is wide; the largest of those over its parts is not.
+    """
+    contacts = own_parameters(graphs.scene)
+    count = max(1, round(BOXES ** (1 / max(len(graphs.places), 1)))) if graphs.enclosed else 1
+    lows, highs = [], []
+    for i in graphs.places:
+        low, high = contacts[i].range
+        beyond = 0.0 if contacts[i].closed else MARGIN * (high - low)
+        edges = np.linspace(low - beyond, high + beyond, count + 1)
+        lows.append(edges[:-1])
+        highs.append(edges[1:])
+    if not lows:
+        return np.zeros((0, 1)), np.zeros((0, 1))
+    corners = [np.array(np.meshgrid(*sides)).reshape(len(lows), -1) for sides in (lows, highs)]
+    return corners[0], corners[1]
+
+
+def divisors(graphs: Graphs, x: Any, u: Any) -> Any:
+    """Return the least sizes (nd,) at poses x (n, nx), u (n, nu) of what curves divide by."""
+    if not graphs.contacts:
+        return np.zeros(0)
+    values = np.array(graphs.divisors[0](x.T, u.T, graphs.scene.model.p_values[:, None]))
+    return np.nanmin(values, axis=1, initial=np.inf)
+
+
+def own_parameters(scene: Scene) -> dict[int, Contact]:
+    """Return the unknowns that are places on a curve, with their joints."""
+    contacts = scene.model.contacts
+    return {i: contacts[owner] for i, (owner, name) in enumerate(scene.x_names) if name == "s"}
+
+
+def periods(scene: Scene) -> Any:
+    """Return the periods of the unknowns (nx,): a turn of angles, 0 without one."""
+    result = np.array([2 * np.pi if name == "angle" else 0.0 for _, name in scene.x_names])
+    for i, contact in own_parameters(scene).items():
+        result[i] = contact.range[1] - contact.range[0] if contact.closed else 0.0
+    return result
+
+
+def natural_sizes(scene: Scene, scale: float) -> Any:
+    """Return sizes of the unknowns (nx,): 1 rad, a length, the range of s over 2 pi."""
+    result = np.array([1.0 if name == "angle" else scale for _, name in scene.x_names])
+    for i, contact in own_parameters(scene).items():
+        result[i] = contact.unit
+    return result
+
+
+def driver_size(model: Model, c: Coordinate, scale: float) -> float:
+    """Return the size of a driven coordinate: 1 rad, a length, the range of s over 2 pi."""
+    if c.kind == "curve":
+        return model.contacts[c.part].unit
+    return 1.0 if c.is_angle else scale
+
+
+def mechanism_scale(mechanism: Any) -> float:
+    """Return a length of the mechanism [m]: the largest extent of a body or of the ground."""
+    values = mechanism.values()
+    spans = []
+    for name, body in [("ground", mechanism.ground), *mechanism.bodies.items()]:
+        if len(body.points) > 1:
+            for axis in "xyz"[: mechanism.dimension]:
+                places = [values[f"{name}.{point}.{axis}"] for point in body.points]
+                spans.append(max(places) - min(places))
+    for name, joint in mechanism.joints.items():
+        if joint.kind == "distance":
+            spans.append(values[f"{name}.length"])
+        if isinstance(joint, Curve):
+            spans.append(extent(joint, values))
+    return max(spans, default=0.0) or 1.0

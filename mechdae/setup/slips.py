@@ -1,0 +1,90 @@
+"""What looks like a slip of the pen: degrees without a suffix, millimetres taken for metres."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from mechdae.describe.coordinates import SLIDE_JOINTS
+from mechdae.describe.expression import evaluate
+from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
+from mechdae.describe.tasks.kinds import Driven
+from mechdae.setup.drivers import Plan
+
+TIMES = 10
+"""Times all other lengths together that a length looks wrong."""
+LEAST = 3
+"""Lengths that a mechanism must have to tell which of them is out of place."""
+TURNS = 5
+"""Turns above which a whole number of radians looks like degrees."""
+
+
+def driver_slips(task: Driven, plan: Plan) -> list[str]:
+    """Return notes about values of drivers that look like degrees."""
+    notes = []
+    for k, (driver, c) in enumerate(zip(task.all_drivers, plan.coordinates, strict=True)):
+        if not c.is_angle or driver.law is not None:
+            continue
+        given = {"from": driver.from_, "to": driver.to}
+        plain = {word: n for word, n in given.items() if isinstance(n, float)}
+        named = [n for n in driver.at or () if isinstance(n, float)]
+        if named:
+            plain["at"] = max(named, key=abs)
+        word, value = max(plain.items(), key=lambda item: abs(item[1]), default=("", 0.0))
+        if abs(value) > 2 * math.pi * TURNS and value == round(value):
+            place = "driver" if task.drivers is None else f"drivers[{k}]"
+            notes.append(
+                f"{place}: {word} = {value:g} is in radians, {abs(value) / (2 * math.pi):.1f} "
+                f"turns of {c.part}; did you mean {word}_deg?"
+            )
+    return notes
+
+
+def long_length(mechanism: Mechanism) -> str:
+    """Return what is said about a length that dwarfs all others together, empty if none does."""
+    sizes = sorted(_lengths(mechanism), key=lambda item: item[0], reverse=True)
+    sizes = [item for item in sizes if item[0] > 0]
+    if len(sizes) < LEAST:
+        return ""
+    (largest, text), others = sizes[0], sum(size for size, _ in sizes[1:])
+    if largest <= TIMES * others:
+        return ""
+    return (
+        f"{text}, {largest / others:.0f} times all other lengths together: is that in metres? "
+        "(points_mm, length_mm, NAME_mm are in millimetres)"
+    )
+
+
+def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, str]]:
+    """Yield the largest distance between joint points of each body, and other lengths."""
+    values = mechanism.values()
+    points: dict[str, list[str]] = {}
+    for joint in mechanism.joints.values():
+        for reference in (joint.first, joint.second):
+            body, point = reference.split(".")
+            points.setdefault(body, []).append(point)
+        if joint.kind == "distance":
+            size = abs(values[f"{joint.name}.length"])
+            yield size, f"{joint.name}.length is {size:g} m"
+    for body, own in points.items():
+        places = {
+            point: np.array([values.get(f"{body}.{point}.{axis}", 0.0) for axis in "xy"])
+            for point in dict.fromkeys(own)
+        }
+        pairs = [
+            (float(np.hypot(*(places[a] - places[b]))), a, b)
+            for a, b in itertools.combinations(places, 2)
+        ]
+        if pairs:
+            size, a, b = max(pairs)
+            where = "on the ground" if body == GROUND else f"of {body}"
+            yield size, f"{b} and {a} {where} are {size:g} m apart"
+    known = evaluate_all(mechanism.parameters)
+    for name, number in mechanism.sketch.items():
+        joint_name = name.removesuffix(".slide")
+        if joint_name in mechanism.joints and mechanism.joints[joint_name].kind in SLIDE_JOINTS:
+            size = abs(evaluate(number, known))
+            yield size, f"the slide of {joint_name} is sketched at {size:g} m"

@@ -1,0 +1,1 @@
+"""Tasks of one mechanism: sweeps, modes, reactions, motions, equilibria."""

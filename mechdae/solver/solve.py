@@ -1,0 +1,93 @@
+"""One task of one mechanism: dispatch on its kind, and errors with their places."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from pathlib import Path
+
+from mechdae.describe.file.problem import Problem, load
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Task
+from mechdae.errors import InputError, MechdaeError, UnavailableError
+from mechdae.results import Result
+
+KINDS = {
+    "sweep": "mechdae.kinematics.sweep:sweep",
+    "modes": "mechdae.kinematics.modes_task:modes",
+    "reactions": "mechdae.forces.task:reactions",
+    "motion": "mechdae.dynamics.task:motion",
+    "equilibrium": "mechdae.dynamics.rest.equilibrium:equilibrium",
+}
+"""Kind of task -> what computes it from problem, name and task; loaded when it is used."""
+
+
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Task | str | None = None,
+    *,
+    kinds: Mapping[str, str] = KINDS,
+    **options: object,
+) -> Result:
+    """Return the result of one task of a kind in `kinds`.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, a file, or a mechanism.
+    task
+        Name of a task of the problem (default: its first), or a task as a value.
+    kinds
+        Kind of task -> ``module:function``.
+    options
+        What the function takes besides problem, name and task.
+
+    Raises
+    ------
+    InputError
+        Something in the description or the call is wrong.
+    SolveError
+        The mechanism cannot be assembled at its sketch.
+    """
+    whole = as_problem(problem, task)
+    name, chosen = task_of(whole, task)
+    if chosen.kind not in kinds:
+        raise UnavailableError(
+            f"tasks of kind '{chosen.kind}' are not computed by this version",
+            where=f"tasks.{name}.kind",
+            hint=f"available: {', '.join(kinds)}",
+        )
+    module, function = kinds[chosen.kind].split(":")
+    try:
+        result: Result = getattr(importlib.import_module(module), function)(
+            whole, name, chosen, **options
+        )
+    except MechdaeError as error:
+        if isinstance(error, InputError) and not error.where.startswith(
+            ("mechanism", "bodies", "joints", "loads", "sketch", "parameters", "outputs.")
+        ):
+            error.inside(f"tasks.{name}")
+        whole.blame(error)
+        raise
+    return result
+
+
+def as_problem(problem: Problem | Mechanism | str | Path, task: Task | str | None) -> Problem:
+    """Return the problem that is meant; a mechanism gets the task as its only one."""
+    if isinstance(problem, Mechanism):
+        if not isinstance(task, Task):
+            raise InputError("a mechanism needs a task: solve(mechanism, Sweep(...))")
+        return Problem(problem, Table({task.kind: task}))
+    return problem if isinstance(problem, Problem) else load(problem)
+
+
+def task_of(problem: Problem, task: Task | str | None) -> tuple[str, Task]:
+    """Return name and task."""
+    if isinstance(task, Task):
+        name = next((n for n, known in problem.tasks.items() if known == task), task.kind)
+        checked = Problem(problem.mechanism, Table({name: task}))
+        return name, checked.tasks[name]
+    chosen = problem.task(task)
+    name = next(n for n, known in problem.tasks.items() if known is chosen)
+    return name, chosen

@@ -1,0 +1,1 @@
+"""Theory of the four-bar: starts, exact designs, cognates."""

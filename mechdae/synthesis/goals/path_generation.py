@@ -1,0 +1,367 @@
+"""Path and motion generation: a point visits places, a body poses, timed or in order.
+
+All at once: the free parameters and the unknowns of every pose are variables, the closure of
+every pose is an equation and its branch an inequality.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.tasks.goals import Visits as Asked
+from mechdae.model.model import Model
+from mechdae.synthesis.fourbar.solutions import solutions
+from mechdae.synthesis.fourbar.starts import FourBarStarts
+from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.space import TURN, WIDE
+from mechdae.synthesis.starts.linear import Linear
+from mechdae.synthesis.starts.similar import Similar
+from mechdae.synthesis.starts.spread import Spread
+from mechdae.synthesis.timing import PLACES, closed_in, ordered
+from mechdae.synthesis.trace import around
+from mechdae.synthesis.verify import Design
+
+SX = ca.SX
+SAMPLES = 20_000
+"""Designs drawn in the screening of each class."""
+MANY = 100_000
+"""The same where most of what is drawn does not turn and is dropped early."""
+ORDER = 1e-3
+"""Least step of the driver between targets in order [rad]."""
+SLIDES = 5.0
+"""A driver that slides is drawn from so many sizes of the targets to both sides."""
+BETTER = 1e-6
+"""Share by which other times of the same design must be better to be taken."""
+NOTHING = 1e-12
+"""A (dimensionless) objective that no other times need make less."""
+EXACT = 1e-9
+"""Error of an exact target, relative to the spread of the targets."""
+
+
+class Visits(Goal):
+    """A point's places or a body's poses."""
+
+    def __init__(self, asked: Asked, name: str) -> None:
+        self.asked, self.name = asked, name
+        self.targets = np.array(asked.targets)
+        self.weights = np.array(asked.weights)
+        self.steps = np.array(asked.programme)
+        self.count = len(self.targets)
+        places = self.targets[:, :2]
+        self.size = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
+        self.exact = asked.measure == "exact"
+        self.minimax = asked.measure == "minimax"
+        self.sound = 0
+        self.defective: list[tuple[Drawn, tuple[str, ...]]] | None = None
+        self.unit = self.size if self.minimax else self.size**2
+
+    def bodies(self) -> tuple[str, ...]:
+        return (self.asked.what.split(".")[0],)
+
+    def asks(self, model: Model) -> Mapping[str, Any]:
+        if self.asked.is_motion:
+            angle = model.frame(self.asked.what).angle
+            return {self.asked.what: ca.vertcat(model.origin(self.asked.what), angle)}
+        return {self.asked.what: model.point(self.asked.what)}
+
+    def _gap(self, place: Any, target: Any) -> Any:
+        """Return the (dimensionless) distance of a pose from its target, by components.
+
+        Angles count with the size of the targets; their distance is that of the directions.
+        """
+        gap = (place[:2] - target[:2]) / self.size
+        if not self.asked.is_motion:
+            return gap
+        turn = place[2] - target[2]
+        return ca.vertcat(gap, ca.sin(turn), 1 - ca.cos(turn))
+
+    # -- the problem -------------------------------------------------------------------------
+
+    def add(self, nlp: Nlp, d: Any, sigma: Any) -> Any:
+        asked, k, space = self.asked, self.count, self.space
+        sense = nlp.parameter(self.own("sense"), 1.0)
+        targets = ca.reshape(nlp.parameter(self.own("targets"), self.targets), -1, k)
+        steps = nlp.parameter(self.own("programme"), self.steps)
+        free = asked.timing in ("free", "any")
+        wide, way = WIDE * space.way, space.way
+        start = nlp.variable(self.own("start"), int(asked.timing == "steps"), -wide, wide, way)
+        own = nlp.variable(self.own("u"), k if free else 0, -wide, wide, way)
+        x = space.pose_variables(nlp, self.own("x"), k)
+        worst = nlp.variable(self.own("worst"), int(self.minimax), 0.0, np.inf)
+        u, term = [], SX(0)
+        for i in range(k):
+            if free:
+                u.append(own[i])
+            elif asked.timing == "steps":
+                u.append(start + sense * steps[i])
+            else:
+                u.append(steps[i])
+            values = space.at(nlp, x[:, i], u[i], d, sigma)
+            gap = self._gap(space.poses.part(values, asked.what), targets[:, i])
+            if self.exact:
+                nlp.constrain("target", gap[:3] if asked.is_motion else gap, unit=self.size)
+                if asked.is_motion:  # the same direction, not the opposite one
+                    nlp.constrain("target", gap[3], -np.inf, 1.0, self.size)
+            elif self.minimax:
+                nlp.constrain("error", ca.sumsqr(gap) - worst * worst, -np.inf, 0.0)
+            else:
+                term += float(self.weights[i]) * ca.sumsqr(gap)
+        if asked.timing == "free":
+            gaps = [sense * (u[i + 1] - u[i]) for i in range(k - 1)]
+            nlp.constrain("order", ca.vertcat(*gaps) / way, ORDER, np.inf)
+            if space.turned:
+                nlp.constrain("order", sense * (u[-1] - u[0]), -np.inf, TURN - ORDER)
+        return worst if self.minimax else term
+
+    def programme(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> tuple[Any, Any]:
+        x = self.poses_of(values)
+        if self.asked.timing == "free":
+            return np.array(values[self.own("u")]), x
+        if self.asked.timing == "any":
+            own = np.array(values[self.own("u")])
+            return (wound(own) if self.space.loop is not None else own), x
+        if self.asked.timing == "steps":
+            start = float(values[self.own("start")][0])
+            return start + given[self.own("sense")] * self.steps, x
+        return self.steps, x
+
+    # -- starts ------------------------------------------------------------------------------
+
+    def drawn(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        space = self.space
+        if space.loop is not None and not space.asked.choices:
+            starts = FourBarStarts(space, self.asked.what)
+            if self.exact and starts.fits:
+                found = solutions(starts, self.asked, int(generator.integers(2**31)))
+                if found is not None:
+                    yield from self._solutions(found, starts)
+                    return
+            if starts.fits and not self.asked.is_motion:
+                kinds = [kind] if kind else ["crank-rocker", "drag-link"]
+                for each in kinds:
+                    drawn = starts.screened(
+                        self.targets, generator, SAMPLES, -(-count // len(kinds)), each,
+                        self.asked.timing, self.steps,
+                    )  # fmt: skip
+                    yield from (self._of_four_bar(start, starts) for start in drawn)
+                return
+        yield from self._any(kind, generator, count)
+
+    def _solutions(self, found: list[Any], starts: FourBarStarts) -> Iterable[Drawn]:
+        """Yield the solutions that move well; the others are kept with their faults."""
+        self.defective, self.sound = [], 0
+        for each, d, faults in found:
+            drawn = self._posed(each, starts.placed(each, d))
+            if faults:
+                self.defective.append((drawn, faults))
+            else:
+                self.sound += 1
+                yield drawn
+
+    def _of_four_bar(self, start: Any, starts: FourBarStarts) -> Drawn:
+        return self._posed(start, starts.posed(start))
+
+    def _posed(self, start: Any, posed: tuple[Any, Any, Any, Any]) -> Drawn:
+        d, u, x, sigma = posed
+        own, given = self._own(u, float(start.sense))
+        return Drawn(d, own, given, u, x, sigma, start.residual / self.size**2)
+
+    def _own(self, u: Any, sense: float) -> tuple[dict[str, Any], dict[str, Any]]:
+        own: dict[str, Any] = {}
+        if self.asked.timing in ("free", "any"):
+            own[self.own("u")] = u
+        elif self.asked.timing == "steps":
+            own[self.own("start")] = u[:1] - sense * self.steps[0]
+        return own, {self.own("sense"): sense}
+
+    def _any(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
+        """Yield starts of any mechanism: designs drawn in the box, moved along the programme."""
+        spread = Spread(self.space)
+        similar = None if self.asked.is_motion else Similar(self.space, self.asked.what)
+        if similar is not None and not similar.available:
+            similar = None
+        count_of = SAMPLES if similar is None else MANY
+        d = spread.designs(generator, count_of, None if similar is None else similar.lengths)
+        if similar is not None:
+            d = similar.neutral(d)
+        d = d[spread.turning(d, kind)]
+        count_of = len(d)
+        if not count_of:
+            return
+        sense = generator.choice((-1.0, 1.0), count_of)
+        first = self._spread(generator, count_of)
+        if self.asked.timing == "absolute":
+            u = np.broadcast_to(self.steps, (count_of, self.count))
+        elif self.asked.timing == "steps":
+            u = first[:, None] + sense[:, None] * self.steps
+        elif self.asked.timing == "any":
+            u = self._spread(generator, (count_of, self.count))
+        else:
+            gaps = generator.dirichlet(np.ones(self.count), count_of) * TURN
+            if not self.space.turned:
+                gaps *= self.space.way * generator.uniform(0.05, 1, (count_of, 1))
+            u = first[:, None] + sense[:, None] * np.cumsum(gaps, axis=1)
+        kept, x, sigma, values = spread.moved(d, u, generator)
+        d, u, sense = d[kept], u[kept], sense[kept]
+        if not len(d):
+            return
+        beyond = 0.0
+        if similar is not None:
+            d, x, places, beyond = similar.fitted(d, u, x, self.targets, self.weights)
+        else:
+            places = self.space.poses.part(values, self.asked.what)
+            d, places = Linear(self.space, self.asked.what).fitted(
+                d, u, x, places, self.targets, self.weights
+            )
+        f = self._squares(places) + beyond
+        for i in spread.distinct(d, np.argsort(f, kind="stable"), count):
+            own, given = self._own(u[i], float(sense[i]))
+            yield Drawn(d[i], own, given, u[i], x[i], sigma[i], float(f[i]))
+
+    def _spread(self, generator: Any, shape: Any) -> Any:
+        """Return driver values: within a turn, or some sizes to both sides."""
+        if self.space.turned:
+            return generator.uniform(0, TURN, shape)
+        return generator.uniform(-SLIDES, SLIDES, shape) * self.space.way
+
+    def _squares(self, places: Any) -> Any:
+        """Return the (dimensionless) weighted sum of squares of places (n, k, 2 or 3)."""
+        gap = places[..., :2] - self.targets[:, :2]
+        squares = np.sum(gap**2, axis=2) / self.size**2
+        if self.asked.is_motion:
+            squares += 2 - 2 * np.cos(places[..., 2] - self.targets[:, 2])
+        return squares @ self.weights
+
+    def first(self, d: Any) -> float | None:
+        return float(self.steps[0]) if self.asked.timing == "absolute" else None
+
+    def completed(self, spread: Spread, drawn: Drawn) -> tuple[dict[str, Any], dict[str, Any]]:
+        start = float(drawn.u[0])
+        if self.asked.timing == "absolute":
+            u = self.steps
+        elif self.asked.timing == "steps":
+            u = start + self.steps
+        else:
+            best = self._best_times(spread, drawn.d, start, drawn.x[0])
+            if best is not None:
+                return best[0], best[1]
+            u = start + TURN * np.arange(self.count) / self.count
+        _, x, _ = spread.followed(drawn.d, drawn.x[0], start, u)
+        own, given = self._own(np.asarray(u), 1.0)
+        return own | {self.own("x"): x}, given
+
+    # -- the best times ------------------------------------------------------------------------
+
+    def _costs(self, values: Any, own: Any = None) -> Any:
+        """Return the (dimensionless) costs of asked values (n, w): of all targets, or of `own`."""
+        places = self.space.poses.part(values, self.asked.what)
+        if own is None:
+            places, targets, weights = places[:, None], self.targets, self.weights
+        else:
+            targets, weights = self.targets[own], self.weights[own]
+        gap = places[..., :2] - targets[..., :2]
+        squares = np.sum(gap**2, axis=-1) / self.size**2
+        if self.asked.is_motion:
+            squares = squares + 2 - 2 * np.cos(places[..., 2] - targets[..., 2])
+        return squares if self.minimax else squares * weights
+
+    def _best_times(
+        self, spread: Spread, d: Any, u: float, x: Any
+    ) -> tuple[dict[str, Any], dict[str, Any], float] | None:
+        """Return variables and parameters of the best times of a design, and its costs there.
+
+        Along all that is reached from a pose; None where times are not free.
+        """
+        if self.asked.timing not in ("free", "any") or not self.space.turned:
+            return None
+        trace, closed = around(spread, d, u, np.asarray(x, float), PLACES)
+        costs = self._costs(trace.poses(trace.u)[2])
+        if self.asked.timing == "any":
+            places, sense = np.argmin(costs, axis=0), 1.0
+        elif len(costs) < self.count:
+            return None
+        else:
+            ways = [
+                (*ordered(own, self.minimax, closed), way)
+                for own, way in ((costs, 1.0), (costs[::-1], -1.0))
+            ]
+            total, places, sense = min(ways, key=lambda way: way[0])
+            if not np.isfinite(total):
+                return None
+            places = places if sense > 0 else len(costs) - 1 - places
+        step = TURN / PLACES
+        at, poses = closed_in(trace, self._costs, trace.u[0] + step * places, step)
+        _, _, values, held = trace.poses(at)
+        final = self._costs(values, np.arange(self.count))
+        if not held.all():
+            return None
+        own, given = self._own(at, sense)
+        worst = float(np.sqrt(final.max()))
+        own |= {self.own("x"): poses, self.own("worst"): [worst]}
+        return own, given, worst if self.minimax else float(final.sum())
+
+    def refined(
+        self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]] | None:
+        if self.exact or self.asked.timing not in ("free", "any"):
+            return None
+        u, x = np.array(values[self.own("u")]), self.poses_of(values)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        best = self._best_times(spread, d, float(u[0]), x[0])
+        if best is None:
+            return None
+        places = [spread.poses.function(x[i], u[i], d)[2] for i in range(self.count)]
+        costs = self._costs(np.array([np.array(p).ravel() for p in places]), np.arange(self.count))
+        now = float(np.sqrt(costs.max())) if self.minimax else float(costs.sum())
+        if not best[2] < now * (1 - BETTER) or now <= NOTHING:
+            return None
+        return best[0], best[1]
+
+    # -- what a design is worth --------------------------------------------------------------
+
+    def worth(self, design: Design) -> Worth:
+        at, _ = self.programme(design.values, design.given)
+        found, defects = design.swept(at, (self.asked.what,))
+        if found is None:
+            return Worth(np.inf, np.full(self.count, np.nan), defects)
+        defects = defects + self._order(at, design)
+        if self.asked.is_motion:
+            angle = found.bodies[self.asked.what].angle
+            origin = design.origin(found, self.asked.what)
+            turn = (angle - self.targets[:, 2] + np.pi) % TURN - np.pi
+            gap = np.hypot(*(origin - self.targets[:, :2]).T)
+            errors = np.hypot(gap, self.size * 2 * np.sin(np.abs(turn) / 2))
+        else:
+            errors = np.hypot(*(found.points[self.asked.what].position - self.targets).T)
+        if self.exact:
+            worst = float(np.max(errors))
+            if not worst <= EXACT * self.size:
+                defects.append(f"a target is missed by {worst:.3g}")
+            return Worth(worst, errors, defects)
+        if self.minimax:
+            return Worth(float(np.max(errors)), errors, defects)
+        return Worth(float(np.sum(self.weights * errors**2)), errors, defects)
+
+    def _order(self, at: Any, design: Design) -> list[str]:
+        """Return the defect of order: targets that are not visited one after the other."""
+        if self.asked.timing != "free":
+            return []
+        gaps = np.diff(at) * design.given[self.own("sense")]
+        whole = abs(at[-1] - at[0])
+        if (gaps <= 0).any() or (self.space.turned and whole >= TURN):
+            return ["the targets are not visited in order within a turn"]
+        return []
+
+
+def wound(u: Any) -> Any:
+    """Return angles of a driver brought together on the shortest arc, whole turns left out."""
+    turned = np.mod(u, TURN)
+    order = np.sort(turned)
+    gaps = np.diff(np.append(order, order[0] + TURN))
+    first = order[(int(np.argmax(gaps)) + 1) % len(order)]
+    return first + np.mod(turned - first, TURN)

@@ -1,0 +1,1 @@
+"""A synthesis as a job: processes, log, resume."""

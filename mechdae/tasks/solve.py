@@ -1,0 +1,114 @@
+"""From a problem to results: every kind of task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import (
+    Driven,
+    Equilibrium,
+    Modes,
+    Motion,
+    Study,
+    Sweep,
+    Task,
+)
+from mechdae.describe.values import Number
+from mechdae.errors import InputError, MechdaeError
+from mechdae.results import Result
+from mechdae.solver.solve import KINDS as BASIC
+from mechdae.solver.solve import as_problem, task_of
+from mechdae.solver.solve import solve as solved
+
+KINDS = {
+    **BASIC,
+    "study": "mechdae.studies.study:study",
+    "sensitivity": "mechdae.studies.sensitivity:sensitivity",
+    "synthesis": "mechdae.synthesis.synthesize:synthesize",
+}
+"""Kind of task -> what computes it, of all that there are."""
+
+
+def solve(
+    problem: Problem | Mechanism | str | Path,
+    task: Task | str | None = None,
+    *,
+    set: Mapping[str, Number] | None = None,
+    mode: str | None = None,
+    poses: int | None = None,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> Result:
+    """Return the result of one task.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, a file, or a mechanism.
+    task
+        Name of a task of the problem (default: its first), or a task as a value.
+    set
+        Sizes, parameters and automatic names to change; a suffix ``_deg``, ``_rpm`` or ``_mm`` is
+        a unit.
+    mode
+        Label of the assembly mode to start on, in place of the sketch.
+    poses
+        Number of poses, in place of the task's own.
+    workers
+        Processes of this machine that a study is spread over; 1: this one.
+    progress
+        Called with the number of sets of a study that are done, and of all.
+
+    Raises
+    ------
+    InputError
+        Something in the description or the call is wrong.
+    SolveError
+        The mechanism cannot be assembled at its sketch.
+    """
+    whole = as_problem(problem, task)
+    if set is not None and not isinstance(set, Mapping):
+        raise InputError(f"names and their numbers are needed, not {set!r}", where="set")
+    if set:
+        whole = whole.with_values(set)
+    name, chosen = task_of(whole, task)
+    try:
+        chosen = _changed(chosen, mode, poses)
+        _check_workers(workers, chosen)
+    except MechdaeError as error:
+        if isinstance(error, InputError):
+            error.inside(f"tasks.{name}")
+        whole.blame(error)
+        raise
+    options = {"workers": workers, "progress": progress} if isinstance(chosen, Study) else {}
+    if dict(whole.tasks).get(name) != chosen:
+        whole = whole.with_task(name, chosen)
+    return solved(whole, name, kinds=KINDS, **options)
+
+
+def _check_workers(workers: int, task: Task) -> None:
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise InputError("a whole number above 0 is needed", where="workers")
+    if workers > 1 and not isinstance(task, Study):
+        hint = "synthesize(..., workers=...)" if task.kind == "synthesis" else ""
+        raise InputError(
+            f"only studies are spread over processes, this is a task of kind '{task.kind}'",
+            where="workers",
+            hint=hint,
+        )
+
+
+def _changed(task: Task, mode: str | None, poses: int | None) -> Task:
+    if mode is not None:
+        if not isinstance(task, Driven | Equilibrium) or isinstance(task, Modes):
+            raise InputError(f"a task of kind '{task.kind}' does not start on a mode")
+        task = replace(task, mode=mode)
+    if poses is not None:
+        if not isinstance(task, Sweep | Motion):
+            raise InputError(f"a task of kind '{task.kind}' has no number of poses")
+        task = replace(task, poses=poses)
+    return task
