@@ -117,7 +117,7 @@ def published(case: dict[str, Any], task: str) -> tuple[float, str] | None:
 def measure(names: list[str], seeds: int | None, again: bool) -> None:
     """Run what the data lack."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    sys.path[:0] = [str(FOLDER), str(CASES.parent.parent), str(FOLDER.parent)]
+    sys.path[:0] = [str(FOLDER), str(FOLDER.parent)]
     data = json.loads(DATA.read_text(encoding="utf-8")) if DATA.exists() else {"runs": {}}
     data["machine"] = f"Python {platform.python_version()}, {platform.machine()}"
     chosen = [row for row in rows() if not names or row[0] in names]
@@ -138,11 +138,10 @@ def measure(names: list[str], seeds: int | None, again: bool) -> None:
 
 
 def _run(name: str, task: str, seed: int) -> dict[str, Any]:
-    import synthesis_verdicts
-
     import mechdae as md
     from mechdae.describe.tasks.kinds import Synthesis
     from mechdae.synthesis.synthesize import synthesize
+    from tests.reference import synthesis_verdicts
 
     problem = md.load(name)
     asked = problem.tasks[task]

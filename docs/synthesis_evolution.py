@@ -2,9 +2,9 @@
 
 Each case is a function of a box, (n, S) -> (S,), with the objective of the package's own task and
 penalties for what does not assemble and does not turn. The closure is that of
-``tests/closure_fourbar.py``; nothing comes from the package. What helps the method is done for
-it: angles of untimed targets are sorted, so that no order is ever violated; the line of a straight
-line and the choice of branch, sense and gear ratio cost no evaluation.
+``tests/reference/closure_fourbar.py``; nothing comes from the package. What helps the method is
+done for it: angles of untimed targets are sorted, so that no order is ever violated; the line of
+a straight line and the choice of branch, sense and gear ratio cost no evaluation.
 
     found = evolve(evolution(case), seed=0)
 """
@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from closure_fourbar import TURN, rrr, wrapped
+
+from tests.reference.closure_fourbar import TURN, rrr, wrapped
 
 SHARE, GENERATIONS = 15, 2000
 """Population for each variable, and how many generations are run."""

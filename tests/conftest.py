@@ -1,4 +1,4 @@
-"""Shared helpers of the tests."""
+"""Where imports of the tests are looked for: the project's folder and its documentation."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-sys.path.insert(0, str(ROOT / "docs"))
+sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
 
 
 @pytest.fixture(scope="session")

@@ -1,8 +1,8 @@
 """Results of all predefined problems before and after a change: equal bits, or within their bounds.
 
-    python tests/scripts/same_numbers.py dump BEFORE        # one JSON file for each task
-    python tests/scripts/same_numbers.py dump AFTER         # with the changed code
-    python tests/scripts/same_numbers.py compare BEFORE AFTER
+    python -m tests.scripts.same_numbers dump BEFORE        # one JSON file for each task
+    python -m tests.scripts.same_numbers dump AFTER         # with the changed code
+    python -m tests.scripts.same_numbers compare BEFORE AFTER
 
 `compare` prints each value that differs with its path, both values and their difference over the
 largest of its series; exit code 1 when anything is further apart than ``--within`` (default 0:

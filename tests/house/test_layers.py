@@ -1,0 +1,158 @@
+"""Imports point one way only, and light commands stay light."""
+
+from __future__ import annotations
+
+import ast
+import graphlib
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.shared.paths import ROOT
+
+PACKAGE = ROOT / "mechdae"
+ROOMS = {
+    "errors": "",
+    "describe": "errors",
+    "model": "describe errors",
+    "kernels": "describe model",
+    "results": "describe errors",
+    "export": "results",
+    "tables": "results",
+    "draw": "describe errors results",
+    "jobs": "errors",
+    "numerics": "",
+    "setup": "describe errors kernels model results",
+    "assembly": "describe errors kernels model numerics results setup",
+    "continuation": "assembly errors kernels numerics setup",
+    "measures": "continuation describe errors model numerics setup",
+    "kinematics": "assembly continuation describe errors kernels measures model results setup",
+    "forces": "assembly continuation describe errors kernels kinematics measures model numerics "
+    "results setup",
+    "dynamics": "assembly describe errors forces kernels kinematics model results setup",
+    "derivatives": "continuation describe errors forces kinematics model results setup",
+    "solver": "describe dynamics errors forces kinematics results",
+    "studies": "assembly continuation derivatives describe dynamics errors forces jobs kernels "
+    "kinematics model results setup solver",
+    "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
+    "numerics results setup solver studies",
+    "tasks": "assembly describe dynamics errors forces kernels kinematics model results setup "
+    "solver studies synthesis",
+    "bench": "continuation describe dynamics errors forces kernels kinematics setup synthesis "
+    "tasks",
+    "cli": "assembly bench describe draw errors export jobs results synthesis tables tasks",
+}
+"""Each room, and the rooms before it of which it may import."""
+MOST = 20
+"""Modules in one folder."""
+
+
+def room(module: str) -> str:
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else ""
+
+
+def for_type_checkers(tree: ast.Module) -> set[ast.AST]:
+    return {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        for inner in ast.walk(node)
+    }
+
+
+def imports(path: Path, strings: bool = True) -> set[str]:
+    """Return what a module imports, and the modules it names in strings to import them later."""
+    found = set()
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    unused = for_type_checkers(tree)
+    for node in ast.walk(tree):
+        if node in unused:
+            continue
+        if strings and isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found |= set(re.findall(r"^(mechdae(?:\.\w+)+)(?::\w+)?$", node.value))
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module)
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return found
+
+
+def module_of(path: Path) -> str:
+    return ".".join(("mechdae", *path.relative_to(PACKAGE).with_suffix("").parts))
+
+
+FILES = [p for p in sorted(PACKAGE.rglob("*.py")) if p.parent != PACKAGE or p.stem[0] != "_"]
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_point_to_the_left(path: Path) -> None:
+    here = room(module_of(path))
+    for name in imports(path, strings=path.name != "found.py"):
+        if name.startswith("mechdae."):
+            there = room(name)
+            if there.startswith("__"):
+                continue
+            assert there == here or there in ROOMS[here].split(), f"{here} imports {there}"
+
+
+def test_rooms_are_in_order() -> None:
+    known: set[str] = set()
+    for name, before in ROOMS.items():
+        assert set(before.split()) <= known, name
+        known.add(name)
+
+
+def test_folders_are_small() -> None:
+    for folder in {path.parent for path in FILES}:
+        modules = [path for path in folder.glob("*.py") if path.stem != "__init__"]
+        assert len(modules) <= MOST, folder
+
+
+def test_no_circles() -> None:
+    """Imports at run time, inside of functions too; those for type checkers alone do not count."""
+    modules = {module_of(path): path for path in FILES if path.stem != "__init__"}
+    arrows = {
+        name: imports(path, strings=False) & modules.keys() - {name}
+        for name, path in modules.items()
+    }
+    order = graphlib.TopologicalSorter(arrows)
+    order.prepare()
+
+
+def test_the_description_knows_no_numerics() -> None:
+    for path in (PACKAGE / "describe").rglob("*.py"):
+        used = {name.split(".")[0] for name in imports(path)}
+        assert not used & {"casadi", "numpy", "matplotlib"}, path.name
+
+
+def test_only_drawing_knows_matplotlib() -> None:
+    for path in FILES:
+        if "matplotlib" in {name.split(".")[0] for name in imports(path)}:
+            assert room(module_of(path)) == "draw", path
+
+
+def loaded(code: str) -> set[str]:
+    script = f"{code}\nimport sys; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    return {name.split(".")[0] for name in done.stdout.splitlines()[-1].split()}
+
+
+@pytest.mark.parametrize(
+    "code",
+    ["import mechdae", "from mechdae.cli import main; main(['list', '--json'])"],
+    ids=["import", "list"],
+)
+def test_light_commands_load_no_numerics(code: str) -> None:
+    assert not loaded(code) & {"casadi", "matplotlib", "numpy"}
+
+
+def test_solving_loads_no_drawing() -> None:
+    code = "import mechdae as md; md.solve('slider-crank', 'modes')"
+    assert "matplotlib" not in loaded(code)
