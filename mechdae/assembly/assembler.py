@@ -17,7 +17,7 @@ import numpy as np
 from mechdae.assembly.closure import Closing, Gap
 from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, angle_slopes
-from mechdae.assembly.idle_freedom import dependent, free_poses
+from mechdae.assembly.idle_freedom import free_poses
 from mechdae.assembly.least_gap import opening
 from mechdae.assembly.multistart import MOST, Found, Search
 from mechdae.assembly.nearest_mode import Nearest, Sketched
@@ -33,6 +33,7 @@ from mechdae.kernels.run.local import Local
 from mechdae.model.groups import Group
 from mechdae.model.reduction import own_freedom
 from mechdae.numerics.least_squares import solve
+from mechdae.numerics.null_space import dependent
 from mechdae.setup.drivers import Sketch
 from mechdae.setup.scales import mechanism_scale, natural_sizes
 

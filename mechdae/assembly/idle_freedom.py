@@ -14,11 +14,10 @@ import numpy as np
 
 from mechdae.errors import FreedomError
 from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.numerics.null_space import ZERO
 
 T = TypeVar("T")
 
-RANK_TOLERANCE = 1e-9
-"""Singular values, in parts of the largest, that count as zero."""
 STEP = 1e-3
 ITERATIONS = 60
 LARGEST_STEP = 0.7
@@ -49,14 +48,6 @@ def settled(build: Callable[[bool], T], assemble: Callable[[T], object]) -> T:
             raise error from None
 
 
-def dependent(matrix: Any) -> Any:
-    """Return which rows of a matrix depend on each other, equilibrated, as booleans."""
-    size = np.linalg.norm(matrix, axis=1)
-    left, sigma, _ = np.linalg.svd(matrix / np.where(size > 0, size, 1.0)[:, None])
-    rank = int(np.sum(sigma > RANK_TOLERANCE * sigma[0])) if len(sigma) else 0
-    return np.abs(left[:, rank:]).max(axis=1, initial=0.0) > 1e-6
-
-
 def free_poses(
     graph: BlockGraph, x: Any, u: Any, p: Any, sizes: Any, scale: float
 ) -> tuple[Any, Any] | None:
@@ -79,7 +70,7 @@ def free_poses(
             F, J = scaled(x)
             if not (np.all(np.isfinite(F)) and np.all(np.isfinite(J))):
                 break
-            step = np.linalg.lstsq(J, F, rcond=RANK_TOLERANCE)[0]
+            step = np.linalg.lstsq(J, F, rcond=ZERO)[0]
             x[graph.own] -= step * sizes * min(1.0, most / max(np.abs(step).max(), most))
         return x
 
@@ -89,7 +80,7 @@ def free_poses(
         if not np.linalg.norm(F) < HOLDS or not np.all(np.isfinite(J)):
             return None
         _, sigma, right = np.linalg.svd(J)
-        rank = int(np.sum(sigma > RANK_TOLERANCE * max(sigma[0], 1.0)))
+        rank = int(np.sum(sigma > ZERO * max(sigma[0], 1.0)))
         return right[-1] if rank < graph.size else None
 
     here = settled_at(x, LARGEST_STEP)

@@ -15,10 +15,10 @@ from mechdae.errors import (
     SingularMassError,
     SolveError,
 )
+from mechdae.numerics.null_space import dependences, freedoms, rank, unit_rows
 
 SX = ca.SX
 CLOSED = 1e-9
-RANK = 1e-9
 MASSLESS = 1e-12
 """Least eigenvalue of the scaled mass matrix along the freedoms that counts as inertia."""
 ASIDE = 1e-2
@@ -65,19 +65,6 @@ def check_start(setup: Setup, begin: Start) -> None:
                 where="drivers",
                 hint="drive fewer coordinates",
             )
-
-
-def freedoms(J: Any, sizes: Any) -> Any:
-    """Return a basis (n, k) of the rates that constraints leave, over natural sizes."""
-    n = len(sizes)
-    if not len(J):
-        return np.eye(n)
-    scaled = J * sizes
-    norms = np.linalg.norm(scaled, axis=1, keepdims=True)
-    scaled = scaled / np.where(norms > 0, norms, 1.0)
-    _, sigma, right = np.linalg.svd(scaled)
-    rank = int(np.sum(sigma > RANK * sigma[0])) if len(sigma) and sigma[0] > 0 else 0
-    return right[rank:].T
 
 
 def check_inertia(setup: Setup, x: Any, v: Any) -> None:
@@ -149,10 +136,7 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
     common: set[str] | None = None
     for place in (x, aside):
         G = np.array(ca.DM(function(0.0, place, v, setup.loose))) * sizes
-        norms = np.linalg.norm(G, axis=1, keepdims=True)
-        left, sigma, _ = np.linalg.svd(G / np.where(norms > 0, norms, 1.0))
-        rank = int(np.sum(sigma > RANK * sigma[0]))
-        stress = left[:, rank:] / np.where(norms > 0, norms, 1.0)
+        stress = dependences(G) / unit_rows(G)[1]
         found = set()
         for feedback in r.rubbing.feedbacks:
             if not feedback.friction:
@@ -195,7 +179,7 @@ def check_rest(setup: Setup, x: Any, v: Any) -> None:
     lengths = [1.0 if name == "angle" else setup.length for _, name in r.model.q_names]
     left, sigma, _ = np.linalg.svd(J * k.sizes / k.gaps[:, None])
     asked = gamma.ravel() / k.gaps
-    kept = left[:, : int(np.sum(sigma > DEFICIENT * sigma[0])) if len(sigma) else 0]
+    kept = left[:, : rank(sigma, DEFICIENT)]
     rest = asked - kept @ (kept.T @ asked)
     size = max(
         float(np.max(np.abs(asked), initial=0.0)),

@@ -11,9 +11,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.checks import freedoms
 from mechdae.dynamics.equations import Setup
 from mechdae.kernels.run.batch import Batch
+from mechdae.numerics.null_space import freedoms
 
 RESTS = 10.0
 """Speed, over the slope speed, below which a pair is one that would stick."""

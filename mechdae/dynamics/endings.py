@@ -11,8 +11,8 @@ from mechdae.dynamics.equations import STILL, Setup
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.errors import InfeasibleMotionError
+from mechdae.numerics.null_space import rank
 
-RANK = 1e-9
 DEAD = 1e-6
 """Singular value, over the largest, from which a start is one at a dead point."""
 NEAR = 1e-2
@@ -175,7 +175,7 @@ def stalled(
     more = []
     if setup.kernel.m:
         _, sigma, _ = singular_values(setup, t, x, v)
-        kept = sigma[sigma > RANK * sigma[0]] if len(sigma) else sigma
+        kept = sigma[: rank(sigma)]
         event["sigma_min"] = float(kept[-1] / sigma[0]) if len(kept) else 0.0
         more.append(f"least singular value of the constraints {event['sigma_min']:.2g}")
     if setup.kernel.rubs:

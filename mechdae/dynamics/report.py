@@ -17,7 +17,6 @@ from mechdae.dynamics.endings import Growth
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import WithReactions
 from mechdae.dynamics.integrate import Integrator
-from mechdae.dynamics.meshing import slack_belts
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.start import Start
 from mechdae.dynamics.unique import dependence_note, unique
@@ -28,6 +27,7 @@ from mechdae.dynamics.watchers.passages import Passages
 from mechdae.dynamics.watchers.ranges import Ranges
 from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.dynamics.watchers.stiffness import Stiffness
+from mechdae.forces.meshes import slack_belts
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
 from mechdae.results import Named, Result, Series
@@ -179,7 +179,12 @@ def report(
     if notes:
         summary["notes"] = notes
     faults = [run.fault] if run.fault else []
-    faults += slack_belts(setup.meshes, reactions, states.t) + _faults(run, balance)
+    faults += slack_belts(
+        setup.meshes,
+        lambda own: reactions[own][:, 2],
+        lambda slack: f", first at t = {states.t[int(np.argmax(slack))]:.6g} s",
+    )
+    faults += _faults(run, balance)
     return Result(
         problem.name,
         name,

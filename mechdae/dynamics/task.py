@@ -13,13 +13,12 @@ from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks.kinds import Motion
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.bdf import Bdf
-from mechdae.dynamics.checks import check_friction, check_inertia, check_rest, check_start, freedoms
+from mechdae.dynamics.checks import check_friction, check_inertia, check_rest, check_start
 from mechdae.dynamics.clock import Clock
 from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import Growth, check_dead_start, feasible, stalled
 from mechdae.dynamics.equations import Setup, idle, setup
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.dynamics.meshing import about, real_meshes
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.report import Run, report
 from mechdae.dynamics.rest.linear_system import Linear, State
@@ -33,7 +32,9 @@ from mechdae.dynamics.watchers.ranges import Ranges
 from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError, UnavailableError
+from mechdae.forces.meshes import about_meshes, meshes_beside
 from mechdae.kernels.run.batch import Batch
+from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
 
 MOST = 2_000_000
@@ -80,8 +81,8 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     whole = setup(problem, task)
     begin = start(whole)
     whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
-    whole.meshes = real_meshes(whole.plain, begin.q, whole.length)
-    whole.notes += about(whole.meshes)
+    whole.meshes = meshes_beside(whole.plain, begin.q, whole.length)
+    whole.notes += about_meshes(whole.meshes)
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)

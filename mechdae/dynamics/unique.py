@@ -17,9 +17,10 @@ import numpy as np
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.dynamics.observe import Observer, States
-from mechdae.forces.uniqueness import MOST, ZERO, directions, null_space, unique_space
+from mechdae.forces.uniqueness import MOST, directions, unique_space
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.generalised import Wrench, on_body
+from mechdae.numerics.null_space import ZERO, equilibrated_null_space
 
 SX = ca.SX
 
@@ -149,7 +150,7 @@ class _Balance:
         held = np.abs(B[:, used]).max(axis=1, initial=0.0) > 0
         N = np.zeros((len(used), 0))
         if held.any():
-            inside = null_space(B[held][:, used])
+            inside = equilibrated_null_space(B[held][:, used])
             N = np.zeros((len(used), inside.shape[1]))
             N[used] = inside
         return N

@@ -9,6 +9,7 @@ import numpy as np
 from mechdae.assembly.start import shown
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import Answer
 from mechdae.kinematics.prepared import Setting
 from mechdae.model.forces.inertia import massive
@@ -57,25 +58,15 @@ def verdicts(setting: Setting, answer: Answer) -> list[str]:
     return faults
 
 
-def slack_belts(statics: Statics, answer: Answer) -> list[str]:
+def slack(statics: Statics, answer: Answer) -> list[str]:
     """Return belts whose slack strand would have to push."""
-    model = statics.scene.model
-    values = model.mechanism.values()
-    faults = []
-    for name, mesh in statics.meshes.items():
-        if not mesh.steady:
-            continue
-        radius = values[f"{name}.radius"] * values[f"{name}.ratio"]
-        moment = answer.whole.reactions[:, statics.balance.joints.index(name), 2]
-        with np.errstate(invalid="ignore"):
-            slack = np.abs(moment) > 2 * radius * values[f"{name}.pretension"]
-        if slack.any():
-            need = float(np.nanmax(np.abs(moment))) / (2 * radius)
-            faults.append(
-                f"belt {name} goes slack at {int(slack.sum())} of {len(slack)} poses: "
-                f"pretension of {need:.6g} N at least is needed"
-            )
-    return faults
+
+    def moment(name: str) -> Any:
+        return answer.whole.reactions[:, statics.balance.joints.index(name), 2]
+
+    return slack_belts(
+        statics.meshes, moment, lambda own: f" at {int(own.sum())} of {len(own)} poses"
+    )
 
 
 def failed_checks(found: dict[str, Any]) -> list[str]:

@@ -12,15 +12,14 @@ import numpy as np
 
 from mechdae.continuation.evaluate import Evaluator
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.carriers import carried
 from mechdae.forces.friction_solutions import Branches, Found
+from mechdae.forces.meshes import about_meshes, meshes_along
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.kernels.run.numpy_backend import straight
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.loads import Loads
-from mechdae.model.forces.meshes import KINDS, Mesh
 from mechdae.model.reduction import Scene
 from mechdae.setup.scales import mechanism_scale
 
@@ -30,8 +29,6 @@ QUICKLY = 1e-14
 """The same after the few steps of the quick function; poses above it take more."""
 UNIQUE = 0.98
 """Contraction below which the solution is the only one."""
-REAL = 1e-8
-"""Share of the speeds by which the teeth of a real pair of wheels may leave each other."""
 DOUBTFUL = 1e-11
 """Share of all speeds, times the condition, below which a sign is settled in 80-bit floats."""
 POINT = 1e-12
@@ -146,28 +143,18 @@ class Statics:
         self.scene, self.evaluator, self.task = scene, evaluator, task
         model = scene.model
         self.loads = Loads(model, turned)
-        self.meshes = _meshes(scene, motion)
+        self.length = mechanism_scale(model.mechanism)
+        self.meshes = meshes_along(scene, motion.q, motion.v, self.length)
         self.laws = Laws(model, self.meshes, task.friction_radius, task.friction != "none")
         self.balance = Balance(scene, self.loads, self.laws, self.meshes)
-        self.assumptions = [*self.laws.assumptions, *self._about_meshes()]
+        self.assumptions = [*self.laws.assumptions, *about_meshes(self.meshes)]
         self.tables = [np.array(signal.load.points) for signal in self.loads.signals]
         self.p = model.p_values
-        self.length = mechanism_scale(model.mechanism)
 
     @property
     def frictional(self) -> bool:
         """Whether any joint has friction."""
         return bool(self.balance.active)
-
-    def _about_meshes(self) -> list[str]:
-        found = []
-        for name, mesh in self.meshes.items():
-            if mesh.column is None:
-                why = (
-                    "a belt without radius" if mesh.ends.joint.kind == "belt" else "no real wheels"
-                )
-                found.append(f"joint {name}: {why}, its torque is passed on and loads no bearing")
-        return found
 
     # -- functions -------------------------------------------------------------------------
 
@@ -520,24 +507,3 @@ class Statics:
 def some(inputs: Sequence[Any], rows: Any) -> list[Any]:
     """Return the inputs of the balance at some of the poses."""
     return [array[rows] if array.ndim == 2 else array for array in inputs]
-
-
-def _meshes(scene: Scene, motion: Motion) -> dict[str, Mesh]:
-    """Return the gears, racks and belts of the scene; those that are real have a mesh force."""
-    model = scene.model
-    owners = [n for n in model.mechanism.joints if any(n in g.joints for g in scene.groups)]
-    names = [name for name in owners if model.mechanism.joints[name].kind in KINDS]
-    if not names:
-        return {}
-    tried = [Mesh(model, model.ends[name], real=False) for name in names]
-    columns = sorted(j for group in scene.groups for j in group.columns)
-    inputs = [model.q[columns], model.velocity[columns], model.p]
-    results = [ca.vertcat(*[m.closing for m in tried]), ca.vertcat(*[m.size for m in tried])]
-    closing, size = Batch(ca.Function("closing", inputs, results), [2])(
-        motion.q, motion.v, model.p_values
-    )
-    there = np.isfinite(motion.v).all(axis=1)
-    with np.errstate(invalid="ignore"):
-        real = (np.abs(closing) <= REAL * size)[there].all(axis=0)
-    real &= carried(model, names, motion.q[there], columns, mechanism_scale(model.mechanism))
-    return {name: Mesh(model, model.ends[name], real=bool(real[k])) for k, name in enumerate(names)}

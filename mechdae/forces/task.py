@@ -19,7 +19,7 @@ from mechdae.errors import InputError
 from mechdae.forces.checks import checks
 from mechdae.forces.critical_friction import critical_factor
 from mechdae.forces.cycle import cycle
-from mechdae.forces.faults import assumptions_of, failed_checks, lost_poses, slack_belts, verdicts
+from mechdae.forces.faults import assumptions_of, failed_checks, lost_poses, slack, verdicts
 from mechdae.forces.inverse_dynamics import Motion, Statics
 from mechdae.forces.lift_off import along
 from mechdae.forces.pose_forces import solved
@@ -106,7 +106,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         reverse = _with_forces(result, setting, followed, other)
         keys = [k for k in reverse.summary if k not in result.summary or k == "jammed"]
         summary["reverse"] = {key: reverse.summary[key] for key in keys}
-    faults += slack_belts(statics, answer)
+    faults += slack(statics, answer)
     faults += failed_checks(found)
     lifted, notes = along(statics, moving, answer, unique)
     if notes:

@@ -22,9 +22,8 @@ from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.friction import normal_form
 from mechdae.model.forces.generalised import Wrench, on_body
+from mechdae.numerics.null_space import ZERO, equilibrated_null_space
 
-ZERO = 1e-9
-"""Share of the largest singular value below which one counts as zero."""
 MOST = 64
 """Poses at which directions are looked for."""
 
@@ -105,7 +104,7 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
     if not chosen.size:
         return None
     matrices = maps.at(motion.q[chosen], statics.p)
-    null = [null_space(B) for B in matrices["columns"]]
+    null = [equilibrated_null_space(B) for B in matrices["columns"]]
     least = min(N.shape[1] for N in null)  # there are more self-stresses at a change point
     kept = [k for k, N in enumerate(null) if N.shape[1] == least]
     chosen, null = chosen[kept], [null[k] for k in kept]
@@ -191,25 +190,6 @@ def _maps(statics: Statics) -> _Maps:
     stacked = ca.vertcat(*[ca.vec(ca.densify(part)) for part in parts.values()])
     function = ca.Function("maps", [balance.inputs[0], model.p], [stacked])
     return _Maps(Batch(function, [1]), {name: part.shape for name, part in parts.items()})
-
-
-def null_space(B: Any) -> Any:
-    """Return an orthonormal basis (rows, k) of B x = 0, B equilibrated; unused rows are zero."""
-    used = np.flatnonzero(np.abs(B).max(axis=0) > 0)
-    scaled = B[:, used]
-    left = np.ones(len(scaled))
-    right = np.ones(len(used))
-    for _ in range(4):
-        left /= np.sqrt(np.abs(left[:, None] * scaled * right).max(axis=1))
-        right /= np.sqrt(np.abs(left[:, None] * scaled * right).max(axis=0))
-    balanced = left[:, None] * scaled * right
-    _, values, vectors = np.linalg.svd(balanced)
-    rank = int(np.count_nonzero(values > ZERO * values[0]))
-    basis = right[:, None] * vectors[rank:].T
-    norms = np.sqrt((basis * basis).sum(axis=0))
-    whole = np.zeros((B.shape[1], basis.shape[1]))
-    whole[used] = basis / np.where(norms > 0, norms, 1.0)
-    return whole
 
 
 def unique_space(C: Any, CN: Any) -> tuple[Any, int]:

@@ -24,9 +24,9 @@ import numpy as np
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.model.model import Model, Row
+from mechdae.numerics.null_space import freedoms
 
 SEED = 7
-RANK_TOLERANCE = 1e-9
 LOOSE = 1e-6
 
 
@@ -239,12 +239,8 @@ class _Cutter:
                 return set()
             columns = sorted(j for name in left for j in self.columns[name])
             part = self.matrix[np.ix_(rows, columns)]
-            size = np.linalg.norm(part, axis=1, keepdims=True)
-            _, sigma, right = np.linalg.svd(part / np.where(size > 0, size, 1.0))
-            free = right[int(np.sum(sigma > RANK_TOLERANCE)) :]
-            loose = {
-                columns[k] for k in np.flatnonzero(np.abs(free).max(axis=0, initial=0.0) > LOOSE)
-            }
+            free = np.abs(freedoms(part)).max(axis=1, initial=0.0)
+            loose = {columns[k] for k in np.flatnonzero(free > LOOSE)}
             if not loose:
                 return left
             left = {name for name in left if not loose & set(self.columns[name])}

@@ -22,11 +22,10 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.groups import ROMAN, Group, count_mobility, formula
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
+from mechdae.numerics.null_space import dependences, dependent
 from mechdae.setup.drivers import plan, sketched
 from mechdae.setup.outputs import Outputs
 from mechdae.setup.scales import mechanism_scale
-
-RANK_TOLERANCE = 1e-9
 
 
 def structure(problem: Problem) -> dict[str, Any]:
@@ -141,12 +140,8 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, An
         for owner, name in model.q_names
     ]
     jacobian = jacobian * np.array(sizes)
-    size = np.linalg.norm(jacobian, axis=1)
-    jacobian = jacobian / np.where(size > 0, size, 1.0)[:, None]
-    left, sigma, _ = np.linalg.svd(jacobian)
-    rank = int(np.sum(sigma > RANK_TOLERANCE * sigma[0]))
-    shares = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
-    owners = [row.owner for row, share in zip(model.rows, shares, strict=True) if share > 1e-6]
+    rank = len(jacobian) - dependences(jacobian).shape[1]
+    owners = [model.rows[i].owner for i in np.flatnonzero(dependent(jacobian))]
     return {
         "mobility": len(values) - rank,
         "rank": rank,

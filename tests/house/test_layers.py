@@ -17,14 +17,14 @@ PACKAGE = ROOT / "mechdae"
 ROOMS = {
     "errors": "",
     "describe": "errors",
-    "model": "describe errors",
+    "numerics": "",
+    "model": "describe errors numerics",
     "kernels": "describe model",
     "results": "describe errors",
     "export": "results",
     "tables": "results",
     "draw": "describe errors results",
     "jobs": "errors",
-    "numerics": "",
     "setup": "describe errors kernels model results",
     "assembly": "describe errors kernels model numerics results setup",
     "continuation": "assembly errors kernels numerics setup",
@@ -32,14 +32,15 @@ ROOMS = {
     "kinematics": "assembly continuation describe errors kernels measures model results setup",
     "forces": "assembly continuation describe errors kernels kinematics measures model numerics "
     "results setup",
-    "dynamics": "assembly describe errors forces kernels kinematics model results setup",
+    "dynamics": "assembly describe errors forces kernels kinematics model numerics results setup",
     "derivatives": "continuation describe errors forces kinematics model results setup",
     "solver": "describe dynamics errors forces kinematics results",
     "studies": "assembly continuation derivatives describe dynamics errors forces jobs kernels "
     "kinematics model results setup solver",
     "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
     "numerics results setup solver studies",
-    "tasks": "assembly describe dynamics errors forces kernels kinematics model results setup "
+    "tasks": "assembly describe dynamics errors forces kernels kinematics model numerics results "
+    "setup "
     "solver studies synthesis",
     "bench": "continuation describe dynamics errors forces kernels kinematics setup synthesis "
     "tasks",

@@ -13,9 +13,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.checks import freedoms
 from mechdae.dynamics.equations import Setup
 from mechdae.kernels.run.call import Call
+from mechdae.numerics.null_space import freedoms
 
 STEPS = 150
 SOLVED = 1e-13

@@ -15,7 +15,6 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Equilibrium
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import Setup, as_motion, idle, setup
-from mechdae.dynamics.meshing import meshed
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.report import Whole, evaluated, with_reactions
 from mechdae.dynamics.rest.all_equilibria import Rest, Rests
@@ -26,6 +25,7 @@ from mechdae.dynamics.rest.small_motions import small_motions
 from mechdae.dynamics.start import start
 from mechdae.dynamics.unique import unique
 from mechdae.errors import InputError, SolveError
+from mechdae.forces.meshes import meshed
 from mechdae.results import Named, Result, Series
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs

@@ -15,9 +15,8 @@ import numpy as np
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.kernels.run.batch import Batch
+from mechdae.numerics.null_space import rank
 
-RANK = 1e-9
-"""Share of the largest singular value so far below which one counts as zero for good."""
 SINGULAR = 1e-6
 NEAR = 0.5
 """Share of its largest value so far above which a minimum is not looked at."""
@@ -91,8 +90,7 @@ class Passages:
         self._norm = max(self._norm, float(np.sqrt(squares[:, 0].max())))
         if self._rank is None:
             first = np.linalg.svd(J[: min(len(J), 3)], compute_uv=False)
-            ranks = np.sum(first > RANK * first[:, :1], axis=1)
-            self._rank = int(ranks.max())
+            self._rank = max(rank(sigma) for sigma in first)
             self.superfluous = self.kernel.m - self._rank
         return np.sqrt(np.maximum(squares[:, self._rank - 1], 0.0)) if self._rank else t * 0 + 1
 

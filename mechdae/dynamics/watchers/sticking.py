@@ -20,7 +20,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.checks import freedoms
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.friction_sizes import Sizes
 from mechdae.dynamics.integrate import Integrator, Nodes
@@ -28,6 +27,7 @@ from mechdae.dynamics.verdict import NoWay
 from mechdae.dynamics.watchers.onset import onset
 from mechdae.dynamics.watchers.zeros import Looker, changes
 from mechdae.kernels.run.batch import Batch
+from mechdae.numerics.null_space import freedoms
 
 RESTS = 1e-9
 """Speed, as a share of the largest so far, that is none."""

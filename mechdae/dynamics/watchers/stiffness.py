@@ -9,10 +9,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.dynamics.checks import freedoms
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.kernels.run.call import Call
+from mechdae.numerics.null_space import freedoms
 
 SLOW = 0.05
 """Share of the natural step, tol^(1/8) over the frequency, below which steps are small."""

@@ -1,0 +1,230 @@
+"""Which gears, racks and belts are real pairs of wheels, and which belts go slack.
+
+Real ones have forces at a pitch point; of others the torque is all there is. A pair is real if its
+wheels do not move against each other at the pitch point, whatever the mechanism does, and if the
+carrier that it names carries its wheels: the forces of teeth stand in for the equation of a pair,
+and both must do the same work in every motion that the other joints allow. Where the carrier does
+not hold the wheels, the equation still couples angles, but a force between the wheels would leave
+the carrier without what turns it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.kernels.run.batch import Batch
+from mechdae.model.forces.meshes import KINDS, Mesh
+from mechdae.model.model import Model
+from mechdae.model.motion_equations import Released
+from mechdae.model.reduction import Scene
+from mechdae.numerics.null_space import ZERO, freedoms
+
+REAL = 1e-8
+"""Share of the speeds by which the teeth of a real pair of wheels may leave each other."""
+SAME = 1e-8
+"""Share by which the works of a pair and of its equation may differ."""
+MOST = 5
+"""Poses at which works are compared."""
+ASIDE = (1e-2, 7e-3)
+"""Ways along the freedoms, over natural sizes, to poses beside the start of a motion."""
+STEPS = 6
+"""Steps of Newton's method back to the constraints there."""
+
+
+def meshed(model: Model, among: Iterable[str] | None = None) -> list[str]:
+    """Return the gears, racks and belts of a mechanism, or among some of its joints."""
+    joints = model.mechanism.joints
+    return [name for name in (joints if among is None else among) if joints[name].kind in KINDS]
+
+
+def meshes_along(scene: Scene, q: Any, v: Any, length: float) -> dict[str, Mesh]:
+    """Return the gears, racks and belts of a scene; those that are real have a mesh force.
+
+    Parameters
+    ----------
+    q, v : (n, k) arrays
+        Poses of the scene's coordinates and their rates, from which real pairs are told.
+    length
+        A length of the mechanism.
+    """
+    model = scene.model
+    inside = {name for group in scene.groups for name in group.joints}
+    names = meshed(model, (name for name in model.mechanism.joints if name in inside))
+    if not names:
+        return {}
+    tried = _tried(model, names)
+    columns = sorted(j for group in scene.groups for j in group.columns)
+    inputs = [model.q[columns], model.velocity[columns], model.p]
+    closing, size = Batch(ca.Function("closing", inputs, _speeds(tried)), [2])(q, v, model.p_values)
+    there = np.isfinite(v).all(axis=1)
+    with np.errstate(invalid="ignore"):
+        real = (np.abs(closing) <= REAL * size)[there].all(axis=0)
+    real &= carried(model, names, q[there], columns, length)
+    return _real(tried, real)
+
+
+def meshes_beside(released: Released, q: Any, length: float) -> dict[str, Mesh]:
+    """Return the gears, racks and belts of a motion; those that are real have a mesh force.
+
+    That is looked at beside the start: singular poses alone decide nothing.
+
+    Parameters
+    ----------
+    released
+        The equations of motion; laws that move are left out.
+    q
+        Absolute coordinates of the start.
+    length
+        A length of the mechanism.
+    """
+    model = released.model
+    names = meshed(model)
+    if not names:
+        return {}
+    rows = [row for row in released.rows if not ca.depends_on(row.expression, released.t)]
+    phi = ca.vertcat(*[row.expression for row in rows])
+    gradient = ca.densify(ca.jacobian(phi, model.q))
+    equations = ca.Function("equations", [model.q, model.p], [ca.densify(phi), gradient])
+    tried = _tried(model, names)
+    speeds = ca.Function("speeds", [model.q, model.velocity, model.p], _speeds(tried))
+    sizes = np.array([1.0 if own[1] == "angle" else length for own in model.q_names])
+    gaps = np.array([1.0 if row.unit == "rad" else length for row in rows])
+
+    def at(place: Any) -> tuple[Any, Any]:
+        left, G = (np.array(part) for part in equations(place, model.p_values))
+        return left.ravel() / gaps, G * sizes / gaps[:, None]
+
+    real = np.ones(len(names), bool)
+    for way in ASIDE:
+        place = q + way * sizes * freedoms(at(q)[1]).sum(axis=1)
+        for _ in range(STEPS):
+            left, G = at(place)
+            place = place - sizes * np.linalg.lstsq(G, left, rcond=ZERO)[0]
+        for rates in freedoms(at(place)[1]).T:
+            closing, size = (
+                np.array(part).ravel() for part in speeds(place, sizes * rates, model.p_values)
+            )
+            # a wheel that this freedom does not move is compared with those that it does
+            real &= np.abs(closing) <= REAL * np.maximum(size, length * np.abs(rates).max())
+        real &= carried(model, names, place[None], range(len(place)), length)
+    return _real(tried, real)
+
+
+def _tried(model: Model, names: Sequence[str]) -> list[Mesh]:
+    return [Mesh(model, model.ends[name], real=False) for name in names]
+
+
+def _speeds(meshes: Sequence[Mesh]) -> list[Any]:
+    """Return the speeds of wheels against each other, and the sizes of speeds there."""
+    return [ca.vertcat(*[m.closing for m in meshes]), ca.vertcat(*[m.size for m in meshes])]
+
+
+def _real(tried: Sequence[Mesh], real: Any) -> dict[str, Mesh]:
+    return {
+        mesh.ends.joint.name: Mesh(mesh.model, mesh.ends, real=True) if one else mesh
+        for mesh, one in zip(tried, real, strict=True)
+    }
+
+
+def carried(model: Model, names: Sequence[str], q: Any, columns: Sequence[int], size: float) -> Any:
+    """Return whether the teeth of each pair do the work of its equation.
+
+    Parameters
+    ----------
+    names
+        Gears, racks and belts.
+    q : (n, k) array
+        Poses, of the coordinates `columns`.
+    columns
+        Positions in q; joints that touch other coordinates are left out.
+    size
+        A length of the mechanism.
+    """
+    inside = set(columns)
+    gradient = ca.jacobian(model.phi, model.q)
+    touched: list[set[int]] = [set() for _ in model.rows]
+    for i, j in zip(*gradient.sparsity().get_triplet(), strict=True):
+        touched[i].add(j)
+    joints = model.mechanism.joints
+    others = [
+        i for i, row in enumerate(model.rows)
+        if joints[row.owner].kind not in KINDS and touched[i] <= inside
+    ]  # fmt: skip
+    place = {j: k for k, j in enumerate(columns)}
+    works = []
+    for name in names:
+        row = next(i for i, row in enumerate(model.rows) if row.owner == name)
+        column = Mesh(model, model.ends[name], real=True).column or {}
+        pair = ca.SX(1, len(place))
+        for j, entry in column.items():
+            if j in place:
+                pair[place[j]] = entry
+        works += [gradient[row, list(columns)], pair]
+    parts = [gradient[others, list(columns)], ca.vertcat(*works)]
+    function = ca.Function(
+        "works", [model.q[list(columns)], model.p], [ca.densify(p) for p in parts]
+    )
+    units = np.array([1.0 if model.q_names[j][1] in ("angle", "s") else size for j in columns])
+    chosen = np.linspace(0, len(q) - 1, min(MOST, len(q))).astype(int)
+    seen = []
+    for k in chosen:
+        G, W = (np.array(part) * units for part in function(q[k], model.p_values))
+        seen.append((freedoms(G), W))
+    least = min((V.shape[1] for V, _ in seen), default=0)  # there are more at singular poses
+    result = np.ones(len(names), bool)
+    for V, W in seen:
+        if V.shape[1] == least:
+            done = W @ V
+            result &= [_parallel(done[2 * k], done[2 * k + 1]) for k in range(len(names))]
+    return result
+
+
+def _parallel(row: Any, teeth: Any) -> bool:
+    """Return whether the second vector is a multiple of the first."""
+    first, second = np.linalg.norm(row), np.linalg.norm(teeth)
+    if first == 0 or not np.isfinite(second):
+        return True  # superfluous, or without a pitch point: said elsewhere
+    along = row / first
+    return bool(np.linalg.norm(teeth - (teeth @ along) * along) <= SAME * second and second > 0)
+
+
+def about_meshes(meshes: dict[str, Mesh]) -> list[str]:
+    """Return what is assumed about gears, racks and belts that have no forces of teeth."""
+    found = []
+    for name, mesh in meshes.items():
+        if mesh.column is None:
+            why = "a belt without radius" if mesh.ends.joint.kind == "belt" else "no real wheels"
+            found.append(f"joint {name}: {why}, its torque is passed on and loads no bearing")
+    return found
+
+
+def slack_belts(
+    meshes: dict[str, Mesh], moment: Callable[[str], Any], when: Callable[[Any], str]
+) -> list[str]:
+    """Return belts whose slack strand would have to push.
+
+    Parameters
+    ----------
+    moment
+        From a belt to the moments (n,) of its reaction.
+    when
+        From the poses (n,) at which it goes slack to what is said of them.
+    """
+    found = []
+    for name, mesh in meshes.items():
+        if not mesh.steady:
+            continue
+        values = mesh.model.mechanism.values()
+        need = np.abs(moment(name)) / (2 * (values[f"{name}.radius"] * values[f"{name}.ratio"]))
+        with np.errstate(invalid="ignore"):
+            slack = need > values[f"{name}.pretension"]
+        if slack.any():
+            found.append(
+                f"belt {name} goes slack{when(slack)}: pretension of {np.nanmax(need):.6g} N at "
+                "least is needed"
+            )
+    return found

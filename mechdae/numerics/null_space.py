@@ -1,0 +1,65 @@
+"""Rank and null spaces by singular values, by one rule of what counts as zero.
+
+Rows are brought to one size first: equations in metres and in radians have no common one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+ZERO = 1e-9
+"""Share of the largest singular value up to which one counts as zero."""
+SHARE = 1e-6
+"""Part in a combination that vanishes above which a row belongs to it."""
+
+
+def rank(sigma: Any, share: float = ZERO) -> int:
+    """Return how many of falling singular values (n,) do not count as zero."""
+    return int(np.count_nonzero(sigma > share * sigma[0])) if len(sigma) else 0
+
+
+def unit_rows(matrix: Any) -> tuple[Any, Any]:
+    """Return a matrix with rows of length 1, rows of zeros as they are, and the lengths (m, 1)."""
+    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
+    norms = np.where(norms > 0, norms, 1.0)
+    return matrix / norms, norms
+
+
+def freedoms(J: Any, sizes: Any = 1.0) -> Any:
+    """Return an orthonormal basis (n, k) of J x = 0, x over natural `sizes` (n,)."""
+    if not len(J):
+        return np.eye(J.shape[1])
+    _, sigma, right = np.linalg.svd(unit_rows(J * sizes)[0])
+    return right[rank(sigma) :].T
+
+
+def dependences(matrix: Any) -> Any:
+    """Return an orthonormal basis (m, k) of the combinations of rows of length 1 that vanish."""
+    left, sigma, _ = np.linalg.svd(unit_rows(matrix)[0])
+    return left[:, rank(sigma) :]
+
+
+def dependent(matrix: Any) -> Any:
+    """Return which rows (m,) of a matrix depend on each other."""
+    return np.abs(dependences(matrix)).max(axis=1, initial=0.0) > SHARE
+
+
+def equilibrated_null_space(B: Any) -> Any:
+    """Return a basis (n, k) of B x = 0 in columns of length 1, rows and columns equilibrated.
+
+    Columns of zeros are left out: their unknowns are zero.
+    """
+    used = np.flatnonzero(np.abs(B).max(axis=0) > 0)
+    scaled = B[:, used]
+    left, right = np.ones(len(scaled)), np.ones(len(used))
+    for _ in range(4):
+        left /= np.sqrt(np.abs(left[:, None] * scaled * right).max(axis=1))
+        right /= np.sqrt(np.abs(left[:, None] * scaled * right).max(axis=0))
+    _, sigma, vectors = np.linalg.svd(left[:, None] * scaled * right)
+    basis = right[:, None] * vectors[rank(sigma) :].T
+    norms = np.sqrt((basis * basis).sum(axis=0))
+    whole = np.zeros((B.shape[1], basis.shape[1]))
+    whole[used] = basis / np.where(norms > 0, norms, 1.0)
+    return whole
