@@ -19,7 +19,8 @@ _HOMES = {
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
     "Study Sensitivity",
-    "mechdae.describe.file.problem": "Problem Expected load",
+    "mechdae.describe.file.problem": "Problem Expected",
+    "mechdae.describe.file.load": "load",
     "mechdae.describe.file.writing": "dump dumps",
     "mechdae.tasks.solve": "solve",
     "mechdae.derivatives.function": "function",

@@ -18,7 +18,8 @@ import numpy as np
 
 from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.describe.expression import evaluate
-from mechdae.describe.file.problem import Problem, load
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import SolveError

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.bench.kinematics import Work, measure
-from mechdae.describe.file.problem import load
+from mechdae.describe.file.load import load
 from mechdae.describe.tasks.kinds import Driver, Sweep
 
 PROBLEM = "chain-of-four-bars"

@@ -14,7 +14,8 @@ import numpy as np
 from mechdae.bench.alternatives import alternatives
 from mechdae.bench.extended import true_error
 from mechdae.bench.yardstick import yardstick
-from mechdae.describe.file.problem import Problem, load
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.errors import InputError
 from mechdae.kinematics.prepared import Setting, prepare

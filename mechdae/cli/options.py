@@ -25,7 +25,7 @@ def problem_arguments(parser: argparse.ArgumentParser) -> None:
 
 def problem_of(options: argparse.Namespace) -> Problem:
     """Return the problem with the values of ``--set`` put in."""
-    from mechdae.describe.file.problem import load
+    from mechdae.describe.file.load import load
 
     return load(options.problem).with_values(settings(options.set))
 

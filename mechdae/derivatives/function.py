@@ -18,7 +18,8 @@ import numpy as np
 from mechdae.continuation.path import Path
 from mechdae.derivatives.composed import Composed, is_series
 from mechdae.describe.coordinates import coordinate_names
-from mechdae.describe.file.problem import Problem, load
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep

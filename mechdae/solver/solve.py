@@ -6,7 +6,8 @@ import importlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from mechdae.describe.file.problem import Problem, load
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task

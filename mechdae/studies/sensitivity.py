@@ -20,8 +20,9 @@ from mechdae.derivatives import figures
 from mechdae.derivatives.composed import Composed, is_series
 from mechdae.derivatives.figures import base_of, prepared
 from mechdae.describe.expression import build, evaluate, names_in
-from mechdae.describe.file.problem import Problem, check_number
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_unit, to_si
+from mechdae.describe.file.units import check_number
 from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks.kinds import Driver, Equilibrium, Motion, Reactions, Sensitivity, Sweep
 from mechdae.dynamics.rest.implicit import Implicit

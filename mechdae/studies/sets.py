@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.derivatives.figures import figure, is_figure
-from mechdae.describe.file.problem import Problem, from_dict
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import alone
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName

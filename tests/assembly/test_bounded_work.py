@@ -8,7 +8,7 @@ import pytest
 import mechdae as md
 from mechdae.assembly import multistart
 from mechdae.assembly.assembler import Assembler
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 
 
 def two_pins_that_contradict():

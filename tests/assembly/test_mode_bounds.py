@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.tables import table
 from tests.attack.refusals import pose_of
 from tests.kinematics.test_sweep import four_bar

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import load
+from mechdae.describe.file.load import load
 from tests.attack import exact_sketches, geared_counts, study_rows
 from tests.shared.paths import DATA, DOCS
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.errors import MechdaeError
 from tests.shared.paths import FIGURES
 

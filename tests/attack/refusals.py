@@ -30,7 +30,7 @@ LISTED = 60
 def examine(seed, family=None):
     """Return the figures of one mechanism."""
     import mechdae as md
-    from mechdae.describe.file.problem import from_dict
+    from mechdae.describe.file.load import from_dict
     from tests.reference.truth.driven import draw
 
     case = draw(seed, family)

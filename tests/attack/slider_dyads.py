@@ -254,7 +254,7 @@ def judged(seed):
     import tomllib
 
     import mechdae as md
-    from mechdae.describe.file.problem import from_dict
+    from mechdae.describe.file.load import from_dict
 
     family, text, limit, over, at = case(seed)
     problem = from_dict(tomllib.loads(text))

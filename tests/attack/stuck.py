@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 
 G = 9.81
 FINE = 60

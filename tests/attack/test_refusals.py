@@ -9,7 +9,7 @@ import pytest
 import mechdae as md
 from mechdae.continuation.path import Path as Way
 from mechdae.continuation.series_steps import Expansion
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.kernels.bounds.series import (
     NoSeries,
     Series,

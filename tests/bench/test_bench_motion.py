@@ -12,7 +12,7 @@ import pytest
 import mechdae as md
 from mechdae.bench import motions, works
 from mechdae.cli import main
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from tests.shared.paths import ROOT
 
 KEYS = {"work", "n", "ratio", "yardstick", "error", "seconds", "method", "tolerance", "drift"}

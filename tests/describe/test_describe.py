@@ -14,7 +14,7 @@ import mechdae as md
 from mechdae.cli.commands.new import FOLDER, families
 from mechdae.describe.expression import MAX_LENGTH, evaluate
 from mechdae.describe.file import library
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.schema import schema
 from mechdae.errors import InputError, MechanismError, ProblemFileError, UnknownName
 

@@ -16,7 +16,7 @@ from mechdae.bench.chain import chain, scaling, table
 from mechdae.cli import main
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file import library
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.repeat import MAX_COUNT, expand
 from mechdae.describe.file.schema import schema
 from mechdae.errors import InputError, MechanismError, UnknownName

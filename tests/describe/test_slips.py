@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.tables import table
 from tests.shared.paths import ROOT
 
@@ -60,9 +60,9 @@ def test_keys_of_a_task_below_the_header_of_its_driver() -> None:
 
 
 def test_a_planted_mistake_of_the_hint_is_seen(monkeypatch) -> None:
-    from mechdae.describe.file import problem
+    from mechdae.describe.file import load
 
-    monkeypatch.setattr(problem, "explain", lambda data, error: None)
+    monkeypatch.setattr(load, "explain", lambda data, error: None)
     text = FOUR_BAR.replace("[ground]", "gravity = [0, -9.81]\n[ground]", 1)
     assert "whole file" not in refused(text)
 

@@ -10,7 +10,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, SingularMassError, SolveError, UnknownName
 
 

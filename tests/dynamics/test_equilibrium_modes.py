@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.dynamics.rest.all_equilibria import Rest, Rests
 from mechdae.dynamics.rest.balance import Balance
 from mechdae.dynamics.rest.chart import Chart

@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae import export
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from tests.attack import equilibria
 

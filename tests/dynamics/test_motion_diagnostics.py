@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.errors import (
     InconsistentStartError,
     IndeterminateFrictionError,

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from tests.shared.paths import PROBLEMS
 
 SPEEDS = ("angle", "angular_velocity", "angular_acceleration")

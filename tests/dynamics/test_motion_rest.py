@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.dynamics import checks
 from mechdae.errors import InconsistentStartError
 from tests.attack import equilibria

@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.model.forces.time_tables import _spline
 
 G = 9.81

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.dynamics.clock import Clock, Stretch
 from mechdae.dynamics.watchers import zeros
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo

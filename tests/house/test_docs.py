@@ -350,7 +350,7 @@ parameters = { k = 100 }
 def test_goals_and_limits_shown_are_those_of_the_problems(block: str) -> None:
     import tomllib
 
-    from mechdae.describe.file.problem import from_dict
+    from mechdae.describe.file.load import from_dict
     from mechdae.describe.tasks.synthesis import demand
 
     name = re.fullmatch(r"# ([\w-]+)(, instead)?", block.split("\n")[0])

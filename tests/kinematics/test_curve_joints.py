@@ -11,7 +11,8 @@ import pytest
 
 import mechdae as md
 from mechdae.bench.extended import true_error
-from mechdae.describe.file.problem import Problem, from_dict
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.table import Table
 from mechdae.errors import AssemblyError, MechanismError, MechdaeError

@@ -14,7 +14,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.expression import build
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.schema import schema
 from mechdae.describe.file.writing import dumps
 from mechdae.export import csv_text

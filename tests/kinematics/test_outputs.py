@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file import library
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.describe.quantity import unit_of
 from mechdae.export import csv_text, save
 from mechdae.tables import table

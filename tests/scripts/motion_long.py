@@ -157,7 +157,7 @@ def stiff() -> None:
     """Double pendulums with a damper of 1e4 over 5 s beside CVODES' BDF without projection."""
     from mechdae.bench.motions import work_of
     from mechdae.bench.works import _sundials
-    from mechdae.describe.file.problem import from_dict
+    from mechdae.describe.file.load import from_dict
     from mechdae.dynamics.bdf import Bdf
     from tests.dynamics.test_motion_stiff import bobs, pendulum, radau
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.dynamics.rest import implicit
 from mechdae.errors import InputError, UnknownName
 from tests.attack import equilibria

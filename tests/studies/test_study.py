@@ -11,7 +11,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 
 TURN = md.Sweep(md.Driver("crank.angle", from_=0, to=2 * np.pi, speed="w"), poses=73)
 

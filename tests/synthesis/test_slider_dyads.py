@@ -7,7 +7,7 @@ import tomllib
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError
 from tests.attack import slider_dyads
 

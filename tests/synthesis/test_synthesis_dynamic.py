@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.synthesis.outcome import Run
 from tests.studies.test_statics_paths import X0, C, M, block, course

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.describe.file.problem import from_dict
+from mechdae.describe.file.load import from_dict
 from mechdae.synthesis.synthesize import synthesize
 from tests.reference.closure_fourbar import TURN, FourBar, GearedFiveBar, judged, lowest, rrp, rrr
 

@@ -75,7 +75,7 @@ def test_a_wrong_expected_value_is_missed() -> None:
     first = problem.expected[0]
     data = tomllib.loads(text)
     data["expected"][0]["value"] = 1.01 * float(data["expected"][0]["value"])
-    from mechdae.describe.file.problem import from_dict
+    from mechdae.describe.file.load import from_dict
 
     verdicts = check(from_dict(data))
     assert [verdict.met for verdict in verdicts].count(False) == 1

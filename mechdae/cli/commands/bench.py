@@ -28,7 +28,7 @@ def _design_task(problem: Problem | None) -> str | None:
 def run(options: argparse.Namespace) -> int:
     from mechdae.bench import chain, forces
     from mechdae.bench import kinematics as bench
-    from mechdae.describe.file.problem import load
+    from mechdae.describe.file.load import load
 
     problem = load(options.problem) if options.problem else None
     design = _design_task(problem)

@@ -14,7 +14,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     from mechdae.describe.file import library
-    from mechdae.describe.file.problem import load
+    from mechdae.describe.file.load import load
     from mechdae.tasks.check import check, validate
 
     code = 0

@@ -8,7 +8,7 @@ a cell, sizes (``{N}``) everywhere.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -27,6 +27,8 @@ MAX_TEXT = 10_000_000
 NAMED = ("bodies", "joints", "loads", "outputs")
 """Sections of a cell whose keys are names as they stand; keys of the others may carry units."""
 SECTIONS = ("ground", *NAMED, "sketch", "parameters")
+Read = Callable[[Mapping[str, Any], str], Any]
+"""Makes a problem of the tables of a file and a name."""
 KEYS = ("count", "from", *SECTIONS)
 TEXTS = {"expected": "source", "loads": "file"}
 """Texts in which a brace is a brace; title and source of the whole file too."""
@@ -40,10 +42,12 @@ BRACES = re.compile(r"\{([^{}]*)\}")
 class Pattern:
     """The tables of a file with repetition as they were typed, and what was set since.
 
-    ``settings`` are numbers that no table holds, such as the length of a single copy.
+    ``settings`` are numbers that no table holds, such as the length of a single copy; ``read``
+    makes a problem of tables and a name.
     """
 
     tables: Table[Any]
+    read: Read = field(compare=False, repr=False)
     settings: Table[Number] = field(default_factory=Table)
 
     @property
@@ -56,6 +60,10 @@ class Pattern:
         """Return the tables as the parser of TOML gives them."""
         found: dict[str, Any] = _thawed(self.tables)
         return found
+
+    def problem(self, name: str) -> Any:
+        """Return the problem as the pattern alone describes it."""
+        return self.read(self.data(), name).with_values(self.settings)
 
     def with_size(self, name: str, value: Any) -> Pattern:
         """Return the pattern with a size set to a whole number, or an expression over sizes."""
@@ -72,9 +80,9 @@ class Pattern:
         return replace(self, tables=self.tables.with_("parameters", Table(changed)))
 
 
-def pattern_of(data: Mapping[str, Any]) -> Pattern | None:
+def pattern_of(data: Mapping[str, Any], read: Read) -> Pattern | None:
     """Return the pattern of a file that repeats or has sizes, None for any other."""
-    return Pattern(free(data)) if data.get("repeat") or data.get("sizes") else None
+    return Pattern(free(data), read) if data.get("repeat") or data.get("sizes") else None
 
 
 def _thawed(value: Any) -> Any:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from mechdae.describe.file.problem import SCHEMA, TOP, Expected
+from mechdae.describe.file.load import SCHEMA, TOP
+from mechdae.describe.file.problem import Expected
 from mechdae.describe.file.reading import suffixes
 from mechdae.describe.file.repeat import KEYS
 from mechdae.describe.joints import JOINTS

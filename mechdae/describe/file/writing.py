@@ -12,7 +12,8 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from mechdae.describe.file.problem import SCHEMA, Problem, unchanged
+from mechdae.describe.file.load import SCHEMA
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.tabulated import write_tables
 from mechdae.describe.joints import Joint
 from mechdae.describe.loads import Load, TableLoad, TimeTable
@@ -73,7 +74,7 @@ def dumps(problem: Problem) -> str:
     tasks = {name: {"kind": task.kind, **_given(task)} for name, task in problem.tasks.items()}
     expected = [_given(entry) for entry in problem.expected]
     typed = problem.pattern
-    same = unchanged(typed, problem.name) if typed and not typed.settings else None
+    same = typed.problem(problem.name) if typed and not typed.settings else None
     if typed is not None and same is not None and same.mechanism == problem.mechanism:
         tables = typed.tables
         lines += _typed(tables)

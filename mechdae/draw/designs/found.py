@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.file.problem import Problem, from_dict
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.goals import Extreme, Goal, listed_goals
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.synthesis import Demand, demand

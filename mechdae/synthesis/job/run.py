@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from mechdae import __version__
-from mechdae.describe.file.problem import Problem, load
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Synthesis
 from mechdae.describe.tasks.synthesis import demand

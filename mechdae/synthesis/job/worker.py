@@ -74,7 +74,7 @@ class _Classes:
     def __init__(self, text: str, name: str) -> None:
         import tomllib
 
-        from mechdae.describe.file.problem import from_dict
+        from mechdae.describe.file.load import from_dict
         from mechdae.synthesis.search import Search
 
         problem = from_dict(tomllib.loads(text))
