@@ -9,8 +9,8 @@ import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.tables import table
 from tests.attack.refusals import pose_of
-from tests.kinematics.test_sweep import four_bar
 from tests.reference.truth.driven import draw
+from tests.shared.mechanisms import four_bar
 
 LONG = np.longdouble
 

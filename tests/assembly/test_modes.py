@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from tests.kinematics.test_sweep import four_bar
-from tests.model.test_structure import triad
+from tests.shared.mechanisms import four_bar, triad
 
 
 def counts(mechanism: md.Mechanism, coordinate: str, value: float) -> tuple[int, bool]:

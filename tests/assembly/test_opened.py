@@ -9,7 +9,7 @@ import pytest
 
 import mechdae as md
 from mechdae.draw.diagram.scene import read_scene
-from tests.cli.test_cli import run
+from tests.shared.command import run
 
 GAP = """
 schema = 1

@@ -22,11 +22,11 @@ from mechdae.model.reduction import scene
 from mechdae.tables import table
 from mechdae.tasks.check import check
 from mechdae.tasks.show import rank_mobility, structure
-from tests.model.test_structure import moved
 from tests.reference.closed_forms import MECHANISMS
 from tests.reference.jets import motion
 from tests.reference.truth.drawing import draw
 from tests.reference.truth.judging import judge
+from tests.shared.mechanisms import moved
 
 OUT_OF_LINE = [(0.0, 0.0), (2.0, 0.0), (1.0, 0.7)]
 

@@ -13,8 +13,8 @@ import mechdae as md
 from mechdae.assembly.platform import Leg, closures, real_roots
 from mechdae.cli import main
 from mechdae.tables import table
-from tests.kinematics.test_sweep import four_bar
 from tests.reference.three_legs import KINDS, Condition, Platform, scan
+from tests.shared.mechanisms import four_bar
 
 EVERY = list(itertools.combinations_with_replacement(KINDS, 3))
 

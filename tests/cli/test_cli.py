@@ -11,13 +11,7 @@ import pytest
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.file import library
-
-
-def run(capsys, *words: str) -> tuple[int, str, str]:
-    code = main(list(words))
-    out = capsys.readouterr()
-    assert "Traceback" not in out.err
-    return code, out.out, out.err
+from tests.shared.command import run
 
 
 def test_list(capsys) -> None:

@@ -8,7 +8,7 @@ import pytest
 import mechdae as md
 from mechdae.continuation.change_points import piece
 from mechdae.results import Result
-from tests.kinematics.test_sweep import four_bar
+from tests.shared.mechanisms import four_bar
 
 TURN = 2 * np.pi
 

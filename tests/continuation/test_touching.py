@@ -14,7 +14,7 @@ import pytest
 
 import mechdae as md
 from mechdae.continuation import path as paths
-from tests.kinematics.test_laws import toggle
+from tests.shared.mechanisms import toggle
 
 
 def on_curve(distance: str, start: float) -> md.Mechanism:

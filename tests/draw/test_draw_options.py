@@ -15,7 +15,7 @@ from mechdae.describe.file import library
 from mechdae.draw import KINDS
 from mechdae.draw.graphs.map import Plane
 from mechdae.draw.options import OPTIONS, names_of
-from tests.cli.test_cli import run
+from tests.shared.command import run
 
 STUDY = """
 [tasks.map]

@@ -11,7 +11,7 @@ from PIL import Image
 import mechdae as md
 from mechdae.draw.diagram.scene import read_scene
 from mechdae.draw.swinging import TRAVEL, TURN, swinging
-from tests.cli.test_cli import run
+from tests.shared.command import run
 
 PENDULUM = """
 schema = 1

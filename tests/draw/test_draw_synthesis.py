@@ -19,8 +19,8 @@ from mechdae.draw.style import SERIES
 from mechdae.draw.words import TABLE, Words
 from mechdae.errors import InputError
 from mechdae.synthesis.synthesize import synthesize
-from tests.cli.test_cli import run
-from tests.draw.test_graphs import assert_readable as graphs_readable
+from tests.shared.command import run
+from tests.shared.readable import assert_readable as graphs_readable
 
 STARTS = {
     "c5-ellipse10-free": 8,

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 import mechdae as md
 from mechdae.draw import style
 from mechdae.draw.variants import variant_names
-from tests.draw.test_graphs import assert_readable
+from tests.shared.readable import assert_readable
 
 RADII = (0.04, 0.05, 0.06)
 

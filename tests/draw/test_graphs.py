@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -20,8 +19,9 @@ from mechdae.draw import KINDS, save
 from mechdae.draw.graphs import frame, scale, series
 from mechdae.errors import InputError, UnknownName
 from mechdae.results import Series
-from tests.cli.test_cli import run
+from tests.shared.command import run
 from tests.shared.paths import ROOT
+from tests.shared.readable import assert_readable
 
 GRAPHS = ("curves", "coupler", "losses", "map")
 NAMES = sorted(path.stem for path in (ROOT / "problems").glob("*.toml"))
@@ -42,34 +42,6 @@ def coarse(problem: Problem, name: str, poses: int = 9) -> md.Result:
 
 def line(panel, gid: str):
     return next(own for own in panel.lines if own.get_gid() == gid)
-
-
-def texts(figure: Figure) -> list:
-    figure.canvas.draw()
-    found = []
-    for panel in figure.axes:
-        found += [*panel.texts, panel.xaxis.label, panel.yaxis.label]
-        shown = panel.xaxis.get_tick_params()["labelbottom"]
-        for axis in (panel.xaxis, panel.yaxis) if shown else (panel.yaxis,):
-            low, high = np.sort(axis.get_view_interval())
-            slack = 1e-9 * (high - low)
-            ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=True)
-            found += [text for place, text in ticks if low - slack <= place <= high + slack]
-    return [own for own in found if own.get_visible() and own.get_text().strip()]
-
-
-def assert_readable(axes) -> None:
-    """All texts are inside of the picture, and none covers another."""
-    figure = axes.get_figure(root=True)
-    boxes = [(own.get_text(), own.get_window_extent()) for own in texts(figure)]
-    width, height = figure.get_size_inches() * figure.dpi
-    for text, box in boxes:
-        inside = min(box.x0, box.y0, width - box.x1, height - box.y1)
-        assert inside >= -0.5, f"'{text}' is cut"
-    for (first, a), (second, b) in itertools.combinations(boxes, 2):
-        wide = min(a.x1, b.x1) - max(a.x0, b.x0)
-        high = min(a.y1, b.y1) - max(a.y0, b.y0)
-        assert min(wide, high / 3.5) <= 1.0, f"'{first}' covers '{second}'"
 
 
 # -- every problem ---------------------------------------------------------------------------------

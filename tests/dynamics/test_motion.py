@@ -18,6 +18,7 @@ from mechdae.errors import (
     SingularMassError,
     UnknownName,
 )
+from tests.reference.pendulums import passages
 from tests.shared.paths import DATA
 
 
@@ -140,25 +141,6 @@ def test_pendulum_keeps_energy_and_length() -> None:
 
 
 # -- singular and redundant ------------------------------------------------------------------
-
-
-def passages(n: int, count: int) -> np.ndarray:
-    """Return the first times at which the cranks of the ladder lie along its pivots.
-
-    From the integral of the energy, phi'^2 = 1 + 2 w^2 (1 - cos phi), by Gauss-Legendre.
-    """
-    inertia, moment = (n + 1) / 3 + n, ((n + 1) / 2 + n) * 9.81
-    nodes, weights = np.polynomial.legendre.leggauss(200)
-
-    def between(a: float, b: float) -> float:
-        phi = (a + b) / 2 + (b - a) / 2 * nodes
-        speed = np.sqrt(1 + 2 * moment / inertia * (1 - np.cos(phi)))
-        return float((b - a) / 2 * np.sum(weights / speed))
-
-    upper, lower = between(0, np.pi / 2), between(np.pi / 2, np.pi)
-    turn = 2 * (upper + lower)
-    times = [k * turn + t for k in range(count) for t in (upper, upper + 2 * lower)]
-    return np.array(times[:count])
 
 
 def test_the_times_of_the_passages_are_those_of_the_reference() -> None:

@@ -11,95 +11,10 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-
-G = 9.81
-
-
-def pendulum(damping: float, **task: Any) -> dict[str, Any]:
-    """A double pendulum with a damper in its second hinge."""
-    return {
-        "schema": 1,
-        "gravity": [0, -G],
-        "ground": {"points": {"O": [0, 0]}},
-        "bodies": {
-            "upper": {"points": {"O": [0, 0], "P": [0, -1]}, "mass": 1.0, "center": [0, -1]},
-            "lower": {"points": {"P": [0, 0], "Q": [0, -1]}, "mass": 1.0, "center": [0, -1]},
-        },
-        "joints": {
-            "O": {"kind": "revolute", "between": ["ground.O", "upper.O"]},
-            "P": {"kind": "revolute", "between": ["upper.P", "lower.P"]},
-        },
-        "sketch": {"upper": 1.0, "lower": 0.5},
-        "loads": {"damper": {"kind": "spring", "coordinate": "P.angle", "damping": damping}},
-        "tasks": {"m": {"kind": "motion", "at": [1.0], "tolerance": 1e-8, **task}},
-    }
-
-
-def bobs(damping: float, **task: Any) -> dict[str, Any]:
-    """Two point masses on bars: four coordinates, two constraints; a damper to the ground."""
-    data = pendulum(0.0, **task)
-    data["bodies"] = {
-        "a": {"points": {"P": [0, 0]}, "mass": 1.0},
-        "b": {"points": {"Q": [0, 0]}, "mass": 1.0},
-    }
-    data["joints"] = {
-        "near": {"kind": "distance", "between": ["ground.O", "a.P"], "length": 1.0},
-        "far": {"kind": "distance", "between": ["a.P", "b.Q"], "length": 1.0},
-    }
-    places = np.array([math.sin(1), -math.cos(1), math.sin(1) + math.sin(0.5)])
-    data["sketch"] = dict(zip(["a.P.x", "a.P.y", "b.Q.x"], places.tolist(), strict=True))
-    data["sketch"]["b.Q.y"] = -math.cos(1) - math.cos(0.5)
-    data["loads"] = {"damper": {"kind": "spring", "between": ["ground.O", "b.Q"],
-                                "damping": damping}}  # fmt: skip
-    return data
-
+from tests.reference.pendulums import G, radau
+from tests.shared.pendulums import bobs, pendulum
 
 # -- an own integration ------------------------------------------------------------------------
-
-ROOT = math.sqrt(6)
-RADAU = np.array(
-    [
-        [(88 - 7 * ROOT) / 360, (296 - 169 * ROOT) / 1800, (-2 + 3 * ROOT) / 225],
-        [(296 + 169 * ROOT) / 1800, (88 + 7 * ROOT) / 360, (-2 - 3 * ROOT) / 225],
-        [(16 - ROOT) / 36, (16 + ROOT) / 36, 1 / 9],
-    ]
-)
-
-
-def rates(y: Any, hinge: float, line: float) -> Any:
-    """Lagrange's equations of two point masses on rods, by hand; y = (a, b, a', b').
-
-    Dampers in the second hinge and along the line from the pivot to the second mass.
-    """
-    a, b, u, w = y
-    k, s = math.cos(a - b), math.sin(a - b)
-    moment = hinge * (w - u)
-    x, z = math.sin(a) + math.sin(b), math.cos(a) + math.cos(b)
-    length = math.hypot(x, z)
-    dx, dz = math.cos(a) * u + math.cos(b) * w, -math.sin(a) * u - math.sin(b) * w
-    pull = -line * (x * dx + z * dz) / length**2
-    first = pull * (x * math.cos(a) - z * math.sin(a)) - s * w * w - 2 * G * math.sin(a) + moment
-    second = pull * (x * math.cos(b) - z * math.sin(b)) + s * u * u - G * math.sin(b) - moment
-    size = 2 - k * k
-    return np.array([u, w, (first - k * second) / size, (2 * second - k * first) / size])
-
-
-def radau(hinge: float, line: float, end: float, steps: int) -> Any:
-    """Radau IIA of order 5 on a grid that begins fine."""
-    y, grid = np.array([1.0, 0.5, 0.0, 0.0]), end * np.linspace(0, 1, steps + 1) ** 3
-    for h in np.diff(grid):
-        shifts = 1e-6 * np.eye(4)
-        J = np.array([rates(y + e, hinge, line) - rates(y - e, hinge, line) for e in shifts]).T
-        inverse = np.linalg.inv(np.eye(12) - h * np.kron(RADAU, J / 2e-6))
-        Z = np.zeros((3, 4))
-        for _ in range(20):
-            left = h * RADAU @ np.array([rates(y + z, hinge, line) for z in Z]) - Z
-            change = (inverse @ left.ravel()).reshape(3, 4)
-            Z = Z + change
-            if np.max(np.abs(change)) < 1e-15:
-                break
-        y = y + Z[2]
-    return y
 
 
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10])

@@ -7,7 +7,6 @@ the published numbers. Masses, loads and coefficients are drawn once, with a fix
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from tests.reference.force_audit import audit
 from tests.reference.force_truth import circle, place, rate, second
 from tests.reference.force_truth import slider_crank as free_slider_crank
 from tests.shared.force_cases import S1, slider_crank
+from tests.shared.series import Poses, Row, only_poses
 
 # joint forces are not unique: parallel cranks; on a change point: a cusp, a folded four-bar
 REDUNDANT = {"five-crank-parallelogram", "parallelogram-three-cranks"}
@@ -127,40 +127,6 @@ def test_books_of_predefined_problems_with_forces(name: str, task: str) -> None:
     balance, laws = audit(problem.mechanism, only_poses(result, ok), own.friction_radius)
     assert balance <= BALANCE
     assert own.friction != "coupled" or laws <= BALANCE
-
-
-def only_poses(result: md.Result, poses: list[int]) -> Any:
-    """Return the part of a result that `audit` reads, at some of its poses."""
-
-    def cut(table: Any) -> dict[str, Any]:
-        return {
-            name: Row({key: np.asarray(array)[poses] for key, array in series.items()})
-            for name, series in table.items()
-        }
-
-    return Poses(
-        len(poses),
-        bodies=cut(result.bodies),
-        points=cut(result.points),
-        joints=cut(result.joints),
-        efforts={name: np.asarray(value)[poses] for name, value in result.efforts.items()},
-    )
-
-
-class Row(dict):  # type: ignore[type-arg]
-    """Arrays by key or attribute."""
-
-    def __getattr__(self, name: str) -> Any:
-        return self[name]
-
-
-class Poses(SimpleNamespace):
-    def __init__(self, count: int, **keys: Any) -> None:
-        super().__init__(**keys)
-        self.count = count
-
-    def __len__(self) -> int:
-        return self.count
 
 
 # -- the audit itself ------------------------------------------------------------------------------

@@ -24,9 +24,9 @@ from mechdae.forces.task import loaded_bodies
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.sweep import run
-from tests.forces.test_reactions_audit import only_poses
 from tests.reference.dense_forces import Dense
 from tests.reference.truth.drawing import FAMILIES, draw
+from tests.shared.series import only_poses
 
 REL = 1e-10
 WELL = 1e4

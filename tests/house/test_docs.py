@@ -16,7 +16,6 @@ import mechdae as md
 from mechdae.cli import COMMANDS, main
 from mechdae.describe.file import library
 from mechdae.tasks.check import check
-from tests.house.test_layers import PACKAGE, ROOMS
 from tests.shared.paths import ROOT
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -250,21 +249,6 @@ def test_every_page_is_in_the_contents() -> None:
     index = (ROOT / "docs/index.md").read_text(encoding="utf-8")
     for page in (ROOT / "docs").glob("*.md"):
         assert page.name == "index.md" or f"]({page.name})" in index, page.name
-
-
-def test_map_of_the_package_is_the_one_that_is_checked() -> None:
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| `(\w+)` \|.*\| ([\w, ]+) \|$", text, re.M)
-    drawn = {
-        room: set() if others == "nothing" else set(others.split(", ")) for room, others in rows
-    }
-    assert drawn == ROOMS
-    inside = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or is_room(path)}
-    assert set(drawn) == {name for name in inside if not name.startswith("_")}
-
-
-def is_room(path: Path) -> bool:
-    return path.is_dir() and (path / "__init__.py").exists()
 
 
 def test_checks_of_the_contributors_are_those_of_ci() -> None:

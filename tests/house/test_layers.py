@@ -108,6 +108,21 @@ def test_rooms_are_in_order() -> None:
         known.add(name)
 
 
+def test_map_of_the_package_is_the_one_that_is_checked() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \|.*\| ([\w, ]+) \|$", text, re.M)
+    drawn = {
+        room: set() if others == "nothing" else set(others.split(", ")) for room, others in rows
+    }
+    assert drawn == {name: set(before.split()) for name, before in ROOMS.items()}
+    inside = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or is_room(path)}
+    assert set(drawn) == {name for name in inside if not name.startswith("_")}
+
+
+def is_room(path: Path) -> bool:
+    return path.is_dir() and (path / "__init__.py").exists()
+
+
 def test_folders_are_small() -> None:
     for folder in {path.parent for path in FILES}:
         modules = [path for path in folder.glob("*.py") if path.stem != "__init__"]

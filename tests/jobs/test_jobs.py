@@ -21,7 +21,6 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.cli import main
 from mechdae.cli.progress import starts_progress
 from mechdae.jobs.distribute import ATTEMPTS, Failure, distribute
 from mechdae.jobs.executors import Borrowed, Processes, Supply
@@ -29,6 +28,7 @@ from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.job.log import NAME, Log
 from mechdae.synthesis.job.worker import Work, solved, text_of
+from tests.shared.command import run
 from tests.shared.job_cases import FOUR_BAR
 
 ALL = 12
@@ -412,12 +412,6 @@ def test_a_file_that_is_no_log_is_left_alone(path, tmp_path, content) -> None:
 
 
 # -- the command -----------------------------------------------------------------------------
-
-
-def run(capsys, *words: str) -> tuple[int, str, str]:
-    code = main(list(words))
-    done = capsys.readouterr()
-    return code, done.out, done.err
 
 
 def test_the_command_writes_designs_that_solve_and_plot_take(capsys, path, tmp_path) -> None:

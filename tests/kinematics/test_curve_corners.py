@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from tests.kinematics.test_curve_joints import SPEED, cam
+from tests.shared.mechanisms import SPEED, cam
 
 PI = np.pi
 RISE = 2 * PI / 3

@@ -23,53 +23,14 @@ from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
 from mechdae.tasks.check import validate
 from mechdae.tasks.show import structure
+from tests.shared.mechanisms import SPEED, cam, rod_and_slot
 
 LONG = np.longdouble
 PI = math.pi
-SPEED = 3.0
-
-
-def cam(
-    x: str,
-    y: str,
-    roller: float | None = None,
-    lift: float = 0.04,
-    start: float = 0.3,
-    **keys: object,
-) -> md.Mechanism:
-    """A cam on the ground's point O and a follower that moves on the y axis."""
-    keys = {"closed": True, **keys}
-    return md.Mechanism(
-        ground=md.Ground({"O": (0, 0)}),
-        bodies=[md.Body("cam", {"O": (0, 0)}), md.Body("follower", {"N": (0, 0)})],
-        joints=[
-            md.Revolute("O", "ground.O", "cam.O"),
-            md.Curve("profile", "cam.O", "follower.N", x=x, y=y, roller_radius=roller, **keys),
-            md.Prismatic("guide", "ground.O", "follower.N", axis="pi/2"),
-        ],
-        sketch={"cam": start, "guide": lift},
-    )
 
 
 def turn(low: float = 0.0, high: float = 2 * PI, poses: int = 25) -> md.Sweep:
     return md.Sweep(md.Driver("cam.angle", from_=low, to=high, speed=SPEED), poses=poses)
-
-
-def rod_and_slot(**curve: object) -> md.Mechanism:
-    """A crank OA, a rod AB of length 0.08 whose end B is guided by a curve from Q."""
-    return md.Mechanism(
-        ground=md.Ground({"O": (0, 0), "Q": (0, 0)}),
-        bodies=[
-            md.Body("crank", {"O": (0, 0), "A": (0.03, 0)}),
-            md.Body("rod", {"A": (0, 0), "B": (0.08, 0)}),
-        ],
-        joints=[
-            md.Revolute("O", "ground.O", "crank.O"),
-            md.Revolute("A", "crank.A", "rod.A"),
-            md.Curve("slot", "ground.Q", "rod.B", **curve),
-        ],
-        sketch={"crank": 2.0, "rod": -0.3},
-    )
 
 
 def largest(a: object, b: object) -> float:

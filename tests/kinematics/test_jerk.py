@@ -13,6 +13,7 @@ from mechdae.export import csv_text
 from mechdae.kinematics.prepared import prepare
 from tests.reference.closed_forms import MECHANISMS, circle_circle
 from tests.reference.jets import Jet, derivatives, unit
+from tests.shared.series import jerk_of
 
 LONG = np.longdouble
 SWEEPS = [
@@ -27,12 +28,6 @@ SWEEPS = [
     ("whitworth-quick-return", "turn"),
 ]
 ACCELERATION, JERK = 7.0, -30.0
-
-
-def jerk_of(series) -> np.ndarray:
-    """Return the third rate of a series, points as complex numbers."""
-    found = series[next(name for name in series if "jerk" in name)]
-    return found[:, 0] + 1j * found[:, 1] if found.ndim == 2 else found
 
 
 @pytest.mark.parametrize(("name", "task"), SWEEPS)

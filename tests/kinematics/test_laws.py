@@ -23,9 +23,9 @@ from mechdae.kinematics.prepared import prepare
 from mechdae.model.model import FUNCTIONS
 from mechdae.tables import table
 from mechdae.tasks.check import check
-from tests.kinematics.test_sweep import five_bar
 from tests.reference.closed_forms import circle_circle, slider_crank
 from tests.reference.jets import Jet, arg, unit
+from tests.shared.mechanisms import five_bar, toggle
 
 LONG = np.longdouble
 TURN = 2 * math.pi
@@ -506,25 +506,6 @@ def test_a_path_goes_both_ways_in_time() -> None:
 
 
 # -- laws that begin on a limit position -----------------------------------------------------------
-
-
-def toggle(sketch: float) -> md.Mechanism:
-    """Two links of 1 m between a pivot and a slider g away: the angle at the pivot is acos(g/2)."""
-    return md.Mechanism(
-        ground=md.Ground(points={"A": (0, 0)}),
-        bodies=[
-            md.Body("s", points={"C": (0, 0)}),
-            md.Body("p", points={"A": (0, 0), "B": (1, 0)}),
-            md.Body("q", points={"B": (0, 0), "C": (1, 0)}),
-        ],
-        joints=[
-            md.Prismatic("g", "ground.A", "s.C"),
-            md.Revolute("a", "ground.A", "p.A"),
-            md.Revolute("b", "p.B", "q.B"),
-            md.Revolute("c", "q.C", "s.C"),
-        ],
-        sketch={"g": 1.2, "s": 0.0, "p": sketch, "q": -sketch},
-    )
 
 
 @pytest.mark.parametrize("side", [1, -1])

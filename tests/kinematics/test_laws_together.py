@@ -12,10 +12,10 @@ import mechdae as md
 from mechdae.errors import InputError, UnavailableError
 from mechdae.kinematics.prepared import prepare
 from mechdae.tables import table
-from tests.kinematics.test_curve_joints import cam, rod_and_slot
-from tests.kinematics.test_jerk import jerk_of
 from tests.reference.closed_forms import MECHANISMS
 from tests.reference.jets import derivatives
+from tests.shared.mechanisms import cam, rod_and_slot
+from tests.shared.series import jerk_of
 
 LONG = np.longdouble
 BENT = {"x": "0.02 + s", "y": "4*s**2 - 0.01", "range": (0, 0.07)}

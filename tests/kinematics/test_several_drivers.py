@@ -13,9 +13,9 @@ from mechdae.kernels.run.sequence import Sequence
 from mechdae.kinematics.prepared import prepare
 from mechdae.tables import table
 from mechdae.tasks.check import check
-from tests.kinematics.test_sweep import five_bar
 from tests.reference.closed_forms import circle_circle
 from tests.reference.jets import Jet, arg, unit
+from tests.shared.mechanisms import five_bar
 
 LONG = np.longdouble
 

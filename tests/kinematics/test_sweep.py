@@ -15,6 +15,7 @@ from mechdae.kinematics.sweep import run
 from mechdae.setup.drivers import plan
 from tests.reference.closed_forms import MECHANISMS
 from tests.reference.jets import motion
+from tests.shared.mechanisms import five_bar, four_bar
 
 LONG = np.longdouble
 
@@ -120,24 +121,6 @@ def test_micrometres_and_kilometres_give_the_same_digits(scale: float) -> None:
 
 
 # -- limits --------------------------------------------------------------------------------------
-
-
-def four_bar(a: float, b: float, c: float, d: float, **sketch: float) -> md.Mechanism:
-    return md.Mechanism(
-        ground=md.Ground({"A": (0, 0), "D": (d, 0)}),
-        bodies=[
-            md.Body("crank", {"A": (0, 0), "B": (a, 0)}),
-            md.Body("coupler", {"B": (0, 0), "C": (b, 0)}),
-            md.Body("rocker", {"D": (0, 0), "C": (c, 0)}),
-        ],
-        joints=[
-            md.Revolute("A", "ground.A", "crank.A"),
-            md.Revolute("B", "crank.B", "coupler.B"),
-            md.Revolute("C", "coupler.C", "rocker.C"),
-            md.Revolute("D", "ground.D", "rocker.D"),
-        ],
-        sketch=sketch,
-    )
 
 
 TOGGLE = four_bar(5, 3, 4.5, 7, crank=0.6, coupler=0.9, rocker=1.8)
@@ -266,26 +249,6 @@ def test_a_slide_drives() -> None:
     speed = turn.drivers["crank.angle"].velocity[k]
     assert crank.angular_velocity[0] == pytest.approx(speed, rel=1e-12)
     assert crank.angular_acceleration[0] == pytest.approx(0.0, abs=1e-9 * speed**2)
-
-
-def five_bar() -> md.Mechanism:
-    return md.Mechanism(
-        ground=md.Ground({"A": (0, 0), "E": (0.2, 0)}),
-        bodies=[
-            md.Body("left", {"A": (0, 0), "B": (0.2, 0)}),
-            md.Body("right", {"E": (0, 0), "D": (0.2, 0)}),
-            md.Body("fore", {"B": (0, 0), "C": (0.25, 0)}),
-            md.Body("aft", {"D": (0, 0), "C": (0.25, 0)}),
-        ],
-        joints=[
-            md.Revolute("A", "ground.A", "left.A"),
-            md.Revolute("E", "ground.E", "right.E"),
-            md.Revolute("B", "left.B", "fore.B"),
-            md.Revolute("D", "right.D", "aft.D"),
-            md.Revolute("C", "fore.C", "aft.C"),
-        ],
-        sketch={"left": 2.0, "right": 1.0, "fore": 0.9, "aft": 2.2},
-    )
 
 
 def test_two_drivers() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from tests.kinematics.test_sweep import five_bar
+from tests.shared.mechanisms import five_bar
 
 
 def wheels(joint, **bodies) -> md.Mechanism:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,70 +9,19 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import AssemblyError, MechanismError
 from mechdae.model.groups import count_mobility, formula
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
 from mechdae.tasks.show import structure
+from tests.shared.mechanisms import moved, triad
 
 SEVEN = "I(1) -> II.3 RPR(2,3) -> {II.2 RRP(4,5); II.1 RRR(6,7)}"
 
 
 def scene_of(mechanism: Mechanism, *drivers: str, outputs=None):
     return scene(Model(mechanism), [coordinate(mechanism, d) for d in drivers], outputs)
-
-
-def moved(problem: md.Problem, random: np.random.Generator) -> md.Problem:
-    """Return the problem with shuffled bodies and joints and other frame origins.
-
-    Frames of bodies that no task drives are turned as well.
-    """
-    mechanism = problem.mechanism
-    values = mechanism.values()
-    driven = {
-        c.coordinate.split(".")[0]
-        for t in problem.tasks.values()
-        for c in getattr(t, "all_drivers", ())
-    }
-    shift = {name: random.normal(size=2) * 0.3 for name in mechanism.bodies}
-    turn = {n: 0.0 if n in driven else random.uniform(-3, 3) for n in mechanism.bodies}
-    turn[GROUND] = 0.0
-    bodies = []
-    for name, body in mechanism.bodies.items():
-        points = {}
-        for point in body.points:
-            old = np.array([values[f"{name}.{point}.x"], values[f"{name}.{point}.y"]])
-            c, s = math.cos(turn[name]), math.sin(turn[name])
-            new = np.array([[c, s], [-s, c]]) @ (old + shift[name])
-            points[point] = tuple(new)
-        bodies.append(replace(body, points=points))
-    joints = []
-    for name, joint in mechanism.joints.items():
-        first, second = turn[joint.first_body], turn[joint.second_body]
-        changes = {}
-        if joint.kind in ("prismatic", "pin-in-slot"):
-            changes["axis"] = values[f"{name}.axis"] - first
-        if joint.kind == "prismatic":
-            changes["turn"] = values[f"{name}.turn"] + second - first
-        if joint.kind == "gear":
-            carrier = turn[joint.carrier] if joint.carrier else 0.0
-            ratio = values[f"{name}.ratio"]
-            changes["phase"] = (
-                values[f"{name}.phase"] + first - carrier - ratio * (second - carrier)
-            )
-        joints.append(replace(joint, **changes))
-    random.shuffle(bodies)
-    random.shuffle(joints)
-    known = dict(mechanism.sketch.items())
-    sketch = {n: v + turn.get(n, 0.0) for n, v in known.items()}
-    new = replace(
-        mechanism,
-        bodies={b.name: b for b in bodies},
-        joints={j.name: j for j in joints},
-        sketch=sketch,
-    )
-    return replace(problem, mechanism=new)
 
 
 @pytest.mark.parametrize(
@@ -141,29 +89,6 @@ def test_the_formula_depends_on_the_driver() -> None:
     coupler = scene_of(md.load("four-bar-crank-rocker").mechanism, "coupler.angle")
     assert coupler.groups[0].driven
     assert coupler.groups[0].bodies == ("crank", "coupler", "rocker")
-
-
-def triad() -> Mechanism:
-    """Return a platform on three legs, one of them the driven crank (class III)."""
-    return md.Mechanism(
-        ground=md.Ground({"O": (0, 0), "P": (1.0, 0), "R": (0.3, 1.0)}),
-        bodies=[
-            md.Body("crank", {"O": (0, 0), "A": (0.1, 0)}),
-            md.Body("leg1", {"A": (0, 0), "D": (0.5, 0)}),
-            md.Body("leg2", {"P": (0, 0), "E": (0.5, 0)}),
-            md.Body("leg3", {"R": (0, 0), "F": (0.5, 0)}),
-            md.Body("plate", {"D": (0, 0), "E": (0.3, 0), "F": (0.1, 0.3)}),
-        ],
-        joints=[
-            md.Revolute("O", "ground.O", "crank.O"),
-            md.Revolute("A", "crank.A", "leg1.A"),
-            md.Revolute("P", "ground.P", "leg2.P"),
-            md.Revolute("R", "ground.R", "leg3.R"),
-            md.Revolute("D", "leg1.D", "plate.D"),
-            md.Revolute("E", "leg2.E", "plate.E"),
-            md.Revolute("F", "leg3.F", "plate.F"),
-        ],
-    )
 
 
 def test_class_and_order_of_a_triad() -> None:

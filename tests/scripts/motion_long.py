@@ -65,7 +65,7 @@ def starts() -> None:
 
 
 def loops() -> None:
-    from tests.dynamics.test_motion import passages
+    from tests.reference.pendulums import passages
 
     wanted = reference("iftomm_a02_n40", 20.0)
     for tol in (1e-6, 1e-8, 1e-10, 1e-11):
@@ -159,7 +159,8 @@ def stiff() -> None:
     from mechdae.bench.works import _sundials
     from mechdae.describe.file.load import from_dict
     from mechdae.dynamics.bdf import Bdf
-    from tests.dynamics.test_motion_stiff import bobs, pendulum, radau
+    from tests.reference.pendulums import radau
+    from tests.shared.pendulums import bobs, pendulum
 
     for name, make in (("hinge", pendulum), ("bars", bobs)):
         a, b, *_ = radau(*((1e4, 0.0) if name == "hinge" else (0.0, 1e4)), 5.0, 3000)

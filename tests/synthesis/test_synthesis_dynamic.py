@@ -13,7 +13,7 @@ import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.synthesis.outcome import Run
-from tests.studies.test_statics_paths import X0, C, M, block, course
+from tests.shared.block import X0, C, M, block, course
 
 TURN = 2 * math.pi
 
