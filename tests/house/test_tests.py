@@ -1,0 +1,62 @@
+"""The tests' own house: no test imports another, and references owe the package nothing."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from tests.shared.paths import ROOT
+
+TESTS = ROOT / "tests"
+FOLDERS = ("attack", "data", "house", "reference", "scripts", "shared")
+"""Folders that are not named after a room of the package."""
+MAY = {
+    "dense_forces": "reads results",
+    "force_audit": "reads results",
+    "synthesis_verdicts": "reads results",
+    "three_legs": "writes what it drew as a mechanism",
+    "truth/case": "writes what it drew as a mechanism",
+    "truth/judging": "solves and compares",
+    "truth/modes": "solves and compares",
+}
+"""References that import the package, and what for."""
+
+
+def imported(path: Path) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
+
+
+@pytest.mark.parametrize("folder", sorted(p.name for p in TESTS.iterdir() if p.is_dir()))
+def test_no_test_imports_another(folder: str) -> None:
+    for path in (TESTS / folder).rglob("*.py"):
+        for name in imported(path):
+            assert not any(part.startswith("test_") for part in name.split(".")), path
+
+
+def test_references_owe_the_package_nothing() -> None:
+    folder = TESTS / "reference"
+    may = set()
+    for path in folder.rglob("*.py"):
+        name = path.relative_to(folder).with_suffix("").as_posix()
+        rooms = {n.split(".")[1] for n in imported(path) if n.startswith("tests.") and "." in n}
+        assert rooms <= {"reference", "shared"}, path
+        if any(n.split(".")[0] == "mechdae" for n in imported(path)) and path.stem[:5] != "test_":
+            may.add(name)
+    assert may == set(MAY)
+
+
+def test_folders_are_rooms() -> None:
+    rooms = {path.stem for path in (ROOT / "mechdae").iterdir()}
+    for path in TESTS.iterdir():
+        if path.is_dir() and path.name != "__pycache__":
+            assert path.name in rooms or path.name in FOLDERS, path.name
+        else:
+            assert path.name in ("__init__.py", "__pycache__", "conftest.py"), path.name
