@@ -35,7 +35,7 @@ from mechdae.model.reduction import own_freedom
 from mechdae.numerics.least_squares import solve
 from mechdae.numerics.null_space import dependent
 from mechdae.setup.drivers import Sketch
-from mechdae.setup.scales import mechanism_scale, natural_sizes
+from mechdae.setup.scales import natural_sizes
 
 SAME = 1e-7
 """Largest difference of one and the same solution [rad, sizes of the mechanism]."""
@@ -93,7 +93,7 @@ class Assembler:
             if set(joints[c.part].bodies if c.part in joints else (c.part,)) <= inside
         }
         self.p = self.scene.model.p_values
-        self.size = mechanism_scale(self.scene.model.mechanism)
+        self.size = self.scene.model.mechanism.scale
         self.turns = WholeTurns(self.scene, self.sketch, self.p)
         slopes = angle_slopes(self.scene, self.p) if graphs.blocks else {}
         self.solvers = [

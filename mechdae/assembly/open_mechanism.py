@@ -20,14 +20,13 @@ from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import SolveError
 from mechdae.kernels.run.call import Call
 from mechdae.model.model import Model
 from mechdae.results import Named, Result, Series
 from mechdae.setup.drivers import plan, sketched
-from mechdae.setup.scales import mechanism_scale
 
 CLOSED = 1e-9
 """Gap over a length of the mechanism, or in radians, that counts as closed."""
@@ -121,7 +120,7 @@ def _driven(
         values = np.where(np.isnan(numbers.sketch), first, numbers.sketch)
         pairs = list(zip(numbers.coordinates, values.tolist(), strict=True))
     else:
-        known = evaluate_all(mechanism.parameters)
+        known = mechanism.parameter_values
         listed = [own for own in getattr(task, "drivers", None) or () if own.at is not None]
         pairs = [(coordinate(mechanism, d.coordinate), evaluate(d.at[0], known)) for d in listed]
     return [c for c, v in pairs if not np.isnan(v)], [v for _, v in pairs if not np.isnan(v)]
@@ -151,7 +150,7 @@ class _Equations:
     ) -> None:
         names = [name for name, _ in mechanism.numbers()]
         self.mechanism, self.model = mechanism, Model(mechanism, free=names)
-        self.scale = mechanism_scale(mechanism)
+        self.scale = mechanism.scale
         self.rows, u = self.model.driven(drivers)
         self.u, self.drivers = np.array(values), drivers
         self.sizes = np.array([self.scale if row.unit == "m" else 1.0 for row in self.rows])

@@ -20,7 +20,6 @@ from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.errors import InputError
 from mechdae.kinematics.prepared import Setting, prepare
 from mechdae.kinematics.sweep import run
-from mechdae.setup.scales import mechanism_scale
 
 SIZES = (1_000, 10_000, 100_000)
 QUICK_SIZES = (1_000, 10_000)
@@ -153,7 +152,7 @@ def _error(setting: Setting, x: Any, s: Any) -> tuple[float, float]:
     if not x.shape[1]:
         return 0.0, 1e-15
     angle = np.array([name == "angle" for _, name in setting.scene.x_names], bool)
-    unit = np.where(angle, 1.0, mechanism_scale(setting.scene.model.mechanism))
+    unit = np.where(angle, 1.0, setting.scene.model.mechanism.scale)
     error = true_error(setting.graphs, x, s[:, None], setting.assembler.p) / unit
     allowed = 2 * np.spacing(np.maximum(1.0, np.abs(x / unit))) + 1e-15
     worst = np.unravel_index(np.argmax(error / allowed), error.shape)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, ClassVar
 
-from mechdae.describe.curve import check_curve
+from mechdae.describe.curve import check_curve, extent
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints import JOINTS, Curve, Joint
 from mechdae.describe.loads import Load
@@ -147,15 +147,36 @@ class Mechanism:
         return dict(self._values)
 
     @cached_property
+    def parameter_values(self) -> Mapping[str, float]:
+        """The parameters' values [SI, rad], evaluated once; not to be written into."""
+        return evaluate_all(self.parameters)
+
+    @cached_property
     def _values(self) -> dict[str, float]:
-        known = evaluate_all(self.parameters)
-        result = dict(known)
+        result = dict(self.parameter_values)
         for name, number in self.numbers():
             try:
-                result[name] = evaluate(number, known)
+                result[name] = evaluate(number, self.parameter_values)
             except MechdaeError as problem:
                 raise problem.inside(name) from None
         return result
+
+    @cached_property
+    def scale(self) -> float:
+        """A length of the mechanism [m]: the largest extent of a body or of the ground."""
+        values, spans = self._values, []
+        for place, points in _all_points(self):
+            name = place.removeprefix("bodies.")
+            if len(points) > 1:
+                for axis in self.AXES[: self.dimension]:
+                    places = [values[f"{name}.{point}.{axis}"] for point in points]
+                    spans.append(max(places) - min(places))
+        for name, joint in self.joints.items():
+            if joint.kind == "distance":
+                spans.append(values[f"{name}.length"])
+            if isinstance(joint, Curve):
+                spans.append(extent(joint, values))
+        return max(spans, default=0.0) or 1.0
 
     def with_values(self, changes: Mapping[str, Number]) -> Mechanism:
         """Return the mechanism with parameters or automatic names set to new numbers.

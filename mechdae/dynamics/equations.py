@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,7 +14,7 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import build, evaluate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints import Joint
-from mechdae.describe.mechanism import Mechanism, evaluate_all
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
 from mechdae.describe.tasks.kinds import Driver, Equilibrium, Motion
 from mechdae.errors import InputError, MechdaeError, UnavailableError
@@ -26,7 +27,6 @@ from mechdae.model.forces.meshes import Mesh
 from mechdae.model.forces.time_tables import Timed
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.model.motion_equations import Law, Released
-from mechdae.setup.scales import mechanism_scale
 
 SX = ca.SX
 SMOOTHED = ("revolute", "prismatic", "curve")
@@ -158,7 +158,7 @@ class Setup:
             The key that is missing, or a speed that is none.
         """
         mechanism = self.problem.mechanism
-        known, values = evaluate_all(mechanism.parameters), mechanism.values()
+        known, values = mechanism.parameter_values, mechanism.values()
         given: dict[str, float | None] = {}
         for key in ("v_s", "omega_s"):
             number = getattr(self.task, key)
@@ -220,7 +220,7 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
         Friction in an equilibrium, or smoothed.
     """
     mechanism = problem.mechanism
-    known = evaluate_all(mechanism.parameters)
+    known = mechanism.parameter_values
     notes = _without_friction(mechanism, task, moves)
     end, times = _times(task, known)
     tolerance = TOLERANCE if task.tolerance is None else evaluate(task.tolerance, known)
@@ -237,7 +237,7 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
     model = Model(mechanism)
     loads = Loads(model, gradual=task.friction == "smooth")
     laws = _laws(model, loads, task)
-    scale = mechanism_scale(mechanism)
+    scale = mechanism.scale
     found = Setup(problem, task, model, loads, laws, end, times, tolerance, scale, notes)
     found.longest, found.pieces = longest, found.pieces_at(0.0)
     return found
@@ -248,7 +248,7 @@ def as_motion(task: Equilibrium) -> Motion:
     return Motion(start=task.start, drivers=task.drivers, until=1.0, friction=task.friction)
 
 
-def _times(task: Motion, known: dict[str, float]) -> tuple[float, Any]:
+def _times(task: Motion, known: Mapping[str, float]) -> tuple[float, Any]:
     """Return the end and the times of output, None for the steps."""
     times = None
     if task.at is not None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks.kinds import Motion
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.bdf import Bdf
@@ -137,7 +136,7 @@ def _linear(problem: Problem, task: Motion) -> dict[str, Any]:
         Dry friction, or a resistance.
     """
     assert task.linearise is not None
-    known = evaluate_all(problem.mechanism.parameters)
+    known = problem.mechanism.parameter_values
     t = evaluate(task.linearise, known)
     end = evaluate(task.until if task.until is not None else (task.at or (0.0,))[-1], known)
     if not 0 <= t <= end:

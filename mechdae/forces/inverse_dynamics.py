@@ -21,7 +21,6 @@ from mechdae.kernels.run.numpy_backend import straight
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.loads import Loads
 from mechdae.model.reduction import Scene
-from mechdae.setup.scales import mechanism_scale
 
 SOLVED = 1e-12
 """Left-over of the sizes of friction, relative to them, that counts as solved."""
@@ -143,7 +142,7 @@ class Statics:
         self.scene, self.evaluator, self.task = scene, evaluator, task
         model = scene.model
         self.loads = Loads(model, turned)
-        self.length = mechanism_scale(model.mechanism)
+        self.length = model.mechanism.scale
         self.meshes = meshes_along(scene, motion.q, motion.v, self.length)
         self.laws = Laws(model, self.meshes, task.friction_radius, task.friction != "none")
         self.balance = Balance(scene, self.loads, self.laws, self.meshes)

@@ -22,7 +22,6 @@ from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.one_sided import one_sided
 from mechdae.model.model import Model
-from mechdae.setup.scales import mechanism_scale
 
 HALVINGS = 60
 SHARES = 80
@@ -39,7 +38,7 @@ class Contacts:
         self.model = model
         self.found = one_sided(model, among)
         self.unit = {own.name: own.unit for own in self.found}
-        self.scale = mechanism_scale(model.mechanism)
+        self.scale = model.mechanism.scale
 
     @property
     def names(self) -> list[str]:

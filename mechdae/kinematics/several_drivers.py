@@ -15,7 +15,7 @@ from mechdae.kinematics.extremes import ranges
 from mechdae.kinematics.prepared import Run, Setting, covered
 from mechdae.kinematics.report import limit_events
 from mechdae.measures.measure import at_poses
-from mechdae.setup.scales import Constants, driver_size, mechanism_scale, natural_sizes, periods
+from mechdae.setup.scales import Constants, driver_size, natural_sizes, periods
 
 SHARES = (2.0**-4, 2.0**-7, 2.0**-10)
 """Shares of a way that begins on a limit position at which it is looked for another beginning."""
@@ -31,7 +31,7 @@ the last bits of the driver."""
 def scales(setting: Setting) -> Any:
     """Return the size of each driver, (nd,), see `driver_size`."""
     model = setting.scene.model
-    length = mechanism_scale(model.mechanism)
+    length = model.mechanism.scale
     return np.array([driver_size(model, c, length) for c in setting.plan.coordinates])
 
 
@@ -94,7 +94,7 @@ def _met(legs: Legs, at: float) -> Limit | None:
 
 
 def _same(setting: Setting, one: Any, other: Any) -> bool:
-    sizes = natural_sizes(setting.scene, mechanism_scale(setting.scene.model.mechanism))
+    sizes = natural_sizes(setting.scene, setting.scene.model.mechanism.scale)
     period = periods(setting.scene)
     whole = np.where(period > 0, period, 1.0)
     apart = one - other

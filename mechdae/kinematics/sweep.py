@@ -27,7 +27,7 @@ from mechdae.kinematics.several_drivers import (
 from mechdae.measures.measure import along_path, at_poses
 from mechdae.results import Result
 from mechdae.setup.laws import Timing
-from mechdae.setup.scales import Constants, driver_size, mechanism_scale, natural_sizes, periods
+from mechdae.setup.scales import Constants, driver_size, natural_sizes, periods
 
 TURN = 2 * np.pi
 MAX_TURNS = 1000
@@ -113,7 +113,7 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
     model, c = setting.scene.model, plan.coordinates[plan.lead]
     contact = model.contacts.get(c.part)
     closed = contact is not None and contact.closed
-    scale = mechanism_scale(model.mechanism)
+    scale = model.mechanism.scale
     size = driver_size(model, c, scale)
     if begin is None:
         begin = float(laws.times[0] if laws else u[moving])

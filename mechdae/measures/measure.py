@@ -10,7 +10,6 @@ import numpy as np
 from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.path import Path
 from mechdae.describe.expression import evaluate
-from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, UnavailableError
 from mechdae.measures import centres, curve, transmission
@@ -21,7 +20,6 @@ from mechdae.measures.strokes import time_ratios
 from mechdae.measures.track import Track
 from mechdae.model.reduction import Scene
 from mechdae.setup.outputs import Outputs, Request
-from mechdae.setup.scales import mechanism_scale
 
 ORDERS = {
     "transmission": 2,
@@ -91,7 +89,7 @@ def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
 def at_poses(outputs: Outputs, task: Sweep, poses: Poses, unit: float = 1.0) -> Found:
     """Return the measures of single poses; `unit` is what a radian is for other drivers."""
     found, asked = Found(), task.measures or ()
-    scale = mechanism_scale(outputs.scene.model.mechanism)
+    scale = outputs.scene.model.mechanism.scale
     if "transmission" in asked:
         found.put("joints", transmission.angles(outputs, poses.y[0]))
     if "curve" in asked:
@@ -124,7 +122,7 @@ def along_path(
     mechanism = scene.model.mechanism
     turns = outputs.columns(TURNED + name for name in centres.bodies_of(scene))
     driver = scene.drivers[moving]
-    track = Track(evaluator, path, values, driver.is_angle, mechanism_scale(mechanism), turns)
+    track = Track(evaluator, path, values, driver.is_angle, mechanism.scale, turns)
     summary = found.summary
     if "curve" in asked:
         facts, cusps = curve.curves(track, outputs)
@@ -148,7 +146,7 @@ def along_path(
     if "time-ratio" in asked:
         summary |= time_ratios(track, [q for q in wanted if q.name != driver.text])
     if "dwell" in asked:
-        share = evaluate(task.dwell_tolerance, evaluate_all(mechanism.parameters))
+        share = evaluate(task.dwell_tolerance, mechanism.parameter_values)
         if not 0 < share < 0.5:
             raise InputError(
                 f"a share of the swing between 0 and 0.5 is needed, not {share:g}",

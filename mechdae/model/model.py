@@ -17,7 +17,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import Coordinate
 from mechdae.describe.expression import build
-from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.model.curve_contacts import contacts
 from mechdae.model.frames import Frame, fixed_frame, planar_frame
 from mechdae.model.joints import Ends, rows_of
@@ -117,7 +117,7 @@ class Model:
 
     def _make_parameters(self) -> None:
         mechanism = self.mechanism
-        values = evaluate_all(mechanism.parameters)
+        values = dict(mechanism.parameter_values)
         symbols = {name: SX.sym(name) for name in values}
         self.numbers: dict[str, Any] = {}
         for name, number in mechanism.numbers():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +17,7 @@ from mechdae.describe.coordinates import (
     coordinate_names,
 )
 from mechdae.describe.expression import evaluate
-from mechdae.describe.mechanism import Mechanism, evaluate_all
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import DEFAULT_POSES, Driven, Driver, Sweep
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.graphs.driver_curve import Course
@@ -78,7 +78,7 @@ def plan(mechanism: Mechanism, task: Driven) -> Plan:
     InputError
         Numbers of poses that do not fit each other, or more than `MAX_POSES`.
     """
-    known = evaluate_all(mechanism.parameters)
+    known = mechanism.parameter_values
     drivers = task.all_drivers
     coordinates = tuple(coordinate(mechanism, driver.coordinate) for driver in drivers)
     sketch = np.array([_driver_in_sketch(mechanism, c, known) for c in coordinates])
@@ -131,7 +131,7 @@ def _by_laws(
     drivers: Sequence[Driver],
     moving: list[int],
     poses: int,
-    known: dict[str, float],
+    known: Mapping[str, float],
     sketch: Any,
 ) -> Plan:
     """Return the plan of drivers that follow laws of time, others held."""
@@ -171,7 +171,7 @@ def _pose_count(task: Driven, drivers: Sequence[Driver]) -> int:
     return count
 
 
-def _check_held(driver: Driver, known: dict[str, float]) -> None:
+def _check_held(driver: Driver, known: Mapping[str, float]) -> None:
     for key in ("speed", "acceleration", "jerk"):
         rate = getattr(driver, key)
         if rate is not None and evaluate(rate, known) != 0:
@@ -181,7 +181,7 @@ def _check_held(driver: Driver, known: dict[str, float]) -> None:
 
 
 def _moved(
-    driver: Driver, poses: int, known: dict[str, float], moves: bool
+    driver: Driver, poses: int, known: Mapping[str, float], moves: bool
 ) -> tuple[Any, float, float, float]:
     """Return values (n,), speed, acceleration and jerk of one driver."""
     speed = evaluate(driver.speed if driver.speed is not None else float(moves), known)
@@ -191,7 +191,7 @@ def _moved(
     return values, speed, acceleration, jerk
 
 
-def _values(driver: Driver, poses: int, known: dict[str, float]) -> Any:
+def _values(driver: Driver, poses: int, known: Mapping[str, float]) -> Any:
     if driver.at is not None:
         return np.array([evaluate(value, known) for value in driver.at])
     assert driver.from_ is not None
@@ -199,7 +199,7 @@ def _values(driver: Driver, poses: int, known: dict[str, float]) -> Any:
     return interval(evaluate(driver.from_, known), evaluate(driver.to, known), poses)
 
 
-def _driver_in_sketch(mechanism: Mechanism, c: Coordinate, known: dict[str, float]) -> float:
+def _driver_in_sketch(mechanism: Mechanism, c: Coordinate, known: Mapping[str, float]) -> float:
     for name in (c.text, c.part if c.kind != "point" else c.text):
         if name in mechanism.sketch:
             return evaluate(mechanism.sketch[name], known)
@@ -222,7 +222,7 @@ def sketched(mechanism: Mechanism) -> Sketch:
     UnknownName
         A name that is neither a body nor a coordinate of the mechanism.
     """
-    known = evaluate_all(mechanism.parameters)
+    known = mechanism.parameter_values
     angles: dict[str, float] = {}
     places: dict[Coordinate, float] = {}
     for name, number in mechanism.sketch.items():

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import Coordinate
-from mechdae.describe.curve import extent
-from mechdae.describe.joints import Curve
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.curve_contacts import Contact
@@ -48,7 +46,7 @@ class Constants:
     ) -> None:
         self.graphs = graphs
         self.p = graphs.scene.model.p_values if p is None else np.asarray(p, float)
-        self.scale = mechanism_scale(graphs.scene.model.mechanism)
+        self.scale = graphs.scene.model.mechanism.scale
         angle = np.array([name == "angle" for _, name in graphs.scene.x_names], bool)
         if size_x is None:
             turned = np.array([c.is_angle for c in graphs.scene.drivers], bool)
@@ -138,20 +136,3 @@ def driver_size(model: Model, c: Coordinate, scale: float) -> float:
     if c.kind == "curve":
         return model.contacts[c.part].unit
     return 1.0 if c.is_angle else scale
-
-
-def mechanism_scale(mechanism: Any) -> float:
-    """Return a length of the mechanism [m]: the largest extent of a body or of the ground."""
-    values = mechanism.values()
-    spans = []
-    for name, body in [("ground", mechanism.ground), *mechanism.bodies.items()]:
-        if len(body.points) > 1:
-            for axis in "xyz"[: mechanism.dimension]:
-                places = [values[f"{name}.{point}.{axis}"] for point in body.points]
-                spans.append(max(places) - min(places))
-    for name, joint in mechanism.joints.items():
-        if joint.kind == "distance":
-            spans.append(values[f"{name}.length"])
-        if isinstance(joint, Curve):
-            spans.append(extent(joint, values))
-    return max(spans, default=0.0) or 1.0

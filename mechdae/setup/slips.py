@@ -10,7 +10,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import SLIDE_JOINTS
 from mechdae.describe.expression import evaluate
-from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven
 from mechdae.setup.drivers import Plan
 
@@ -82,7 +82,7 @@ def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, str]]:
             size, a, b = max(pairs)
             where = "on the ground" if body == GROUND else f"of {body}"
             yield size, f"{b} and {a} {where} are {size:g} m apart"
-    known = evaluate_all(mechanism.parameters)
+    known = mechanism.parameter_values
     for name, number in mechanism.sketch.items():
         joint_name = name.removesuffix(".slide")
         if joint_name in mechanism.joints and mechanism.joints[joint_name].kind in SLIDE_JOINTS:

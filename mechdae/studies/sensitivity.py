@@ -38,7 +38,6 @@ from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
 from mechdae.model.model import FUNCTIONS
 from mechdae.results import Result
-from mechdae.setup.scales import mechanism_scale
 
 SX = ca.SX
 LEVELS, FEW_LEVELS = 4, 2
@@ -149,7 +148,7 @@ def _tolerances(problem: Problem, task: Sensitivity) -> dict[str, float]:
         return {}
     if not isinstance(task.tolerances, Mapping):
         raise InputError("a table name = half width is needed", where="tolerances")
-    known = evaluate_all(problem.mechanism.parameters)
+    known = problem.mechanism.parameter_values
     values = problem.mechanism.values()
     found: dict[str, float] = {}
     for key, number in task.tolerances.items():
@@ -417,7 +416,7 @@ def _differenced(
     first: dict[str, Any] = {}
     second: dict[str, Any] = {}
     error: dict[str, Any] = {}
-    scale = mechanism_scale(problem.mechanism)
+    scale = problem.mechanism.scale
     for name in names:
         h = STEP * (sizes[name] if sizes else abs(values[name]) or scale)
         ones, twos = [], []

@@ -30,7 +30,7 @@ from mechdae.kinematics.prepared import Setting, first_pose, prepare
 from mechdae.results import Result
 from mechdae.setup.drivers import Sketch, sketched
 from mechdae.setup.drivers import plan as plan_of
-from mechdae.setup.scales import Constants, mechanism_scale
+from mechdae.setup.scales import Constants
 from mechdae.studies.lockstep import Lockstep
 from mechdae.studies.set_modes import OwnModes
 from mechdae.studies.sets import OF_PARTS, Row, Sets, computed, row_of, text_of
@@ -115,7 +115,7 @@ def _sets(problem: Problem, task: Study) -> tuple[list[str], Any]:
     table = task.vary if task.vary is not None else task.samples
     if not isinstance(table, Mapping) or not table:
         raise InputError("a table name = [...] is needed", where=word)
-    known = evaluate_all(problem.mechanism.parameters)
+    known = problem.mechanism.parameter_values
     automatic = {*known, *dict(problem.mechanism.numbers())}
     columns = []
     for key, items in table.items():
@@ -279,7 +279,7 @@ class _Collector:
             return
         plan, s = setting.plan, float(u[0])
         is_angle = plan.coordinates[0].is_angle
-        scale = mechanism_scale(setting.scene.model.mechanism)
+        scale = setting.scene.model.mechanism.scale
         largest = 2 * np.pi / NODES_PER_TURN * (1.0 if is_angle else scale)
         values = plan.values[:, 0]
         size_u = np.array([max(np.abs(values).max(), abs(s)) + 1e-9])

@@ -171,9 +171,8 @@ class Search:
                 return goal.size
             if isinstance(goal, Straight) and goal.asked.stroke is not None:
                 return goal.asked.stroke
-        from mechdae.setup.scales import mechanism_scale
 
-        return float(mechanism_scale(self.problem.mechanism))
+        return self.problem.mechanism.scale
 
     def _check_effect(self) -> None:
         """Refuse free parameters that nothing asked for depends on."""

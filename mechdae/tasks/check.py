@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Expected, Problem
-from mechdae.describe.mechanism import evaluate_all
 from mechdae.describe.tasks.kinds import Equilibrium, Modes, Motion, Sweep
 from mechdae.dynamics.equations import as_motion
 from mechdae.dynamics.task import motion_start
@@ -63,7 +63,7 @@ def validate(problem: Problem) -> list[MechdaeError]:
 def check(problem: Problem) -> list[Verdict]:
     """Return a verdict for each ``[[expected]]`` entry of the problem."""
     results: dict[str, Result | MechdaeError] = {}
-    known = evaluate_all(problem.mechanism.parameters)
+    known = problem.mechanism.parameter_values
     verdicts = []
     for entry in problem.expected:
         if entry.task not in results:
@@ -82,7 +82,7 @@ def check(problem: Problem) -> list[Verdict]:
     return verdicts
 
 
-def _verdict(entry: Expected, result: Result, known: dict[str, float]) -> Verdict:
+def _verdict(entry: Expected, result: Result, known: Mapping[str, float]) -> Verdict:
     found = result.value(entry.what)
     if (
         result.whole_path(entry.what).split("/")[0].partition("_")[0] in SERIES
@@ -106,7 +106,7 @@ def _verdict(entry: Expected, result: Result, known: dict[str, float]) -> Verdic
     return Verdict(entry, found, deviation, allowed)
 
 
-def _numbers(value: Any, known: dict[str, float]) -> Any:
+def _numbers(value: Any, known: Mapping[str, float]) -> Any:
     if isinstance(value, tuple):
         return np.array([_numbers(item, known) for item in value], dtype=float)
     if isinstance(value, bool):
@@ -121,7 +121,7 @@ def _all_modes(entry: Expected, result: Result) -> bool:
     return result.kind == "modes" and entry.at is None and entry.time is None and len(result) != 1
 
 
-def _pose(entry: Expected, result: Result, known: dict[str, float]) -> int:
+def _pose(entry: Expected, result: Result, known: Mapping[str, float]) -> int:
     """Return the row of the pose that ``at`` or ``time`` names; the only one without them."""
     drivers = [series.position for series in result.drivers.values()]
     if not drivers and result.time is not None:

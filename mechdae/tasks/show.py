@@ -25,7 +25,6 @@ from mechdae.model.reduction import Scene, scene
 from mechdae.numerics.null_space import dependences, dependent
 from mechdae.setup.drivers import plan, sketched
 from mechdae.setup.outputs import Outputs
-from mechdae.setup.scales import mechanism_scale
 
 
 def structure(problem: Problem) -> dict[str, Any]:
@@ -130,7 +129,7 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, An
     names the joints that share a dependent equation.
     """
     model = whole.model
-    scale = mechanism_scale(model.mechanism)
+    scale = model.mechanism.scale
     values = np.array([q[name] for name in model.q_names])
     function = ca.Function("J", [model.q, model.p], [ca.densify(model.phi_q)])
     jacobian = np.array(function(values, model.p_values))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+import tomllib
 
 import numpy as np
 import pytest
 
 import mechdae as md
 from mechdae.cli import main
+from mechdae.cli.commands.list import scanned
 from mechdae.describe.file import library
 from tests.shared.command import run
 
@@ -22,6 +24,30 @@ def test_list(capsys) -> None:
     entries = json.loads(out)
     assert [entry["name"] for entry in entries] == library.names()
     assert all(set(entry) == {"name", "kinds", "title"} for entry in entries)
+    for path, entry in zip(library.paths(), entries, strict=True):
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        kinds = {task["kind"] for task in data["tasks"].values()}
+        assert entry == {"name": path.stem, "kinds": sorted(kinds), "title": data["title"]}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'title = "a \\"b\\""\n[tasks.one]\nkind = "sweep"\n',
+        '[tasks]\none = { kind = "sweep" }\n[bodies.a]\nkind = "x"\n',
+        'title = "a"\ntasks.one.kind = "modes"\n',
+        'title = "a"\n[tasks.one]\n[tasks.one.goal]\nkind = "path"\n',
+        'title = "a"\n[tasks.one]\nat = """\n[tasks.two]\nkind = "sweep"\n"""\nkind = "modes"\n',
+        'title = "a"\n[ tasks . one ]\nkind = "modes"\n',
+        "title = 'a'\n[tasks.one]\n  kind = 'modes'\n",
+    ],
+)
+def test_list_reads_what_a_parser_reads(tmp_path, text: str) -> None:
+    path = tmp_path / "own.toml"
+    path.write_text(text, encoding="utf-8")
+    data = tomllib.loads(text)
+    kinds = sorted({str(task.get("kind", "")) for task in data["tasks"].values()})
+    assert scanned(path) == {"name": "own", "kinds": kinds, "title": data.get("title", "")}
 
 
 def test_show(capsys) -> None:

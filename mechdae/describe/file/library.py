@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from mechdae.errors import ProblemFileError, UnknownName
@@ -14,9 +15,14 @@ def folder() -> Path:
     return inside if inside.is_dir() else package.parent / "problems"
 
 
+def paths() -> list[Path]:
+    """Return the files of the predefined problems, by name."""
+    return sorted(folder().glob("*.toml"), key=lambda path: path.stem)
+
+
 def names() -> list[str]:
     """Return the names of the predefined problems, sorted."""
-    return sorted(path.stem for path in folder().glob("*.toml"))
+    return [path.stem for path in paths()]
 
 
 def find(name_or_path: str | Path) -> Path:
@@ -31,9 +37,8 @@ def find(name_or_path: str | Path) -> Path:
             raise ProblemFileError("there is no such file", where=text)
         return path
     path = folder() / f"{text}.toml"
-    known = names()
-    if text not in known:
-        error = UnknownName("problem", text, known, where="predefined problems")
+    if not os.path.isfile(path):  # Path.is_file raises for names that are too long
+        error = UnknownName("problem", text, names(), where="predefined problems")
         if Path(f"{text}.toml").is_file():
             error.hint = f"did you mean the file {text}.toml?"
         error.hint = error.hint or "`mechdae list` names them; the path of a file ends in .toml"

@@ -8,7 +8,7 @@ from typing import Any
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.loads import TIME, Force, Load, Resistance, Spring, TableLoad, Torque
-from mechdae.describe.mechanism import GROUND, Mechanism, evaluate_all
+from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.named import check_expression, split_rate
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
@@ -57,7 +57,7 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
             except MechdaeError as problem:
                 raise problem.inside("along") from None
     if isinstance(load, TableLoad) and load.coordinate == TIME:
-        known = evaluate_all(mechanism.parameters)
+        known = mechanism.parameter_values
         for word in ("shift", "period"):
             for used in sorted(_names(getattr(load, word))):
                 if used not in known:

@@ -7,7 +7,7 @@ from typing import Any
 
 from mechdae.describe.coordinates import coordinate, selection
 from mechdae.describe.expression import names_in
-from mechdae.describe.mechanism import Mechanism, evaluate_all
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Driven, Driver, Equilibrium, Motion, Reactions, Task
 from mechdae.describe.tasks.motion import check_equilibrium, check_motion
 from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
@@ -33,7 +33,7 @@ def _check_driven(mechanism: Mechanism, task: Driven) -> None:
         raise MechanismError("two drivers impose the same coordinate", where="drivers")
     if task.available:
         selection(mechanism, task.outputs, forces=isinstance(task, Reactions))
-    known = evaluate_all(mechanism.parameters)
+    known = mechanism.parameter_values
     timed = any(d.times or d.from_ is not None for d in drivers if d.law is not None)
     for driver in drivers:
         _check_way(driver)

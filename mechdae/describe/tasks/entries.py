@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mechdae.describe.expression import evaluate
-from mechdae.describe.mechanism import Mechanism, evaluate_all
+from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 
@@ -42,7 +42,7 @@ def number(mechanism: Mechanism, value: Any, place: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise InputError("a number or an expression is needed", where=place)
     try:
-        return evaluate(value, evaluate_all(mechanism.parameters))
+        return evaluate(value, mechanism.parameter_values)
     except MechdaeError as problem:
         raise problem.inside(place) from None
 

@@ -14,7 +14,7 @@ from mechdae.describe.coordinates import (
     selection,
 )
 from mechdae.describe.expression import evaluate, names_in
-from mechdae.describe.mechanism import Mechanism, evaluate_all
+from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import RATES, check_expression, split_rate
 from mechdae.describe.tasks.kinds import Equilibrium, Motion
 from mechdae.describe.values import number
@@ -61,7 +61,7 @@ def start_values(mechanism: Mechanism, table: Any, key: str) -> dict[Coordinate,
         return {}
     if not isinstance(table, Mapping):
         raise InputError("a table coordinate = value is needed", where=key)
-    known = evaluate_all(mechanism.parameters)
+    known = mechanism.parameter_values
     found: dict[Coordinate, float] = {}
     for name, value in _flat(table):
         try:
@@ -97,7 +97,7 @@ def crossings(mechanism: Mechanism, task: Motion) -> list[Crossing]:
     InputError, UnknownName
         With the key path.
     """
-    known = evaluate_all(mechanism.parameters)
+    known = mechanism.parameter_values
     if task.events is None:
         return []
     if not isinstance(task.events, tuple):
@@ -140,7 +140,7 @@ def check_motion(mechanism: Mechanism, task: Motion) -> None:
     start_values(mechanism, task.start, "start")
     start_values(mechanism, task.start_speed, "start_speed")
     crossings(mechanism, task)
-    known = evaluate_all(mechanism.parameters)
+    known = mechanism.parameter_values
     _check_drivers(mechanism, task, known)
     if task.until is None and task.at is None:
         raise InputError("'until' is missing, the end of the motion", hint="or times: at = [...]")
@@ -166,7 +166,7 @@ def check_equilibrium(mechanism: Mechanism, task: Equilibrium) -> None:
             named_coordinate(mechanism, name)
         except MechdaeError as problem:
             raise problem.inside(f"free[{i}]") from None
-    _check_drivers(mechanism, task, evaluate_all(mechanism.parameters))
+    _check_drivers(mechanism, task, mechanism.parameter_values)
     for i, driver in enumerate(task.drivers or ()):
         if driver.law is not None or driver.table is not None:
             word = "law" if driver.law is not None else "table"
