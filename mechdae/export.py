@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.results import Result
+from mechdae.results import Result, plain
 
 LINEAR = ("A", "B", "C", "D", "states", "inputs", "outputs")
 """What an NPZ has of a linear system."""
@@ -40,14 +40,11 @@ def csv_text(result: Result) -> str:
     labels = result.labels or ()
     head = ["status"] + (["mode"] if labels else [])
     writer.writerow(head + [f"{name} [{unit}]" if unit else name for name, unit, _ in columns])
-    for k, status in enumerate(result.status):
-        first = [status] + ([",".join(labels[k])] if labels else [])
-        writer.writerow(first + [_digits(array[k]) for _, _, array in columns])
+    first = [plain(np.asarray(result.status, dtype=str))]
+    first += [[",".join(row) for row in labels]] if labels else []
+    numbers = [plain(np.asarray(array, float)) for _, _, array in columns]
+    writer.writerows(zip(*first, *numbers, strict=True))
     return out.getvalue()
-
-
-def _digits(value: Any) -> str:
-    return repr(float(value)) if np.isfinite(value) else ""
 
 
 def save(result: Result, folder: str | Path) -> list[Path]:

@@ -1,0 +1,8 @@
+"""Read-only arrays with names and units, the same content as the JSON."""
+
+from mechdae.results.plain import plain
+from mechdae.results.result import Result
+from mechdae.results.series import Named, Series
+from mechdae.results.units import KINDS, OUTPUT_RATES, REACTION, UNITS
+
+__all__ = ["KINDS", "OUTPUT_RATES", "REACTION", "UNITS", "Named", "Result", "Series", "plain"]

@@ -1,0 +1,87 @@
+"""The scalar series of a result as columns with names and units: what CSV and NPZ hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechdae.results.units import KINDS, REACTION, UNITS, WHOLE, effort_unit
+
+if TYPE_CHECKING:
+    from mechdae.results.result import Result
+
+Column = tuple[str, str, Any]
+"""Name, unit, (n,) array."""
+
+
+def columns_of(result: Result) -> Iterator[Column]:
+    """Yield every scalar series of a result, time and drivers first."""
+    if result.time is not None:
+        yield "time", "s", result.time
+    for kind in KINDS:
+        for part, series in getattr(result, kind).items():
+            for name, array in series.items():
+                yield from _of_series(f"{part}.{name}", name, array, result.unit(kind, part, name))
+    for word, series in (("effort", result.efforts), *result.parts.items()):
+        head = word if word == "effort" else f"effort_{word}"
+        for name, array in series.items():
+            yield f"{head}.{name}", effort_unit(name), array
+    for name, array in result.scalars.items():
+        yield name, UNITS[name], array
+    for name, array in result.work.items():
+        yield f"work.{name}", "J", array
+    if result.parameters:
+        units = result.summary.get("units", {})
+        for name, array in result.parameters.items():
+            yield name, units.get(name, ""), array
+    for path, array in result.table.items():
+        yield from _flat(path, array, result.path_unit(path))
+    for path, slopes in result.data.get("derivatives", {}).items():
+        for name, array in slopes.items():
+            if np.shape(array)[:1] == np.shape(result.status):
+                for word, _, column in _flat(path, np.asarray(array), ""):
+                    yield f"d {word} / d {name}", "", column
+    yield from _of_designs(result.data.get("designs", ()))
+    for pair, array in result.centres.items():
+        yield from _of_series(f"centre.{pair}", "centre", array, "m")
+    for name, unit in (("length", "m"), ("angle", "rad")):
+        if name in result.bound:
+            yield f"bound.{name}", unit, result.bound[name]
+    if result.condition is not None:
+        yield "condition", "1", result.condition
+
+
+def _of_series(whole: str, name: str, array: Any, unit: str) -> Iterator[Column]:
+    """Yield the components of a series, of a reaction with their own names and units."""
+    if array.ndim == 1:
+        yield whole, unit, array
+    elif name.startswith("reaction"):
+        for axis, own, column in zip(*REACTION[name[9:]], array.T, strict=True):
+            yield f"{whole}.{axis}", own, column
+    else:
+        for axis, column in zip("xyz", array.T, strict=False):
+            yield f"{whole}.{axis}", unit, column
+
+
+def _flat(path: str, array: Any, unit: str) -> Iterator[tuple[str, str, Any]]:
+    """Yield the numbers of each row of a study as columns ``path[i][j]``."""
+    word = path.rpartition("/")[2]
+    axes = REACTION.get(word[9:], WHOLE)[1] if word.startswith("reaction") else ()
+    for place in np.ndindex(*array.shape[1:]):
+        name = path + "".join(f"[{i}]" for i in place)
+        own = axes[place[-1]] if axes and place and place[-1] < len(axes) else unit
+        yield name, own, array[(slice(None), *place)]
+
+
+def _of_designs(designs: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, Any]]:
+    """Yield objective, transmission angle, hits and dimensions of the designs of a synthesis."""
+    if not designs:
+        return
+    for name, unit in (("objective", ""), ("transmission_angle_min", "rad"), ("hits", "1")):
+        values = [design.get(name) for design in designs]
+        if any(value is not None for value in values):
+            yield name, unit, np.array([np.nan if v is None else float(v) for v in values])
+    for name in dict.fromkeys(name for design in designs for name in design["parameters"]):
+        yield name, "", np.array([design["parameters"].get(name, np.nan) for design in designs])

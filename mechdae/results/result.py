@@ -1,0 +1,190 @@
+"""Results: read-only arrays with names and units, the same content as the JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import Task
+from mechdae.errors import UnknownName
+from mechdae.results.columns import columns_of
+from mechdae.results.plain import no_collection, plain
+from mechdae.results.series import Named, Series
+from mechdae.results.units import HISTORY, KINDS, path_unit, series_unit
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one task gave; rows are poses (assembly modes for a task of kind modes).
+
+    Attributes
+    ----------
+    drivers, bodies, points, joints, outputs
+        Named series, SI and radians; nan where a pose has no value. `outputs` are those that
+        the problem names.
+    centres
+        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``.
+    status : (n,) array of str
+        ok, limit, unassembled, singular, ambiguous.
+    bound
+        length (n,) [m] and angle (n,) [rad]: distance to the exact solution at most.
+    condition : (n,) array
+        Condition number of the worst block; near a limit rates lose that many digits.
+    fault
+        What is wrong with the answer, None when nothing is.
+    parameters, table
+        Of a study, whose rows are sets of parameters: name -> (n,), path -> (n, ...).
+    time : (n,) array
+        The times of the poses where the drivers follow laws, else None [s].
+    efforts
+        Of a task of reactions: torque or force conjugate to each driver, (n,) by its name;
+        ``parts`` has further ones by word: uncoupled, static, inertial.
+    solutions
+        All solutions of the poses that have several.
+    data
+        Of a sensitivity: values, derivatives and what tolerances do, by path and name.
+    scalars, work
+        Of a motion: energy, kinetic, potential [J] and drift (the largest gap of a constraint over
+        a length of the mechanism), (n,) each; work since t = 0 by load [J].
+    unique
+        Where constraints are superfluous: unique directions of a joint's reaction, the values
+        along them, the frame of the directions.
+    """
+
+    problem: str
+    task: str
+    kind: str
+    mechanism: Mechanism
+    title: str = ""
+    drivers: Named = field(default_factory=lambda: Named("driver", {}))
+    bodies: Named = field(default_factory=lambda: Named("body", {}))
+    points: Named = field(default_factory=lambda: Named("point", {}))
+    joints: Named = field(default_factory=lambda: Named("joint", {}))
+    outputs: Named = field(default_factory=lambda: Named("output", {}))
+    centres: Series = field(default_factory=lambda: Series({}))
+    status: Any = None
+    bound: Series = field(default_factory=lambda: Series({}))
+    condition: Any = None
+    labels: tuple[tuple[str, ...], ...] | None = None
+    events: tuple[dict[str, Any], ...] = ()
+    checks: dict[str, Any] = field(default_factory=dict)
+    summary: dict[str, Any] = field(default_factory=dict)
+    fault: str | None = None
+    definition: Task | None = None
+    parameters: dict[str, Any] = field(default_factory=dict)
+    table: dict[str, Any] = field(default_factory=dict)
+    time: Any = None
+    efforts: Series = field(default_factory=lambda: Series({}))
+    parts: dict[str, Series] = field(default_factory=dict)
+    solutions: tuple[dict[str, Any], ...] = ()
+    unique: dict[str, dict[str, Any]] = field(default_factory=dict)
+    data: dict[str, Any] = field(default_factory=dict)
+    scalars: Series = field(default_factory=lambda: Series({}))
+    work: Series = field(default_factory=lambda: Series({}))
+
+    def _parts(self) -> list[tuple[str, Series]]:
+        return [(f"efforts_{word}", series) for word, series in self.parts.items()]
+
+    def __len__(self) -> int:
+        return len(self.status)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, as in the JSON of this task (nan as None)."""
+        with no_collection():
+            return {name: plain(part) for name, part in self._content.items()}
+
+    @cached_property
+    def _content(self) -> dict[str, Any]:
+        """What the JSON of this task has, in its order, as arrays, mappings and sequences."""
+        content: dict[str, Any] = {"kind": self.kind}
+        if self.time is not None:
+            content["time"] = self.time
+        for name in KINDS:
+            if table := getattr(self, name):
+                content[name] = {part: dict(series) for part, series in table.items()}
+        for joint, own in self.unique.items():
+            content["joints"].setdefault(joint, {})["unique"] = own
+        for word, series in (("efforts", self.efforts), *self._parts()):
+            if series:
+                content[word] = dict(series)
+        content |= self.scalars
+        if self.work:
+            content["work"] = dict(self.work)
+        for name in ("parameters", "table"):
+            if arrays := getattr(self, name):
+                content[name] = {key: np.asarray(array) for key, array in arrays.items()}
+        content |= self.data
+        if self.centres:
+            content["centres"] = dict(self.centres)
+        if self.labels is not None:
+            content["labels"] = self.labels
+        content["status"] = np.asarray(self.status, dtype=str)
+        content["bound"] = dict(self.bound)
+        if self.condition is not None:
+            content["condition"] = self.condition
+        content["events"] = self.events
+        if self.solutions:
+            content["solutions"] = self.solutions
+        if self.checks:
+            content["checks"] = self.checks
+        content["summary"] = {**self.summary, **({"fault": self.fault} if self.fault else {})}
+        return content
+
+    def value(self, path: str) -> Any:
+        """Return the plain data at a slash path below the task (``points/rod.B/velocity``).
+
+        A named output stands for its value, or is the first step of a path; a number is a place
+        in a list (``summary/frequencies/0``). Nothing but what the path names is copied.
+
+        Raises
+        ------
+        UnknownName
+            With the nearest names on that level.
+        """
+        here: Any = self._content
+        for step in self.whole_path(path).split("/"):
+            if _is_list(here) and step.isdigit() and int(step) < len(here):
+                here = here[int(step)]
+                continue
+            known = {str(key): key for key in here} if isinstance(here, Mapping) else {}
+            if step not in known:
+                raise UnknownName("path", path, list(known))
+            here = here[known[step]]
+        return plain(here)
+
+    def whole_path(self, path: str) -> str:
+        """Return the path a named output stands for (``Theta``, ``Theta/rate``), else `path`."""
+        return self._whole(path, self.outputs)
+
+    def _whole(self, path: str, outputs: Mapping[str, Any]) -> str:
+        name, _, rest = path.partition("/")
+        if name in outputs and name not in self.__dataclass_fields__:
+            return f"outputs/{name}/{rest or 'value'}"
+        return path
+
+    def columns(self) -> Iterator[tuple[str, str, Any]]:
+        """Yield (name, unit, (n,) array) for every scalar series, time and drivers first."""
+        return columns_of(self)
+
+    def unit(self, kind: str, part: str, name: str) -> str:
+        """Return the unit of a series: of "drivers" by the coordinate, else by its name.
+
+        That of a named output is empty where it does not follow from its expression.
+        """
+        return series_unit(self.mechanism, kind, part, name)
+
+    def path_unit(self, path: str) -> str:
+        """Return the unit of what a path of a study names; empty where it is not known."""
+        word, _, rest = path.partition("/")
+        if word in HISTORY:
+            return "s" if word == "settling" else self.path_unit(rest)
+        return path_unit(self.mechanism, self._whole(path, self.mechanism.outputs))
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)

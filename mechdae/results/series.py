@@ -1,0 +1,79 @@
+"""Named read-only arrays: of one body, point, joint or driver, and all of a kind by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from mechdae.errors import UnknownName
+
+PLURALS = {
+    "body": "bodies",
+    "point": "points",
+    "joint": "joints",
+    "driver": "drivers",
+    "output": "outputs",
+}
+
+
+class Series(Mapping[str, Any]):
+    """Arrays of one body, point, joint or driver, by attribute or key; rows are poses."""
+
+    def __init__(self, arrays: Mapping[str, Any]) -> None:
+        frozen = {}
+        for name, value in arrays.items():
+            array = np.asarray(value)
+            array.setflags(write=False)
+            frozen[name] = array
+        self.__dict__["_arrays"] = frozen
+
+    def __getattr__(self, name: str) -> Any:
+        arrays = self.__dict__["_arrays"]
+        if name not in arrays:
+            raise AttributeError(f"no '{name}' here; there is {', '.join(arrays)}")
+        return arrays[name]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError("results are read-only")
+
+    def __getitem__(self, name: str) -> Any:
+        return self.__dict__["_arrays"][name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.__dict__["_arrays"])
+
+    def __len__(self) -> int:
+        return len(self.__dict__["_arrays"])
+
+    def __repr__(self) -> str:
+        return f"Series({', '.join(self)})"
+
+
+class Named(Mapping[str, Series]):
+    """Series by name; an unknown name is answered with the nearest ones."""
+
+    def __init__(self, kind: str, items: Mapping[str, Series]) -> None:
+        self._kind, self._items = kind, dict(items)
+
+    def __getitem__(self, name: str) -> Series:
+        if name not in self._items:
+            raise UnknownName(self._kind, name, self._items)
+        return self._items[name]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return the series of that name, or the default."""
+        return self._items.get(name, default)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._items
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return f"{PLURALS[self._kind]}: {', '.join(self)}"

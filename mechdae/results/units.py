@@ -1,0 +1,120 @@
+"""Units of series, columns and entries of a summary by their names."""
+
+from __future__ import annotations
+
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.quantity import unit_of
+
+UNITS = {
+    "position": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s2",
+    "angle": "rad",
+    "angular_velocity": "rad/s",
+    "angular_acceleration": "rad/s2",
+    "slide": "m",
+    "slide_velocity": "m/s",
+    "slide_acceleration": "m/s2",
+    "coriolis": "m/s2",
+    "s": "1",
+    "s_velocity": "1/s",
+    "s_acceleration": "1/s2",
+    "s_jerk": "1/s3",
+    "jerk": "m/s3",
+    "angular_jerk": "rad/s3",
+    "slide_jerk": "m/s3",
+    "transmission_angle": "rad",
+    "tangent": "rad",
+    "curvature": "1/m",
+    "centrode_fixed": "m",
+    "centrode_moving": "m",
+    "loss": "W",
+    "loss_uncoupled": "W",
+    "normal": "N",
+    "energy": "J",
+    "kinetic": "J",
+    "potential": "J",
+    "drift": "1",
+}
+
+WHOLE = (("Fx", "Fy", "M"), ("N", "N", "N m"))
+REACTION = {
+    **dict.fromkeys(("", "uncoupled", "static", "inertial", "body"), WHOLE),
+    "radial": (("Fr", "Ft"), ("N", "N")),
+}
+"""Names and units of a reaction's components by the last word of its name."""
+SUMMARY = {
+    "swing": "rad",
+    "stroke": "m",
+    "return_angle": "rad",
+    "time_ratio": "1",
+    "useful": "W",
+    "loss": "W",
+    "input": "W",
+    "efficiency": "1",
+    "efficiency_uncoupled": "1",
+    "efficiency_formula_10": "1",
+    "frequencies": "Hz",
+    "damping": "1",
+    "settling_time": "s",
+    "envelope": "m",
+}
+"""Units of entries of a summary."""
+OUTPUT_RATES = ("value", "rate", "second", "third")
+DRIVER_UNITS = {"velocity": "/s", "acceleration": "/s2", "jerk": "/s3"}
+HISTORY = ("last", "highest", "lowest", "peak", "settling")
+"""First steps of paths that give one number of a motion's time history."""
+KINDS = ("drivers", "bodies", "points", "joints", "outputs")
+
+
+def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:
+    """Return the unit of a series: of "drivers" by the coordinate, else by its name.
+
+    That of a named output is empty where it does not follow from its expression.
+    """
+    if kind == "outputs":
+        return unit_of(mechanism, part, OUTPUT_RATES.index(name))
+    if kind != "drivers":
+        return UNITS.get(name, "1")
+    base = {"angle": "rad", "s": "1"}.get(part.rpartition(".")[2], "m")
+    return base + DRIVER_UNITS.get(name, "")
+
+
+def effort_unit(name: str) -> str:
+    """Return the unit of the effort at a driver's coordinate."""
+    return "N m" if name.endswith(".angle") else "N"
+
+
+def path_unit(mechanism: Mechanism, path: str) -> str:
+    """Return the unit of what a whole path of a result names; empty where it is not known."""
+    word, _, rest = path.partition("/")
+    if word in HISTORY:
+        return "s" if word == "settling" else path_unit(mechanism, rest)
+    part, _, name = rest.rpartition("/")
+    if word in KINDS and part:
+        return "" if name.startswith("reaction") else series_unit(mechanism, word, part, name)
+    if word.startswith("efforts"):
+        return effort_unit(rest)
+    if word == "summary":
+        return _summary_unit(mechanism, rest.split("/"))
+    if word == "work":
+        return "J"
+    return UNITS.get(path.rsplit("/", 1)[-1], "")
+
+
+def _summary_unit(mechanism: Mechanism, steps: list[str]) -> str:
+    """Return the unit of an entry of the summary."""
+    word, last = steps[0], steps[-1]
+    if word in SUMMARY:
+        return SUMMARY[word]
+    if word.startswith("loss_by_joint"):
+        return "W"
+    if word == "transmission" and last in ("min", "max"):
+        return "rad"
+    if word == "extremes" and last == "value":
+        return "rad" if steps[1].endswith(".angle") else "m"
+    if word == "curve":
+        return {"length": "m", "area": "m2"}.get(last, "")
+    if word == "state" and steps[1:2] and steps[1] in mechanism.outputs:
+        return series_unit(mechanism, "outputs", steps[1], "value")
+    return ""
