@@ -1,18 +1,17 @@
 """Equilibria of random four-bars and slider-cranks with springs, on both assembly modes.
 
 The truth is a closed form of its own: the energy along the crank's angle on the branch of the
-sketch, with its derivative by a complex step. ``python -m tests.attack.equilibria --count 1000``
-judges many and writes docs/data/equilibria.json.
+sketch, with its derivative by a complex step.
+
+    python -m tests.attack.equilibria --count 1000 --out docs/data/equilibria.json
 """
 
 from __future__ import annotations
 
-import argparse
 import cmath
-import json
 import math
+import sys
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,11 +19,10 @@ import numpy as np
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import MechdaeError
-from tests.shared.paths import FIGURES
+from tests.shared import attack
 
 G = 9.81
 NODES = 1441
-OUT = FIGURES / "equilibria.json"
 
 
 @dataclass
@@ -264,14 +262,13 @@ def judged(seed: int) -> dict[str, Any]:
     return entry
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--out", type=Path, default=OUT)
-    arguments = parser.parse_args()
-    entries = [judged(seed) for seed in range(arguments.count)]
+def main(arguments: list[str] | None = None) -> int:
+    options = attack.parser(__doc__, 1000).parse_args(arguments)
+    with attack.processes(options.workers) as run:
+        seeds = [(seed,) for seed in range(options.seed, options.seed + options.count)]
+        entries = list(run(judged, seeds, 20))
     faults = [e for e in entries if e["faults"]]
-    summary = {
+    figures = {
         "cases": len(entries),
         "answered_on_the_sketched_mode": sum(bool(e.get("on")) for e in entries),
         "answered_elsewhere_with_a_note": sum(e.get("on") is False for e in entries),
@@ -279,9 +276,8 @@ def main() -> None:
         "largest_gap_rad": max(e.get("gap", 0.0) for e in entries),
         "faults": faults,
     }
-    arguments.out.write_text(json.dumps(summary, indent=1) + "\n")
-    print(json.dumps(summary, indent=1))
+    return attack.ended(figures, options.out, faults)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -10,16 +10,16 @@ pivots, Morgan & Wampler 1990, problem 7: 15. Five poses: 4 dyads. Each design i
 
 from __future__ import annotations
 
-import argparse
 import json
+import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
 from mechdae.synthesis.fourbar.dyads import dyads, poses_of
 from mechdae.synthesis.fourbar.exact import exact_path
 from tests.reference import closure_fourbar as closure
+from tests.shared import attack
 from tests.shared.paths import DATA
 
 CASES = {
@@ -67,14 +67,12 @@ def poses(case, seed):
     return {"seed": seed, "found": len(found), "largest_relative": off, "cpu_s": round(spent, 2)}
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("--out", type=Path)
+def main(arguments: list[str] | None = None) -> int:
+    parser = attack.parser(__doc__, 5, "seeds")
     parser.add_argument("--starts", type=int, default=200_000)
-    parser.add_argument("--seeds", type=int, default=5)
-    options = parser.parse_args()
-    seeds = range(options.seeds)
-    result = {
+    options = parser.parse_args(arguments)
+    seeds = range(options.seed, options.seed + options.count)
+    figures = {
         "nine points": {
             "real": 64,
             "short": [path(CASES["WMS3_ninepoint"], None, 20_000, seed) for seed in seeds],
@@ -90,11 +88,8 @@ def main() -> None:
             "real": 4, "runs": [poses(CASES["BURMESTER5_public"], seed) for seed in seeds],
         },
     }  # fmt: skip
-    text = json.dumps(result, indent=1)
-    print(text)
-    if options.out:
-        options.out.write_text(text + "\n", encoding="utf-8")
+    return attack.ended(figures, options.out, False)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

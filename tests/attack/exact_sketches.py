@@ -12,17 +12,13 @@ The exit code is 1 where something was wrong.
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
-import multiprocessing
 import sys
-import time
-from pathlib import Path
 
 import numpy as np
 
 import mechdae as md
+from tests.shared import attack
 
 KINDS = ("revolute", "prismatic", "pin-in-slot", "distance", "gear", "belt", "rack")
 SHARE = {
@@ -355,21 +351,15 @@ def examine(seed, family, most=6):
     return answers + rough(seed, family)
 
 
-def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=2000, help="exact sketches")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args(argv)
-    started, counts, wrong, mechanisms, seed = time.time(), {}, [], 0, options.seed
+def main(arguments=None):
+    options = attack.parser(__doc__, 2000, "exact sketches").parse_args(arguments)
+    counts, wrong, mechanisms, seed = {}, [], 0, options.seed
     figures = {}
-    with multiprocessing.Pool(options.workers) as pool:
+    with attack.processes(options.workers) as run:
         while figures.get("sketches", 0) < options.count:
-            seeds = range(seed, seed + PORTION)
-            jobs = [(k, ("dyads", "geared")[k % 2]) for k in seeds]
+            jobs = [(k, ("dyads", "geared")[k % 2]) for k in range(seed, seed + PORTION)]
             seed += PORTION
-            for job, answers in zip(jobs, pool.starmap(examine, jobs, 2), strict=True):
+            for job, answers in zip(jobs, run(examine, jobs, 2), strict=True):
                 mechanisms += bool(answers)
                 for answer in answers:
                     word = answer if answer in RIGHT else "wrong"
@@ -382,10 +372,8 @@ def main(argv=None):
                 "sketches": sum(counts.values()) - counts.get("nearest", 0), "answers": counts,
                 "wrong": wrong,
             }  # fmt: skip
-            if options.out:
-                options.out.write_text(json.dumps(figures, indent=1) + "\n")
-    print(json.dumps(figures, indent=1), f"{time.time() - started:.0f} s")
-    return int(bool(wrong))
+            attack.kept(figures, options.out)
+    return attack.ended(figures, options.out, wrong)
 
 
 if __name__ == "__main__":

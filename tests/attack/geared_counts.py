@@ -10,17 +10,14 @@ to be among the modes where their count is said to be proven. The exit code is 1
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import sys
-import time
-from pathlib import Path
 
 import numpy as np
 
 import mechdae as md
 from tests.attack.exact_sketches import KINDS, draw, read
+from tests.shared import attack
 
 STARTS = 160
 ITERATIONS = 40
@@ -148,13 +145,9 @@ def counted(seed, search=True):
     return len(poses), proven, wrong
 
 
-def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=1000, help="mechanisms")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args(argv)
-    started, seed = time.time(), options.seed
+def main(arguments=None):
+    options = attack.parser(__doc__, 1000, "mechanisms").parse_args(arguments)
+    seed, figures = options.seed, {}
     mechanisms, modes, sure, wrong = 0, 0, 0, []
     while mechanisms < options.count:
         found = counted(seed)
@@ -169,10 +162,8 @@ def main(argv=None):
             "seeds": [options.seed, seed - 1], "mechanisms": mechanisms, "modes": modes,
             "proven": int(sure), "wrong": wrong,
         }  # fmt: skip
-        if options.out:
-            options.out.write_text(json.dumps(figures, indent=1) + "\n")
-    print(json.dumps(figures, indent=1), f"{time.time() - started:.0f} s")
-    return int(bool(wrong))
+        attack.kept(figures, options.out)
+    return attack.ended(figures, options.out, wrong)
 
 
 if __name__ == "__main__":

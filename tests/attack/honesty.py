@@ -13,14 +13,13 @@ writes the tables of that page from the figures, and draws nothing.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-import multiprocessing
-import os
 import sys
 import time
 from pathlib import Path
+
+from tests.shared import attack
 
 CHUNK = 50
 POSES = 24
@@ -252,13 +251,9 @@ def parts_of(out):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--count", type=int, default=1000, help="mechanisms (1000)")
-    parser.add_argument("--seed", type=int, default=0, help="first seed (0)")
-    parser.add_argument("--workers", type=int, default=1, help="processes (1)")
+    parser = attack.parser(__doc__, 1000, "mechanisms")
     parser.add_argument("--family", help="draw this family alone")
     parser.add_argument("--chunk", type=int, default=CHUNK, help=f"seeds in a chunk ({CHUNK})")
-    parser.add_argument("--out", type=Path, help="JSON file for the figures")
     parser.add_argument("--page", type=Path, help="write the tables of this page from --out")
     options = parser.parse_args(arguments)
     if options.page:
@@ -288,30 +283,19 @@ def main(arguments=None):
     known = {part["start"] for part in parts}
     waiting = [job for job in jobs(options, done) if job[0] not in known]
     started = time.time()
-    for count, part in enumerate(_run(waiting, options.workers), 1):
-        parts.append(part)
-        if kept:
-            with kept.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(part) + "\n")
-        wrong = sum(len(part["faults"]) for part in parts)
-        _progress(count, len(waiting), wrong, time.time() - started)
+    with attack.processes(options.workers) as run:
+        for count, part in enumerate(run(chunk, [(job,) for job in waiting]), 1):
+            parts.append(part)
+            if kept:
+                with kept.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(part) + "\n")
+            wrong = sum(len(part["faults"]) for part in parts)
+            _progress(count, len(waiting), wrong, time.time() - started)
     figures = merge(parts, about)
-    text = json.dumps(figures, indent=1)
-    if options.out:
-        options.out.write_text(text + "\n", encoding="utf-8")
+    code = attack.ended(figures, options.out, figures["total"].get("faults"))
+    if kept:
         kept.unlink()
-    else:
-        print(text)
-    return 1 if figures["total"].get("faults") else 0
-
-
-def _run(waiting, workers):
-    if workers == 1:
-        yield from map(chunk, waiting)
-        return
-    context = multiprocessing.get_context("spawn")
-    with context.Pool(workers) as pool:
-        yield from pool.imap_unordered(chunk, waiting)
+    return code
 
 
 def _progress(done, of, faults, seconds):
@@ -321,6 +305,4 @@ def _progress(done, of, faults, seconds):
 
 
 if __name__ == "__main__":
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
     sys.exit(main())

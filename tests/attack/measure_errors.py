@@ -11,11 +11,8 @@ the error given with it, or an error is larger than the bars below.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
@@ -24,6 +21,7 @@ from tests.reference.closed_forms import circle_circle, circle_line
 from tests.reference.force_truth import LONG, circle, course, panels, place, rate
 from tests.reference.force_truth import slider_crank as free_slider_crank
 from tests.reference.jets import unit
+from tests.shared import attack
 
 TURN = 2 * np.pi
 MEAN_BAR, LENGTH_BAR, VALUE_BAR = 1e-9, 1e-9, 1e-9
@@ -353,18 +351,10 @@ def faults(figures: dict) -> list[str]:
     return found + [f"{word}: error too large" for word in bars if own[word]["given"] > bars[word]]
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--out", type=Path)
-    given = parser.parse_args()
-    figures = run(given.first, given.count)
-    text = json.dumps(figures, indent=1)
-    print(text)
-    if given.out:
-        given.out.write_text(text + "\n")
-    return int(bool(faults(figures)))
+def main(arguments: list[str] | None = None) -> int:
+    options = attack.parser(__doc__, 1000).parse_args(arguments)
+    figures = run(options.seed, options.count)
+    return attack.ended(figures, options.out, faults(figures))
 
 
 if __name__ == "__main__":

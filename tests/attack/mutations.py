@@ -12,7 +12,6 @@ CPU. A run that was broken off goes on with the same --log.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import json
@@ -28,6 +27,7 @@ import warnings
 from collections import Counter
 from pathlib import Path
 
+from tests.shared import attack
 from tests.shared.paths import ROOT
 
 LONGEST = 20.0
@@ -313,16 +313,9 @@ def _several(seeds):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--count", type=int, default=200, help="cases (200)")
-    parser.add_argument("--seed", type=int, default=0, help="first seed (0)")
-    parser.add_argument("--workers", type=int, default=1, help="processes (1)")
-    parser.add_argument("--out", type=Path, help="JSON file for the figures")
+    parser = attack.parser(__doc__, 200)
     parser.add_argument("--log", type=Path, help="a line for each case; its cases are not repeated")
     options = parser.parse_args(arguments)
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-
     import mechdae as md
 
     seeds = list(range(options.seed, options.seed + options.count))
@@ -331,15 +324,13 @@ def main(arguments=None):
     known = {record["seed"] for record in records}
     left = [seed for seed in seeds if seed not in known]
     chunks = [left[i : i + 10] for i in range(0, len(left), 10)]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(options.workers, mp_context=context) as pool:
-        for future in as_completed([pool.submit(_several, chunk) for chunk in chunks]):
+    with attack.processes(options.workers) as run:
+        for part in run(_several, [(chunk,) for chunk in chunks]):
+            records += part
             print(f"{len(records)} of {len(seeds)}", end="\r", file=sys.stderr, flush=True)
-            for record in future.result():
-                records.append(record)
-                if options.log:
-                    with options.log.open("a", encoding="utf-8") as log:
-                        log.write(json.dumps(record) + "\n")
+            if options.log:
+                with options.log.open("a", encoding="utf-8") as log:
+                    log.writelines(json.dumps(record) + "\n" for record in part)
     records.sort(key=lambda record: record["seed"])
     faults = [record for record in records if "fault" in record]
     figures = {
@@ -350,11 +341,7 @@ def main(arguments=None):
         "slowest": max((record["seconds"] for record in records), default=0.0),
         "seconds": round(sum(record["seconds"] for record in records), 1),
     }  # fmt: skip
-    text = json.dumps(figures, indent=1)
-    if options.out:
-        options.out.write_text(text + "\n", encoding="utf-8")
-    print(text)
-    return 1 if faults else 0
+    return attack.ended(figures, options.out, faults)
 
 
 if __name__ == "__main__":

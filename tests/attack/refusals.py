@@ -9,13 +9,12 @@ be `ok`, each pose that is `ok` must be where the follower is, within its bound.
 
 from __future__ import annotations
 
-import argparse
-import json
-import multiprocessing
+import sys
 import time
-from pathlib import Path
 
 import numpy as np
+
+from tests.shared import attack
 
 POSES = 25
 NEAR = 1e-6
@@ -142,36 +141,23 @@ def add(rows):
     return families
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--count", type=int, default=500)
-    parser.add_argument("--seed", type=int, default=0)
+def main(arguments=None):
+    parser = attack.parser(__doc__, 500, "mechanisms")
     parser.add_argument("--family")
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     jobs = [(seed, options.family) for seed in range(options.seed, options.seed + options.count)]
-    if options.workers > 1:
-        with multiprocessing.Pool(options.workers) as pool:
-            rows = pool.starmap(examine, jobs, chunksize=5)
-    else:
-        rows = [examine(*job) for job in jobs]
-    about = {"count": options.count, "seed": options.seed, "poses": POSES}
+    with attack.processes(options.workers) as run:
+        rows = list(run(examine, jobs, 5))
     families = add(rows)
     notable = [row for row in rows if row["refused"] or row["wrong"] or row["raised"]]
     listed = [
         {key: row[key] for key in ("seed", "family", "reached", "refused", "wrong", "why")}
         for row in sorted(notable, key=lambda row: (-row["wrong"], -row["refused"]))
     ]
-    print(json.dumps(families, indent=1))
-    if options.out:
-        found = {**about, "families": families, "notable": listed[:LISTED]}
-        options.out.write_text(json.dumps(found, indent=1) + "\n")
-    else:
-        for row in listed:
-            print(row)
-    return 1 if families["all"]["wrong"] else 0
+    about = {"count": options.count, "seed": options.seed, "poses": POSES}
+    figures = {**about, "families": families, "notable": listed[:LISTED]}
+    return attack.ended(figures, options.out, families["all"]["wrong"])
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

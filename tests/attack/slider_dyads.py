@@ -11,14 +11,13 @@ design breaks its limit.
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import sys
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
+
+from tests.shared import attack
 
 ANGLES = 20_001
 SLACK = 1e-7
@@ -279,17 +278,13 @@ def judged(seed):
     return row | {"margin": min(margins, key=abs) if margins else None, "faults": faults}
 
 
-def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--count", type=int, default=300)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--out", type=Path)
-    asked = parser.parse_args()
+def main(arguments=None):
+    options = attack.parser(__doc__, 300).parse_args(arguments)
     rows = []
-    for seed in range(asked.first, asked.first + asked.count):
+    for seed in range(options.seed, options.seed + options.count):
         rows.append(judged(seed))
         if rows[-1]["faults"]:
-            print(rows[-1], flush=True)
+            print(rows[-1], file=sys.stderr, flush=True)
     margins = np.array([row["margin"] for row in rows if row["margin"] is not None])
     figures = {
         "cases": len(rows),
@@ -300,10 +295,7 @@ def main():
         "furthest below [rad]": float(max(0.0, -margins.min())),
         "faults": [row for row in rows if row["faults"]],
     }
-    print({key: value for key, value in figures.items() if key != "faults"}, len(figures["faults"]))
-    if asked.out:
-        asked.out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    return 1 if figures["faults"] else 0
+    return attack.ended(figures, options.out, figures["faults"])
 
 
 if __name__ == "__main__":

@@ -11,19 +11,17 @@ because a load or a speed nearly touches its limit, are drawn again.
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from tests.shared import attack
 
 G = 9.81
 FINE = 60
@@ -432,14 +430,10 @@ def compared(case: Case, true: Any) -> dict[str, Any]:
     }
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--count", type=int, default=300)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--out", type=Path)
-    given = parser.parse_args()
-    wrong, worst, places, events, kinds, last = [], 0.0, 0.0, 0, {}, given.first
-    for seed, case, true in cases(given.count, given.first):
+def main(arguments: list[str] | None = None) -> int:
+    given = attack.parser(__doc__, 300).parse_args(arguments)
+    wrong, worst, places, events, kinds, last = [], 0.0, 0.0, 0, {}, given.seed
+    for seed, case, true in cases(given.count, given.seed):
         found = compared(case, true)
         events += found["events"]
         kinds[case.kind] = kinds.get(case.kind, 0) + 1
@@ -450,14 +444,11 @@ def main() -> int:
         else:
             worst = max(worst, found["time"])
             places = max(places, found["place"])
-    report = {
-        "cases": given.count, "drawn": last - given.first + 1, "kinds": kinds, "events": events,
+    figures = {
+        "cases": given.count, "drawn": last - given.seed + 1, "kinds": kinds, "events": events,
         "wrong": wrong, "worst_time": worst, "worst_place": places, "asked_time": TIME,
     }  # fmt: skip
-    print(json.dumps(report, indent=1))
-    if given.out:
-        given.out.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
-    return 1 if wrong else 0
+    return attack.ended(figures, given.out, wrong)
 
 
 if __name__ == "__main__":

@@ -8,16 +8,13 @@ set. The exit code is 1 where a row differs.
 
 from __future__ import annotations
 
-import argparse
 import itertools
-import json
 import sys
-import time
-from pathlib import Path
 
 import numpy as np
 
 import mechdae as md
+from tests.shared import attack
 
 ROWS = 40
 """Sets of one study."""
@@ -145,13 +142,9 @@ def compared(seed, most=ROWS):
     return len(result.status), result.summary["work"]["lockstep"], faults
 
 
-def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, default=2000, help="rows")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args(argv)
-    started, rows, together, faults, figures = time.time(), 0, 0, [], {}
+def main(arguments=None):
+    options = attack.parser(__doc__, 2000, "rows").parse_args(arguments)
+    rows, together, faults, figures = 0, 0, [], {}
     for seed in itertools.count(options.seed):
         if rows >= options.count:
             break
@@ -161,10 +154,8 @@ def main(argv=None):
             print(text, file=sys.stderr, flush=True)
         figures = {"rows": rows, "in lockstep": together, "different": len(faults)}
         figures["faults"] = faults
-        if options.out:
-            options.out.write_text(json.dumps(figures, indent=1) + "\n")
-    print(json.dumps(figures, indent=1), f"{time.time() - started:.0f} s")
-    return int(bool(faults))
+        attack.kept(figures, options.out)
+    return attack.ended(figures, options.out, faults)
 
 
 if __name__ == "__main__":

@@ -10,14 +10,14 @@ into the label; the sheet's border where it leaves it. Thin paths of points do n
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
-import time
 from pathlib import Path
 from unittest import mock
 
 import numpy as np
+
+from tests.shared import attack
 
 POSES = 25
 HALF = 1.2
@@ -193,11 +193,8 @@ def paged(text, figures):
 
 def main(argv=None):
     """Run the command line and return its exit code."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=500)
-    parser.add_argument("--seed", type=int, default=0)
+    parser = attack.parser(__doc__, 500, "random mechanisms")
     parser.add_argument("--no-problems", action="store_true")
-    parser.add_argument("--out", type=Path)
     parser.add_argument("--page", type=Path, help="write the table of OUT into it, draw nothing")
     options = parser.parse_args(argv)
     if options.page:
@@ -205,7 +202,6 @@ def main(argv=None):
         figures = json.loads(options.out.read_text(encoding="utf-8"))
         options.page.write_text(paged(text, figures), encoding="utf-8")
         return 0
-    started = time.perf_counter()
     known = [] if options.no_problems else list(problems())
     rows, seed = [], options.seed
     while len(rows) < options.count:
@@ -225,12 +221,7 @@ def main(argv=None):
             ],
         },
     }
-    text = json.dumps(figures, indent=1)
-    if options.out:
-        options.out.write_text(text + "\n", encoding="utf-8")
-    print(text)
-    print(f"{time.perf_counter() - started:.0f} s", file=sys.stderr)
-    return 0
+    return attack.ended(figures, options.out, False)
 
 
 if __name__ == "__main__":
