@@ -382,8 +382,17 @@ class Case:
         back = all(self.periodic(other, count) for other in element.uses)
         return float(count * turns).is_integer() and back
 
+    def period(self):
+        """Return after how many whole turns of the driver all elements are back, 1 if never."""
+        every = range(len(self.elements))
+        return next((n for n in range(1, 5) if all(self.periodic(k, n) for k in every)), 1)
+
     def turns(self, body):
-        """Return how often a body turns round with a turn of the driver; 0 where it cannot."""
+        """Return by how much a body's angle must change, in turns, when the driver's does by one.
+
+        That of a wheel does which gears tie to the driver's own number; that of a link that joints
+        alone carry round is the same again, since no equation counts its turns from the driver.
+        """
         if body in ("ground", "crank"):
             return float(body == "crank")
         element = self.elements[self.maker[body]]
@@ -394,13 +403,7 @@ class Case:
             carrier = self.turns(d["carrier"])
             return carrier + (self.turns(d["other"]) - carrier) * ratio
         after = self.close([self.s0]).after.get(body)
-        if after:
-            return self.turns(after[0])
-        grid, turned = self.lifts.get(body, ((0.0,), (0.0,)))
-        if grid[-1] - grid[0] < TURN:
-            return 0.0
-        moved = np.interp(grid[0] + TURN, grid, turned) - turned[0]
-        return float(np.round(moved / TURN))
+        return self.turns(after[0]) if after else 0.0
 
     # -- description -----------------------------------------------------------------------
 

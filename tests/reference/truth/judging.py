@@ -86,6 +86,8 @@ def judge(case, result):
     margin = TURN if case.angular else 0.1 * case.scale
     try:
         case.survey(min(low, case.s0) - margin, max(high, case.s0) + margin)
+        margin *= case.period()
+        case.survey(min(low, case.s0) - margin, max(high, case.s0) + margin)
     except Doubtful as doubt:
         verdict.why = str(doubt)
         return verdict
@@ -156,12 +158,13 @@ class Judge:
                     edge |= np.abs(u - float(end.at)) < width.get(end.kind, near)
                 if end.kind == "doubtful":
                     unknown |= (u > last - near) if end is b else (u < first + near)
-            if case.periodic(k):  # the same pose, reached by turning the other way round
-                for turns in range(-4, 5):
-                    moved = u + turns * TURN
-                    edge |= (moved > first - near) & (moved < last + near) & ~inside
-                if "doubtful" in (a.kind, b.kind):  # it may get there behind that end
-                    unknown |= ~inside
+            # the same pose, reached by turning the other way round, perhaps more than once
+            around = [n for n in range(-4, 5) if n and case.periodic(k, n)]
+            for turns in around:
+                moved = u + turns * TURN
+                edge |= (moved > first - near) & (moved < last + near) & ~inside
+            if around and "doubtful" in (a.kind, b.kind):  # it may get there behind that end
+                unknown |= ~inside
             self.inside[k], self.edge[k] = inside, edge
         self.ok, self.usable = self.ok & ~unknown, self.usable & ~unknown
         for k in self.edge:
