@@ -6,8 +6,6 @@ below 1 there is one solution; else they are counted.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
@@ -16,14 +14,8 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
+from mechdae.forces.friction_solutions import solutions_of
 from mechdae.kernels.run.batch import Batch
-
-SLACK = 1e-9
-"""Share of its size by which a force may miss its law by rounding."""
-PIECES = 1024
-"""Combinations of contacts that are counted through."""
-SAME = 1e-7
-"""Share of the largest size below which two solutions are one."""
 
 
 class Sizes:
@@ -73,66 +65,16 @@ class Sizes:
     def _laws(self) -> list[str]:
         return [feedback.law for feedback in self.setup.released.rubbing.feedbacks]
 
-    def _pieces(self) -> Iterator[list[int | None]]:
-        """Yield which form of each feedback is the largest, None for the length of a vector.
-
-        Those of one slot or mesh go together: they follow from the side that is pressed.
-        """
-        rubbing = self.setup.released.rubbing
-        choices: list[list[dict[int, int | None]]] = []
-        for joint in dict.fromkeys(own.joint for own in rubbing.feedbacks):
-            own = [j for j, other in enumerate(rubbing.feedbacks) if other.joint == joint]
-            one = rubbing.feedbacks[own[0]]
-            if len(own) == 1 and one.law == "length":
-                choices.append([{own[0]: None}])
-            elif len(own) == 1:
-                choices.append([{own[0]: piece} for piece in range(one.forms.shape[0])])
-            else:
-                choices.append([rubbing.pressed(own, side) for side in (1, -1)])
-        for chosen in itertools.product(*choices):
-            pieces = {j: piece for part in chosen for j, piece in part.items()}
-            yield [pieces[j] for j in range(len(pieces))]
-
     def solutions(self, t: float, x: Any, v: Any, signs: Any) -> list[tuple[Any, Any]]:
-        """Return all sizes of friction that fit their laws, and the accelerations of x with them.
-
-        Sizes that are the largest of linear forms are counted through, lengths of vectors follow by
-        Newton's method from their values without friction.
-        """
+        """Return all sizes of friction that fit their laws, and accelerations of x with each."""
         columns, starts, slopes = (
             part[0] for part in self._coupling(np.array([[t]]), x[None, :], v[None, :], signs)
         )
-        rubs, places, laws = self.kernel.rubs, self.kernel.places, self._laws
+        n, rubs, places = self.kernel.n, self.kernel.rubs, self.kernel.places
         slopes = slopes.reshape(rubs, -1).T
         columns = columns.reshape(rubs + 1, -1).T
-        found: list[Any] = []
-        for chosen in itertools.islice(self._pieces(), PIECES):
-            m = np.zeros(rubs)
-            for _ in range(12):
-                value, slope = np.empty(rubs), np.empty((rubs, rubs))
-                for j, (place, own) in enumerate(zip(places, chosen, strict=True)):
-                    forms = starts[place] + slopes[place] @ m
-                    if own is None:
-                        value[j] = np.linalg.norm(forms)
-                        slope[j] = forms @ slopes[place] / max(value[j], 1e-300)
-                    else:
-                        value[j], slope[j] = forms[own], slopes[place][own]
-                try:
-                    m = m - np.linalg.solve(np.eye(rubs) - slope, m - value)
-                except np.linalg.LinAlgError:
-                    break
-            laid = [
-                np.linalg.norm(forms) if own == "length" else forms.max()
-                for forms, own in zip(
-                    [starts[p] + slopes[p] @ m for p in places], laws, strict=True
-                )
-            ]
-            size = max(float(np.max(np.abs(m))), float(np.max(np.abs(starts), initial=0.0)), 1e-300)
-            if not np.max(np.abs(m - laid)) <= SLACK * size:
-                continue
-            if not any(np.max(np.abs(m - other)) <= SAME * size for other in found):
-                found.append(m)
-        n = self.kernel.n
+        parts = ([every[place] for place in places] for every in (starts, slopes))
+        found, _ = solutions_of(self._laws, *parts)
         return [(m, columns[:n, 0] + columns[:n, 1:] @ m) for m in found]
 
     @property

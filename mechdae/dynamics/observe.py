@@ -9,11 +9,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
 from mechdae.dynamics.equations import Setup
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.generalised import Wrench, add, on_body, times
+from mechdae.model.forces.generalised import Wrench, add, gradients, reaction, times
 
 SX = ca.SX
 
@@ -146,38 +145,23 @@ class Observer:
 
     @cached_property
     def _reactions(self) -> Batch:
-        model, r = self.model, self.r
-        lam = SX.sym("lam", len(r.rows))
-        k = self.kernel
-        inner = SX.sym("inner", k.inner)
-        rows = ca.vertcat(*[row.expression for row in r.rows])
-        gradient = ca.jacobian(rows, model.q)
-        columns: list[Wrench] = [{} for _ in r.rows]
-        for i, j, entry in zip(
-            *gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True
-        ):
-            columns[i][j] = entry
-        results = []
-        for name, joint in model.mechanism.joints.items():
-            own = [i for i, row in enumerate(r.rows) if row.owner == name and not row.driver]
-            wrench = add(*[times(-lam[i], columns[i]) for i in own])
-            for j, feedback in enumerate(r.rubbing.feedbacks):
-                if feedback.joint == name:
-                    wrench = add(wrench, times(inner[k.m + k.slips + j], feedback.column))
-            for slip in sorted({own for own in r.rubbing.owners if own is not None}):
-                if r.rubbing.slips[slip].owner == name:
-                    gradient_of = ca.jacobian(r.rubbing.slips[slip].speed, model.velocity)
-                    places = gradient_of.sparsity().get_triplet()[1]
-                    held = dict(zip(places, gradient_of.nonzeros(), strict=True))
-                    wrench = add(wrench, times(-inner[k.m + slip], held))
-            if name in r.rubbing.meshes:
-                wrench = add(wrench, r.rubbing.meshes[name].steady)
-            ends = model.ends[name]
-            if joint.second_body == GROUND:
-                found = [-part for part in on_body(model, wrench, joint.first_body, ends.p2)]
-            else:
-                found = list(on_body(model, wrench, joint.second_body, ends.p2))
-            results += found
+        model, r, k = self.model, self.r, self.kernel
+        rubbing, lam, inner = r.rubbing, SX.sym("lam", len(r.rows)), SX.sym("inner", k.inner)
+        columns = gradients(ca.vertcat(*[row.expression for row in r.rows]), model.q)
+        acting: dict[str, list[Wrench]] = {name: [] for name in model.mechanism.joints}
+        for i, row in enumerate(r.rows):
+            if not row.driver:
+                acting[row.owner].append(times(-lam[i], columns[i]))
+        for j, feedback in enumerate(rubbing.feedbacks):
+            acting[feedback.joint].append(times(inner[k.m + k.slips + j], feedback.column))
+        for slip in sorted({own for own in rubbing.owners if own is not None}):
+            (held,) = gradients(rubbing.slips[slip].speed, model.velocity)
+            acting[rubbing.slips[slip].owner].append(times(-inner[k.m + slip], held))
+        for name, mesh in rubbing.meshes.items():
+            acting[name].append(mesh.steady)
+        results = [
+            part for name, parts in acting.items() for part in reaction(model, name, add(*parts))
+        ]
         inputs = [model.q, lam, inner, r.signs, model.p]
         function = ca.Function("reactions", inputs, [ca.vertcat(*results)])
         return Batch(function, [4], straight=lambda: None)

@@ -108,7 +108,7 @@ class Branches:
             following = []
             for sizes in fronts:
                 start, slope = self._group(inputs, sizes, g)
-                own, sure = _solutions(self.groups[g][2], start, slope)
+                own, sure = solutions_of(self.groups[g][2], start, slope)
                 proven &= sure
                 for m in own:
                     whole = sizes.copy()
@@ -250,10 +250,18 @@ def _newton(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m: 
     return m if np.abs(left).max(initial=0.0) <= 1e-11 * size else None
 
 
-def _solutions(
+def solutions_of(
     laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any]
 ) -> tuple[list[Any], bool]:
-    """Return all sizes of a group, and whether their count is proved."""
+    """Return all sizes that fit their laws, and whether their count is proved.
+
+    Parameters
+    ----------
+    laws
+        "length" or "largest", of each size.
+    start, slope
+        Linear forms (k,) of each size where all are zero, and their slopes (k, sizes).
+    """
     flat = [j for j, law in enumerate(laws) if law == "largest"]
     pins = [j for j, law in enumerate(laws) if law == "length"]
     counts = [len(start[j]) for j in flat]
@@ -262,12 +270,11 @@ def _solutions(
         m = _newton(laws, start, slope, sizes_of(laws, start))
         return ([] if m is None else [m]), False
     found: list[Any] = []
-    largest = max((float(np.abs(s).max(initial=0.0)) for s in start), default=0.0)
     for choice in itertools.product(*[range(count) for count in counts]):
         own, sure = _chosen(laws, start, slope, flat, pins, choice)
         proven &= sure
         for m in own:
-            if _holds(start, slope, flat, choice, m, largest) and all(
+            if _holds(start, slope, flat, pins, choice, m) and all(
                 _apart(m, other) > SAME for other in found
             ):
                 found.append(m)
@@ -275,9 +282,9 @@ def _solutions(
 
 
 def _holds(
-    start: Sequence[Any], slope: Sequence[Any], flat: list[int], choice: Any, m: Any, largest: float
+    start: Sequence[Any], slope: Sequence[Any], flat: list[int], pins: Any, choice: Any, m: Any
 ) -> bool:
-    """Return whether the chosen pieces are the largest ones."""
+    """Return whether the chosen pieces are the largest ones, and no length is negative."""
     if not np.isfinite(m).all():
         return False
     slack = SLACK * max(float(np.abs(m).max(initial=0.0)), 0.0)
@@ -285,7 +292,7 @@ def _holds(
         form = start[j] + slope[j] @ m
         if form[k] < form.max() - slack:
             return False
-    return bool((m >= -slack).all())
+    return bool((m[pins] >= -slack).all())
 
 
 def _chosen(

@@ -8,20 +8,20 @@ may all be non-unique while a direction between them is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.mechanism import GROUND
 from mechdae.errors import IndeterminateFrictionError, SolveError
 from mechdae.forces.inverse_dynamics import Motion, Statics
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.friction import normal_form
-from mechdae.model.forces.generalised import Wrench, on_body
+from mechdae.model.forces.generalised import Wrench, reaction
+from mechdae.model.model import Model
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space
 
 MOST = 64
@@ -99,97 +99,135 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
         return None
     balance, model = statics.balance, statics.scene.model
     there = np.flatnonzero(np.isfinite(motion.q).all(axis=1))
-    maps = _maps(statics)
-    chosen = there[np.linspace(0, len(there) - 1, min(MOST, len(there))).astype(int)]
-    if not chosen.size:
+    if not there.size:
         return None
-    matrices = maps.at(motion.q[chosen], statics.p)
-    null = [equilibrated_null_space(B) for B in matrices["columns"]]
-    least = min(N.shape[1] for N in null)  # there are more self-stresses at a change point
-    kept = [k for k, N in enumerate(null) if N.shape[1] == least]
-    chosen, null = chosen[kept], [null[k] for k in kept]
-    matrices = {name: own[kept] for name, own in matrices.items()}
-    whole = np.ones(len(balance.joints), bool)
-    joints: dict[str, Directions] = {}
-
-    def turned(body: str | None) -> Any:
-        place = None if body is None else balance.columns.index(model.places[body, "angle"])
-        return np.zeros(len(motion)) if place is None else motion.q[:, place]
-
+    stressed = _columns(statics).stressed(motion.q, there)
+    _check_friction(statics, stressed)
+    lost = set(stressed.lost)
     inside = {name for group in statics.scene.redundant for name in group.joints}
-    for k, name in enumerate(balance.joints):
-        spaces = []
-        for C, N in zip(matrices[name], null, strict=True):
-            spaces.append(unique_space(C, C @ N))
-        whole[k] = all(space.shape[0] == rank for space, rank in spaces)
-        if whole[k] and name not in inside:
-            continue
-        joints[name] = directions(model, name, turned, chosen, [s for s, _ in spaces])
-    _check_friction(statics, matrices, null)
-    sums: dict[str, list[str]] = {}
-    for body in balance.bodies:
-        own = [
-            name
-            for k, name in enumerate(balance.joints)
-            if not whole[k] and body in model.mechanism.joints[name].bodies
-        ]
-        if len(own) > 1:
-            sums[body] = own
-    normals = set()
-    for name in balance.guides:
-        forms = matrices[f"normal {name}"]
-        if not any(_left_open(form, N) for form, N in zip(forms, null, strict=True)):
-            normals.add(name)
-    return Uniqueness(whole, joints, sums, normals)
+
+    def turned(body: str) -> Any:
+        return motion.q[:, balance.columns.index(model.places[body, "angle"])]
+
+    joints = {
+        name: directions(model, name, len(motion), turned, stressed)
+        for name in balance.joints
+        if name in lost | inside
+    }
+    sums = shared_bodies(model, balance.bodies, [name for name in balance.joints if name in lost])
+    normals = {name for name in balance.guides if not stressed.left_open(f"normal {name}")}
+    return Uniqueness(~np.isin(balance.joints, stressed.lost), joints, sums, normals)
+
+
+def shared_bodies(model: Model, bodies: Iterable[str], lost: list[str]) -> dict[str, list[str]]:
+    """Return the bodies with several of the joints that are `lost`, and these joints."""
+    joints = model.mechanism.joints
+    found = {body: [name for name in lost if body in joints[name].bodies] for body in bodies}
+    return {body: names for body, names in found.items() if len(names) > 1}
 
 
 @dataclass
-class _Maps:
-    """Functions from q to the matrices of the balance."""
+class Stressed:
+    """Self-stresses at poses with as few of them as there are for good.
 
-    batch: Batch
-    shapes: dict[str, tuple[int, int]]
+    ``chosen`` are the poses, ``matrices`` those of `ForceColumns.at` there, ``null`` bases
+    (columns, k) of the self-stresses, ``spaces`` the unique directions (k, 3) of the reaction of
+    each joint, ``lost`` the joints whose reaction is not unique as a whole.
+    """
 
-    def at(self, q: Any, p: Any) -> dict[str, Any]:
-        flat = self.batch(q, p)[0]
-        result, start = {}, 0
-        for name, (rows, columns) in self.shapes.items():
-            part = flat[:, start : start + rows * columns]
-            result[name] = part.reshape(len(q), columns, rows).transpose(0, 2, 1)
-            start += rows * columns
-        return result
+    chosen: Any
+    matrices: dict[str, Any]
+    null: list[Any]
+    spaces: dict[str, list[Any]]
+    lost: list[str]
 
-
-def _maps(statics: Statics) -> _Maps:
-    balance, model = statics.balance, statics.scene.model
-    count = len(statics.scene.rows)
-    used = sorted(i for share in balance.shares for i in share.rows)
-    columns = []
-    for i in range(count):
-        column = balance.column[i] if i in used else {}
-        columns.append(ca.vertcat(*[column.get(j, ca.SX(0)) for j in balance.columns]))
-    parts = {"columns": ca.horzcat(*columns)}
-    for name in balance.joints:
-        joint, ends = model.mechanism.joints[name], model.ends[name]
-        body, sign = (
-            (joint.second_body, -1) if joint.second_body != GROUND else (joint.first_body, 1)
+    def left_open(self, name: str) -> bool:
+        """Return whether self-stresses change the linear forms of a name."""
+        return any(
+            np.abs(form @ N).max(initial=0.0) > ZERO * max(np.abs(form).max(), 1e-300)
+            for form, N in zip(self.matrices[name], self.null, strict=True)
         )
-        wrench = []
-        for i in range(count):
-            own: Wrench = balance.column[i] if i in balance.rows_of[name] else {}
-            wrench.append(sign * ca.vertcat(*on_body(model, own, body, ends.p2)))
-        parts[name] = ca.horzcat(*wrench)
+
+
+class ForceColumns:
+    """Generalised forces that hold a mechanism together, and what they do in each joint.
+
+    Parameters
+    ----------
+    model
+        Symbols.
+    columns
+        The joint of each force, "" for what is no joint's, and the force.
+    joints
+        Whose reactions are asked for.
+    places
+        Positions in q that count.
+    forms
+        Linear forms over the columns of a joint, by name.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        columns: Sequence[tuple[str, Wrench]],
+        joints: Iterable[str],
+        places: Sequence[int],
+        forms: dict[str, tuple[str, Any]] | None = None,
+    ) -> None:
+        self.model, self.joints = model, list(joints)
+        every = [ca.vertcat(*[own.get(j, ca.SX(0)) for j in places]) for _, own in columns]
+        parts = {"columns": ca.horzcat(*every)}
+        for name in self.joints:
+            acting = [reaction(model, name, own if name == of else {}) for of, own in columns]
+            parts[name] = ca.horzcat(*[-ca.vertcat(*own) for own in acting])
+        for key, (name, own) in (forms or {}).items():
+            form = ca.SX(own.shape[0], len(columns))
+            form[:, [k for k, (of, _) in enumerate(columns) if of == name]] = own
+            parts[key] = form
+        stacked = ca.vertcat(*[ca.vec(ca.densify(part)) for part in parts.values()])
+        inputs = [model.q[list(places)], model.p]
+        self._batch = Batch(ca.Function("maps", inputs, [stacked]), [1])
+        self._shapes = {name: part.shape for name, part in parts.items()}
+
+    def at(self, q: Any) -> dict[str, Any]:
+        """Return matrices (n, rows, columns) at poses (n, k): the columns, joints and forms."""
+        flat, found, start = self._batch(q, self.model.p_values)[0], {}, 0
+        for name, (rows, columns) in self._shapes.items():
+            part = flat[:, start : start + rows * columns]
+            found[name] = part.reshape(len(q), columns, rows).transpose(0, 2, 1)
+            start += rows * columns
+        return found
+
+    def stressed(
+        self, q: Any, rows: Any, stresses: Callable[[Any], Any] = equilibrated_null_space
+    ) -> Stressed:
+        """Return the self-stresses at some of the poses `rows` (one at least)."""
+        chosen = rows[np.linspace(0, len(rows) - 1, min(MOST, len(rows))).astype(int)]
+        matrices = self.at(q[chosen])
+        null = [stresses(B) for B in matrices["columns"]]
+        least = min(N.shape[1] for N in null)  # there are more at a singular pose
+        kept = [k for k, N in enumerate(null) if N.shape[1] == least]
+        matrices = {name: own[kept] for name, own in matrices.items()}
+        null, spaces, lost = [null[k] for k in kept], {}, []
+        for name in self.joints:
+            found = [unique_space(C, C @ N) for C, N in zip(matrices[name], null, strict=True)]
+            spaces[name] = [space for space, _ in found]
+            lost += [name] if any(len(space) < rank for space, rank in found) else []
+        return Stressed(chosen[kept], matrices, null, spaces, lost)
+
+
+def _columns(statics: Statics) -> ForceColumns:
+    balance, model = statics.balance, statics.scene.model
+    used = {i for share in balance.shares for i in share.rows}
+    owner = {i: name for name in balance.joints for i in balance.rows_of[name]}
+    columns = [
+        (owner.get(i, ""), balance.column[i] if i in used else {})
+        for i in range(len(statics.scene.rows))
+    ]
     known = {f"size {k}": balance.feedbacks[k] for k in balance.active}
     forms = {key: (feedback.joint, feedback.forms) for key, feedback in known.items()}
     forms |= {f"normal {n}": (n, normal_form(model.ends[n])) for n in balance.guides}
-    for key, (name, own_form) in forms.items():
-        form = ca.SX(own_form.shape[0], count)
-        for position, place in enumerate(balance.rows_of[name]):
-            form[:, place] = own_form[:, position]
-        parts[key] = form
-    stacked = ca.vertcat(*[ca.vec(ca.densify(part)) for part in parts.values()])
-    function = ca.Function("maps", [balance.inputs[0], model.p], [stacked])
-    return _Maps(Batch(function, [1]), {name: part.shape for name, part in parts.items()})
+    return ForceColumns(model, columns, balance.joints, balance.columns, forms)
 
 
 def unique_space(C: Any, CN: Any) -> tuple[Any, int]:
@@ -228,28 +266,21 @@ def _tidy(rows: Any) -> Any:
 
 
 def directions(
-    model: Any, name: str, turned: Callable[[str | None], Any], chosen: Any, spaces: list[Any]
+    model: Model, name: str, count: int, turned: Callable[[str], Any], stressed: Stressed
 ) -> Directions:
     """Return the unique directions of a joint's reaction in the axes in which they stand still.
 
-    Parameters
-    ----------
-    turned
-        Angles of a body at all poses, zeros for None.
-    chosen, spaces
-        Some of the poses, and the directions (k, 3) at each of them in world axes.
+    `turned` gives the angles of a body at all poses, (count,).
     """
-    joint = model.mechanism.joints[name]
-    nothing = turned(None)
+    joint, spaces = model.mechanism.joints[name], stressed.spaces[name]
+    nothing = np.zeros(count)
     for frame in ("world", joint.second_body, joint.first_body):
-        angles = nothing
-        if frame in model.mechanism.bodies:
-            angles = turned(frame)
-        elif frame != "world":
+        if frame != "world" and frame not in model.mechanism.bodies:
             continue
+        angles = nothing if frame == "world" else turned(frame)
         still = [
             np.hstack([_rotated(space[:, :2], -angles[k]), space[:, 2:]])
-            for space, k in zip(spaces, chosen, strict=True)
+            for space, k in zip(spaces, stressed.chosen, strict=True)
         ]
         common = _common(still)
         if len(common) == min(map(len, still)):
@@ -279,19 +310,9 @@ def _rotated(vectors: Any, angle: float) -> Any:
     return vectors @ np.array([[c, s], [-s, c]])
 
 
-def _left_open(form: Any, N: Any) -> bool:
-    """Return whether self-stresses change linear forms of the multipliers."""
-    return bool(np.abs(form @ N).max(initial=0.0) > ZERO * max(np.abs(form).max(), 1e-300))
-
-
-def _check_friction(statics: Statics, matrices: Any, null: list[Any]) -> None:
+def _check_friction(statics: Statics, stressed: Stressed) -> None:
     balance = statics.balance
-    guilty = []
-    for k in balance.active:
-        name = balance.feedbacks[k].joint
-        forms = matrices[f"size {k}"]
-        if any(_left_open(form, N) for form, N in zip(forms, null, strict=True)):
-            guilty.append(name)
+    guilty = [balance.feedbacks[k].joint for k in balance.active if stressed.left_open(f"size {k}")]
     if guilty:
         names = ", ".join(dict.fromkeys(guilty))
         raise IndeterminateFrictionError(

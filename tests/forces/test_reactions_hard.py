@@ -14,7 +14,9 @@ import pytest
 
 import mechdae as md
 import mechdae.forces.inverse_dynamics as statics_module
+import mechdae.forces.meshes as wheels_module
 import mechdae.model.forces.friction as friction_module
+import mechdae.model.forces.generalised as generalised_module
 import mechdae.model.forces.inertia as inertia_module
 import mechdae.model.forces.meshes as meshes_module
 from mechdae.bench.chain import chain
@@ -489,14 +491,14 @@ def mesh_without_couple(monkeypatch) -> None:
     Whether a pair of wheels is real is asked before, of teeth that are right: teeth that do no
     work are taken for a mere ratio of angles (`test_teeth_that_do_no_work_are_told`).
     """
-    own, asked = meshes_module.pair, statics_module.carried
+    own, asked = meshes_module.pair, wheels_module.carried
 
     def carried(*args: Any) -> Any:
         with monkeypatch.context() as right:
             right.setattr(meshes_module, "pair", own)
             return asked(*args)
 
-    monkeypatch.setattr(statics_module, "carried", carried)
+    monkeypatch.setattr(wheels_module, "carried", carried)
     teeth_that_do_not_turn(monkeypatch)
 
 
@@ -539,10 +541,9 @@ def centrifugal_left_out(monkeypatch) -> None:
 
 def reaction_elsewhere(monkeypatch) -> None:
     """Moments are reported about another point than the second body's."""
-    import mechdae.kernels.graphs.kinetostatics as balance
-
-    own = balance.on_body
-    monkeypatch.setattr(balance, "on_body", lambda m, w, b, p: own(m, w, b, p + 0.01))
+    own = generalised_module.on_body
+    wrong = lambda m, w, b, p: own(m, w, b, p + 0.01)  # noqa: E731
+    monkeypatch.setattr(generalised_module, "on_body", wrong)
 
 
 def group_without_feedback(monkeypatch) -> None:

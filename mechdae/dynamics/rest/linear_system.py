@@ -27,7 +27,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.errors import InputError, SolveError, UnknownName
-from mechdae.model.forces.generalised import couple, push
+from mechdae.model.forces.generalised import couple, gradients, push
 from mechdae.model.motion_equations import Law, Released
 
 SX = ca.SX
@@ -141,9 +141,7 @@ class Linear:
                 if c.text in known:
                     found.append(known[c.text])
                     continue
-                gradient = ca.jacobian(model.coordinate(c), model.q)
-                places = gradient.sparsity().get_triplet()[1]
-                column = dict(zip(places, gradient.nonzeros(), strict=True))
+                (column,) = gradients(model.coordinate(c), model.q)
                 found.append(_Input(f"efforts.{c.text}", column))
         return found
 

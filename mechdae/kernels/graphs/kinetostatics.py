@@ -29,7 +29,7 @@ from mechdae.kernels.graphs.friction_sizes import (
 )
 from mechdae.kernels.graphs.linear import among, solution
 from mechdae.model.forces.friction import Feedback, Laws, Slip, normal_form
-from mechdae.model.forces.generalised import Wrench, add, on_body, put, times
+from mechdae.model.forces.generalised import Wrench, add, gradients, put, reaction, times
 from mechdae.model.forces.inertia import inertia, kinetic_energy
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
@@ -125,11 +125,7 @@ class Balance:
     def _make_columns(self) -> None:
         rows = self.scene.rows
         phi = ca.vertcat(*[row.expression for row in rows])
-        gradient = ca.jacobian(phi, self.model.q)
-        self.column: list[Wrench] = [{} for _ in rows]
-        triplet = zip(*gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True)
-        for i, j, entry in triplet:
-            self.column[i][j] = entry
+        self.column = gradients(phi, self.model.q)
         for name, mesh in self.meshes.items():
             if mesh.column is not None:
                 for i in self.rows_of.get(name, []):
@@ -318,7 +314,7 @@ class Balance:
         forces = {name: self._of(name, chain.lam, used, sizes) for name in self.joints}
         reactions: list[Any] = []
         for name, wrench in forces.items():
-            reactions += self._reaction(name, wrench)
+            reactions += reaction(self.model, name, wrench)
         efforts = {row.owner: -chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver}
         losses = [self._loss(name, sizes) for name in self.joints]
         results = [column(reactions), column(list(efforts.values())), column(losses)]
@@ -335,13 +331,6 @@ class Balance:
         if name in self.meshes:
             parts.append(self.meshes[name].steady)
         return add(*parts)
-
-    def _reaction(self, name: str, wrench: Wrench) -> list[Any]:
-        """Return force and moment about the second body's point, on the second body."""
-        joint, ends = self.model.mechanism.joints[name], self.model.ends[name]
-        if joint.second_body == GROUND:
-            return [-part for part in on_body(self.model, wrench, joint.first_body, ends.p2)]
-        return list(on_body(self.model, wrench, joint.second_body, ends.p2))
 
     def _loss(self, name: str, sizes: Any) -> Any:
         own = [k for k in self._of_joint[name] if self.feedbacks[k].friction]
@@ -390,10 +379,8 @@ class Balance:
         model, moments = self.model, []
         parts = [times(-1, self.inertia), self.loads.total]
         for c in self.scene.drivers:
-            gradient = ca.jacobian(model.coordinate(c), model.q)
-            places = gradient.sparsity().get_triplet()[1]
-            entries = zip(places, gradient.nonzeros(), strict=True)
-            parts.append({j: entry * efforts[c.text] for j, entry in entries})
+            (gradient,) = gradients(model.coordinate(c), model.q)
+            parts.append({j: entry * efforts[c.text] for j, entry in gradient.items()})
         for k, name in enumerate(self.joints):
             joint, place = model.mechanism.joints[name], model.ends[name].p2
             lossy = any(self.feedbacks[j].friction for j in self._of_joint[name])

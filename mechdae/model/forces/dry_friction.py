@@ -17,7 +17,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.model.forces.friction import Feedback, Laws, Slip
-from mechdae.model.forces.generalised import Wrench, add, times
+from mechdae.model.forces.generalised import Wrench, add, gradients, times
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
 from mechdae.model.model import Model
@@ -93,9 +93,7 @@ class Rubbing:
     def row(self, name: str) -> Wrench:
         """Return the gradient of the equation of a gear, rack or belt."""
         (row,) = [row for row in self.model.rows if row.owner == name]
-        gradient = ca.jacobian(row.expression, self.model.q)
-        places = gradient.sparsity().get_triplet()[1]
-        return dict(zip(places, gradient.nonzeros(), strict=True))
+        return gradients(row.expression, self.model.q)[0]
 
     def _bearings(self, name: str) -> Feedback:
         """Return what a real pair of wheels asks of its bearings beside its equation.
@@ -107,22 +105,6 @@ class Rubbing:
         beside = add(self.row(name), times(-1, mesh.column))
         column = times(1 / mesh.tangential, beside)
         return Feedback(name, "largest", mesh.tangential, column, SX(0), friction=False)
-
-    def pressed(self, places: list[int], side: int) -> dict[int, int | None]:
-        """Return which form of the feedbacks of one slot or mesh is the largest on a side.
-
-        They are, by their places: what pushes wheels apart, friction on either side, and what a
-        pair of wheels asks of its bearings.
-        """
-        found: dict[int, int | None] = {}
-        sides = iter((side, -side))
-        for j in places:
-            feedback = self.feedbacks[j]
-            if feedback.friction:
-                found[j] = 1 if next(sides) > 0 else 0
-            else:
-                found[j] = 0 if side > 0 or feedback.forms.numel() == 1 else 1
-        return found
 
     @property
     def frictional(self) -> bool:

@@ -38,6 +38,16 @@ def times(factor: Any, wrench: Wrench) -> Wrench:
     return {i: factor * value for i, value in wrench.items()}
 
 
+def gradients(column: Any, symbols: Any) -> list[Wrench]:
+    """Return the gradient of each entry of a column, by position in `symbols`."""
+    jacobian = ca.jacobian(column, symbols)
+    found: list[Wrench] = [{} for _ in range(jacobian.shape[0])]
+    triplet = zip(*jacobian.sparsity().get_triplet(), jacobian.nonzeros(), strict=True)
+    for i, j, entry in triplet:
+        found[i][j] = entry
+    return found
+
+
 def push(model: Model, body: str, place: Any, force: Any) -> Wrench:
     """Return the generalised force of a `force` (2,) at a `place` (2,), world axes, on a body."""
     if body == GROUND:
@@ -77,6 +87,14 @@ def on_body(model: Model, wrench: Wrench, body: str, place: Any) -> tuple[Any, A
     x, y, turn = (wrench.get(model.places[body, name], SX(0)) for name in ("x", "y", "angle"))
     arm = place - model.frame(body).r
     return x, y, turn - cross(arm, (x, y))
+
+
+def reaction(model: Model, name: str, wrench: Wrench) -> list[Any]:
+    """Return force and moment about the second body's point, on the second body, of a joint."""
+    joint, place = model.mechanism.joints[name], model.ends[name].p2
+    if joint.second_body == GROUND:
+        return [-part for part in on_body(model, wrench, joint.first_body, place)]
+    return list(on_body(model, wrench, joint.second_body, place))
 
 
 def velocity(model: Model, body: str, place: Any) -> Any:

@@ -18,7 +18,7 @@ from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, T
 from mechdae.describe.named import TIME, split_rate
 from mechdae.errors import InputError, MechdaeError
 from mechdae.model.forces.friction import Slip
-from mechdae.model.forces.generalised import Wrench, add, couple, push
+from mechdae.model.forces.generalised import Wrench, add, couple, gradients, push
 from mechdae.model.forces.time_tables import Timed
 from mechdae.model.model import FUNCTIONS, Model
 
@@ -143,9 +143,8 @@ class Loads:
         """Return the generalised force of a force along a coordinate."""
         c = coordinate(self.model.mechanism, text)
         self._note(c)
-        gradient = ca.jacobian(self.model.coordinate(c), self.model.q)
-        columns, entries = gradient.sparsity().get_triplet()[1], gradient.nonzeros()
-        return {i: entry * force for i, entry in zip(columns, entries, strict=True)}
+        (gradient,) = gradients(self.model.coordinate(c), self.model.q)
+        return {i: entry * force for i, entry in gradient.items()}
 
     # -- kinds -----------------------------------------------------------------------------
 
