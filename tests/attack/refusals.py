@@ -21,6 +21,10 @@ NEAR = 1e-6
 """Units of the driver by which poses may lie before the end of the follower's path unjudged."""
 NOISE = 1e-10
 """Sizes by which the follower itself may be off, times the condition number over 1e4."""
+TURNS = 4
+"""Whole turns of the driver by which a pose may be reached the other way round."""
+SOLVED = 1e-9
+"""Sizes by which equations may be open at a pose that is shown."""
 RUNS_AWAY = 50.0
 """Coordinates above which a slide runs away, which the package calls a pole at 100 lengths."""
 LISTED = 60
@@ -63,7 +67,7 @@ def examine(seed, family=None):
         row["ok"] += bool(ok[k])
         if ok[k]:
             if x is None:
-                x = round_about(case, start, s0, u[k])
+                x = round_about(case, result, k, start, s0, u[k])
             gap, allowed = off(case, result, k, x) if x is not None else (np.inf, 0.0)
             if gap > allowed and not (x is None and near < NEAR):
                 row["wrong"] += 1
@@ -88,12 +92,20 @@ def reached(case, x, s, places):
     return poses, [side[-1][0] for side in sides] if any(x is None for x in poses) else [np.inf]
 
 
-def round_about(case, x, s, place):
-    """Return the pose reached the other way round, None where there is none."""
-    if not case.angular:
+def round_about(case, result, k, x, s, place):
+    """Return the pose reached the other way round that a result shows, None where there is none.
+
+    After one turn or several: a pose at another number of turns of the driver is the pose asked
+    for where it solves the equations with the driver's own value, gears among them.
+    """
+    shown = pose_of(case, result, k)
+    if not case.angular or np.max(np.abs(case.system(shown, place)[0])) > SOLVED:
         return None
-    to = place - 2 * np.pi * np.sign(place - s)
-    return case.at(case.follow(x, s, to), to)
+    way = np.sign(place - s)
+    nodes = case.follow(x, s, place - TURNS * 2 * np.pi * way)
+    there = [case.at(nodes, place - n * 2 * np.pi * way) for n in range(1, TURNS + 1)]
+    there = [pose for pose in there if pose is not None]
+    return min(there, key=lambda pose: off(case, result, k, pose)[0], default=None)
 
 
 def off(case, result, k, x):
