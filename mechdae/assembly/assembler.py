@@ -29,7 +29,7 @@ from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.local import Local
+from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
 from mechdae.model.reduction import own_freedom
 from mechdae.numerics.least_squares import solve
@@ -119,7 +119,6 @@ class Assembler:
         for b, graph in enumerate(graphs.blocks):
             self._blocks_of[graph.block.group].append(b)
         self._classes: dict[tuple[int, bool], Any] = {}
-        self._functions: dict[Any, Local] = {}
         self.free: list[Group] = []
         """Groups met with a freedom of their own: their outer pins coincide."""
 
@@ -150,23 +149,15 @@ class Assembler:
 
     # -- absolute coordinates --------------------------------------------------------------
 
-    @cached_property
-    def _absolute(self) -> tuple[list[tuple[str, str]], Any]:
-        names = list(self.scene.recover)
-        values = ca.vertcat(*self.scene.recover.values())
-        inputs = [self.scene.x, self.scene.u, self.scene.model.p]
-        return names, ca.Function("q", inputs, [values])
-
     def coordinates(self, x: Any, u: Any) -> dict[tuple[str, str], float]:
         """Return all absolute coordinates at a pose."""
-        names, function = self._absolute
-        return dict(zip(names, np.array(function(x, u, self.p)).ravel().tolist(), strict=True))
+        recover = self.scene.recover
+        values = self._local("q", lambda: ca.vertcat(*recover.values()))(x, u, self.p)
+        return dict(zip(recover, values.ravel().tolist(), strict=True))
 
     def _local(self, key: Any, make: Callable[[], Any]) -> Local:
         """Return the function of the expression over q that `make` gives; made once."""
-        if key not in self._functions:
-            self._functions[key] = Local(self.scene, self.scene.expression(make()))
-        return self._functions[key]
+        return local(self.scene, key, make)
 
     def _angles(self, group: Group, x: Any, u: Any) -> dict[str, float]:
         """Return the angles of a group's bodies at a pose."""
@@ -423,7 +414,7 @@ class Assembler:
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         if b not in self._searches:
             sizes = self.natural[graph.own]
-            self._searches[b] = Search(solver, self.scene.u, sizes, self.lattices[b])
+            self._searches[b] = Search(solver, sizes, self.lattices[b])
         angles = dict(zip(graph.own, solver.angle, strict=True))
         hint = [self.turns.start(i, x, u) if angle else np.nan for i, angle in angles.items()]
         z = x[graph.uses] if graph.uses else np.zeros(0)

@@ -65,13 +65,12 @@ class Closing:
             bool,
         )
 
-    @cached_property
-    def _row_weights(self) -> dict[int, Any]:
-        g = self.graphs
-        return {b: ca.Function("r", [g.scale, g.p], [g.weights(b)[1]]) for b in self.blocks}
+    @property
+    def _residuals(self) -> Batch:
+        batch: Batch = self.graphs.kept("closing", self._equations)
+        return batch
 
-    @cached_property
-    def _residuals(self) -> Any:
+    def _equations(self) -> Batch:
         scene, own = self.scene, [check.residual for check in self.checks]
         rows = [*own, *(self.graphs.blocks[b].F for b in self.blocks)]
         stacked = ca.densify(ca.vertcat(*rows)) if rows else ca.SX(0, 1)
@@ -116,7 +115,7 @@ class Closing:
         if b is not None:
             graph = g.blocks[b]
             F, _, Fz = graph.value_at(x, u, constants.p)
-            r = np.array(self._row_weights[b](constants.scale, constants.p)).ravel()
+            r = g.units(constants.scale, constants.p)[1][b]
             noise = constants.rho[b]
             if graph.uses:
                 noise += np.linalg.norm(np.abs(Fz) @ error[graph.uses] / r)

@@ -16,6 +16,7 @@ import numpy as np
 
 from mechdae.assembly.elimination import BlockSolver, Solutions
 from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.kernels.run.local import local
 from mechdae.model.curve_contacts import Contact
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
@@ -33,6 +34,12 @@ SEAM, CORNER = 1e-7, 1e-4
 """How near to the ends of a closed curve its tangents are taken, and angles that count."""
 CLOSED = 1e-9
 """Residual of a solution over the size of the mechanism."""
+
+
+def _along(scene: Scene, contact: Contact) -> Any:
+    """Return the angle of a contact's tangent as a function of its place."""
+    angle = ca.atan2(contact.tangent[1], contact.tangent[0])
+    return ca.Function("t", [contact.s, scene.model.p], [angle])
 
 
 class ContactSolver(BlockSolver):
@@ -57,14 +64,14 @@ class ContactSolver(BlockSolver):
         for j, (owner, name) in enumerate(names):
             if name == "s" and (owner, "angle") in names:
                 contact = contacts[owner]
-                along = ca.atan2(contact.tangent[1], contact.tangent[0])
-                function = ca.Function("t", [contact.s, scene.model.p], [along])
+                function = scene.kept(("along", owner), lambda c=contact: _along(scene, c))
                 self._tangents.append((j, names.index((owner, "angle")), function))
         bound = {self._at, *(k for j, k, _ in self._tangents if j == self._at)}
         self._others = [j for j in range(self.n) if j not in bound]
         self._closed = not self._others or (len(self._others) == 1 and self._follows())
         inputs = [graph.x, graph.z, scene.u, scene.model.p]
-        self._both = ca.Function("FJ", inputs, [ca.densify(graph.F), ca.densify(graph.J)])
+        results = [ca.densify(graph.F), ca.densify(graph.J)]
+        self._both = graph.kept("contact", lambda: ca.Function("FJ", inputs, results))
 
     def _follows(self) -> bool:
         """Return whether the one other unknown follows from s: it turns a vector, or is linear."""
@@ -225,7 +232,6 @@ class Contacts:
 
     def __init__(self, scene: Scene, p: Any) -> None:
         self.scene, self.p = scene, p
-        self._functions: dict[str, Any] = {}
 
     def of(self, group: Group) -> list[Contact]:
         """Return the contacts of a group's curve joints."""
@@ -243,7 +249,7 @@ class Contacts:
         for name, contact in self.scene.model.contacts.items():
             if name not in joints or not contact.wrapped:
                 continue
-            function = ca.Function("t", [contact.s, self.scene.model.p], [contact.tangent])
+            function = self._tangent(contact)
             low, high = contact.range
             step = SEAM * (high - low)
             first, last = (np.array(function(s, self.p)) for s in (low + step, high - step))
@@ -255,6 +261,12 @@ class Contacts:
                     f"where it closes, velocities jump there"
                 )
         return notes
+
+    def _tangent(self, contact: Contact) -> Any:
+        inputs = [contact.s, self.scene.model.p]
+        return self.scene.kept(
+            ("tangent", contact.joint.name), lambda: ca.Function("t", inputs, [contact.tangent])
+        )
 
     def touch(self, group: Group, x: Any, u: Any) -> bool:
         """Return whether all contacts of a group lie on their curves, rollers outside them."""
@@ -281,11 +293,11 @@ class Contacts:
 
     def _at(self, contact: Contact, x: Any, u: Any) -> tuple[float, float]:
         """Return s, and whether the tangent's angle points along growing s (above 0)."""
-        name = contact.joint.name
-        if name not in self._functions:
+
+        def make() -> Any:
             ahead = ca.dot(contact.tangent, contact.direction) if contact.rolls else ca.SX(1)
-            values = self.scene.expression(ca.vertcat(contact.s, ahead))
-            inputs = [self.scene.x, self.scene.u, self.scene.model.p]
-            self._functions[name] = ca.Function("contact", inputs, [values])
-        s, ahead = np.array(self._functions[name](x, u, self.p)).ravel()
+            return ca.vertcat(contact.s, ahead)
+
+        value = local(self.scene, ("contact", contact.joint.name), make)
+        s, ahead = value(x, u, self.p).ravel()
         return float(s), float(ahead)

@@ -20,6 +20,8 @@ import numpy as np
 
 from mechdae.assembly.closure import Gap
 from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import PI, NoDecimals, decimals
 from mechdae.model.reduction import Scene
 
@@ -54,12 +56,17 @@ class Solutions:
 
 def angle_slopes(scene: Scene, p: Any) -> dict[int, list[float]]:
     """Return by unknown how fast the bodies' angles turn with it, zeros left out."""
-    angles = [value for (_, name), value in scene.recover.items() if name == "angle"]
-    jacobian = ca.jacobian(ca.vertcat(*angles), scene.x)
-    values = ca.Function("k", [scene.model.p], [ca.SX(ca.vertcat(*jacobian.nonzeros()))])(p)
-    columns = jacobian.sparsity().get_col()
+
+    def make() -> tuple[list[int], Call]:
+        angles = [value for (_, name), value in scene.recover.items() if name == "angle"]
+        jacobian = ca.jacobian(ca.vertcat(*angles), scene.x)
+        entries = ca.densify(ca.SX(ca.vertcat(ca.SX(0, 1), *jacobian.nonzeros())))
+        function = ca.Function("k", [scene.model.p], [entries])
+        return jacobian.sparsity().get_col(), Call(function)
+
+    columns, values = scene.kept("slopes", make)
     slopes: dict[int, list[float]] = {}
-    for i, value in zip(columns, np.array(values).ravel().tolist(), strict=True):
+    for i, value in zip(columns, values(p)[0].tolist(), strict=True):
         slopes.setdefault(i, []).append(value)
     return slopes
 
@@ -93,6 +100,13 @@ def _half_turn(a: Any) -> Any:
     return PI if a.dtype == object else np.pi
 
 
+def _equations(graph: BlockGraph) -> tuple[list[list[bool]], Any, Batch]:
+    """Return which columns of J hold which unknowns not, and F for one pose and for many."""
+    columns = [graph.J[:, j] for j in range(graph.size)]
+    constant = [[ca.jacobian(J, x).nnz() == 0 for x in graph.x.elements()] for J in columns]
+    return constant, graph.function, Batch(graph.function, [1, 2, 3], straight=lambda: None)
+
+
 class BlockSolver:
     """Finds all solutions of one block for given earlier unknowns and driver values.
 
@@ -103,17 +117,11 @@ class BlockSolver:
         self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
     ) -> None:
         self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
-        self.values = p
+        self.values, self.scene = p, scene
         self.angle = [scene.x_names[i][1] == "angle" for i in graph.own]
-        J = graph.J
-        self.constant = [
-            [ca.jacobian(J[:, j], graph.x[i]).nnz() == 0 for i in range(self.n)]
-            for j in range(self.n)
-        ]
+        self.constant, self._F, self._many = graph.kept("eliminate", lambda: _equations(graph))
         self.linear = all(all(row) for row in self.constant)
         self.turns = [_turns(slopes.get(i, [])) for i in graph.own]
-        value = ca.Function("F", [graph.x, graph.z, scene.u, graph.p], [graph.F])
-        self._F = value
         self._scale, self._exact = 0.0, False
         self.linear = self.linear or self._rolls()
         self.unwinds = not self.linear and self._unwinds()
@@ -165,11 +173,9 @@ class BlockSolver:
 
     def F(self, x: Any, z: Any, u: Any) -> Any:
         """Return residuals (k, n) at points `x` (k, n), in 50 digits where these are decimals."""
-        k = len(x)
         if np.asarray(x).dtype == object:
             return np.array([decimals(self._F, [list(row), z, u, self.p]) for row in x], object)
-        columns = [np.asarray(x).T, np.tile(z[:, None], k), np.tile(u[:, None], k)]
-        return np.array(self._F(*columns, np.tile(self.p[:, None], k))).T
+        return self._many(x, z, u, self.p)[0]
 
     def solve(self, z: Any, u: Any) -> Solutions | None:
         """Return all solutions, None where the block has no closed form."""

@@ -59,20 +59,16 @@ class Search:
     ----------
     solver
         The block: its graph, parameters and periods.
-    u_symbols
-        Symbols of the drivers.
     sizes
         Natural sizes (n,) of the unknowns.
     lattice
         Whole turns of its angles that make no difference.
     """
 
-    def __init__(self, solver: BlockSolver, u_symbols: Any, sizes: Any, lattice: Lattice) -> None:
+    def __init__(self, solver: BlockSolver, sizes: Any, lattice: Lattice) -> None:
         graph = solver.graph
         self.solver, self.n, self.lattice = solver, graph.size, lattice
-        inputs = [graph.x, graph.z, u_symbols, graph.p]
-        results = [ca.densify(graph.F), ca.densify(ca.vec(graph.J))]
-        self.function = Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
+        self.function: Batch = graph.kept("search", self._equations)
         angle = np.array(solver.angle, bool)
         self.lengths, self.turning = np.flatnonzero(~angle), angle
         columns = ca.vec(graph.J[:, self.lengths.tolist()])
@@ -83,6 +79,12 @@ class Search:
         self.period = np.array([solver.period(j) for j in range(self.n)])
         self.row = np.array([solver.size if unit == "m" else 1.0 for unit in graph.block.units])
         self.rounding = ROUGH if graph.redundant else ROUNDING
+
+    def _equations(self) -> Batch:
+        scene, graph = self.solver.scene, self.solver.graph
+        inputs = [graph.x, graph.z, scene.u, graph.p]
+        results = [ca.densify(graph.F), ca.densify(ca.vec(graph.J))]
+        return Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
 
     def __call__(self, z: Any, u: Any, hint: Any, most: int = MOST) -> Found:
         """Return the solutions for given earlier unknowns and driver values.

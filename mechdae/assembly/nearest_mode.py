@@ -18,7 +18,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import Coordinate, coordinate
 from mechdae.describe.mechanism import GROUND
-from mechdae.kernels.run.local import Local
+from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
 from mechdae.setup.scales import driver_size
 
@@ -103,7 +103,7 @@ class Sketched:
             return None
         model, contacts = self.scene.model, self.assembler.contacts
         turns = c.is_angle or (c.kind == "curve" and contacts.closed(c.part))
-        value = Local(self.scene, self.scene.expression(model.coordinate(c)))
+        value = local(self.scene, c, lambda: model.coordinate(c))
         size = driver_size(model, c, self.assembler.size)
         return Entry(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
 

@@ -48,7 +48,7 @@ class RedundantSolver(BlockSolver):
         self, scene: Scene, graph: BlockGraph, p: Any, size: float, slopes: dict[int, list[float]]
     ) -> None:
         super().__init__(scene, graph, p, size, slopes)
-        self.scene, self.slopes = scene, slopes
+        self.slopes = slopes
         self.row_size = np.array([size if unit == "m" else 1.0 for unit in graph.block.units])
         self.x_size = np.where(self.angle, 1.0, size)
         self._chains: dict[bytes, list[list[Step]]] = {}
@@ -101,7 +101,8 @@ class RedundantSolver(BlockSolver):
         units = tuple(block.units[i] for i in rows)
         owners = tuple(block.owners[i] for i in rows)
         part = Block(block.group, x, others, block.residual[rows], units, owners)
-        graph = BlockGraph(self.scene, part)
+        key = (tuple(columns), tuple(rows))
+        graph = self.graph.kept(key, lambda: BlockGraph(self.scene, part))
         return BlockSolver(self.scene, graph, self.values, self.size, self.slopes)
 
     def solve(self, z: Any, u: Any) -> Solutions | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import cmath
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ from mechdae.assembly.platform import EPS, Closures, Leg, closures
 from mechdae.describe.coordinates import Coordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
+from mechdae.kernels.run.call import Call
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 
@@ -186,17 +187,23 @@ class Truss:
     def _number(self, name: str) -> float:
         """Return a number of a joint."""
         if name not in self._numbers:
-            value = ca.Function("n", [self.model.p], [ca.SX(self.model.numbers[name])])
-            self._numbers[name] = float(value(self.p))
+            self._numbers[name] = float(self._value(name, lambda: self.model.numbers[name])[0])
         return self._numbers[name].real
 
     def _local(self, place: Place) -> complex:
         """Return a point in its body's frame."""
         name = f"{place.body}.{place.point}"
         if name not in self._numbers:
-            value = ca.Function("n", [self.model.p], [ca.densify(self.model.local(name))])
-            self._numbers[name] = complex(*np.array(value(self.p)).ravel())
+            self._numbers[name] = complex(*self._value(name, lambda: self.model.local(name)))
         return self._numbers[name]
+
+    def _value(self, name: str, make: Callable[[], Any]) -> Any:
+        """Return the value (n,) of an expression over p."""
+
+        def function() -> Call:
+            return Call(ca.Function("n", [self.model.p], [ca.densify(ca.SX(make()))]))
+
+        return self.model.kept(("number", name), function)(self.p)[0]
 
     def _turn(self, joint: Joint, u: Any) -> float:
         """Return the angle of a joint's second body less that of its first."""

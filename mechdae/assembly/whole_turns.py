@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.kernels.run.local import Local
+from mechdae.kernels.run.local import Local, local
 from mechdae.model.reduction import Scene
 
 NOISE = 1e-6
@@ -54,7 +54,7 @@ class WholeTurns:
                 angle = self.scene.recover.get((body, "angle"))
                 together = self._rigid[body] == self._rigid.get(own)
                 if together and angle is not None and self.scene.held(angle)[0] == [i]:
-                    found.append((body, Local(self.scene, angle)))
+                    found.append((body, local(self.scene, (body, "angle"), lambda a=angle: a)))
             self._deciding[i] = found
         return self._deciding[i]
 

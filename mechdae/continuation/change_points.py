@@ -138,8 +138,6 @@ class CrossingFinder:
     def __init__(self, graphs: Graphs, constants: Constants, drivers: Any, largest: float) -> None:
         self.graphs, self.p, self.scale = graphs, constants.p, constants.scale
         self.drivers, self.largest = drivers, largest
-        self._jets: dict[int, Any] = {}
-        self._systems: dict[int, Any] = {}
 
     @property
     def unit(self) -> float:
@@ -168,10 +166,15 @@ class CrossingFinder:
 
     def jet(self, b: int, s: float, x: Any, rates: Any, z: Any) -> tuple[Any, ...]:
         """Return F, J, f', f'', f''' of a block for x, (x', x'') and (z, z', z'', z''')."""
-        if b not in self._jets:
-            self._jets[b] = Call(jets(self.graphs.scene, self.graphs.blocks[b]))
-        F, J, *rest = self._jets[b](x, *rates, *z, *self.drivers(s), self.p)
+        g = self.graphs
+        call = g.kept(("jets", b), lambda: Call(jets(g.scene, g.blocks[b])))
+        F, J, *rest = call(x, *rates, *z, *self.drivers(s), self.p)
         return (F, J.reshape(len(F), -1), *rest)
+
+    def _system(self, b: int) -> Call:
+        g = self.graphs
+        call: Call = g.kept(("crossing", b), lambda: Call(crossing(g.scene, g.blocks[b])))
+        return call
 
     # -- unknowns of earlier blocks ----------------------------------------------------------
 
@@ -227,8 +230,7 @@ class CrossingFinder:
         n, graph, earlier = g.nx, g.blocks[b], g.ancestors(b)[:-1]
         x, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
         own = graph.own
-        if b not in self._systems:
-            self._systems[b] = Call(crossing(g.scene, graph))
+        equations = self._system(b)
 
         def upstream(place: float) -> tuple[Any, list[Any]]:
             ds = place - s
@@ -246,7 +248,7 @@ class CrossingFinder:
         for k in range(ITERATIONS):
             u, u1, u2, _ = self.drivers(here)
             at = [z[0], z[1] * unit, z[2] * unit**2, u, u1 * unit, u2 * unit**2]
-            system, slope = self._systems[b](y, *at, self.p, *scaling.vectors)
+            system, slope = equations(y, *at, self.p, *scaling.vectors)
             if not (np.isfinite(system).all() and np.isfinite(slope).all()):
                 return None
             change = np.linalg.lstsq(slope, -system)[0]
@@ -403,7 +405,7 @@ class CrossingFinder:
         """
         g = self.graphs
         wide, u = [exactly(value) for value in whole], driven[2]
-        n, function = g.blocks[b].size, self._systems[b].function
+        n, function = g.blocks[b].size, self._system(b).function
         try:
             for k in earlier:
                 graph = g.blocks[k]

@@ -52,7 +52,9 @@ class CurveEnds:
             scene = graphs.scene
             places = ca.vertcat(*[contact.s for contact in self.open])
             inputs = [scene.x, scene.u, scene.model.p]
-            self._places = ca.Function("s", inputs, [scene.expression(places)])
+            self._places = scene.kept(
+                "open curves", lambda: ca.Function("s", inputs, [scene.expression(places)])
+            )
 
     def places(self, x: Any, u: Any) -> Any:
         """Return s of the open curves' contacts (n, k) at poses x (n, nx), u (n, nu)."""

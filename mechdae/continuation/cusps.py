@@ -63,7 +63,6 @@ class CuspFinder:
 
     def __init__(self, crossings: CrossingFinder) -> None:
         self.crossings = crossings
-        self._systems: dict[int, Call] = {}
 
     def find(self, b: int, s: float, state: Any, sense: float) -> Touch | None:
         """Return where block `b` has such a place ahead of the node `state` at s, None without."""
@@ -134,12 +133,11 @@ class CuspFinder:
         return abs((second(v) + second(-v)) / 2 - second(0 * v))
 
     def _solve(self, b: int, y: Any, w0: Any, z: Any, u: Any, scaling: Scaling) -> Any:
-        if b not in self._systems:
-            graphs = self.crossings.graphs
-            self._systems[b] = Call(vertex(graphs.scene, graphs.blocks[b]))
+        graphs = self.crossings.graphs
+        call = graphs.kept(("cusp", b), lambda: Call(vertex(graphs.scene, graphs.blocks[b])))
         for _ in range(12):
             inputs = (y, w0, z, u, self.crossings.p, *scaling.vectors)
-            system, slope = self._systems[b](*inputs)
+            system, slope = call(*inputs)
             if not (np.isfinite(system).all() and np.isfinite(slope).all()):
                 return None
             change = np.linalg.lstsq(slope, -system)[0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -66,6 +65,11 @@ class Poses:
     y: list[Any]
 
 
+def _poses_of(graphs: Graphs) -> Batch:
+    """Return the pose kernel for many poses; the numbers are shared."""
+    return Batch(graphs.pose, [graphs.pose.n_in() - 1], straight=lambda: graphs.straight_pose)
+
+
 class Evaluator:
     """Evaluates poses of one scene.
 
@@ -75,8 +79,7 @@ class Evaluator:
 
     def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
         self.graphs, self.outputs = graphs, outputs
-        shared = [graphs.pose.n_in() - 1]
-        self.pose = Batch(graphs.pose, shared, straight=lambda: graphs.straight_pose)
+        self.pose = graphs.kept("poses", lambda: _poses_of(graphs)).counting()
         self.groups = [group.index for group in graphs.scene.groups]
         self.place = {index: j for j, index in enumerate(self.groups)}
         self.column_group = np.zeros(graphs.nx, int)
@@ -243,9 +246,15 @@ class Evaluator:
                 lost[:, j] |= lost[:, self.place[other]]
         kept &= ~lost
 
-    @cached_property
+    @property
     def recovered(self) -> tuple[Any, Any, list[list[int]], list[int]]:
         """Kinds of coordinates, their values, the unknowns each depends on, places of groups."""
+        found: tuple[Any, Any, list[list[int]], list[int]] = self.graphs.kept(
+            "recovered", self._recovered
+        )
+        return found
+
+    def _recovered(self) -> tuple[Any, Any, list[list[int]], list[int]]:
         scene = self.graphs.scene
         coordinates = ca.densify(ca.vertcat(*scene.recover.values()))
         kinds = np.array([name for _, name in scene.recover])
@@ -403,8 +412,9 @@ class Evaluator:
 
     @property
     def _value(self) -> Any:
-        scene = self.graphs.scene
-        return ca.Function("y", [scene.x, scene.u, scene.model.p], [self.outputs.expression])
+        scene, y = self.graphs.scene, self.outputs.expression
+        inputs = [scene.x, scene.u, scene.model.p]
+        return self.graphs.kept("outputs", lambda: ca.Function("y", inputs, [y]))
 
     def _poses(
         self,

@@ -100,9 +100,6 @@ class Turning:
     ) -> None:
         self.graphs, self.finder, self.motion = graphs, finder, motion
         self.constants, self.consts, self.kappa = constants, constants.vector(), constants.kappa
-        self._turns: dict[int, Call] = {}
-        self._steps: dict[int, Call] = {}
-        self._tubes: dict[int, Call] = {}
 
     def lead(self, limit: Limit, s: float, x: Any, blocks: Iterable[int]) -> Limit | None:
         """Return a fold with later `blocks` where the pose `x` at `s` leads them.
@@ -208,10 +205,13 @@ class Turning:
         return bool(h <= LAST and left <= OPEN)
 
     def _step(self, b: int, x: Any, u: Any, rate: Any, du: Any) -> tuple[Any, ...]:
-        if b not in self._steps:
-            self._steps[b] = Call(self.graphs.along(b))
-        step, first, det, beta, left = self._steps[b](x, u, rate, du, self.consts)
+        call = self.graphs.kept(("along", b), lambda: Call(self.graphs.along(b)))
+        step, first, det, beta, left = call(x, u, rate, du, self.consts)
         return step, first, float(det[0]), float(beta[0]), float(left[0])
+
+    def _tube(self, k: int) -> Call:
+        call: Call = self.graphs.kept(("tube", k), lambda: Call(self.graphs.tube(k)))
+        return call
 
     def _proved(
         self, curve: _Curve, here: _Place, after: _Place, step: float, later: list[int]
@@ -226,12 +226,11 @@ class Turning:
         (u, du, *_), (_, end, *_) = self.motion(s), self.motion(t)
         drift = np.abs(du) * off[-1] + 2 * np.abs(end - du) * abs(t - s)
         for k in later:
-            if k not in self._tubes:
-                self._tubes[k] = Call(self.graphs.tube(k))
+            tube = self._tube(k)
             own, w = self.graphs.blocks[k].own, self.finder.weights[k]
             driven, numbers = du * here.tangent[-1], (here.beta[k], step)
             inputs = (here.x, here.rate, away, u, driven, drift, numbers, self.consts)
-            test, radius = (float(part[0]) for part in self._tubes[k](*inputs))
+            test, radius = (float(part[0]) for part in tube(*inputs))
             moved = np.linalg.norm((after.x[own] - here.x[own] - here.rate[own] * step) / w)
             if not (test <= 1 and _within(moved, radius) and after.sign[k] == here.sign[k]):
                 return False
@@ -251,11 +250,10 @@ class Turning:
             length = step * np.max(np.abs(here.tangent) / curve.columns)
             off = np.maximum(turned, 4 * np.abs(missed))
             return off * curve.columns if np.max(off) <= BENT * length else None
-        if b not in self._turns:
-            self._turns[b] = Call(self.graphs.turn(b))
+        turn = self.graphs.kept(("turn", b), lambda: Call(self.graphs.turn(b)))
         u, d, *_ = self.motion(float(here.y[-1]))
         driven = (here.x, here.rate, u, d * here.tangent[-1], numbers.size_x, numbers.size_u, d)
-        found = self._turns[b](*driven, step, numbers.p, curve.columns, curve.rows)
+        found = turn(*driven, step, numbers.p, curve.columns, curve.rows)
         residual, change, kappa = (float(part[0]) for part in found)
         delta = here.size * change
         grown = here.size / max(1 - delta, 1e-9)

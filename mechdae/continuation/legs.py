@@ -14,9 +14,8 @@ import numpy as np
 
 from mechdae.continuation.across_change_point import Zone
 from mechdae.continuation.change_points import NODES_PER_TURN
-from mechdae.continuation.path import STRIDE, Path, Reach
+from mechdae.continuation.path import STRIDE, Path, Reach, strides
 from mechdae.kernels.graphs.steps import Graphs
-from mechdae.kernels.run.sequence import Sequence
 from mechdae.setup.scales import Constants
 
 SHORT = 8.0
@@ -52,7 +51,6 @@ class Legs(Path):
         self.ended: set[int] = set()
         self._sizes = np.zeros(graphs.nx)
         self._visited: list[tuple[Any, Any]] = []
-        self._fast: Sequence | None = None
 
     def walk(self, x: Any) -> None:
         """Follow all legs from the solved pose `x` (nx,) at the first corner."""
@@ -79,15 +77,13 @@ class Legs(Path):
         """Take the next legs in one step each; return how many were proved."""
         if self._largest(k) * SHORT < 1 or not self.graphs.nx or self.curves.open:
             return 0
-        if self._fast is None:
-            self._fast = Sequence(self.graphs.advance, STRIDE)
         count = min(STRIDE // 2, len(self.directions) - k)
         whole = np.tile(self.whole, (STRIDE, 1))
         lines = whole[:, -2 * self.graphs.nu :].reshape(STRIDE // 2, 2, -1)
         lines[:count] = np.hstack([self.corners, self._padded])[k : k + count, None]
         lines[count:] = np.concatenate([self.corners[k + count], 0 * self.corners[0]])
         along = np.tile([0.0, 1.0], STRIDE // 2)
-        states, test, det, miss = self._fast(self._state, 0.0, along, whole)
+        states, test, det, miss = strides(self.graphs)(self._state, 0.0, along, whole)
         alive = self._alive(self.ended)
         good = self._good(states, test, det, miss, alive, self._signs[k])
         good = good.reshape(-1, 2).all(axis=1)[:count]

@@ -106,13 +106,7 @@ class LimitFinder:
         self.graphs, self.whole, self.drivers = graphs, whole, drivers
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
         self.scale, self.sizes = scale, natural_sizes(graphs.scene, scale)
-        self._functions: dict[int, Any] = {}
-        self._systems: dict[int, Any] = {}
-        inputs = [graphs.scale, graphs.p]
-        self.weights = [
-            np.array(ca.Function("w", inputs, [graphs.weights(b)[0]])(scale, self.p)).ravel()
-            for b in range(graphs.nb)
-        ]
+        self.weights = graphs.units(scale, self.p)[0]
 
     def chain(self, b: int) -> tuple[list[int], list[int]]:
         """Return the unknowns of a block and its ancestors, and the block's places among them."""
@@ -122,9 +116,8 @@ class LimitFinder:
 
     def evaluate(self, b: int, y: Any) -> list[Any]:
         """Return what `Graphs.fold` gives of a block at y."""
-        if b not in self._functions:
-            self._functions[b] = Call(self.graphs.fold(b))
-        system, slope, J, F_y, bend = self._functions[b](y, self.whole)
+        call = self.graphs.kept(("fold", b), lambda: Call(self.graphs.fold(b)))
+        system, slope, J, F_y, bend = call(y, self.whole)
         return [system, slope, J.reshape(-1, self.graphs.blocks[b].size), F_y, bend]
 
     def find(self, b: int, s: float, x: Any, sense: float, largest: float) -> Limit | None:
@@ -182,16 +175,19 @@ class LimitFinder:
         Next to branches that nearly cross, the place is off by the residual's rounding over
         the driver's push, which vanishes at a crossing.
         """
-        if b not in self._systems:
+
+        def make() -> Any:
             function = self.graphs.fold(b)
             symbols = function.sx_in()
-            self._systems[b] = ca.Function("system", symbols, [function(*symbols)[0]])
+            return ca.Function("system", symbols, [function(*symbols)[0]])
+
+        residual = self.graphs.kept(("fold system", b), make)
         exact, whole = y.astype(LONG), self.whole.astype(LONG)[None]
         for _ in range(REFINED):
             slope = self.evaluate(b, y)[1]
             size = np.max(np.abs(slope), axis=1)
             size[size == 0] = 1.0
-            system = evaluate(self._systems[b], [exact[None], whole])[0]
+            system = evaluate(residual, [exact[None], whole])[0]
             try:
                 change = solve(slope / size[:, None], (system / size).astype(float))
             except np.linalg.LinAlgError:

@@ -37,13 +37,14 @@ class ZonePoses:
 
     def __init__(self, graphs: Graphs) -> None:
         self.graphs = graphs
-        self._functions: dict[frozenset[int], Batch] = {}
 
     def _function(self, blocks: frozenset[int]) -> Batch:
-        if blocks not in self._functions:
+        def make() -> Batch:
             function = self.graphs.held(blocks)
-            self._functions[blocks] = Batch(function, [function.n_in() - 4])
-        return self._functions[blocks]
+            return Batch(function, [function.n_in() - 4])
+
+        batch: Batch = self.graphs.kept(("held", blocks), make)
+        return batch
 
     def held(self, path: Path, s: Any) -> Any:
         """Return which blocks are given by the expansion at a change point, (n, nb)."""

@@ -61,6 +61,12 @@ APPROACH = 1e-6
 """Share of the largest step at which the path hands over to the limit's own expansion."""
 
 
+def strides(graphs: Graphs) -> Sequence:
+    """Return `STRIDE` steps of a scene in one call."""
+    made: Sequence = graphs.kept("strides", lambda: Sequence(graphs.advance, STRIDE))
+    return made
+
+
 @dataclass
 class Reach:
     """The interval of s over which a group follows the path; None where it goes on."""
@@ -117,8 +123,7 @@ class Path:
     def __post_init__(self) -> None:
         g = self.graphs
         self.whole = np.concatenate([self.constants.vector(), self.u0, self.d])
-        self._one, self._place = Call(g.advance), np.zeros(2)
-        self._many: Any = None
+        self._one, self._place = g.kept("step", lambda: Call(g.advance)), np.zeros(2)
         names = [name for _, name in self.graphs.scene.x_names]
         lengths = np.array([name not in ("angle", "s") for name in names], bool)
         self.far = np.where(lengths, FAR * self.constants.scale, np.inf)
@@ -328,10 +333,8 @@ class Path:
         self, s: float, state: Any, ds: float, count: int, ended: set[int], up: bool
     ) -> int:
         """Take up to `count` equal steps in one call; return how many were proved."""
-        if self._many is None:
-            self._many = Sequence(self.graphs.advance, STRIDE)
         places = s + ds * np.arange(STRIDE + 1)
-        states, test, det, miss = self._many(state, places[:-1], ds, self.whole)
+        states, test, det, miss = strides(self.graphs)(state, places[:-1], ds, self.whole)
         alive = self._alive(ended)
         good = self._good(states, test, det, miss, alive, self._front[up])[:count]
         held = count if good.all() else int(np.argmin(good))

@@ -76,23 +76,24 @@ class Expansion:
 
     def __init__(self, graphs: Graphs, constants: Constants, sizes: Any) -> None:
         self.graphs, self.constants, self.sizes = graphs, constants, sizes
-        self._functions: dict[int, SeriesFunction | None] = {}
         self._bounds: dict[int, tuple[Any, Any, Any, Any]] = {}
 
     def _function(self, b: int) -> SeriesFunction | None:
         """Return F and J of a block for series, None where it has no such form."""
-        if b not in self._functions:
+
+        def make() -> SeriesFunction | None:
             graph = self.graphs.blocks[b]
             inputs = [graph.x, graph.z, self.graphs.scene.u, graph.p]
             results = [ca.densify(graph.F), ca.densify(ca.vec(graph.J))]
+            if graph.redundant or self.graphs.course is not None:
+                return None
             try:
-                if graph.redundant or self.graphs.course is not None:
-                    raise NoSeries
-                made = SeriesFunction(ca.Function("FJ", inputs, results, {"cse": True}))
+                return SeriesFunction(ca.Function("FJ", inputs, results, {"cse": True}))
             except NoSeries:
-                made = None
-            self._functions[b] = made
-        return self._functions[b]
+                return None
+
+        found: SeriesFunction | None = self.graphs.kept(("series", b), make)
+        return found
 
     def _bound(self, b: int) -> tuple[Any, Any, Any, Any]:
         """Return bounds of a block.
@@ -101,16 +102,15 @@ class Expansion:
         """
         if b not in self._bounds:
             n, numbers = self.graphs.blocks[b].size, self.constants
-            call = Call(self.graphs.bends(b))
+            call = self.graphs.kept(("bends", b), lambda: Call(self.graphs.bends(b)))
             parts = call(numbers.size_x, numbers.size_u, numbers.p)
             jx, jz, fz = (np.asarray(part).ravel() for part in parts)
-            g = self.graphs
-            units = ca.Function("r", [g.scale, g.p], [g.weights(b)[1]])(numbers.scale, numbers.p)
+            units = self.graphs.units(numbers.scale, numbers.p)[1][b]
             self._bounds[b] = (
                 jx.reshape(n, n, n, order="F"),
                 jz.reshape(n, n, -1, order="F"),
                 fz.reshape(n, -1, order="F"),
-                ROUNDED * numbers.rho[b] * np.array(units).ravel(),
+                ROUNDED * numbers.rho[b] * units,
             )
         return self._bounds[b]
 

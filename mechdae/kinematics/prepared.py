@@ -1,4 +1,4 @@
-"""A task's scene with everything that is needed to evaluate it."""
+"""A task's scene with everything that is needed to evaluate it: shape and numbers."""
 
 from __future__ import annotations
 
@@ -14,10 +14,14 @@ from mechdae.assembly.idle_freedom import settled
 from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.path import Path
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.errors import SolveError, UnavailableError
+from mechdae.errors import FreedomError, SolveError, UnavailableError
 from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kinematics.shapes import Shapes, size_of
 from mechdae.measures import measure
+from mechdae.model.groups import assur_groups
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
 from mechdae.setup.drivers import Plan, plan, sketched
@@ -31,9 +35,38 @@ SAFE = 0.75
 """Share of a divisor's least size at the nodes of a path that it may keep between them."""
 
 
+@dataclass(frozen=True)
+class Shape:
+    """What a task's structure decides: model, equations, kernels; shared by all its numbers."""
+
+    scene: Scene
+    outputs: Outputs
+    graphs: Graphs
+    expressions: NamedOutputs
+    loaded: tuple[str, ...] | None
+    coarse: bool
+
+    @property
+    def size(self) -> int:
+        """Estimated bytes of its kernels."""
+        return size_of(self.scene.model.kept, self.scene.kept, self.graphs.kept)
+
+    def at(self, mechanism: Mechanism, plan: Plan, on_change_point: str) -> Setting:
+        """Return the setting of a mechanism of this structure."""
+        return self.of(self.scene.model.at(mechanism), plan, on_change_point)
+
+    def of(self, model: Model, plan: Plan, on_change_point: str) -> Setting:
+        """Return the setting of a copy of the shape's model with other numbers."""
+        own = self.scene.at(model)
+        graphs = self.graphs.at(own)
+        assembler = Assembler(graphs, sketched(model.mechanism))
+        outputs, expressions = self.outputs.at(own), self.expressions.at(model)
+        return Setting(plan, own, outputs, graphs, assembler, expressions, on_change_point, self)
+
+
 @dataclass
 class Setting:
-    """A scene with everything that is needed to evaluate it."""
+    """The numbers of a task with the shape they belong to: ready to be evaluated."""
 
     plan: Plan
     scene: Scene
@@ -41,8 +74,13 @@ class Setting:
     graphs: Graphs
     assembler: Assembler
     expressions: NamedOutputs
-    on_change_point: str = "continue"
+    on_change_point: str
+    shape: Shape
     notes: list[str] = field(default_factory=list)
+
+
+SHAPES: Shapes[Shape] = Shapes(lambda shape: shape.size)
+"""The structures used last, by what decides them."""
 
 
 @dataclass
@@ -71,35 +109,85 @@ def prepare(
     A task of forces names the bodies that are `loaded`, and what `more` is evaluated; numbers
     that are `free` stay symbols even where they are zero.
     """
-    mechanism = problem.mechanism
     if task.derivatives > 3:
         raise UnavailableError(
             "derivatives above the third are not computed by this version", where="derivatives"
         )
+    mechanism, names = problem.mechanism, frozenset(free)
     numbers = plan(mechanism, task)
-    model, sketch = Model(mechanism, free=free), sketched(mechanism)
-    kept = None if loaded is None else list(loaded(model))
+    course = numbers.course and (numbers.course.turns, numbers.course.text)
+    key = (
+        structure_of(mechanism, names),
+        tuple(c.text for c in numbers.coordinates),
+        *(course, numbers.by_value, time_of(numbers) is not None),
+        *(task.outputs, task.derivatives, task.measures, loaded, more, names),
+    )
+    shape = SHAPES.get(key)
+    found = shape and _again(shape, mechanism, numbers, task, loaded)
+    if found is not None:
+        return found
+    model = Model(mechanism, free=names)
+    kept = None if loaded is None else tuple(loaded(model))
 
     def build(coarse: bool) -> Setting:
-        the_scene = scene(model, numbers.coordinates, task.outputs, coarse, kept)
-        expressions = NamedOutputs(
-            model,
-            the_scene.selection.named,
-            task.derivatives,
-            listed=task.outputs is not None,
-            time=time_of(numbers) is not None,
-        )
-        hidden = requests(model, list(expressions.rates))
-        hidden += measure.requests(the_scene, task, numbers.by_value)
-        hidden += more(the_scene) if more is not None else []
-        outputs = Outputs(the_scene, hidden)
-        order = max(task.derivatives, measure.order_of(task))
-        graphs = Graphs(the_scene, outputs.expression, order, numbers.course)
-        assembler = Assembler(graphs, sketch)
-        action = task.on_change_point
-        return Setting(numbers, the_scene, outputs, graphs, assembler, expressions, action)
+        shape = _shape(model, numbers, task, more, kept, coarse)
+        return shape.of(model, numbers, task.on_change_point)
 
-    return settled(build, lambda setting: start.try_redundant(setting.assembler, numbers))
+    built = settled(build, lambda setting: start.try_redundant(setting.assembler, numbers))
+    SHAPES.put(key, built.shape)
+    return built
+
+
+def _shape(
+    model: Model,
+    numbers: Plan,
+    task: Sweep,
+    more: Callable[[Scene], list[Request]] | None,
+    loaded: tuple[str, ...] | None,
+    coarse: bool,
+) -> Shape:
+    """Return scene, outputs and kernels of a model and a task."""
+    the_scene = scene(model, numbers.coordinates, task.outputs, coarse, loaded)
+    expressions = NamedOutputs(
+        model,
+        the_scene.selection.named,
+        task.derivatives,
+        listed=task.outputs is not None,
+        time=time_of(numbers) is not None,
+    )
+    hidden = requests(model, list(expressions.rates))
+    hidden += measure.requests(the_scene, task, numbers.by_value)
+    hidden += more(the_scene) if more is not None else []
+    outputs = Outputs(the_scene, hidden)
+    order = max(task.derivatives, measure.order_of(task))
+    graphs = Graphs(the_scene, outputs.expression, order, numbers.course)
+    return Shape(the_scene, outputs, graphs, expressions, loaded, coarse)
+
+
+def _again(
+    shape: Shape,
+    mechanism: Mechanism,
+    numbers: Plan,
+    task: Sweep,
+    loaded: Callable[[Model], Iterable[str]] | None,
+) -> Setting | None:
+    """Return the setting of a mechanism of a known shape, None where its values make another one.
+
+    Which equations are superfluous, and so what the groups are, is a matter of values.
+    """
+    model = shape.scene.model.at(mechanism)
+    if loaded is not None and set(loaded(model)) != set(shape.loaded or ()):
+        return None
+    setting = shape.of(model, numbers, task.on_change_point)
+    if not any(group.superfluous for group in shape.scene.all_groups):
+        return setting
+    if shape.coarse or assur_groups(model, shape.scene.rows) != shape.scene.all_groups:
+        return None
+    try:
+        start.try_redundant(setting.assembler, numbers)
+    except FreedomError:
+        return None
+    return setting
 
 
 def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from copy import copy
 from functools import cached_property
 from typing import Any
 
@@ -75,6 +76,12 @@ class Contact:
         known = {**parameters, PARAMETER: inside}
         self.point = place(joint, known, functions)
         self.tangent = ca.densify(ca.jacobian(self.point, self.s)) * self.turn
+
+    def at(self, joint: Curve) -> Contact:
+        """Return the same symbols for a joint of the same range and other numbers."""
+        other = copy(self)
+        other.joint = joint
+        return other
 
     @property
     def coordinates(self) -> tuple[tuple[str, Any], ...]:

@@ -8,8 +8,8 @@ that a term it multiplies costs nothing, and becomes a symbol when the caller fr
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -21,6 +21,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.model.curve_contacts import contacts
 from mechdae.model.frames import Frame, fixed_frame, planar_frame
 from mechdae.model.joints import Ends, rows_of
+from mechdae.model.kept import Kept, kept_property
 
 SX = ca.SX
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -81,7 +82,7 @@ class Model:
         frames: Callable[[str], Frame] = planar_frame,
         free: Iterable[str] = (),
     ) -> None:
-        self.mechanism = mechanism
+        self.mechanism, self.kept = mechanism, Kept()
         self._free = set(free)
         self._make_parameters()
         self._anchors: dict[str, str] = {}
@@ -117,8 +118,7 @@ class Model:
 
     def _make_parameters(self) -> None:
         mechanism = self.mechanism
-        values = dict(mechanism.parameter_values)
-        symbols = {name: SX.sym(name) for name in values}
+        symbols = {name: SX.sym(name) for name in mechanism.parameter_values}
         self.numbers: dict[str, Any] = {}
         for name, number in mechanism.numbers():
             if isinstance(number, str):
@@ -127,10 +127,21 @@ class Model:
                 self.numbers[name] = SX(0)
             else:
                 self.numbers[name] = symbols[name] = SX.sym(name)
-                values[name] = number
         self.p_names = list(symbols)
         self.p = ca.vertcat(*symbols.values()) if symbols else SX(0, 1)
-        self.p_values = np.array([values[name] for name in symbols])
+        self.p_values = self._values_of(mechanism)
+
+    def _values_of(self, mechanism: Mechanism) -> Any:
+        """Return the values of p (np,) in a mechanism of the same structure."""
+        values = mechanism.values()
+        return np.array([values[name] for name in self.p_names])
+
+    def at(self, mechanism: Mechanism) -> Model:
+        """Return the same symbols with the numbers of a mechanism of the same structure."""
+        other = copy(self)
+        other.mechanism, other.p_values = mechanism, self._values_of(mechanism)
+        other.contacts = {name: c.at(mechanism.joints[name]) for name, c in self.contacts.items()}
+        return other
 
     def frame(self, body: str) -> Frame:
         """Return the frame of a body or of the ground; its origin is `anchor`."""
@@ -208,43 +219,43 @@ class Model:
             inputs.append(u)
         return rows, ca.vertcat(*inputs) if inputs else SX(0, 1)
 
-    @cached_property
+    @kept_property
     def phi(self) -> Any:
         """Residuals of all joints, (m,)."""
         return ca.vertcat(*[row.expression for row in self.rows])
 
-    @cached_property
+    @kept_property
     def phi_q(self) -> Any:
         """Constraint Jacobian, (m, nq)."""
         return ca.jacobian(self.phi, self.q)
 
-    @cached_property
+    @kept_property
     def velocity(self) -> Any:
         """Symbols of the coordinates' rates, (nq,)."""
         return SX.sym("v", self.q.numel())
 
-    @cached_property
+    @kept_property
     def acceleration(self) -> Any:
         """Symbols of the coordinates' accelerations, (nq,)."""
         return SX.sym("a", self.q.numel())
 
-    @cached_property
+    @kept_property
     def places(self) -> dict[tuple[str, str], int]:
         """The position in q of each (body, coordinate)."""
         return {name: i for i, name in enumerate(self.q_names)}
 
-    @cached_property
+    @kept_property
     def gamma(self) -> Any:
         """Right-hand side of Phi_q qdd = gamma: -(Phi_q v)_q v, (m,)."""
         rate = ca.jtimes(self.phi, self.q, self.velocity)
         return -ca.jtimes(rate, self.q, self.velocity)
 
-    @cached_property
+    @kept_property
     def nu(self) -> Any:
         """Right-hand side of Phi_q qd = nu; zero for joints without a law of time, (m,)."""
         return SX.zeros(len(self.rows))
 
-    @cached_property
+    @kept_property
     def mass_matrix(self) -> Any:
         """Mass matrix in the absolute coordinates (x, y, theta), (nq, nq).
 

@@ -11,8 +11,7 @@ unknowns, and an equation that loses all of its unknowns is kept as a check.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -22,6 +21,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import bodies_of
 from mechdae.errors import FreedomError
 from mechdae.model.groups import Group, assur_groups
+from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import Model, Row
 
 SX = ca.SX
@@ -88,8 +88,13 @@ class Scene:
     blocks: list[Block] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     recover: dict[tuple[str, str], Any] = field(default_factory=dict)
+    kept: Kept = field(default_factory=Kept)
 
-    @cached_property
+    def at(self, model: Model) -> Scene:
+        """Return the same scene of the model with other numbers."""
+        return replace(self, model=model)
+
+    @kept_property
     def _places(self) -> dict[int, tuple[int, int]]:
         vectors = (self.x, self.u, self.model.p)
         return {

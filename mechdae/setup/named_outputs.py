@@ -7,6 +7,7 @@ expression's own rates follow as total derivatives of its graph.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import casadi as ca
@@ -18,6 +19,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import RATES, TIME, coordinates_of, names_of, reactions_of
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.run.batch import Batch
+from mechdae.model.kept import Kept
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.results import OUTPUT_RATES, Named, Series
 from mechdae.setup.drivers import Plan
@@ -65,7 +67,7 @@ class NamedOutputs:
     def __init__(
         self, model: Model, names: Sequence[str], derivatives: int, listed: bool, time: bool
     ) -> None:
-        self.model, self.derivatives = model, derivatives
+        self.model, self.derivatives, self.kept = model, derivatives, Kept()
         self.notes: list[str] = []
         self.rates: dict[str, int] = {}
         self.orders = {name: coordinates_of(model.mechanism, name) for name in names}
@@ -83,7 +85,12 @@ class NamedOutputs:
         self._symbols = [SX.sym(f"c{k}", len(self.coordinates)) for k in range(count)]
         self._time = SX.sym(TIME)
         self._columns = [(n, k) for n, most in self.rates.items() for k in range(most + 1)]
-        self._function: Batch | None = None
+
+    def at(self, model: Model) -> NamedOutputs:
+        """Return the same outputs of the model with other numbers."""
+        other = copy(self)
+        other.model = model
+        return other
 
     def _missing(self, name: str, time: bool) -> tuple[str, str] | None:
         """Return why an output cannot be computed and what to try."""
@@ -108,23 +115,25 @@ class NamedOutputs:
 
     def _batch(self) -> Batch:
         """Return the function [coordinates and rates, t, p] -> values and rates."""
-        if self._function is None:
-            known = {name: self.model.p[i] for i, name in enumerate(self.model.p_names)}
-            known = {n: s for n, s in known.items() if n in self.model.mechanism.parameters}
-            known[TIME] = self._time
-            for i, text in enumerate(self.coordinates):
-                for rate, symbols in zip(("", *RATES), self._symbols, strict=False):
-                    known[text + rate] = symbols[i]
-            ready: dict[str, Any] = {}
-            rows = []
-            for name, most in self.rates.items():
-                rows.append(self._expression(name, known, ready))
-                for _ in range(most):
-                    rows.append(self._rate(rows[-1]))
-            inputs = [ca.vertcat(*self._symbols), self._time, self.model.p]
-            function = ca.Function("named", inputs, [ca.vertcat(*rows)], {"cse": True})
-            self._function = Batch(function, shared=[2])
-        return self._function
+        made: Batch = self.kept("named outputs", self._made)
+        return made
+
+    def _made(self) -> Batch:
+        known = {name: self.model.p[i] for i, name in enumerate(self.model.p_names)}
+        known = {n: s for n, s in known.items() if n in self.model.mechanism.parameters}
+        known[TIME] = self._time
+        for i, text in enumerate(self.coordinates):
+            for rate, symbols in zip(("", *RATES), self._symbols, strict=False):
+                known[text + rate] = symbols[i]
+        ready: dict[str, Any] = {}
+        rows = []
+        for name, most in self.rates.items():
+            rows.append(self._expression(name, known, ready))
+            for _ in range(most):
+                rows.append(self._rate(rows[-1]))
+        inputs = [ca.vertcat(*self._symbols), self._time, self.model.p]
+        function = ca.Function("named", inputs, [ca.vertcat(*rows)], {"cse": True})
+        return Batch(function, shared=[2])
 
     def _expression(self, name: str, known: dict[str, Any], ready: dict[str, Any]) -> Any:
         """Return the graph of a named output, of those it refers to first."""

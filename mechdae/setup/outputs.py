@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,6 +66,12 @@ class Outputs:
             self._add("hidden", key, "value", expression, bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
         self.expression = scene.expression(stacked)
+
+    def at(self, scene: Scene) -> Outputs:
+        """Return the same quantities of the scene with other numbers."""
+        other = copy(self)
+        other.scene = scene
+        return other
 
     def _add_joint(self, name: str) -> None:
         joint, ends = self.scene.model.mechanism.joints[name], self.scene.model.ends[name]

@@ -24,6 +24,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.bounds.walk import with_trig
+from mechdae.kernels.run.call import Call
+from mechdae.model.kept import Kept
 from mechdae.model.reduction import Block, Scene
 
 SX = ca.SX
@@ -34,7 +36,7 @@ class BlockGraph:
     """Graphs of one block, to be called with symbols of the caller."""
 
     def __init__(self, scene: Scene, block: Block) -> None:
-        self.block = block
+        self.block, self.kept = block, Kept()
         self.own, self.uses = list(block.x), list(block.uses)
         self.size, self.rows = len(self.own), len(block.units)
         self.redundant = block.redundant
@@ -65,6 +67,7 @@ class BlockGraph:
         F, J, Fz, r1, r2 = with_trig(parts, angles, sines, cosines)
         at = [xb, z, u, p, sines, cosines]
         self._value = ca.Function("value", at, [F, J, Fz])
+        self._dense = Call(ca.Function("value", at, [ca.densify(part) for part in (F, J, Fz)]))
         self._rates = ca.Function("rates", [*at, *rate], [r1, r2])
         self._trig, self._moving = (angles, sines, cosines), (xb, z, u, p)
 
@@ -109,8 +112,8 @@ class BlockGraph:
         z = x[self.uses] if self.uses else np.zeros(0)
         turned = x[self._angles]
         own = (x[self.own], z, u, p[self.params])
-        F, J, Fz = self._value(*own, np.sin(turned), np.cos(turned))
-        return np.array(F).ravel(), np.array(J), np.array(Fz)
+        F, J, Fz = self._dense(*own, np.sin(turned), np.cos(turned))
+        return F, J.reshape(self.rows, -1), Fz.reshape(self.rows, -1)
 
     def first_rate(self, x: Any, u: Any, p: Any, v: Any, du: Any, trig: Any) -> Any:
         """Return the right-hand side of J x' (entries of `v` up to this block are known)."""

@@ -5,7 +5,6 @@ Majorants where every operation has one, enclosures in boxes for curves.
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -14,6 +13,7 @@ from mechdae.kernels.bounds.intervals import enclosure
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed
 from mechdae.kernels.graphs.pose import PoseGraphs
+from mechdae.model.kept import kept_property
 
 SX = ca.SX
 ROUNDOFF = 2.0**-53
@@ -47,14 +47,14 @@ class BoundGraphs(PoseGraphs):
         high = placed(+sizes[0], self.places, self.high) if self.places else +sizes[0]
         return [(low, high), (-sizes[1], sizes[1])]
 
-    @cached_property
+    @kept_property
     def enclosed(self) -> bool:
         """Whether some bounds hold in boxes of the contacts' places only, see `_ranges`."""
         return bool(self.contacts) and not all(self.plain(b) for b in range(self.nb))
 
     # -- constants of a sweep --------------------------------------------------------------
 
-    @cached_property
+    @kept_property
     def constants(self) -> Any:
         """Bounds that hold for a whole sweep.
 
@@ -132,7 +132,7 @@ class BoundGraphs(PoseGraphs):
             return False
         return True
 
-    @cached_property
+    @kept_property
     def check_bounds(self) -> Any:
         """Bounds that hold for the scene's checks r, equations without unknowns of their own.
 
@@ -149,7 +149,7 @@ class BoundGraphs(PoseGraphs):
         inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
         return ca.Function("check_bounds", inputs, [ca.densify(shaped), ROUNDOFF * rounding])
 
-    @cached_property
+    @kept_property
     def output_bounds(self) -> Any:
         """Bounds that hold for the outputs y of a whole sweep.
 

@@ -53,6 +53,11 @@ class Course:
         self._reach: Any = None
         self._jet: Call | None = None
 
+    @property
+    def text(self) -> str:
+        """The curve as text: equal ones have the same kernels."""
+        return str(ca.Function("u", [self.s], [ca.densify(self.u)]).serialize())
+
     @cached_property
     def piece(self) -> Any:
         """(s, switches) -> u, u', u'', u''' with the switches held."""

@@ -17,16 +17,19 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping
-from functools import cached_property
+from copy import copy
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import casadi as ca
+import numpy as np
 
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inverse, norm, placed
 from mechdae.kernels.graphs.driver_curve import Course
+from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.numpy_backend import Straight, straight
+from mechdae.model.kept import Kept, kept_property
 from mechdae.model.reduction import Scene
 
 SX = ca.SX
@@ -68,6 +71,7 @@ class PoseGraphs:
     ) -> None:
         self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
         self.course = course
+        self.kept = Kept()
         self.blocks = [BlockGraph(scene, block) for block in scene.blocks]
         self.nx, self.nu, self.nb = scene.x.numel(), scene.u.numel(), len(self.blocks)
         self.first = [graph.own[0] for graph in self.blocks]
@@ -92,6 +96,12 @@ class PoseGraphs:
         else:
             names = ("du", "ddu", "dddu")[: max(derivatives, 2)]
             self.driven = [SX.sym(name, self.nu) for name in names]
+
+    def at(self, scene: Scene) -> Self:
+        """Return the same functions for the scene with other numbers."""
+        other = copy(self)
+        other.scene = scene
+        return other
 
     @property
     def turns(self) -> bool:
@@ -125,6 +135,22 @@ class PoseGraphs:
         if name == "s":
             return self.scene.model.contacts[owner].turn
         return SX(1) if name == "angle" else self.scale
+
+    @kept_property
+    def _units(self) -> Call:
+        """All column and all row weights of blocks as a function of scale and p."""
+        weights = [self.weights(b) for b in range(self.nb)]
+        results = [column([pair[k] for pair in weights]) for k in (0, 1)]
+        inputs = [self.scale, self.p]
+        return Call(ca.Function("units", inputs, [ca.densify(part) for part in results]))
+
+    def units(self, scale: float, p: Any) -> tuple[list[Any], list[Any]]:
+        """Return the column and the row weights of each block as numbers."""
+        columns, rows = self._units(scale, p)
+        if not self.nb:
+            return [], []
+        ends = np.cumsum([graph.rows for graph in self.blocks])[:-1]
+        return np.split(columns, self.first[1:]), np.split(rows, ends)
 
     def _solve(self, b: int, x: Any, u: Any, trig: Any) -> tuple[Any, Any, Any, Any, Any]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
@@ -226,7 +252,7 @@ class PoseGraphs:
         certificate = {"error": error, "det": column(dets), "beta": column(betas)}
         return {"v": v, "a": a, "j": j, **certificate}
 
-    @cached_property
+    @kept_property
     def pose(self) -> Any:
         """One Newton step and everything that is reported at a pose.
 
@@ -242,7 +268,7 @@ class PoseGraphs:
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
         return ca.Function("pose", inputs, results, OPTIONS)
 
-    @cached_property
+    @kept_property
     def straight_pose(self) -> Straight | None:
         """`pose` as a straight line of NumPy operations; the last input is shared."""
         return straight(self.pose, [self.pose.n_in() - 1])

@@ -5,7 +5,6 @@ Notation and theorem are those of `mechdae.kernels.graphs.pose`.
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -15,6 +14,7 @@ from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.graphs.blocks import column, norm, placed
 from mechdae.kernels.graphs.bounds import BoundGraphs
 from mechdae.kernels.graphs.pose import OPTIONS
+from mechdae.model.kept import kept_property
 
 SX = ca.SX
 PATH_STEP_LIMIT = 0.45
@@ -27,14 +27,16 @@ LEAST = 1e-4
 class Graphs(BoundGraphs):
     """Functions of one scene: poses, bounds, steps along the path, limit positions."""
 
-    @cached_property
+    @property
     def straight(self) -> Graphs:
         """The same scene moving along straight lines in the drivers' values."""
         if self.course is None and not self.single:
             return self
-        return Graphs(self.scene, self.outputs, self.derivatives, lines=True)
+        made = (self.scene, self.outputs, self.derivatives)
+        other: Graphs = self.kept("straight", lambda: Graphs(*made, lines=True))
+        return other.at(self.scene)
 
-    @cached_property
+    @kept_property
     def divisors(self) -> tuple[Any, Any]:
         """What curves divide by: its size at a pose, and at least in a whole sweep.
 
@@ -54,7 +56,7 @@ class Graphs(BoundGraphs):
 
     # -- one certified step ----------------------------------------------------------------
 
-    @cached_property
+    @kept_property
     def advance(self) -> Any:
         """One step of the path with its certificate.
 

@@ -3,12 +3,15 @@
 Few poses go through casadi's virtual machine and its buffers, many through a straight line
 of NumPy operations, which computes the same.
 `Function.map` takes one column per pose, which is one C-ordered row; `Function.buffer`
-holds bare pointers, so the arrays it points to live as long as the adapter.
+holds bare pointers, so the arrays it points to live as long as the adapter. Each thread has
+buffers of its own.
 """
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
+from copy import copy
 from functools import cached_property
 from typing import Any
 
@@ -49,8 +52,15 @@ class Batch:
         self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
         self.limit = chunk
         self._kept = straight
-        self._mapped: dict[int, tuple[Any, Any, list[Any], list[Any]]] = {}
+        self._mapped: dict[int, Any] = {}
+        self._buffers = threading.local()
         self.evaluations = 0
+
+    def counting(self) -> Batch:
+        """Return the same function with a count of its own of `evaluations`."""
+        other = copy(self)
+        other.evaluations = 0
+        return other
 
     def __call__(self, *inputs: Any) -> list[Any]:
         """Return one (n, rows) array for each output.
@@ -96,18 +106,22 @@ class Batch:
         return array
 
     def _chunk(self, size: int) -> tuple[Any, Any, list[Any], list[Any]]:
-        if size not in self._mapped:
-            mapped = self.function.map(size) if size > 1 else self.function
+        """Return buffer, trigger and staged arrays of this thread for `size` poses."""
+        buffers = self._buffers.__dict__
+        if size not in buffers:
+            mapped = self._mapped.get(size)
+            if mapped is None:
+                mapped = self.function.map(size) if size > 1 else self.function
+                self._mapped[size] = mapped
             buffer, trigger = mapped.buffer()
             staged_in: list[Any] = [np.zeros((size, rows)) for rows in self.rows_in]
             staged_out: list[Any] = [np.zeros((size, rows)) for rows in self.rows_out]
             for i, array in enumerate(staged_in):
-                if not array.size:
-                    continue
-                buffer.set_arg(i, memoryview(array))
+                if array.size:
+                    buffer.set_arg(i, memoryview(array))
             for i, array in enumerate(staged_out):
-                if not array.size:
-                    continue
-                buffer.set_res(i, memoryview(array))
-            self._mapped[size] = (buffer, trigger, staged_in, staged_out)
-        return self._mapped[size]
+                if array.size:
+                    buffer.set_res(i, memoryview(array))
+            buffers[size] = (buffer, trigger, staged_in, staged_out)
+        found: tuple[Any, Any, list[Any], list[Any]] = buffers[size]
+        return found

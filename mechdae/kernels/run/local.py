@@ -5,11 +5,12 @@ A call costs what the expression costs, however large the scene around it is.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
+from mechdae.kernels.run.call import Call
 from mechdae.model.reduction import Scene
 
 
@@ -21,8 +22,16 @@ class Local:
         vectors = (scene.x, scene.u, scene.model.p)
         inputs = [v[i] if i else ca.SX(0, 1) for v, i in zip(vectors, self.held, strict=True)]
         self.function = ca.Function("local", inputs, [ca.densify(expression)])
+        self._call, self._shape = Call(self.function), self.function.size_out(0)
 
     def __call__(self, x: Any, u: Any, p: Any) -> Any:
         """Return the value as an array of the expression's shape."""
         vectors = (x, u, p)
-        return np.array(self.function(*[v[i] for v, i in zip(vectors, self.held, strict=True)]))
+        value = self._call(*[v[i] for v, i in zip(vectors, self.held, strict=True)])[0]
+        return value.reshape(self._shape)
+
+
+def local(scene: Scene, key: Hashable, make: Callable[[], Any]) -> Local:
+    """Return the function of the expression over q that `make` gives; made once for a scene."""
+    made: Local = scene.kept(("local", key), lambda: Local(scene, scene.expression(make())))
+    return made

@@ -182,7 +182,10 @@ class Straight:
         results = [np.empty((self.function.size1_out(i), n)) for i in range(self.function.n_out())]
         scalar: list[Any] = [None] * self._scalars
         size = min(self.chunk, n)
-        work = self._spare.pop() if self._spare else np.empty((self.registers, size))
+        try:
+            work = self._spare.pop()  # another thread may have taken it
+        except IndexError:
+            work = np.empty((self.registers, size))
         if work.shape[1] < size:
             work = np.empty((self.registers, size))
 

@@ -1,0 +1,61 @@
+"""What of a mechanism decides its equations: everything but the values of its numbers.
+
+Two mechanisms of one structure have the same equations with other values of the parameters. A
+number that is literally zero belongs to the structure: what it multiplies is not there. So do
+expressions, tables, and the range of a curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import fields
+from typing import Any
+
+from mechdae.describe.curve import repeats, span
+from mechdae.describe.joints import Curve, Joint
+from mechdae.describe.loads import Load
+from mechdae.describe.mechanism import Mechanism
+
+
+def structure_of(mechanism: Mechanism, free: frozenset[str] = frozenset()) -> Hashable:
+    """Return a value that mechanisms of one structure have in common.
+
+    Numbers that are `free` are symbols even where they are zero.
+    """
+    numbers = tuple(
+        (name, number if isinstance(number, str) else number == 0 and name not in free)
+        for name, number in mechanism.numbers()
+    )
+    parameters = tuple(
+        (name, number if isinstance(number, str) else None)
+        for name, number in mechanism.parameters.items()
+    )
+    bodies = tuple((name, body.number, body.outline) for name, body in mechanism.bodies.items())
+    joints = tuple(_joint(joint, mechanism) for joint in mechanism.joints.values())
+    loads = tuple(_load(load) for load in mechanism.loads.values())
+    outputs = tuple(mechanism.outputs.items())
+    return (numbers, parameters, bodies, joints, loads, outputs, mechanism.dimension)
+
+
+def _joint(joint: Joint, mechanism: Mechanism) -> Hashable:
+    """Return what a joint is but for its numbers."""
+    numbers = dict(joint.numbers())
+    own = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in (*numbers, "range"))
+    if not isinstance(joint, Curve):
+        return (joint.kind, own)
+    values = mechanism.values()
+    return (joint.kind, own, span(joint, values), joint.closed and repeats(joint, values))
+
+
+def _load(load: Load) -> Hashable:
+    """Return what a load is but for its numbers; those of expressions and tables are part of it."""
+    numbers = {name.partition(".")[0] for name, _ in load.numbers()}
+    own: list[Any] = [getattr(load, e.name) for e in fields(load) if e.name not in numbers]
+    texts = [
+        number
+        for entry in fields(load)
+        if entry.metadata.get("kind") == "pair"
+        for number in getattr(load, entry.name)
+        if isinstance(number, str)
+    ]
+    return (load.kind, tuple(own), tuple(texts), getattr(load, "points", None))

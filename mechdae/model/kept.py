@@ -1,0 +1,51 @@
+"""What is built once for a structure and shared by all of its numbers: kernels, mostly."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Hashable
+from typing import Any, Protocol
+
+
+class Kept:
+    """Things made when they are first asked for, by key; made once, whichever thread asks."""
+
+    def __init__(self) -> None:
+        self._made: dict[Hashable, Any] = {}
+        self._lock = threading.RLock()
+
+    def __call__(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """Return what is kept under a key; `make` must not use any numbers."""
+        try:
+            return self._made[key]
+        except KeyError:
+            with self._lock:
+                if key not in self._made:
+                    self._made[key] = make()
+                return self._made[key]
+
+    def values(self) -> list[Any]:
+        """Return all that has been made."""
+        with self._lock:
+            return list(self._made.values())
+
+
+class Keeper(Protocol):
+    """Something whose copies with other numbers share what it keeps."""
+
+    kept: Kept
+
+
+class kept_property:  # noqa: N801  (used like `property`)
+    """A property that is made once for an object and all copies of it with other numbers."""
+
+    def __init__(self, make: Callable[[Any], Any]) -> None:
+        self.make, self.__doc__ = make, make.__doc__
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.key = (owner.__qualname__, name)
+
+    def __get__(self, instance: Any, owner: type | None = None) -> Any:
+        if instance is None:
+            return self
+        return instance.kept(self.key, lambda: self.make(instance))
