@@ -38,8 +38,12 @@ CLOSED = 1e-9
 
 def _along(scene: Scene, contact: Contact) -> Any:
     """Return the angle of a contact's tangent as a function of its place."""
-    angle = ca.atan2(contact.tangent[1], contact.tangent[0])
-    return ca.Function("t", [contact.s, scene.model.p], [angle])
+
+    def make() -> Any:
+        angle = ca.atan2(contact.tangent[1], contact.tangent[0])
+        return ca.Function("t", [contact.s, scene.model.p], [angle])
+
+    return scene.kept(("along", contact.joint.name), make)
 
 
 class ContactSolver(BlockSolver):
@@ -64,7 +68,7 @@ class ContactSolver(BlockSolver):
         for j, (owner, name) in enumerate(names):
             if name == "s" and (owner, "angle") in names:
                 contact = contacts[owner]
-                function = scene.kept(("along", owner), lambda c=contact: _along(scene, c))
+                function = _along(scene, contact)
                 self._tangents.append((j, names.index((owner, "angle")), function))
         bound = {self._at, *(k for j, k, _ in self._tangents if j == self._at)}
         self._others = [j for j in range(self.n) if j not in bound]

@@ -54,9 +54,12 @@ class WholeTurns:
                 angle = self.scene.recover.get((body, "angle"))
                 together = self._rigid[body] == self._rigid.get(own)
                 if together and angle is not None and self.scene.held(angle)[0] == [i]:
-                    found.append((body, local(self.scene, (body, "angle"), lambda a=angle: a)))
+                    found.append((body, self._angle(body)))
             self._deciding[i] = found
         return self._deciding[i]
+
+    def _angle(self, body: str) -> Local:
+        return local(self.scene, (body, "angle"), lambda: self.scene.recover[body, "angle"])
 
     def wanted(self, i: int, x: Any, u: Any) -> float:
         """Return the value of unknown angle `i` that the sketch asks for; 0 where it is silent.

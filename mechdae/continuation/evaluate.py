@@ -79,7 +79,7 @@ class Evaluator:
 
     def __init__(self, graphs: Graphs, outputs: Outputs) -> None:
         self.graphs, self.outputs = graphs, outputs
-        self.pose = graphs.kept("poses", lambda: _poses_of(graphs)).counting()
+        self.pose: Batch = graphs.kept("poses", lambda: _poses_of(graphs)).counting()
         self.groups = [group.index for group in graphs.scene.groups]
         self.place = {index: j for j, index in enumerate(self.groups)}
         self.column_group = np.zeros(graphs.nx, int)

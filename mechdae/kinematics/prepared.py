@@ -123,7 +123,7 @@ def prepare(
         *(task.outputs, task.derivatives, task.measures, loaded, more, names),
     )
     shape = SHAPES.get(key)
-    found = shape and _again(shape, mechanism, numbers, task, loaded)
+    found = None if shape is None else _again(shape, mechanism, numbers, task, loaded)
     if found is not None:
         return found
     model = Model(mechanism, free=names)

@@ -94,5 +94,5 @@ def held_by(holder: dict[Hashable, Any]) -> Iterator[None]:
 def size_of(*kept: Kept) -> int:
     """Return the estimated bytes of kernels."""
     functions = [getattr(made, "function", made) for own in kept for made in own.values()]
-    counts = [f.n_instructions() for f in functions if hasattr(f, "n_instructions")]
+    counts: list[int] = [f.n_instructions() for f in functions if hasattr(f, "n_instructions")]
     return PER_INSTRUCTION * sum(counts)

@@ -77,7 +77,7 @@ class Contact:
         self.point = place(joint, known, functions)
         self.tangent = ca.densify(ca.jacobian(self.point, self.s)) * self.turn
 
-    def at(self, joint: Curve) -> Contact:
+    def at(self, joint: Any) -> Contact:
         """Return the same symbols for a joint of the same range and other numbers."""
         other = copy(self)
         other.joint = joint

@@ -107,7 +107,7 @@ class Batch:
 
     def _chunk(self, size: int) -> tuple[Any, Any, list[Any], list[Any]]:
         """Return buffer, trigger and staged arrays of this thread for `size` poses."""
-        buffers = self._buffers.__dict__
+        buffers: dict[Any, Any] = self._buffers.__dict__
         if size not in buffers:
             mapped = self._mapped.get(size)
             if mapped is None:

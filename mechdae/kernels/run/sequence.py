@@ -45,7 +45,8 @@ class _Buffers:
         self.results: list[Any] = [
             np.zeros((count, function.size1_out(i))) for i in range(function.n_out())
         ]
-        for i, array in enumerate((self.state, self.steps, self.consts)):
+        inputs: list[Any] = [self.state, self.steps, self.consts]
+        for i, array in enumerate(inputs):
             self.buffer.set_arg(i, memoryview(array))
         for i, array in enumerate(self.results):
             self.buffer.set_res(i, memoryview(array))
