@@ -222,10 +222,6 @@ def animate(
     InputError
         Fewer than two poses, or numbers out of range.
     """
-    if getattr(result, "kind", "") in ("modes", "study", "sensitivity"):
-        raise InputError(
-            f"a task of kind {result.kind} is no motion", hint="draw a sweep or reactions"
-        )
     Words(lang)
     most = FRAMES if frames is None else frames
     if isinstance(most, bool) or not isinstance(most, int) or not 2 <= most <= MOST:

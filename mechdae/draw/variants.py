@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from mechdae.describe.dimensions import parameter_units
-from mechdae.draw import SHARED, style
+from mechdae.draw import style
+from mechdae.draw.catalogue import PICTURES
 from mechdae.draw.diagram.diagram import View, draw_pose, extent, has_paths
 from mechdae.draw.diagram.scene import choose_pose, read_scene
 from mechdae.draw.graphs import coupler, curves
@@ -52,12 +53,13 @@ def on_axes(ax: Axes, kind: str) -> Shared | None:
     shared = _KNOWN.get(ax)
     if shared is None or not any(mark.axes is ax for mark in shared.marks):
         return None
-    if shared.kind != kind or kind not in SHARED:
+    if shared.kind != kind or not PICTURES[kind].shared:
+        several = [own for own, picture in PICTURES.items() if picture.shared]
         raise InputError(
             f"these axes hold a picture of kind '{shared.kind}', '{kind}' would cover it",
             where="ax",
             hint=f"other axes, or ax.clear(); pictures of one kind can share axes: "
-            f"{', '.join(SHARED)}",
+            f"{', '.join(several)}",
         )
     return shared
 

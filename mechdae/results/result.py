@@ -48,6 +48,8 @@ class Result:
         All solutions of the poses that have several.
     data
         Of a sensitivity: values, derivatives and what tolerances do, by path and name.
+    motions
+        Of a synthesis: how its designs move, by the text of their problems; not in the JSON.
     scalars, work
         Of a motion: energy, kinetic, potential [J] and drift (the largest gap of a constraint over
         a length of the mechanism), (n,) each; work since t = 0 by load [J].
@@ -84,6 +86,7 @@ class Result:
     solutions: tuple[dict[str, Any], ...] = ()
     unique: dict[str, dict[str, Any]] = field(default_factory=dict)
     data: dict[str, Any] = field(default_factory=dict)
+    motions: Mapping[str, Any] = field(default_factory=dict, repr=False)
     scalars: Series = field(default_factory=lambda: Series({}))
     work: Series = field(default_factory=lambda: Series({}))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,8 +10,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.synthesis.design_motion import PATH, DesignMotion
 from mechdae.synthesis.exchange import exchanged
 from mechdae.synthesis.fourbar.cognates import are_cognates
 from mechdae.synthesis.fourbar.starts import FourBarStarts
@@ -132,6 +135,16 @@ def designs(
     return kept if every else kept[: search.asked.keep], rejected
 
 
+def motions(search: Search, kept: Sequence[dict[str, Any]]) -> dict[str, DesignMotion]:
+    """Return how designs move, by the text of their problems."""
+    name, full = search.problem.name, search.asked.full_turn
+    return {
+        text: DesignMotion(from_dict(tomllib.loads(text), name), design["at"], full)
+        for design in kept
+        for text in [design["problem"]]
+    }
+
+
 def _by_angle(search: Search, problems: Sequence[Nlp], exact: list[Group]) -> list[Group]:
     """Return exact four-bars by their least transmission angle over the turn."""
     d = ca.SX.sym("d", len(search.space.names))
@@ -215,7 +228,7 @@ def defective(search: Search) -> list[dict[str, Any]]:
                 "active": {},
                 "class": "any",
                 "hits": 1,
-                "problem": dumps(design.as_problem({**design.others, "path": task})),
+                "problem": dumps(design.as_problem({**design.others, PATH: task})),
             }
         )
     return found
@@ -257,7 +270,7 @@ def _judged(
         "active": active(search, nlp, found),
         "class": search.kinds[candidate.kind] or "any",
         "hits": hits,
-        "problem": dumps(design.as_problem({**design.others, "path": task})),
+        "problem": dumps(design.as_problem({**design.others, PATH: task})),
     }
     if len(search.goals) > 1:
         result["goals"] = [float(worth.value) for worth in worths]

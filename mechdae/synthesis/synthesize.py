@@ -13,7 +13,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Synthesis
 from mechdae.results import Result
-from mechdae.synthesis.designs import FEASIBLE, Candidate, defective, designs, distinct
+from mechdae.synthesis.designs import FEASIBLE, Candidate, defective, designs, distinct, motions
 from mechdae.synthesis.fourbar.reach import out_of_reach
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
@@ -113,7 +113,7 @@ def synthesize(
         problem.name, name, task.kind, problem.mechanism, problem.title,
         status=np.array(["rejected" if each["defects"] else "ok" for each in kept]),
         summary=summary, fault=fault, definition=task,
-        data={"designs": kept},
+        data={"designs": kept}, motions=motions(search, kept),
     )  # fmt: skip
 
 

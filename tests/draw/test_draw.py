@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 import mechdae as md
 from mechdae.cli import main
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw import LATER, save, style
+from mechdae.draw import save, style
+from mechdae.draw.catalogue import LATER
 from mechdae.draw.diagram import diagram, wheels
 from mechdae.draw.diagram.places import places_of, written
 from mechdae.draw.diagram.scene import choose_pose, read_scene

@@ -105,7 +105,7 @@ def test_numbers_out_of_range(turn, options, match):
 
 def test_what_does_not_move():
     with pytest.raises(md.InputError, match="no motion"):
-        animate(md.solve("four-bar-crank-rocker", "modes"))
+        md.plot(md.solve("four-bar-crank-rocker", "modes"), "animation")
 
 
 def test_the_command(tmp_path, capsys):

@@ -12,9 +12,9 @@ import pytest
 import mechdae as md
 from mechdae.cli.commands import plot as command
 from mechdae.describe.file import library
-from mechdae.draw import KINDS
+from mechdae.draw.catalogue import OPTIONS, PICTURES, names_of
 from mechdae.draw.graphs.map import Plane
-from mechdae.draw.options import OPTIONS, names_of
+from mechdae.tasks.solve import KINDS
 from tests.shared.command import run
 
 STUDY = """
@@ -28,11 +28,11 @@ outputs = ["summary/stroke/guide"]
 
 def drawing(kind: str):
     """Return the function whose keywords are the options of a kind."""
-    module = importlib.import_module(KINDS[kind])
+    module = importlib.import_module(PICTURES[kind].module)
     return module.animate if kind == "animation" else module.draw
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", PICTURES)
 def test_options_are_those_of_the_drawing_functions(kind: str) -> None:
     given = inspect.signature(drawing(kind)).parameters.values()
     keywords = {own.name: own.default for own in given if own.kind is own.KEYWORD_ONLY}
@@ -83,7 +83,7 @@ def test_a_study_is_drawn_as_its_map(file: Path) -> None:
     panel = md.plot(md.solve(md.load(file), "map"))
     values = next(own for own in panel.lines if own.get_gid().startswith("curve-stroke"))
     assert values.get_ydata() == pytest.approx([200.0, 300.0, 400.0])  # stroke 2 r, in mm
-    assert Plane.__module__ in KINDS["map"]
+    assert Plane.__module__ in PICTURES["map"].module
 
 
 def test_the_command_takes_every_option(file: Path, capsys, tmp_path: Path) -> None:
@@ -105,22 +105,25 @@ def test_the_command_takes_every_option(file: Path, capsys, tmp_path: Path) -> N
 
 
 def test_nothing_is_solved_twice(file: Path, capsys, tmp_path: Path, monkeypatch) -> None:
-    from mechdae.tasks import solve as module
-
     count: list[str] = []
     inside: list[str] = []
-    real = module.solve
 
-    def solve(problem, task=None, **options):
-        if not inside:  # sets of a study and designs that are verified are part of their task
-            count.append(str(task))
-        inside.append(str(task))
-        try:
-            return real(problem, task, **options)
-        finally:
-            inside.pop()
+    def counted(real):
+        def run(problem, name, *given, **options):
+            if not inside:  # sets of a study and designs that are verified are part of their task
+                count.append(name)
+            inside.append(name)
+            try:
+                return real(problem, name, *given, **options)
+            finally:
+                inside.pop()
 
-    monkeypatch.setattr(module, "solve", solve)
+        return run
+
+    for text in KINDS.values():
+        module, name = text.split(":")
+        home = importlib.import_module(module)
+        monkeypatch.setattr(home, name, counted(getattr(home, name)))
     out = ["--out", str(tmp_path)]
     text = library.find("gorshkov-seven-link").read_text()
     press = tmp_path / "press.toml"

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import mechdae as md
 from mechdae.describe.file import library
 from mechdae.describe.file.problem import Problem
-from mechdae.draw import KINDS, save
+from mechdae.draw import PICTURES, save
 from mechdae.draw.graphs import frame, scale, series
 from mechdae.errors import InputError, UnknownName
 from mechdae.results import Series
@@ -446,4 +446,4 @@ def test_paths_of_the_command(capsys, tmp_path: Path) -> None:
 
 
 def test_kinds_are_entered() -> None:
-    assert set(GRAPHS) <= set(KINDS)
+    assert set(GRAPHS) <= set(PICTURES)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
-from mechdae.cli.pictures import check_suits, kind_for, left_out, options_for, prepared, task_for
+from mechdae.cli.pictures import file_name, kind_for, options_for, task_for
 from mechdae.cli.progress import progress
-from mechdae.draw.options import DESIGNS, GRAPHS, OPTIONS
-from mechdae.errors import AssemblyError, InputError, MechdaeError, SolveError, UnknownName
+from mechdae.draw.catalogue import OPTIONS, PICTURES, check_suits, kinds_with, picture_of
+from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
 TYPES = {"whole": int, "number": float}
@@ -27,16 +26,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kind",
         metavar="K",
-        help="diagram, animation, plans, curves, coupler, losses, map; of a synthesis design, "
-        "compare, convergence, census (default: diagram of a sweep or of modes, curves of "
-        "reactions, map of a study, design of a synthesis; diagram with --pose, --dark, --lang)",
+        help=f"{', '.join(PICTURES)} (default: diagram of a sweep or of modes, curves of "
+        "reactions and motions, map of a study, design of a synthesis; diagram with --pose, "
+        "--dark, --lang)",
     )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
     parser.add_argument("--format", metavar="F", help=f"{', '.join(FORMATS)}; animations gif")
     for name, option in OPTIONS.items():
-        about = f"{option.about} [{', '.join(option.kinds)}]"
-        if option.what in ("on", "off"):
+        about = f"{option.about} [{', '.join(kinds_with(name))}]"
+        if option.is_flag:
             flag = f"--{name}" if option.what == "on" else f"--no-{name}"
             parser.add_argument(
                 flag, dest=name, action="store_const", const=option.what == "on", help=about
@@ -49,7 +48,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.draw import KINDS, plot
+    from mechdae.tasks.pictures import for_picture
 
     asked = {name: getattr(options, name) for name in OPTIONS}
     asked = {name: value for name, value in asked.items() if value is not None}
@@ -58,24 +57,26 @@ def run(options: argparse.Namespace) -> int:
     problem = problem_of(options)
     name = task_for(problem, options.task, options.kind)
     kind = options.kind or kind_for(problem, name, asked)
-    if kind not in KINDS:
-        plot(None, kind)  # says which kinds there are
-    check_suits(problem, name, kind, options.mode)
+    picture, task = picture_of(kind), problem.task(name)
+    check_suits(kind, task.kind, "task", f"tasks.{name}", getattr(task, "of", None) or "")
+    if options.mode is not None and "designs" in task.holds:
+        raise InputError("a synthesis starts on no assembly mode", where="--mode")
     extra = options_for(kind, asked)
-    problem = prepared(problem, name, kind, asked.get("of", ()))
     try:
-        result = _solved(problem, name, kind, options.mode)
+        result = for_picture(problem, name, picture.needs, asked.get("of", ()), options.mode)
     except AssemblyError as error:
         return _written_open(options, problem, name, error)
     pose = extra.get("pose")
     if kind == "diagram" and _not_assembled(result, pose):
         drawn = _opened(problem, name, result, pose)
         if drawn is not None:
-            del extra["pose"]
-            return _written(options, drawn, kind, extra, form, f"open-{pose}")
+            del extra["pose"], asked["pose"]
+            stem = file_name(drawn.problem, drawn.task, f"open-{pose}", {})
+            return _written(options, drawn, kind, extra, f"{stem}.{form}")
     if kind == "design" and not options.kind and not result.data["designs"]:
-        kind, extra = "census", {}
-    return _written(options, result, kind, extra, form)
+        kind, extra, asked = "census", {}, {}
+    stem = file_name(result.problem, result.task, kind, asked)
+    return _written(options, result, kind, extra, f"{stem}.{form}")
 
 
 def _form(options: argparse.Namespace) -> str:
@@ -88,12 +89,7 @@ def _form(options: argparse.Namespace) -> str:
 
 
 def _written(
-    options: argparse.Namespace,
-    result: Any,
-    kind: str,
-    extra: dict[str, Any],
-    form: str,
-    word: str = "",
+    options: argparse.Namespace, result: Any, kind: str, extra: dict[str, Any], file: str
 ) -> int:
     """Write the picture and say where it is; return the exit code."""
     from mechdae.draw import plot, save
@@ -101,12 +97,7 @@ def _written(
     picture = plot(result, kind, **extra)
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
-    words = [result.problem, result.task, word or extra.get("which") or kind]
-    words += ["polar"] if extra.get("polar") else []
-    words += [str(extra["design"] + 1)] if "design" in extra else []
-    words += [f"shape-{extra['shape']}"] if "shape" in extra else []
-    words += [str(extra["pose"])] if "pose" in extra else []
-    path = folder / f"{'-'.join(words)}.{form}"
+    path = folder / file
     if kind == "animation":
         picture.save(path, progress("frame", options.quiet))
     else:
@@ -138,7 +129,8 @@ def _written_open(
         if getattr(options, word) is not None
     }
     form = "svg" if options.kind == "animation" else _form(options)
-    return _written(options, picture, "diagram", style, form, "open")
+    stem = file_name(picture.problem, picture.task, "open", {})
+    return _written(options, picture, "diagram", style, f"{stem}.{form}")
 
 
 def _opened(problem: Any, name: str, result: Any, pose: int | None) -> Any:
@@ -160,34 +152,3 @@ def _check_folder(out: str) -> None:
             where=f"--out {out}",
             hint=f"--out {Path(out).parent} --format {ending}",
         )
-
-
-def _solved(problem: Any, name: str, kind: str, mode: str | None) -> Any:
-    """Return the result that is drawn, solved once.
-
-    Pictures of poses show every body also where the task names outputs. Bodies that no output
-    depends on are named as not in the scene; where they spoil the task they are left out, and
-    only then it is solved again, as it is.
-    """
-    from mechdae.tasks.solve import solve
-
-    task = problem.task(name)
-    if kind in (*GRAPHS, *DESIGNS) or getattr(task, "outputs", None) is None:
-        return solve(problem, name, mode=mode)
-
-    def with_outputs(outputs: tuple[str, ...] | None) -> Any:
-        return solve(problem.with_task(name, replace(task, outputs=outputs)), name, mode=mode)
-
-    outside = left_out(problem, name)
-    if not outside:
-        return with_outputs(None)
-    try:
-        whole = with_outputs(None)
-        whole.summary["not_in_scene"] = outside
-    except MechdaeError:
-        whole = None
-    if whole is not None and not whole.fault:
-        return whole
-    bodies = tuple(body for body in problem.mechanism.bodies if body not in outside)
-    inside = with_outputs(bodies)
-    return whole if whole is not None and whole.fault == inside.fault else inside

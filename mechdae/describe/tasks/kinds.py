@@ -80,10 +80,15 @@ COERCE |= {"driver": _one, "drivers": _several, "timetable": _timetable}
 
 @dataclass(frozen=True)
 class Task(Value):
-    """Base of all tasks."""
+    """Base of all tasks.
+
+    ``holds`` says what can be drawn of its result: poses, a path through them, their rates, a
+    grid of parameters, designs, small motions.
+    """
 
     kind: ClassVar[str] = ""
     available: ClassVar[bool] = False
+    holds: ClassVar[tuple[str, ...]] = ()
 
 
 @dataclass(frozen=True)
@@ -122,6 +127,7 @@ class Sweep(Driven):
 
     kind: ClassVar[str] = "sweep"
     available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
 
 
 @dataclass(frozen=True)
@@ -132,6 +138,7 @@ class Modes(Driven):
 
     kind: ClassVar[str] = "modes"
     available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("poses",)
 
 
 @dataclass(frozen=True)
@@ -154,6 +161,7 @@ class Reactions(Sweep):
 
     kind: ClassVar[str] = "reactions"
     available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("poses", "path", "rates")
 
 
 @dataclass(frozen=True)
@@ -187,6 +195,7 @@ class Motion(Task):
 
     kind: ClassVar[str] = "motion"
     available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("poses", "path")
 
 
 @dataclass(frozen=True)
@@ -210,6 +219,7 @@ class Equilibrium(Task):
 
     kind: ClassVar[str] = "equilibrium"
     available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("poses", "small motions")
 
 
 @dataclass(frozen=True)
@@ -227,6 +237,7 @@ class Synthesis(Task):
 
     kind: ClassVar[str] = "synthesis"
     available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("designs",)
 
 
 @dataclass(frozen=True)
@@ -240,6 +251,7 @@ class Study(Task):
 
     kind: ClassVar[str] = "study"
     available: ClassVar[bool] = True
+    holds: ClassVar[tuple[str, ...]] = ("grid",)
 
 
 @dataclass(frozen=True)

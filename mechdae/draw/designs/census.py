@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from mechdae.draw import style
-from mechdae.draw.designs.found import check_kind, class_name, objective_text, sense_of, title_of
+from mechdae.draw.designs.found import class_name, objective_text, sense_of, title_of
 from mechdae.draw.diagram.diagram import fitted
 from mechdae.draw.graphs.frame import Entry, Frame
 from mechdae.draw.sheet import font
@@ -68,7 +68,6 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
         The result is of no synthesis, or no start was made.
     """
     words = Words(lang)
-    check_kind(result, "census")
     summary = result.summary
     if not summary["runs"]:
         raise InputError(result.fault or "no start was made", hint="other bounds of what is free")

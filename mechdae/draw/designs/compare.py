@@ -13,7 +13,7 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
 from mechdae.draw.designs.convergence import MARKS
-from mechdae.draw.designs.found import Found, check_kind, chosen, found_of, title_of
+from mechdae.draw.designs.found import Found, chosen, found_of, title_of
 from mechdae.draw.designs.line import deviation
 from mechdae.draw.designs.output import errors_of, scale_of_errors, unit_text
 from mechdae.draw.designs.parts import divided
@@ -56,7 +56,6 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
         The result is of no synthesis, no design was found, or the goal is a single number.
     """
     words = Words(lang)
-    check_kind(result, "compare")
     designs = [found_of(result, k) for k in chosen(result, None)]
     goal = designs[0].goal
     if isinstance(goal, Visits):

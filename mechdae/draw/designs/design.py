@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
 from mechdae.draw.designs import line, output
-from mechdae.draw.designs.found import TURN, Found, check_kind, chosen, found_of
+from mechdae.draw.designs.found import TURN, Found, chosen, found_of
 from mechdae.draw.designs.parts import above_and_below
 from mechdae.draw.designs.paths import draw_paths
 from mechdae.draw.designs.targets import (
@@ -76,7 +76,6 @@ def draw(
         The result is of no synthesis, no design was found, or there is none of that number.
     """
     words = Words(lang)
-    check_kind(result, "design")
     found = found_of(result, chosen(result, design)[0])
     goal = found.goal
     if isinstance(goal, FunctionTargets):
@@ -96,10 +95,9 @@ def _visits(found: Found, goal: Visits, ax: Axes | None, labels: bool, words: Wo
     scene = read_scene(found.motion)
     path = found.path(goal.what)
     rows = np.array(goal.targets)
-    if found.defects:  # it does not move through its targets
-        reached = rows[:, :2]
-    else:
-        reached = found.places(found.at(found.data["at"], (goal.what,)), goal.what)
+    reached = rows[:, :2]
+    if not found.defects:  # else it does not move through its targets
+        reached = found.places(found.moves.at_targets, goal.what)
     targets = Targets(rows[:, :2], reached, rows[:, 2] if goal.is_motion else None)
     low, high, size = extent(scene, 0, True, 0)
     low = np.minimum(low, targets.wanted.min(axis=0))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,35 +10,15 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.goals import Extreme, Goal, listed_goals
-from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.synthesis import Demand, demand
 from mechdae.draw.diagram.scene import Array, read_scene
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.results import UNITS, Result
 
-SOLVER = ("mechdae.tasks.solve", "solve")
-"""Designs are problems of their own, solved when they are drawn: found by name."""
-PATH = "path"
-"""Task of a design's problem that moves it."""
-SMOOTH = 1441
-"""Poses of a path that is drawn: where a link turns fast they are far apart."""
-FINE = 721
-"""Poses of an interval that a goal looks at."""
 TURN = 2 * np.pi
-
-
-def check_kind(result: Any, kind: str) -> None:
-    """Refuse results that are of no synthesis."""
-    if getattr(result, "kind", "") != "synthesis":
-        raise InputError(
-            f"'{kind}' is a picture of a synthesis, this is a result of kind "
-            f"'{getattr(result, 'kind', '')}'",
-            hint="synthesize the task and draw its result",
-        )
 
 
 def title_of(result: Any) -> str:
@@ -106,10 +84,16 @@ class Found:
     count: int
     data: Mapping[str, Any]
 
-    @cached_property
+    @property
+    def moves(self) -> Any:
+        """How it moves: its problem, and the results whole, smooth, at_targets, between."""
+        return self.result.motions[self.data["problem"]]
+
+    @property
     def problem(self) -> Problem:
         """The design's own problem."""
-        return from_dict(tomllib.loads(self.data["problem"]), self.result.problem)
+        problem: Problem = self.moves.problem
+        return problem
 
     @cached_property
     def asked(self) -> Demand:
@@ -124,52 +108,18 @@ class Found:
         goals = [goal for goal, _ in self.asked.goals]
         return min(goals, key=lambda goal: isinstance(goal, Extreme))
 
-    @cached_property
+    @property
     def motion(self) -> Result:
         """The design over its whole sweep; it starts at the first target."""
-        return self._solved(self.problem.tasks[PATH])
+        whole: Result = self.moves.whole
+        return whole
 
     def path(self, what: str) -> Array:
-        """Return the path of a point, or of a body's origin, over the whole sweep, smooth.
-
-        Without a full turn it reaches all targets, in whatever order they are visited.
-        """
-        task = self.problem.tasks[PATH]
-        assert isinstance(task, Sweep)
-        if task.all_drivers[0].at is not None:
-            return self.places(self.motion, what)
-        fine = replace(task, poses=SMOOTH, outputs=(what,), derivatives=0)
-        if self.asked.full_turn:
-            return self.places(self._solved(fine), what)
-        start, at = float(self.data["at"][0]), self.data["at"]
-        drivers = [
-            Driver(self.asked.driver, from_=start, to=end)
-            for end in (float(min(at)), float(max(at)))
-            if end != start
-        ]
-        parts = [
-            self.places(self._solved(replace(fine, driver=driver)), what) for driver in drivers
-        ]
-        path: Array = np.vstack([parts[0][::-1], *parts[1:]])
+        """Return the path of a point, or of a body's origin, over the whole sweep, smooth."""
+        first, *more = [self.places(part, what) for part in self.moves.smooth]
+        turned = first if self.asked.full_turn or len(first) == 1 else first[::-1]
+        path: Array = np.vstack([turned, *more])
         return path
-
-    def at(self, values: Any, outputs: tuple[str, ...]) -> Result:
-        """Return the poses at driver values."""
-        driver = Driver(self.asked.driver, at=tuple(float(value) for value in values))
-        return self._solved(Sweep(driver, outputs=outputs, derivatives=0))
-
-    def _solved(self, task: Any) -> Result:
-        module, name = SOLVER
-        found: Result = getattr(importlib.import_module(module), name)(
-            self.problem.with_task(PATH, task), PATH
-        )
-        return found
-
-    @cached_property
-    def interval(self) -> Array:
-        """Driver values, evenly spread over the interval the goal looks at."""
-        values: Array = np.linspace(self.data["at"][0], self.data["at"][-1], FINE)
-        return values
 
     def driven(self, found: Result) -> Array:
         """Return the driver's values."""

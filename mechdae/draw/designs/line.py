@@ -77,7 +77,7 @@ def draw(found: Found, goal: StraightLine, ax: Axes | None, labels: bool, words:
 
 def deviation(found: Found, goal: StraightLine) -> tuple[Array, Array, Array]:
     """Return way along the line, deviation from it, and the places of the point."""
-    places = found.places(found.at(found.interval, (goal.point,)), goal.point)
+    places = found.places(found.moves.between, goal.point)
     errors = np.array(found.data["errors"], float)
     # the deviation bends nothing: the way is that between the ends
     way = unit(places[-1] - places[0])

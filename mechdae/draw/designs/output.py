@@ -30,8 +30,8 @@ def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> 
         y = found.series(found.motion, goal.output)
         at, wanted = _wanted(found, goal, x, y, errors)
     else:
-        at = x = found.interval
-        y = found.series(found.at(x, (goal.output,)), goal.output)
+        at = x = found.driven(found.moves.between)
+        y = found.series(found.moves.between, goal.output)
         wanted = y - errors
     across, up = scale_of(inputs.unit, [x]), scale_of(outputs.unit, [y, wanted])
     small, power = scale_of_errors(outputs.unit, errors)
@@ -73,7 +73,7 @@ def errors_of(found: Found, goal: FunctionTargets) -> tuple[Array, Array]:
     """Return driver values and errors there."""
     errors = np.array(found.data["errors"], float)
     if not goal.points:
-        return found.interval, errors
+        return found.driven(found.moves.between), errors
     return np.array(found.data["at"], float), errors
 
 
@@ -107,7 +107,7 @@ def _wanted(
 ) -> tuple[Array, Array]:
     """Return inputs within the sweep and the outputs that are wanted there."""
     at = np.array(found.data["at"], float)
-    reached = found.series(found.at(at, (goal.output,)), goal.output)
+    reached = found.series(found.moves.at_targets, goal.output)
     wanted = reached - errors
     inside = found.wrapped(at)
     if coordinate(found.problem.mechanism, goal.output).is_angle:

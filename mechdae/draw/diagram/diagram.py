@@ -33,7 +33,6 @@ from mechdae.draw.figure import new_axes
 from mechdae.draw.labels.labels import Links, draw_labels
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.words import ENGLISH, Words
-from mechdae.errors import InputError
 
 FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""
@@ -107,8 +106,6 @@ def draw(
         Another language.
     """
     words, theme = Words(lang), style.DARK if dark else style.LIGHT
-    if getattr(result, "kind", "") == "study":
-        raise InputError("a study has no pose to draw", hint="solve the sweep it repeats")
     scene = read_scene(result)
     index = choose_pose(scene, getattr(result, "kind", ""), pose)
     traces = traces and has_paths(result, scene)

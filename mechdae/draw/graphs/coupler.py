@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.graphs.abscissa import abscissa_of
-from mechdae.draw.graphs.curves import check_poses, subtitle_of
+from mechdae.draw.graphs.curves import subtitle_of
 from mechdae.draw.graphs.loci import Locus, draw_loci
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.graphs.series import SMALL, Array, vector_of
@@ -83,7 +83,6 @@ def draw_all(
     result, several = results[0], len(results) > 1
     vectors: list[tuple[str, str, str, Array]] = []
     for own, label in zip(results, labels, strict=True):
-        check_poses(own, "paths of points")
         for name in list(of) if of else default_points(own):
             part, quantity, unit, values = vector_of(own, name)
             vectors.append((f"{part}, {label}" if several else part, quantity, unit, values))

@@ -79,7 +79,6 @@ def draw(
     UnknownName
         A path that is not in the result.
     """
-    check_poses(result, "curves")
     if polar:
         return polar_diagram.draw(result, ax, of=of)
     return draw_all([result], [label], ax, of=of, against=against, extremes=extremes)
@@ -144,21 +143,6 @@ def _end(line: Line, group: Sequence[Line], names: Sequence[str]) -> str:
     if len(names) == 1:
         return _label(line, own)
     return names[line.variant] if len(own) == 1 else f"{_label(line, own)}, {names[line.variant]}"
-
-
-def check_poses(result: Any, kind: str) -> None:
-    """Refuse results that are no row of poses.
-
-    Raises
-    ------
-    InputError
-        Modes, a study, a sensitivity.
-    """
-    if result.kind not in ("sweep", "reactions", "motion"):
-        raise InputError(
-            f"a task of kind {result.kind} has no {kind}",
-            hint="kind 'map'" if result.kind == "study" else "a sweep or a task of reactions",
-        )
 
 
 def subtitle_of(result: Any, *more: str) -> str:

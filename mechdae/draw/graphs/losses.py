@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from mechdae.draw import style
 from mechdae.draw.graphs import polar as polar_diagram
 from mechdae.draw.graphs.abscissa import abscissa_of, arcs_of, draw_axis, events_of, key_of
-from mechdae.draw.graphs.curves import axis_label, check_poses, subtitle_of
+from mechdae.draw.graphs.curves import axis_label, subtitle_of
 from mechdae.draw.graphs.frame import Entry, Frame
 from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.errors import InputError
@@ -55,7 +55,6 @@ def draw(
     UnknownName
         A joint that is not in the result.
     """
-    check_poses(result, "losses")
     if polar:
         paths = None if of is None else [f"joints/{name}/reaction" for name in of]
         return polar_diagram.draw(result, ax, of=paths)

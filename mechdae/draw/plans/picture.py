@@ -85,11 +85,6 @@ def draw(
     UnknownName
         Not a kind of plan, or not a group.
     """
-    if getattr(result, "kind", "") not in ("sweep", "reactions"):
-        raise InputError(
-            f"a result of kind {getattr(result, 'kind', '?')} has no plans",
-            hint="solve a sweep, or a task of kind reactions",
-        )
     if which is not None and which not in KINDS:
         raise UnknownName("kind of plan", str(which), KINDS)
     if which in ("force", "friction", "lever") and result.kind != "reactions":

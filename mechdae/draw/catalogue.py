@@ -1,0 +1,343 @@
+"""The kinds of pictures and their options, in one list; nothing is drawn here.
+
+A new kind of picture is an entry of `PICTURES` and a module with ``draw(result, ax, **options)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from mechdae.describe.tasks.kinds import TASKS
+from mechdae.errors import InputError, UnavailableError, UnknownName
+
+LATER = ("page",)
+"""Kinds that a later version draws."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A kind of picture.
+
+    Parameters
+    ----------
+    module
+        Its ``draw(result, ax, **options)`` makes the picture.
+    about
+        What it shows.
+    of
+        What a result has to hold, one of these, see ``holds`` of the descriptions of tasks.
+    options
+        Names of its options, see `OPTIONS`.
+    needs
+        What the task has to compute for it: "bodies" (all of them), "series" (those that are named
+        in ``of``), "extremes" (between the poses), "small motions" (of an equilibrium).
+    lacks, hint
+        What is said of a task that does not hold it, and what to try.
+    first
+        Kinds of tasks of which it is drawn by preference.
+    usual_of
+        Kinds of tasks of which the command line draws it without a wish.
+    shared
+        Whether pictures of several variants can share axes.
+    """
+
+    module: str
+    about: str
+    of: tuple[str, ...]
+    options: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    lacks: str = ""
+    hint: str = ""
+    first: tuple[str, ...] = ("sweep",)
+    usual_of: tuple[str, ...] = ()
+    shared: bool = False
+
+
+_SERIES = ("sweep", "reactions", "motion")
+_DESIGNS = "synthesize the task and draw its result"
+
+PICTURES: Mapping[str, Picture] = {
+    "diagram": Picture(
+        "mechdae.draw.diagram.diagram",
+        "the kinematic diagram of one pose",
+        of=("poses",),
+        options=("pose", "scale", "label", "traces", "ghosts", "labels", "loads", "dark", "lang"),
+        needs=("bodies",),
+        lacks="has no pose to draw",
+        hint="solve the task that it repeats or differentiates",
+        shared=True,
+    ),
+    "animation": Picture(
+        "mechdae.draw.animation",
+        "the diagram moves",
+        of=("path", "small motions"),
+        options=(
+            "traces", "labels", "loads", "dark", "lang", "shape", "frames", "seconds", "dpi",
+        ),
+        needs=("bodies", "small motions"),
+        lacks="is no motion",
+        hint="draw a sweep or reactions",
+        first=(*_SERIES, "equilibrium"),
+    ),
+    "plans": Picture(
+        "mechdae.draw.plans",
+        "velocities, accelerations and forces of one pose as vector polygons",
+        of=("rates",),
+        options=("which", "group", "pose", "scale"),
+        needs=("bodies",),
+        lacks="has no plans",
+        hint="solve a sweep, or a task of kind reactions",
+    ),
+    "curves": Picture(
+        "mechdae.draw.graphs.curves",
+        "series against the driver or time",
+        of=("path",),
+        options=("of", "against", "polar", "extremes", "label"),
+        needs=("series", "extremes"),
+        lacks="has no curves",
+        hint="a sweep or a task of reactions",
+        first=_SERIES,
+        usual_of=("reactions", "motion"),
+        shared=True,
+    ),
+    "coupler": Picture(
+        "mechdae.draw.graphs.coupler",
+        "paths of points and hodographs",
+        of=("path",),
+        options=("of", "ticks", "pivots", "label"),
+        needs=("series",),
+        lacks="has no paths of points",
+        hint="a sweep or a task of reactions",
+        first=_SERIES,
+        shared=True,
+    ),
+    "losses": Picture(
+        "mechdae.draw.graphs.losses",
+        "losses by joint",
+        of=("path",),
+        options=("of", "polar"),
+        needs=("series",),
+        lacks="has no losses",
+        hint="a task of reactions with friction in a joint",
+        first=("reactions",),
+    ),
+    "map": Picture(
+        "mechdae.draw.graphs.map",
+        "a study over its parameters",
+        of=("grid", "rates"),
+        options=("of", "along", "equal"),
+        needs=("series",),
+        lacks="has no map, which is drawn of a study or of a sweep of two drivers",
+        hint="a task of kind study with vary = { a = [from, to, count], ... }",
+        first=("study", "sweep"),
+    ),
+    "design": Picture(
+        "mechdae.draw.designs.design",
+        "a design of a synthesis with its targets",
+        of=("designs",),
+        options=("labels", "lang", "design"),
+        hint=_DESIGNS,
+        first=("synthesis",),
+    ),
+    "compare": Picture(
+        "mechdae.draw.designs.compare",
+        "all designs of a synthesis",
+        of=("designs",),
+        options=("lang",),
+        hint=_DESIGNS,
+        first=("synthesis",),
+    ),
+    "convergence": Picture(
+        "mechdae.draw.designs.convergence",
+        "the starts of a synthesis",
+        of=("designs",),
+        options=("lang",),
+        hint=_DESIGNS,
+        first=("synthesis",),
+    ),
+    "census": Picture(
+        "mechdae.draw.designs.census",
+        "the optima of a synthesis",
+        of=("designs",),
+        options=("lang",),
+        hint=_DESIGNS,
+        first=("synthesis",),
+    ),
+}  # fmt: skip
+"""Kind -> picture."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of pictures.
+
+    Parameters
+    ----------
+    what
+        "names" (several), "name", "whole", "number", "on" or "off": a flag that is off or on
+        without it.
+    about
+        What it is for.
+    before
+        Names that it had before, which are understood too, and the kinds that had them.
+    file
+        What it adds to the name of the file that the command line writes, ``{}`` is its value.
+    """
+
+    what: str
+    about: str
+    before: Mapping[str, tuple[str, ...]] | None = None
+    file: str = ""
+
+    @property
+    def is_flag(self) -> bool:
+        return self.what in ("on", "off")
+
+
+OPTIONS: Mapping[str, Option] = {
+    "of": Option(
+        "names",
+        "what graphs show: paths below the task, of losses joints",
+        {"paths": ("curves", "coupler", "map"), "joints": ("losses",)},
+    ),
+    "against": Option("name", "path of the abscissa of curves"),
+    "along": Option("names", "parameters along the axes of a map"),
+    "equal": Option("on", "a map with one scale on both axes"),
+    "polar": Option("on", "reactions in the plane", file="polar"),
+    "extremes": Option("off", "no marks at least and greatest values"),
+    "ticks": Option("off", "no ticks of equal time on paths"),
+    "pivots": Option("off", "no fixed pivots beside paths"),
+    "which": Option(
+        "name",
+        "of the plans: velocity, acceleration, force, friction, lever (default: one page)",
+        file="{}",
+    ),
+    "group": Option("name", "of the force polygons: that of one group"),
+    "pose": Option("whole", "number of the pose drawn, from 0", file="{}"),
+    "scale": Option("number", "units for a millimetre of paper"),
+    "label": Option("name", "name of the variant"),
+    "traces": Option("off", "no paths of points"),
+    "ghosts": Option("whole", "number of other poses drawn faintly"),
+    "labels": Option("off", "no letters and numbers"),
+    "loads": Option("off", "no loads"),
+    "dark": Option("on", "colours for dark paper"),
+    "lang": Option("name", "language of the words: en, ru"),
+    "shape": Option("whole", "number of the small motion shown, 1: the slowest", file="shape-{}"),
+    "frames": Option("whole", "most frames of an animation"),
+    "seconds": Option("number", "time of one round"),
+    "dpi": Option("whole", "pixels to the inch"),
+    "design": Option("whole", "number of the design drawn", file="{}"),
+}
+"""Name -> option."""
+
+
+def picture_of(kind: str) -> Picture:
+    """Return a kind of picture.
+
+    Raises
+    ------
+    UnavailableError
+        A kind that this version does not draw.
+    UnknownName
+        Not a kind of picture.
+    """
+    if kind in LATER:
+        raise UnavailableError(f"pictures of kind '{kind}' are not drawn by this version")
+    if kind not in PICTURES:
+        raise UnknownName("kind of picture", str(kind), [*PICTURES, *LATER])
+    return PICTURES[kind]
+
+
+def kinds_of(holds: str) -> list[str]:
+    """Return the kinds of pictures of what a result holds."""
+    return [kind for kind, picture in PICTURES.items() if holds in picture.of]
+
+
+def usual_kind(task: str) -> str:
+    """Return the kind of picture that is drawn of a kind of task without a wish."""
+    holds = TASKS[task].holds if task in TASKS else ()
+    suited = [kind for kind, own in PICTURES.items() if set(own.of) & set(holds)]
+    return suited[0] if suited else "diagram"
+
+
+def check_suits(
+    kind: str, task: str, what: str = "result", where: str = "", repeats: str = ""
+) -> None:
+    """Refuse kinds of pictures that a kind of task does not have.
+
+    ``what`` and ``where`` it is, and the name of the task that a study repeats, are for messages.
+
+    Raises
+    ------
+    InputError
+        Says which kinds there are.
+    """
+    if task not in TASKS:
+        return
+    picture, holds = picture_of(kind), TASKS[task].holds
+    if set(picture.of) & set(holds):
+        return
+    if "designs" in picture.of:
+        raise InputError(
+            f"'{kind}' is a picture of a synthesis, this is a {what} of kind '{task}'",
+            where=where,
+            hint=picture.hint,
+        )
+    if "designs" in holds:
+        known = ", ".join(kinds_of("designs"))
+        raise InputError(
+            f"a synthesis has designs, no poses to draw as '{kind}'",
+            where=where,
+            hint=f"{known}; or solve the problem of a design and draw that",
+        )
+    hint, subject = picture.hint, f"a task of kind {task}"
+    if "grid" in holds:
+        subject = "a study"
+        hint = f"--task {repeats} with --set" if repeats else "kind 'map', or solve what it repeats"
+    raise InputError(f"{subject} {picture.lacks}", where=where, hint=hint)
+
+
+def names_of(kind: str) -> list[str]:
+    """Return the names of the options that a kind of picture has."""
+    return [name for name in OPTIONS if name in PICTURES[kind].options]
+
+
+def kinds_with(option: str) -> list[str]:
+    """Return the kinds of pictures that have an option."""
+    return [kind for kind, picture in PICTURES.items() if option in picture.options]
+
+
+def checked(kind: str, given: Mapping[str, Any], dashes: str = "") -> dict[str, Any]:
+    """Return the options of a kind of picture under their names of today.
+
+    ``dashes`` stand before the names in messages.
+
+    Raises
+    ------
+    UnknownName
+        No picture has an option of that name.
+    InputError
+        The kind of picture has none, or it is there under two names.
+    """
+    options: dict[str, Any] = {}
+    for word, value in given.items():
+        name = next((own for own, option in OPTIONS.items() if word in (option.before or ())), word)
+        if name not in OPTIONS:
+            raise UnknownName(f"option of a picture of kind '{kind}'", word, names_of(kind))
+        kinds = kinds_with(name) if name == word else (OPTIONS[name].before or {})[word]
+        if kind not in kinds:
+            shows_all = name == "pose" and "designs" not in PICTURES[kind].of
+            shows = f": {kind} shows all poses" if shows_all else ""
+            known = ", ".join(f"{dashes}{own}" for own in names_of(kind))
+            raise InputError(
+                f"{dashes}{word} is for {', '.join(kinds)}, not for {kind}{shows}",
+                where=f"{dashes}{word}",
+                hint=f"options of {kind}: {known or 'none'}",
+            )
+        if name in options:
+            raise InputError("this option is given twice, under two names", where=word)
+        several = OPTIONS[name].what == "names"
+        options[name] = [value] if several and isinstance(value, str) else value
+    return options

@@ -1,0 +1,103 @@
+"""The result of a task with all that a picture shows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Driven, Equilibrium, Sweep
+from mechdae.errors import MechdaeError
+from mechdae.results import Result
+from mechdae.tasks.show import pruned
+from mechdae.tasks.solve import solve
+
+MEASURED = {
+    "transmission_angle": "transmission",
+    "tangent": "curve",
+    "curvature": "curve",
+    "centrode_fixed": "centrodes",
+    "centrode_moving": "centrodes",
+}
+"""Series that are there if a measure asks for them."""
+PARTS = ("bodies", "points", "joints")
+
+
+def for_picture(
+    problem: Problem,
+    name: str,
+    needs: Collection[str] = (),
+    paths: Sequence[str] = (),
+    mode: str | None = None,
+) -> Result:
+    """Return the result of a task as a picture needs it.
+
+    Parameters
+    ----------
+    name
+        Of the task.
+    needs
+        "bodies": all of them, also where the task names outputs; those that no output depends on
+        are named as not in the scene, and left out where they spoil the task, which is the only
+        case in which it is solved again. "series": those of ``paths``, with measures and outputs
+        that give them. "extremes": located between the poses, where the driver allows it. "small
+        motions" of an equilibrium.
+    paths
+        Series below the task.
+    mode
+        Label of the assembly mode to start on.
+
+    Raises
+    ------
+    MechdaeError
+        The task cannot be solved.
+    """
+    task = problem.task(name)
+    if "small motions" in needs and isinstance(task, Equilibrium):
+        problem = problem.with_task(name, replace(task, linearise=True))
+        task = problem.task(name)
+    if "series" in needs and isinstance(task, Sweep):
+        problem = problem.with_task(name, with_series(task, paths, "extremes" in needs))
+    elif "bodies" in needs and getattr(task, "outputs", None) is not None:
+        return _with_all_bodies(problem, name, mode)
+    return solve(problem, name, mode=mode)
+
+
+def with_series(task: Sweep, paths: Sequence[str], extremes: bool) -> Sweep:
+    """Return a task that computes series: measures that give them, and their parts as outputs."""
+    words = [path.split("/")[-1] for path in paths]
+    measures = [MEASURED[word] for word in words if word in MEASURED]
+    if extremes and task.kind == "sweep" and _goes_along(task):
+        measures.append("extremes")
+    task = replace(task, measures=tuple(dict.fromkeys((*(task.measures or ()), *measures))) or None)
+    if task.outputs is None:
+        return task
+    parts = [path.split("/")[1] for path in paths if path.split("/")[0] in PARTS and "/" in path]
+    return replace(task, outputs=tuple(dict.fromkeys((*task.outputs, *parts))))
+
+
+def _goes_along(task: Driven) -> bool:
+    """Return whether extremes between the poses are defined: one driver over an interval."""
+    moving = [own for own in task.all_drivers if own.at is None or len(own.at) > 1]
+    return len(moving) == 1 and moving[0].law is None and moving[0].at is None
+
+
+def _with_all_bodies(problem: Problem, name: str, mode: str | None) -> Result:
+    task = problem.task(name)
+
+    def with_outputs(outputs: tuple[str, ...] | None) -> Result:
+        return solve(problem.with_task(name, replace(task, outputs=outputs)), name, mode=mode)
+
+    outside = pruned(problem.mechanism, task).not_in_scene if isinstance(task, Driven) else []
+    if not outside:
+        return with_outputs(None)
+    try:
+        whole = with_outputs(None)
+    except MechdaeError:
+        whole = None
+    if whole is not None and not whole.fault:
+        return replace(whole, summary={**whole.summary, "not_in_scene": outside})
+    inside = with_outputs(tuple(body for body in problem.mechanism.bodies if body not in outside))
+    if whole is None or whole.fault != inside.fault:
+        return inside
+    return replace(whole, summary={**whole.summary, "not_in_scene": outside})
