@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from typing import Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven, Equilibrium, Sweep
@@ -83,7 +84,7 @@ def _goes_along(task: Driven) -> bool:
 
 
 def _with_all_bodies(problem: Problem, name: str, mode: str | None) -> Result:
-    task = problem.task(name)
+    task: Any = problem.task(name)
 
     def with_outputs(outputs: tuple[str, ...] | None) -> Result:
         return solve(problem.with_task(name, replace(task, outputs=outputs)), name, mode=mode)
