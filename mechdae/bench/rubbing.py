@@ -8,7 +8,6 @@ motion is stopped, as in a mechanism of one freedom that coasts.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Iterator
 from functools import cached_property, partial
 from typing import Any
@@ -17,8 +16,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.bench.works import OURS, End, Way, Work
-from mechdae.dynamics.report import Run
-from mechdae.dynamics.task import Kept, integrate
+from mechdae.dynamics.run import Kept, Run, integrate
 from mechdae.kernels.run.call import Call
 
 MOST = 10_000
@@ -33,17 +31,11 @@ class Rubbing(Work):
 
     def _fresh(self) -> Run:
         """Return a run without a past; what has been built for the last one stays."""
-
-        def again(part: Any) -> Any:
-            own = copy.copy(part)
-            type(own).__init__(own, self.setup, self.integrator)
-            return own
-
         last = self.run
-        self.run = Run(self.setup, last.begin, self.integrator, again(last.passages))
-        for name in ("crossings", "sticking", "stiffness", "ranges", "growth", "onset"):
-            if hasattr(last, name):
-                setattr(self.run, name, again(getattr(last, name)))
+        self.run = Run(self.setup, last.begin, self.integrator)
+        for own, built in zip(self.run.watchers, last.watchers, strict=True):
+            cached = [name for name in vars(built) if _cached(type(built), name)]
+            vars(own).update({name: vars(built)[name] for name in cached})
         return self.run
 
     def ours(self, tolerance: float) -> End:
@@ -127,3 +119,7 @@ class Rubbing(Work):
             if (sides[met] * rates[met] <= 0).any():
                 raise RuntimeError(STICKS)
         raise RuntimeError(f"more than {MOST} reversals")
+
+
+def _cached(kind: type, name: str) -> bool:
+    return isinstance(getattr(kind, name, None), cached_property)

@@ -22,7 +22,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import split_rate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
-from mechdae.dynamics.report import Run
+from mechdae.dynamics.run import Run
 from mechdae.errors import MechdaeError
 from mechdae.kernels.run.quiet import quiet
 

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import STILL, Setup
-from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.sticking import Sticking
 from mechdae.errors import InfeasibleMotionError
 from mechdae.numerics.null_space import rank
@@ -118,7 +118,7 @@ class Growth:
         self.setup, self.integrator = setup, integrator
         self.found: dict[str, Any] | None = None
 
-    def look(self, nodes: Nodes) -> Any:
+    def look(self, nodes: Nodes) -> Cut | None:
         """Look at accepted steps; return the first state from which nothing leads to the end."""
         lay, sizes = self.integrator.layout, self.setup.kernel.sizes
         t, x, v, a, w = (lay.of(nodes.states, name) for name in ("t", "x", "v", "a", "w"))
@@ -143,9 +143,10 @@ class Growth:
         self.found = {"time": float(t[i]), "coordinate": name, "speed": float(v[i, k])}
         self.found["unit"] = unit
         self.found |= {"load": load, "work": works[load]} if load and works[load] > 0 else {}
-        return nodes.states[i]
+        event = {"kind": "unbounded", "code": "S7", "at": float(t[i]), **self.found}
+        return Cut(nodes.states[i], end=(self._fault(), event))
 
-    def fault(self) -> str:
+    def _fault(self) -> str:
         """Return what to say about it."""
         assert self.found is not None
         own = self.found

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.verdict import NoWay
 from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
@@ -39,6 +40,32 @@ class Nodes:
     states: Any
     signs: Any
     stalled: bool = False
+
+    def until(self, state: Any) -> Nodes:
+        """Return the steps up to a state inside one of them."""
+        before = self.states[:, 0] < state[0]
+        return Nodes(np.vstack([self.states[before], state[None, :]]), self.signs)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Where inside accepted steps a motion does not go on as it did.
+
+    ``turn`` is an event of dry friction behind which it goes on, ``verdict`` tells that friction
+    leaves no way, ``end`` (what to say, event) why it ends; none of them: it is to stop here.
+    """
+
+    state: Any
+    turn: Any = None
+    verdict: NoWay | None = None
+    end: tuple[str, dict[str, Any]] | None = None
+
+
+class Watcher(Protocol):
+    """What looks at the accepted steps of a motion, one chunk after the other."""
+
+    def look(self, nodes: Nodes) -> Cut | None:
+        """Look at accepted steps; return where the motion does not go on as it did."""
 
 
 class Integrator:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -12,21 +12,10 @@ from mechdae.describe.coordinates import Selection, selection
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.kinds import Motion
-from mechdae.dynamics.creep import Creep
-from mechdae.dynamics.endings import Growth
-from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import WithReactions
-from mechdae.dynamics.integrate import Integrator
-from mechdae.dynamics.observe import Observer, States
-from mechdae.dynamics.start import Start
+from mechdae.dynamics.observe import Observer
+from mechdae.dynamics.run import Run
 from mechdae.dynamics.unique import dependence_note, unique
-from mechdae.dynamics.verdict import NoWay
-from mechdae.dynamics.watchers.events import Crossings, Found
-from mechdae.dynamics.watchers.lift_off import Lifting
-from mechdae.dynamics.watchers.passages import Passages
-from mechdae.dynamics.watchers.ranges import Ranges
-from mechdae.dynamics.watchers.sticking import Sticking
-from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.forces.meshes import slack_belts
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
@@ -39,44 +28,6 @@ BALANCED = 1e-3
 ROUNDED = 1e-9
 """Share of the energies stored, and of loads times a length, below which energies do not move."""
 CORRECTED = 1e-9
-
-
-@dataclass
-class Run:
-    """What an integration gave."""
-
-    setup: Setup
-    begin: Start
-    integrator: Integrator
-    passages: Passages
-    crossings: Crossings = field(init=False)
-    sticking: Sticking = field(init=False)
-    stiffness: Stiffness = field(init=False)
-    ranges: Ranges = field(init=False)
-    growth: Growth = field(init=False)
-    lifting: Lifting = field(init=False)
-    creep: Creep | None = None
-    first_energy: float = 0.0
-    states: States = field(init=False)
-    last: Any = None
-    last_signs: Any = None
-    stopped: Found | None = None
-    rests: float | None = None
-    fault: str | None = None
-    ends: dict[str, Any] | None = None
-    marks: list[tuple[Any, Any]] = field(default_factory=list)
-    undecided: tuple[float, str] = (-1.0, "")
-
-    def verdict(self, t: float, verdict: NoWay) -> None:
-        """Keep why a motion ends where dry friction leaves no accelerations, or several."""
-        self.undecided = (t, verdict.status)
-        event = {"kind": verdict.status, "code": verdict.code, "at": t, "time": t}
-        self.end(f"at t = {t:.9g} s: {verdict}", event | verdict.facts)
-
-    def end(self, fault: str, event: dict[str, Any]) -> None:
-        """Keep why a motion ends before its time, and the event of it."""
-        self.fault = fault
-        self.ends = event
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from mechdae.describe.tasks.motion import Crossing, crossings
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
-from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.zeros import Looker, changes
 from mechdae.errors import MechdaeError
 from mechdae.kernels.run.batch import Batch
@@ -74,8 +74,8 @@ class Crossings:
         left, size = self._function(t, x, v, signs, omega[:, None])
         return np.where(np.abs(left) <= ROUNDING * size, 0.0, left)
 
-    def look(self, nodes: Nodes) -> Found | None:
-        """Look for crossings in accepted steps; return the first that stops the motion."""
+    def look(self, nodes: Nodes) -> Cut | None:
+        """Look for crossings in accepted steps; return where the first stops the motion."""
         if not self.wanted or len(nodes.states) < 2:
             return None
         lay, signs = self.integrator.layout, nodes.signs
@@ -99,4 +99,4 @@ class Crossings:
         found.sort(key=lambda entry: float(lay.of(entry.state, "t")))
         stop = next((k for k, entry in enumerate(found) if entry.crossing.stop), None)
         self.found += found if stop is None else found[: stop + 1]
-        return None if stop is None else found[stop]
+        return None if stop is None else Cut(found[stop].state)

@@ -22,9 +22,9 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.friction_sizes import Sizes
-from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.verdict import NoWay
-from mechdae.dynamics.watchers.onset import onset
+from mechdae.dynamics.watchers.onset import Onset
 from mechdae.dynamics.watchers.zeros import Looker, changes
 from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.null_space import freedoms
@@ -86,7 +86,6 @@ class Sticking:
         """The other side of each side of a slot."""
         for first, second in setup.released.rubbing.sides:
             self._other |= {first: second, second: first}
-        self.verdict: tuple[Any, NoWay] | None = None
 
     # -- values --------------------------------------------------------------------------------
 
@@ -310,6 +309,11 @@ class Sticking:
         """The sizes of friction in joints, and how many fit."""
         return Sizes(self.setup)
 
+    @cached_property
+    def onset(self) -> Onset:
+        """Where the laws of friction stop to give one acceleration."""
+        return Onset(self.integrator, self.sizes)
+
     # -- events --------------------------------------------------------------------------------
 
     def _starts(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
@@ -343,22 +347,21 @@ class Sticking:
         along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
         return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
 
-    def _verdict(self, nodes: Nodes) -> tuple[Any, NoWay] | None:
-        """Return the first state whose accelerations are not unique, and what to say; or None."""
-        if not self.kernel.rubs:
+    def look(self, nodes: Nodes) -> Cut | None:
+        """Return the first event in accepted steps, or the state without a way; None for none."""
+        if len(nodes.states) < 2 or not (self.k or self.setup.smooth):
             return None
-        return onset(self, nodes)
+        lost = self.onset.look(nodes) if self.kernel.rubs else None
+        turn = self._turn(nodes) if self.k else None
+        if lost is not None and (turn is None or lost[0][0] < turn.state[0]):
+            return Cut(lost[0], verdict=lost[1])
+        return None if turn is None else Cut(turn.state, turn=turn)
 
-    def look(self, nodes: Nodes) -> Turn | None:
-        """Return the first event in accepted steps; None for none."""
-        if self.setup.smooth and len(nodes.states) > 1:
-            self.verdict = self._verdict(nodes)
-        if not self.k or len(nodes.states) < 2:
-            return None
+    def _turn(self, nodes: Nodes) -> Turn | None:
+        """Return the first event in accepted steps."""
         lay, states, signs = self.integrator.layout, nodes.states, nodes.signs
         t, x, v = (lay.of(states, name) for name in ("t", "x", "v"))
         sides = self.sides(signs)
-        self.verdict = self._verdict(nodes)
         shared = bool((sides == 0).any()) and not self.unique(float(t[0]), x[0], v[0], signs)
         watched = self._watched(sides, shared)
         values = self._functions(watched, signs)

@@ -1,0 +1,241 @@
+"""A motion step by step: what is watched in its steps, and how it goes on or ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechdae.dynamics.clock import Clock, Stretch
+from mechdae.dynamics.creep import Creep
+from mechdae.dynamics.endings import Growth, stalled
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.integrate import Cut, Integrator, Nodes, Watcher
+from mechdae.dynamics.observe import States
+from mechdae.dynamics.start import Start
+from mechdae.dynamics.verdict import NoWay
+from mechdae.dynamics.watchers.events import Crossings
+from mechdae.dynamics.watchers.lift_off import Lifting
+from mechdae.dynamics.watchers.passages import Passages
+from mechdae.dynamics.watchers.ranges import Ranges
+from mechdae.dynamics.watchers.sticking import Sticking, Turn
+from mechdae.dynamics.watchers.stiffness import Stiffness
+from mechdae.errors import InputError
+
+MOST = 2_000_000
+"""States that are kept."""
+CROWD = 20
+"""Events of friction so near each other that the motion does not go on."""
+CLOSE = 1e-6
+"""Share of the whole time that is near."""
+
+
+@dataclass
+class Run:
+    """What an integration gave.
+
+    ``watchers`` look at all accepted steps in this order, each up to where the one before it cut
+    them; ``last`` is the last state, ``ends`` the event with which a motion ends before its time,
+    ``fault`` what is said of it.
+    """
+
+    setup: Setup
+    begin: Start
+    integrator: Integrator
+    watchers: list[Watcher] = field(init=False)
+    creep: Creep | None = None
+    first_energy: float = 0.0
+    states: States = field(init=False)
+    last: Any = None
+    last_signs: Any = None
+    rests: float | None = None
+    fault: str | None = None
+    ends: dict[str, Any] | None = None
+    marks: list[tuple[Any, Any]] = field(default_factory=list)
+    undecided: tuple[float, str] = (-1.0, "")
+
+    def __post_init__(self) -> None:
+        parts = (self.setup, self.integrator)
+        self.sticking, self.crossings = Sticking(*parts), Crossings(*parts)
+        self.growth, self.passages = Growth(*parts), Passages(*parts)
+        self.stiffness, self.ranges, self.lifting = (
+            Stiffness(*parts), Ranges(*parts), Lifting(*parts)
+        )  # fmt: skip
+        self.watchers = [
+            self.sticking, self.crossings, self.growth, self.passages, self.stiffness,
+            self.ranges, self.lifting,
+        ]  # fmt: skip
+
+    def watched(self, nodes: Nodes) -> tuple[Nodes, Cut | None]:
+        """Return accepted steps up to the first place where the motion does not go on, and it."""
+        cut = None
+        for watcher in self.watchers:
+            found = watcher.look(nodes)
+            if found is not None:
+                nodes, cut = nodes.until(found.state), found
+        if cut is not None and cut.verdict is not None:
+            self.verdict(float(cut.state[0]), cut.verdict)
+        if cut is not None and cut.end is not None:
+            self.end(*cut.end)
+        return nodes, cut
+
+    def verdict(self, t: float, verdict: NoWay) -> None:
+        """Keep why a motion ends where dry friction leaves no accelerations, or several."""
+        self.undecided = (t, verdict.status)
+        event = {"kind": verdict.status, "code": verdict.code, "at": t, "time": t}
+        self.end(f"at t = {t:.9g} s: {verdict}", event | verdict.facts)
+
+    def end(self, fault: str, event: dict[str, Any]) -> None:
+        """Keep why a motion ends before its time, and the event of it."""
+        self.fault = fault
+        self.ends = event
+
+
+@dataclass
+class Kept:
+    """States of output as they are found: time, x, v, works, signs."""
+
+    rows: list[tuple[Any, Any, Any, Any, Any]] = field(default_factory=list)
+    count: int = 0
+
+    def add(self, t: Any, x: Any, v: Any, w: Any, signs: Any) -> None:
+        """Add states (n, .)."""
+        t = np.atleast_1d(np.asarray(t, float))
+        self.count += len(t)
+        if self.count > MOST:
+            raise InputError(
+                f"more than {MOST} states would be kept", hint="name the times: at = [...] or poses"
+            )
+        signs = np.broadcast_to(np.asarray(signs, float), (len(t), len(signs)))
+        self.rows.append((t, *(np.atleast_2d(part) for part in (x, v, w)), signs))
+
+    def stacked(self) -> tuple[Any, ...]:
+        """Return all of them."""
+        return tuple(np.concatenate(parts) for parts in zip(*self.rows, strict=True))
+
+
+def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
+    """Integrate a run from its start; keep the states of output."""
+    setup, integrator, sticking = run.setup, run.integrator, run.sticking
+    lay = integrator.layout
+    try:
+        signs, v = sticking.first(0.0, x, v)
+    except NoWay as verdict:
+        run.verdict(0.0, verdict)
+        signs = setup.loose
+    if setup.times is None or setup.times[0] == 0.0:
+        kept.add(0.0, x, v, np.zeros(lay.works), signs)
+    if run.fault:
+        return
+    clock = Clock(setup, x, v, run.crossings.expressions)
+    state = integrator.first(0.0, x, v, np.zeros(lay.works), signs)
+    if clock.begin() > 0:
+        state, signs = _resumed(run, state, signs, clock.begin())
+    while not sticking.final(signs, *(lay.of(state, part) for part in ("t", "x", "v"))):
+        stretch = clock.stretch(float(lay.of(state, "t")))
+        cut = _stretched(run, kept, state, signs, stretch)
+        if cut is None and not run.fault and stretch.end < setup.end:
+            state = state if run.last is None else run.last
+            if stretch.bends:
+                fault, t = clock.impact(stretch), stretch.end
+                if fault is not None:
+                    run.end(fault, {"kind": "impact", "code": "S9", "at": t, "time": t})
+                    return
+                state, signs = _resumed(run, state, signs, stretch.resume)
+        elif cut is not None and cut.turn is not None:
+            state, signs = _turned(run, cut.turn, signs)
+            if run.fault:
+                return
+        else:
+            return
+    _rest(run, kept, state, signs)
+
+
+def _stretched(run: Run, kept: Kept, state: Any, signs: Any, stretch: Stretch) -> Cut | None:
+    """Integrate over a stretch of time; return where the motion does not go on as it did."""
+    setup, integrator, sticking = run.setup, run.integrator, run.sticking
+    for nodes in integrator.steps(state, signs, stretch.end, stretch.longest):
+        nodes, cut = run.watched(nodes)
+        _keep(kept, nodes, integrator, setup.times)
+        run.last, run.last_signs = nodes.states[-1], nodes.signs
+        if setup.laws:
+            run.marks.append((nodes.states[0], nodes.signs))
+        if cut is not None:
+            return cut
+        if nodes.stalled:
+            jam = sticking.onset.ahead(run.last, nodes.signs)
+            if jam is not None:
+                run.verdict(float(run.last[0]), jam)
+            else:
+                run.end(*stalled(setup, integrator, sticking, run.last, nodes.signs))
+    return None
+
+
+def _turned(run: Run, turn: Turn, signs: Any) -> tuple[Any, Any]:
+    """Return the state and the inputs of friction right behind an event of friction."""
+    setup, integrator, sticking = run.setup, run.integrator, run.sticking
+    lay, after = integrator.layout, turn.state
+    t = float(lay.of(after, "t"))
+    x, v, w = (after[lay[part]] for part in ("x", "v", "w"))
+    try:
+        signs, v = sticking.settled(t, x, v, sticking.sides(signs), turn)
+    except NoWay as verdict:
+        run.verdict(t, verdict)
+        return after, signs
+    sticking.note(t, turn, signs)
+    recent = [entry for entry in sticking.found if t - entry[0] <= CLOSE * setup.end]
+    if len(recent) >= CROWD:
+        owners = list(dict.fromkeys(entry[1] for entry in recent))
+        fault = (
+            f"{CROWD} events of dry friction (F4) of {', '.join(owners)} within "
+            f"{CLOSE * setup.end:.2g} s before t = {t:.9g} s: the motion does not go on"
+        )
+        event = {"kind": "chatter", "code": "F4", "at": t, "time": t, "count": len(recent)}
+        run.end(fault, event | {"joints": owners})
+        return after, signs
+    state = integrator.first(t, x, v, w, signs, float(lay.of(after, "h")))
+    state[lay["trials"]] = after[lay["trials"]]
+    return state, signs
+
+
+def _resumed(run: Run, state: Any, signs: Any, t: float) -> tuple[Any, Any]:
+    """Return the state and the inputs of friction right behind a breakpoint."""
+    integrator, lay = run.integrator, run.integrator.layout
+    run.setup.pieces = run.setup.pieces_at(t)
+    signs = run.sticking.resumed(signs)
+    x, v, w = (state[lay[part]] for part in ("x", "v", "w"))
+    found = integrator.first(t, x, v, w, signs, float(lay.of(state, "h")))
+    found[lay["trials"]] = state[lay["trials"]]
+    return found, signs
+
+
+def _rest(run: Run, kept: Kept, state: Any, signs: Any) -> None:
+    """Keep the states of a mechanism that rests until the end."""
+    setup, lay = run.setup, run.integrator.layout
+    last = state.copy()
+    last[lay["t"]] = setup.end
+    run.last, run.last_signs = last, signs
+    run.rests = float(lay.of(state, "t"))
+    start = run.rests if run.rests > 0 else -1.0
+    times = np.array([setup.end]) if setup.times is None else setup.times
+    ahead = times[times > max(start, kept.rows[-1][0][-1] if kept.rows else -1.0)]
+    if len(ahead):
+        x, v, w = (np.tile(state[lay[part]], (len(ahead), 1)) for part in ("x", "v", "w"))
+        kept.add(ahead, x, v, w, signs)
+
+
+def _keep(kept: Kept, nodes: Nodes, integrator: Integrator, times: Any) -> None:
+    """Keep the states of output inside accepted steps."""
+    lay, states = integrator.layout, nodes.states
+    if len(states) < 2:
+        return
+    first, last = float(lay.of(states[0], "t")), float(lay.of(states[-1], "t"))
+    if times is None:
+        own = states[1:]
+        t, x, v, w = (lay.of(own, part) for part in ("t", "x", "v", "w"))
+        kept.add(t, x, v, w, nodes.signs)
+        return
+    inside = times[(times > first) & (times <= last)]
+    if len(inside):
+        kept.add(inside, *integrator.between(nodes, inside), nodes.signs)
