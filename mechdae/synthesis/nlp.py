@@ -194,16 +194,14 @@ class Nlp:
         return self._made(self.objective, self.g, approximate=True)
 
     def solve(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
-        """Return the local optimum from a start, or the start where that is feasible and better."""
-        if self._outside:
+        """Return the local optimum from a start.
+
+        Second derivatives are exact but for `rough` problems: a mean over poses couples them
+        all, which makes these dear, and where forces bend they mislead.
+        """
+        if self.rough or self._outside:
             return self.gone_on(z0, given)
-        if not self.rough:
-            return self._solver.solve(z0, self.settings(given), *self.bounds)
-        found = self.gone_on(z0, given)
-        if found.violation <= MET:
-            return found
-        other = self._solver.solve(z0, self.settings(given), *self.bounds)
-        return other if other.violation < found.violation else found
+        return self._solver.solve(z0, self.settings(given), *self.bounds)
 
     def gone_on(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
         """Return the optimum with approximate second derivatives; at worst a feasible start."""
@@ -249,7 +247,7 @@ class Nlp:
                 prices=new.prices * scale,
             )  # fmt: skip
         new = self.solve(z, given)
-        if not feasible or (new.violation <= MET and new.objective <= most):
+        if self.rough or not feasible or (new.violation <= MET and new.objective <= most):
             return new
         return self.gone_on(z, given)
 
@@ -262,7 +260,8 @@ class Nlp:
         spread = SX.zeros(len(self.words), 2 * len(loose))
         for k, i in enumerate(loose):
             spread[i, 2 * k], spread[i, 2 * k + 1] = 1, -1
-        return self._made(ca.sum1(slack), self.g + spread @ slack, slack), loose
+        rows = self.g + spread @ slack
+        return self._made(ca.sum1(slack), rows, slack, approximate=self.rough), loose
 
     def conflicts(self, z0: Any, given: Mapping[str, Any]) -> tuple[Optimum, dict[str, float]]:
         """Return the point where constraints are missed least, and by how much, by word.
@@ -289,7 +288,7 @@ class Nlp:
             if abs(amount) > MISSED:
                 amount = float(abs(amount)) * self._units[word]
                 amounts[word] = max(amounts.get(word, 0.0), amount)
-        return found, amounts
+        return replace(found, z=own), amounts
 
     def violations(self, z: Any, given: Mapping[str, Any]) -> Any:
         """Return by how much each row of g is above (+) or below (-) its bounds."""

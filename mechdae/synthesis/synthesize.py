@@ -118,21 +118,27 @@ def synthesize(
 
 
 def _gone_on(problems: Sequence[Nlp], jobs: Sequence[Job], optima: list[Optimum]) -> int:
-    """Go on with the starts that ran out of iterations, where none met all constraints.
+    """Go on with starts where none met all constraints.
 
-    Returns how many; their optima are replaced where the constraints are missed by less.
+    With those that ran out of iterations; where second derivatives are approximate with all, from
+    where the constraints are missed least. Returns how many; their optima are replaced where the
+    constraints are missed by less.
     """
     if any(found.violation <= FEASIBLE for found in optima):
         return 0
-    out = [i for i, found in enumerate(optima) if found.exhausted]
-    for i in out:
+    again = [i for i, (kind, _) in enumerate(jobs) if problems[kind].rough or optima[i].exhausted]
+    for i in again:
         kind, start = jobs[i]
         nlp = problems[kind]
-        for z in (nlp.point(start.values), optima[i].z):
+        points = [nlp.point(start.values), optima[i].z]
+        if nlp.rough:
+            nearest, missed = nlp.conflicts(points[0], start.given)
+            points = [] if missed else [nearest.z]
+        for z in points:
             new = nlp.gone_on(z, start.given)
             if new.violation < optima[i].violation:
                 optima[i] = replace(new, iterations=new.iterations + optima[i].iterations)
-    return len(out)
+    return len(again)
 
 
 def _reported(search: Search, nlp: Nlp, found: Optimum, start: Seed) -> float | None:

@@ -73,6 +73,69 @@ def test_a_feasible_file_is_never_lost():
     assert md.solve(design, "cycle").summary["efficiency"] == pytest.approx(best["objective"])
 
 
+@pytest.fixture
+def built(monkeypatch):
+    """Which of the solvers that are built have approximate second derivatives."""
+    from mechdae.synthesis import nlp
+
+    found = []
+
+    class Counted(nlp.Solver):
+        def __init__(self, *parts, **how):
+            found.append(how["approximate"])
+            super().__init__(*parts, **how)
+
+    monkeypatch.setattr(nlp, "Solver", Counted)
+    return found
+
+
+FOUR_FREE = (
+    ("free = {", "free = { r_mm = [50, 120], h_mm = [180, 320],"),
+    ("starts = 1", "starts = 6\nkeep = 1"),
+)
+
+
+def limited(most):
+    return read(
+        "shaper", *FOUR_FREE,
+        ("constraints = [", "constraints = [\n  { kind = \"limit\", "
+                            f"of = \"cycle/joints/O4/reaction\", max = {most} }},"),
+    )  # fmt: skip
+
+
+def test_a_start_that_fails_costs_no_exact_derivatives_of_a_mean(built, monkeypatch):
+    """Those of a mean over a cycle couple all of its poses: 150 000 numbers, minutes of work."""
+    from mechdae.synthesis import synthesize
+
+    plan = synthesize.planned
+
+    def two(search, problems, count, seed):
+        own = plan(search, problems, count, seed)[0]
+        nlp = problems[0]
+        missed = [np.abs(nlp.violations(nlp.point(s.values), s.given)).max() for s in own]
+        return [[own[0], own[int(np.argmax(missed))]]]
+
+    monkeypatch.setattr(synthesize, "planned", two)
+    problem = limited(3000)
+    found = md.synthesize(problem)
+    assert any(run["objective"] is None for run in found.summary["runs"])
+    best = found.data["designs"][0]
+    assert best["objective"] >= md.solve(problem, "cycle").summary["efficiency"]
+    assert built and all(built)
+    assert found.summary["iterations"] <= 2 * 200
+
+
+def test_a_limit_that_no_design_keeps_is_told_in_its_unit(built):
+    found = md.synthesize(limited(100), starts=1)
+    reaction = md.solve(limited(100), "cycle").joints["O4"]["reaction"]
+    most = np.linalg.norm(reaction, axis=1).max()
+    assert not found.data["designs"]
+    assert list(found.summary["conflicts"]) == ["limit of joints/O4/reaction"]
+    # in newtons, and not more than the file's own values miss it by
+    assert 1000 < found.summary["conflicts"]["limit of joints/O4/reaction"] < most - 100
+    assert all(built)
+
+
 # -- verification and ranking ---
 
 

@@ -114,13 +114,12 @@ class Extreme(Goal):
             rows.append(self.at_pose(x[:, i], u, d))
         if self.bounds is not None:
             low, high = (self._scaled(bound) for bound in self.bounds)
-            if self.asked.reduce in ("mean", "rms") or self.asked.path in MEANS:
-                nlp.constrain(f"limit of {self.asked.path}", self._mean(rows), low, high)
-            else:
-                for row in rows:
-                    nlp.constrain(f"limit of {self.asked.path}", self._size(row), low, high)
+            sizes = [self._mean(rows)] if self._averaged else [self._size(row) for row in rows]
+            unit = 1.0 if self.quantity.transmission else self.unit
+            for size in sizes:
+                nlp.constrain(f"limit of {self.asked.path}", size, low, high, unit)
             return SX(0)
-        if self.asked.path in MEANS or self.asked.reduce in ("mean", "rms"):
+        if self._averaged:
             return self.sense * self._mean(rows)
         ends = (0.0, np.pi / 2) if self.quantity.transmission else (-np.inf, np.inf)
         worst = nlp.variable(self.own("worst"), 1, *ends)
@@ -323,7 +322,7 @@ class Extreme(Goal):
 
     def _reached(self, design: Design, found: Any) -> float:
         """Return the reduced quantity, extremes refined."""
-        if self.asked.path in MEANS or self.asked.reduce in ("mean", "rms"):
+        if self._averaged:
             return quantity_of(found, self.asked)
         if self.asked.reduce == "least":
             return self._ends(design, found)[0]
