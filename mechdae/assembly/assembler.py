@@ -25,7 +25,8 @@ from mechdae.assembly.redundant import RedundantSolver
 from mechdae.assembly.three_legs import Truss, truss
 from mechdae.assembly.turn_lattice import lattices, with_periods
 from mechdae.assembly.whole_turns import WholeTurns
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinate_kinds import ANGLE, LENGTH, PLACE
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.graphs.steps import Graphs
@@ -35,7 +36,6 @@ from mechdae.model.reduction import own_freedom
 from mechdae.numerics.least_squares import solve
 from mechdae.numerics.null_space import dependent
 from mechdae.setup.drivers import Sketch
-from mechdae.setup.scales import natural_sizes
 
 SAME = 1e-7
 """Largest difference of one and the same solution [rad, sizes of the mechanism]."""
@@ -97,7 +97,7 @@ class Assembler:
         self.turns = WholeTurns(self.scene, self.sketch, self.p)
         slopes = angle_slopes(self.scene, self.p) if graphs.blocks else {}
         self.solvers = [
-            self._solver(graph, slopes, any(self.scene.x_names[i][1] == "s" for i in graph.own))
+            self._solver(graph, slopes, any(self.scene.unknowns.places[graph.own]))
             for graph in graphs.blocks
         ]
         exact = lattices(self.scene, [graph.own for graph in graphs.blocks])
@@ -110,7 +110,7 @@ class Assembler:
         """Whether turns without end move bodies solved later: modes are not all listed."""
         self.contacts = Contacts(self.scene, self.p)
         self.closing = Closing(graphs)
-        self.natural = natural_sizes(self.scene, self.size)
+        self.natural = self.scene.unknowns.sizes(self.size)
         self._trusses: dict[int, Truss | None] = {}
         self._searches: dict[int, Search] = {}
         self.searched: dict[int, list[Found]] = {}
@@ -132,10 +132,6 @@ class Assembler:
 
     def blocks_of(self, group: Group) -> list[int]:
         return self._blocks_of[group.index]
-
-    def names(self, b: int) -> list[str]:
-        """Return what a block's unknowns are: x, y, angle."""
-        return [self.scene.x_names[i][1] for i in self.graphs.blocks[b].own]
 
     @property
     def endless_groups(self) -> list[Group]:
@@ -269,8 +265,11 @@ class Assembler:
         if found is None:
             return
         q, moved = (self.coordinates(pose, u) for pose in found)
-        size = {"x": self.size, "y": self.size}
-        bodies = [n[0] for n in q if abs(moved[n] - q[n]) > 1e-6 * size.get(n[1], 1.0)]
+        bodies = [
+            c.owner
+            for c in self.scene.recovered
+            if abs(moved[c.key] - q[c.key]) > 1e-6 * (self.size if c.kind is LENGTH else 1.0)
+        ]
         raise own_freedom(group, bodies, self.dependent(group, found[0], u))
 
     def superfluous(self, x: Any, u: Any) -> list[dict[str, Any]]:
@@ -282,8 +281,8 @@ class Assembler:
 
     def dependent(self, group: Group, x: Any, u: Any) -> list[str]:
         """Return joints and drivers of a group whose equations depend on each other at a pose."""
-        names = [self.scene.model.q_names[j][1] for j in group.columns]
-        weights = np.array([1.0 if name in ("angle", "s") else self.size for name in names])
+        lengths = self.scene.model.coordinates.lengths[list(group.columns)]
+        weights = np.where(lengths, self.size, 1.0)
         rows = np.flatnonzero(dependent(self.group_jacobian(x, u, group) * weights))
         return list(dict.fromkeys(self.scene.rows[group.rows[k]].owner for k in rows))
 
@@ -364,7 +363,7 @@ class Assembler:
             elif period := solver.period(j):
                 result[j] -= period * np.round((result[j] - self._wanted(i, pose, u)) / period)
                 wanted[j] = result[j]
-        told = [self.scene.x_names[i][0] in self.sketch for i in graph.own]
+        told = [self.scene.unknowns[i].owner in self.sketch for i in graph.own]
         gaps = (result - wanted) / (2 * np.pi)
         left = self.lattices[b].remainder(gaps[None], np.where(told, 1.0, SILENT))[0]
         return result - 2 * np.pi * np.round(gaps - left)
@@ -402,12 +401,11 @@ class Assembler:
 
     def _wanted(self, i: int, x: Any, u: Any) -> float:
         """Return the sketched value of an unknown that has a period, in its absence a middle."""
-        owner, name = self.scene.x_names[i]
-        if name == "s":
-            middle = sum(self.scene.model.contacts[owner].range) / 2
+        own = self.scene.unknowns[i]
+        if own.kind is PLACE:
             places = {c.part: value for c, value in self.places.items() if c.kind == "curve"}
-            return places.get(owner, middle)
-        return self.turns.wanted(i, x, u) if name == "angle" else self.sketch.get(owner, 0.0)
+            return places.get(own.owner, own.middle)
+        return self.turns.wanted(i, x, u) if own.kind is ANGLE else self.sketch.get(own.owner, 0.0)
 
     def _search(self, b: int, x: Any, u: Any, most: int = MOST) -> Any:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
@@ -524,8 +522,10 @@ class Assembler:
             first = self.contacts.first(group, x, u)
         else:
             first = self._angles(group, pose, u)[group.bodies[0]]
-            names = [self.scene.x_names[i] for i in own]
-            if (group.bodies[0], "angle") not in names:
+            model = self.scene.model
+            if model.q_names[model.turn(group.bodies[0])] not in [
+                self.scene.x_names[i] for i in own
+            ]:
                 first -= 2 * np.pi * float(np.ceil(first / (2 * np.pi) - 0.5))
         return (round(first, 9), *np.round(pose[own] / self.natural[own], 9))
 
@@ -558,7 +558,7 @@ class Assembler:
         """Return the pose of the whole mechanism nearest to the sketch at driver values `u`."""
         return self.sketched.nearest(u)
 
-    def _coordinate(self, c: Coordinate, x: Any, u: Any) -> float:
+    def _coordinate(self, c: NamedCoordinate, x: Any, u: Any) -> float:
         """Return the value of a coordinate at a pose."""
         function = self._local(c, lambda: self.scene.model.coordinate(c))
         return float(function(x, u, self.p).item())

@@ -9,18 +9,19 @@ that lie closer together than the scan tells apart may be missed: the count is f
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.assembly.elimination import BlockSolver, Solutions
+from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.local import local
 from mechdae.model.curve_contacts import Contact
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
-from mechdae.setup.scales import natural_sizes, periods
 
 SCAN = 1440
 """Places looked at along a curve."""
@@ -57,19 +58,17 @@ class ContactSolver(BlockSolver):
     ) -> None:
         super().__init__(scene, graph, p, size, slopes)
         self._all_p = p
-        names = [scene.x_names[i] for i in graph.own]
-        self._periods = periods(scene)[graph.own]
-        self._sizes = natural_sizes(scene, size)[graph.own]
-        self._at = next(j for j, name in enumerate(names) if name[1] == "s")
+        own = [scene.unknowns[i] for i in graph.own]
+        self._periods = scene.unknowns.periods[graph.own]
+        self._sizes = scene.unknowns.sizes(size)[graph.own]
+        self._at = next(j for j, c in enumerate(own) if c.kind is PLACE)
         contacts = scene.model.contacts
-        self.contact = contacts[names[self._at][0]]
+        self.contact = contacts[own[self._at].owner]
         # (place, angle of the tangent, their function) of every contact in the block
         self._tangents = []
-        for j, (owner, name) in enumerate(names):
-            if name == "s" and (owner, "angle") in names:
-                contact = contacts[owner]
-                function = _along(scene, contact)
-                self._tangents.append((j, names.index((owner, "angle")), function))
+        for j, k in itertools.permutations(range(len(own)), 2):
+            if own[j].kind is PLACE and own[k].kind is ANGLE and own[j].owner == own[k].owner:
+                self._tangents.append((j, k, _along(scene, contacts[own[j].owner])))
         bound = {self._at, *(k for j, k, _ in self._tangents if j == self._at)}
         self._others = [j for j in range(self.n) if j not in bound]
         self._closed = not self._others or (len(self._others) == 1 and self._follows())

@@ -19,6 +19,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.closure import Gap
+from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
@@ -58,7 +59,7 @@ def angle_slopes(scene: Scene, p: Any) -> dict[int, list[float]]:
     """Return by unknown how fast the bodies' angles turn with it, zeros left out."""
 
     def make() -> tuple[list[int], Call]:
-        angles = [value for (_, name), value in scene.recover.items() if name == "angle"]
+        angles = [scene.recover[c.key] for c in scene.recovered if c.kind is ANGLE]
         jacobian = ca.jacobian(ca.vertcat(*angles), scene.x)
         entries = ca.densify(ca.SX(ca.vertcat(ca.SX(0, 1), *jacobian.nonzeros())))
         function = ca.Function("k", [scene.model.p], [entries])
@@ -118,7 +119,7 @@ class BlockSolver:
     ) -> None:
         self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
         self.values, self.scene = p, scene
-        self.angle = [scene.x_names[i][1] == "angle" for i in graph.own]
+        self.angle = [scene.unknowns[i].kind is ANGLE for i in graph.own]
         self.constant, self._F, self._many = graph.kept("eliminate", lambda: _equations(graph))
         self.linear = all(all(row) for row in self.constant)
         self.turns = [_turns(slopes.get(i, [])) for i in graph.own]

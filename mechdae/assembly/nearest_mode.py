@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinate_kinds import ANGLE, PLACE
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
@@ -45,7 +46,7 @@ class Entry:
     ``size`` is its unit, ``turns`` tells that a whole turn of it makes no difference.
     """
 
-    coordinate: Coordinate
+    coordinate: NamedCoordinate
     wanted: float
     stage: int
     size: float
@@ -96,7 +97,7 @@ class Sketched:
         self.ended = False
         """Whether the last search ended before all modes were compared."""
 
-    def _entry(self, c: Coordinate, wanted: float) -> Entry | None:
+    def _entry(self, c: NamedCoordinate, wanted: float) -> Entry | None:
         """Return an entry of the sketch, None where it tells of bodies that are not solved for."""
         bodies = [body for body in self.bodies(c) if body != GROUND]
         if not bodies or not all(body in self.stage for body in bodies):
@@ -107,7 +108,7 @@ class Sketched:
         size = driver_size(model, c, self.assembler.size)
         return Entry(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
 
-    def bodies(self, c: Coordinate) -> tuple[str, ...]:
+    def bodies(self, c: NamedCoordinate) -> tuple[str, ...]:
         """Return the bodies that a coordinate belongs to."""
         joints = self.scene.model.mechanism.joints
         own_joint = c.kind not in ("body angle", "point")
@@ -254,11 +255,11 @@ class Sketched:
         assembler, graph = self.assembler, self.assembler.graphs.blocks[b]
         pose, lengths = x.copy(), []
         for i in graph.own:
-            owner, name = self.scene.x_names[i]
-            if name == "s" or (name == "angle" and owner not in self.stage):
+            own = self.scene.unknowns[i]
+            if own.kind is PLACE or (own.kind is ANGLE and own.owner not in self.stage):
                 places = {c.part: v for c, v in assembler.places.items() if c.kind == "curve"}
-                pose[i] = places.get(owner, np.nan)
-            elif name == "angle":
+                pose[i] = places.get(own.owner, np.nan)
+            elif own.kind is ANGLE:
                 pose[i] = assembler.turns.start(i, pose, u)
             else:
                 lengths.append(i)
@@ -349,7 +350,7 @@ class Sketched:
         return []
 
 
-def _key(c: Coordinate) -> str:
+def _key(c: NamedCoordinate) -> str:
     """Return a coordinate as a key of the sketch."""
     if c.kind == "point":
         return f'"{c.text}"'

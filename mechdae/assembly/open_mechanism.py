@@ -16,7 +16,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
@@ -107,7 +108,7 @@ def _plain(mechanism: Mechanism) -> Mechanism:
 
 def _driven(
     mechanism: Mechanism, task: Task, result: Result | None, pose: int | None
-) -> tuple[list[Coordinate], list[float]]:
+) -> tuple[list[NamedCoordinate], list[float]]:
     """Return the drivers that have a value at the start, and their values."""
     if result is not None and pose is not None and result.drivers:
         own = {text: float(series.position[pose]) for text, series in result.drivers.items()}
@@ -128,7 +129,7 @@ def _driven(
 
 def _sketch(
     mechanism: Mechanism, result: Result | None, pose: int | None
-) -> tuple[dict[str, float], dict[Coordinate, float]]:
+) -> tuple[dict[str, float], dict[NamedCoordinate, float]]:
     """Return rough angles of bodies and values of other coordinates."""
     drawn = sketched(mechanism)
     if result is None or pose is None:
@@ -146,7 +147,7 @@ class _Equations:
     """Equations of the joints and the drivers as arrays, with their second derivatives."""
 
     def __init__(
-        self, mechanism: Mechanism, drivers: list[Coordinate], values: list[float]
+        self, mechanism: Mechanism, drivers: list[NamedCoordinate], values: list[float]
     ) -> None:
         names = [name for name, _ in mechanism.numbers()]
         self.mechanism, self.model = mechanism, Model(mechanism, free=names)
@@ -155,8 +156,8 @@ class _Equations:
         self.u, self.drivers = np.array(values), drivers
         self.sizes = np.array([self.scale if row.unit == "m" else 1.0 for row in self.rows])
         self.owners = [row.owner for row in self.rows]
-        angles = [name not in ("x", "y", "z") for _, name in self.model.q_names]
-        self.units = np.where(angles, 1.0, self.scale)
+        self.lengths = self.model.coordinates.lengths
+        self.units = np.where(self.lengths, self.scale, 1.0)
         self.q0, self.free = np.zeros(len(self.units)), np.ones(len(self.units), bool)
         model, q = self.model, self.model.q
         phi = ca.vertcat(*[row.expression for row in self.rows]) / self.sizes
@@ -181,9 +182,8 @@ class _Equations:
             if angle is None or point is None or not np.isfinite(point[pose]).all():
                 continue
             assert f"{anchor}.x" in values
-            for name, value in zip(("x", "y", "angle"), (*point[pose], angle[pose]), strict=True):
-                k = self.model.places[(body, name)]
-                self.q0[k], self.free[k] = value, False
+            places = self.model.twist(body)
+            self.q0[places], self.free[places] = (*point[pose], angle[pose]), False
 
     def moved(self, q: Any, step: Any, most: float = 1.0) -> Any:
         """Return coordinates after a step of the free ones, in their sizes."""
@@ -214,13 +214,13 @@ class _Equations:
 
     # -- poses -----------------------------------------------------------------------------------
 
-    def start(self, angles: dict[str, float], places: dict[Coordinate, float]) -> Any:
+    def start(self, angles: dict[str, float], places: dict[NamedCoordinate, float]) -> Any:
         """Return the pose at which the equations are violated least, from a rough one."""
         q = self.q0.copy()
-        for (body, name), k in self.model.places.items():
-            if name == "angle" and body in angles and self.free[k]:
-                q[k] = angles[body]
-        moving = np.array([name in ("x", "y") for _, name in self.model.q_names])[self.free]
+        for k, c in enumerate(self.model.coordinates):
+            if c.kind is ANGLE and c.owner in angles and self.free[k]:
+                q[k] = angles[c.owner]
+        moving = self.lengths[self.free]
         for _ in range(3):  # the places of the bodies first, with the angles as drawn
             phi, slope = self.at(q)
             step = np.zeros(len(moving))
@@ -390,7 +390,7 @@ def _gap(equations: _Equations, name: str, q: Any, at: dict[str, Any]) -> dict[s
         # the foot on a guide or a curve, or the end of a rod of its length
         axis = equations.mechanism.values().get(f"{name}.axis")
         if joint.kind == "pin-in-slot" and axis is not None:
-            k = equations.model.places.get((joint.first_body, "angle"))
+            k = None if joint.first_body == GROUND else equations.model.turn(joint.first_body)
             turn = axis + (q[k] if k is not None else 0.0)
             along = np.array([np.cos(turn), np.sin(turn)])
             first = first + float(way @ along) * along

@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.assembly.assembler import Assembler, Failure, Mode
 from mechdae.assembly.nearest_mode import MOST_BEGUN
+from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.errors import AssemblyError, MechanismError, UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.setup.drivers import Plan
@@ -178,12 +179,13 @@ def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, float]:
     """Return the angles of all bodies [deg], ready to paste into [sketch]."""
     q = assembler.coordinates(mode.x, u)
     angles = {}
-    for (body, name), value in q.items():
-        if name == "angle" and body in assembler.scene.model.mechanism.bodies:
-            angles[f"{body}_deg"] = round(math.degrees(value), 3) + 0.0
-    for group in assembler.scene.groups:
-        unknown = {name for b in assembler.blocks_of(group) for name in assembler.names(b)}
-        if unknown & {"x", "y", "s"} or assembler.contacts.of(group):
+    scene = assembler.scene
+    for own in scene.recovered:
+        if own.kind is ANGLE and own.owner in scene.model.mechanism.bodies:
+            angles[f"{own.owner}_deg"] = round(math.degrees(q[own.key]), 3) + 0.0
+    for group in scene.groups:
+        places = [i for b in assembler.blocks_of(group) for i in assembler.graphs.blocks[b].own]
+        if not scene.unknowns.turns[places].all() or assembler.contacts.of(group):
             angles |= assembler.slides(group, mode.x, u)
     for c, value in zip(assembler.scene.drivers, u, strict=True):
         if c.kind != "body angle":

@@ -18,12 +18,13 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.platform import EPS, Closures, Leg, closures
-from mechdae.describe.coordinates import Coordinate
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.run.call import Call
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
+from mechdae.model.space import PLANE
 
 Pose = tuple[complex, float]
 """Origin and angle of a frame in another."""
@@ -54,7 +55,7 @@ class Strut:
     link: str = ""
     ends: tuple[End, End] | None = None
     joint: Joint | None = None
-    driven: Coordinate | None = None
+    driven: NamedCoordinate | None = None
 
 
 class _NoTruss(Exception):
@@ -102,7 +103,7 @@ class Truss:
     def _read_drivers(self, scene: Scene) -> None:
         """Sort the group's drivers: of joints, of points; the angle of a body is no leg."""
         self.driven: dict[str, tuple[int, str]] = {}
-        self.rails: list[tuple[int, Coordinate]] = []
+        self.rails: list[tuple[int, NamedCoordinate]] = []
         count = len(scene.model.rows)
         for k, c in enumerate(scene.drivers):
             if count + k not in self.group.rows:
@@ -257,7 +258,8 @@ class _Numbers:
         """Return a body's frame in that of its node; a known body's in the fixed frame."""
         if body in self.shape.node:
             return self.placed[body]
-        return complex(self.q[(body, "x")], self.q[(body, "y")]), self.q[(body, "angle")]
+        x, y, angle = (self.q[body, name] for name in PLANE.twist)
+        return complex(x, y), angle
 
     def _place_rigid(self, joint: Joint) -> None:
         shape = self.shape
@@ -377,9 +379,9 @@ class _Numbers:
             z, w = frames[self.shape.node[body]]
             offset, angle = self.placed[body]
             origin = z + w * offset
-            yield (body, "x"), origin.real
-            yield (body, "y"), origin.imag
-            yield (body, "angle"), cmath.phase(w * cmath.rect(1, angle))
+            turned = cmath.phase(w * cmath.rect(1, angle))
+            for name, value in zip(PLANE.twist, (origin.real, origin.imag, turned), strict=True):
+                yield (body, name), value
 
 
 def place(reference: str, slot: str = "") -> Place:

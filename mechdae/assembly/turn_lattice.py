@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.assembly.elimination import rational
+from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.mechanism import GROUND
 from mechdae.model.reduction import Scene
 
@@ -120,7 +121,7 @@ def lattices(scene: Scene, blocks: Iterable[Sequence[int]]) -> list[Lattice]:
     inside = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
     if not any(joints[name].kind in GEARED for name in inside):
         return [Lattice(_units(scene, own), len(own)) for own in blocks]
-    turned = [i for own in blocks for i in own if scene.x_names[i][1] == "angle"]
+    turned = [i for own in blocks for i in own if scene.unknowns[i].kind is ANGLE]
     place = {i: k for k, i in enumerate(turned)}
     rows = _echelon(_projected(scene, inside, turned))
     pivots = [next(k for k, value in enumerate(row) if value) for row in rows]
@@ -140,7 +141,7 @@ def lattices(scene: Scene, blocks: Iterable[Sequence[int]]) -> list[Lattice]:
 
 def _units(scene: Scene, own: Sequence[int]) -> list[list[int]]:
     """Return single turns of each angle."""
-    angles = [j for j, i in enumerate(own) if scene.x_names[i][1] == "angle"]
+    angles = [j for j, i in enumerate(own) if scene.unknowns[i].kind is ANGLE]
     return [[int(k == j) for k in range(len(own))] for j in angles]
 
 
@@ -148,7 +149,7 @@ def _projected(scene: Scene, inside: Sequence[str], turned: Sequence[int]) -> li
     """Return the turns of unknown angles that leave all equations unchanged, generators."""
     bodies, equations = _equations(scene, inside)
     column = {name: k for k, name in enumerate(bodies)}
-    owners = [scene.x_names[i][0] for i in turned]
+    owners = [scene.unknowns[i].owner for i in turned]
     basis = null_space(equations, len(bodies))
     rows = [[row[column[name]] if name in column else 0 for name in owners] for row in basis]
     # the tangent's angle of a contact is in no such equation

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.kernels.run.local import Local, local
 from mechdae.model.reduction import Scene
@@ -46,12 +47,12 @@ class WholeTurns:
 
         With each comes its angle as a function of a pose.
         """
-        if self.scene.x_names[i][1] != "angle":
+        if self.scene.unknowns[i].kind is not ANGLE:
             return []
         if i not in self._deciding:
-            own, found = self.scene.x_names[i][0], []
+            own, found = self.scene.unknowns[i].owner, []
             for body in sorted(self.geared, key=lambda name: name != own):
-                angle = self.scene.recover.get((body, "angle"))
+                angle = self.scene.turn_of(body)
                 together = self._rigid[body] == self._rigid.get(own)
                 if together and angle is not None and self.scene.held(angle)[0] == [i]:
                     found.append((body, self._angle(body)))
@@ -59,7 +60,7 @@ class WholeTurns:
         return self._deciding[i]
 
     def _angle(self, body: str) -> Local:
-        return local(self.scene, (body, "angle"), lambda: self.scene.recover[body, "angle"])
+        return local(self.scene, (body, ANGLE), lambda: self.scene.turn_of(body))
 
     def wanted(self, i: int, x: Any, u: Any) -> float:
         """Return the value of unknown angle `i` that the sketch asks for; 0 where it is silent.
@@ -68,11 +69,11 @@ class WholeTurns:
         """
         for body, angle in self._told(i):
             return float(x[i] - (angle(x, u, self.p).item() - self.angles[body]))
-        return self.angles.get(self.scene.x_names[i][0], 0.0)
+        return self.angles.get(self.scene.unknowns[i].owner, 0.0)
 
     def start(self, i: int, x: Any, u: Any) -> float:
         """Return the sketched angle `i` on the turn that the sketch asks for, nan without one."""
-        own = self.angles.get(self.scene.x_names[i][0])
+        own = self.angles.get(self.scene.unknowns[i].owner)
         if not self._told(i):
             return np.nan if own is None else own
         wanted = self.wanted(i, x, u)

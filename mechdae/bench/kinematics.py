@@ -151,7 +151,7 @@ def _error(setting: Setting, x: Any, s: Any) -> tuple[float, float]:
     """Return the largest true error of the unknowns `x` (k, nx) at `s`, and what is allowed."""
     if not x.shape[1]:
         return 0.0, 1e-15
-    angle = np.array([name == "angle" for _, name in setting.scene.x_names], bool)
+    angle = setting.scene.unknowns.turns
     unit = np.where(angle, 1.0, setting.scene.model.mechanism.scale)
     error = true_error(setting.graphs, x, s[:, None], setting.assembler.p) / unit
     allowed = 2 * np.spacing(np.maximum(1.0, np.abs(x / unit))) + 1e-15

@@ -23,7 +23,7 @@ from mechdae.kernels.graphs.singular import crossing, jets
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
-from mechdae.setup.scales import Constants, natural_sizes
+from mechdae.setup.scales import Constants
 
 NODES_PER_TURN = 128
 """Certified steps of a path in one turn of the driver, at least."""
@@ -145,8 +145,8 @@ class CrossingFinder:
         return self.largest * NODES_PER_TURN / (2 * np.pi)
 
     def columns(self, b: int) -> Any:
-        """Return the units of a block's unknowns, see `natural_sizes`."""
-        return natural_sizes(self.graphs.scene, self.scale)[self.graphs.blocks[b].own]
+        """Return the units of a block's unknowns, their natural sizes."""
+        return self.graphs.scene.unknowns.sizes(self.scale)[self.graphs.blocks[b].own]
 
     def rows(self, b: int) -> Any:
         units = self.graphs.blocks[b].block.units

@@ -86,11 +86,9 @@ class Evaluator:
         for graph in graphs.blocks:
             self.column_group[graph.own] = self.place[graph.block.group]
         self.block_group = np.array([self.place[graph.block.group] for graph in graphs.blocks], int)
-        names = graphs.scene.x_names
-        self.angles = np.array([name == "angle" for _, name in names], bool)
-        self.lengths = np.array(
-            [all(names[i][1] not in ("angle", "s") for i in g.own) for g in graphs.blocks], bool
-        )
+        unknowns = graphs.scene.unknowns
+        self.angles = unknowns.turns
+        self.lengths = np.array([unknowns.lengths[g.own].all() for g in graphs.blocks], bool)
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.zones = ZonePoses(graphs)
@@ -213,7 +211,7 @@ class Evaluator:
         """
         nothing = np.zeros((len(s), self.graphs.nu))
         rates = () if self.graphs.single else tuple([nothing] * len(self.graphs.driven))
-        kinds, coordinates, users, owners = self.recovered
+        recovered, (coordinates, users, owners) = self.graphs.scene.recovered, self.recovered
         sizes = np.where(self.angles, 1.0, path.constants.scale)
         values, errors, unknowns = [], [], []
         for at in (s, shifted):
@@ -224,15 +222,15 @@ class Evaluator:
         error = np.maximum(*errors)
         with np.errstate(invalid="ignore"):
             apart = values[0] - values[1]
-        apart /= np.where(kinds == "angle", 1.0, path.constants.scale)
+        apart /= np.where(recovered.turns, 1.0, path.constants.scale)
         turns = 2 * np.pi * np.round(apart / (2 * np.pi))
-        apart -= np.where(kinds == "angle", turns, 0.0)
+        apart -= np.where(recovered.turns, turns, 0.0)
         result = np.ones((len(s), len(self.groups)), bool)
         with np.errstate(invalid="ignore"):  # Newton's method may end on another turn
             far = self.angles & ~(np.abs(unknowns[0] - unknowns[1]) <= HALF_TURN)
         for i in np.flatnonzero(far.any(axis=0)):
             result[:, self.column_group[i]] &= ~far[:, i]
-        for k in np.flatnonzero(kinds != "s"):  # a point on a closed curve may go round it
+        for k in np.flatnonzero(~recovered.places):  # a point on a closed curve may go round it
             known = 4 * error[:, users[k]].max(axis=1, initial=0.0)
             allowed = RETURN + np.minimum(known, APART)
             result[:, owners[k]] &= np.abs(apart[:, k]) <= allowed
@@ -247,19 +245,18 @@ class Evaluator:
         kept &= ~lost
 
     @property
-    def recovered(self) -> tuple[Any, Any, list[list[int]], list[int]]:
-        """Kinds of coordinates, their values, the unknowns each depends on, places of groups."""
-        found: tuple[Any, Any, list[list[int]], list[int]] = self.graphs.kept(
+    def recovered(self) -> tuple[Any, list[list[int]], list[int]]:
+        """Values of the coordinates, the unknowns each depends on, places of groups."""
+        found: tuple[Any, list[list[int]], list[int]] = self.graphs.kept(
             "recovered", self._recovered
         )
         return found
 
-    def _recovered(self) -> tuple[Any, Any, list[list[int]], list[int]]:
+    def _recovered(self) -> tuple[Any, list[list[int]], list[int]]:
         scene = self.graphs.scene
         coordinates = ca.densify(ca.vertcat(*scene.recover.values()))
-        kinds = np.array([name for _, name in scene.recover])
         function = ca.Function("c", [scene.x, scene.u, scene.model.p], [coordinates])
-        users: list[list[int]] = [[] for _ in kinds]
+        users: list[list[int]] = [[] for _ in scene.recover]
         pattern = ca.jacobian(coordinates, scene.x).sparsity()
         for row, column in zip(*pattern.get_triplet(), strict=True):
             users[row].append(column)
@@ -268,7 +265,7 @@ class Evaluator:
             names[c]: self.place[group.index] for group in scene.groups for c in group.columns
         }
         owners = [group_of[name] for name in scene.recover]
-        return kinds, Batch(function, shared=[2]), users, owners
+        return Batch(function, shared=[2]), users, owners
 
     def _solve(
         self,

@@ -16,7 +16,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.numerics.least_squares import solve
-from mechdae.setup.scales import Constants, natural_sizes
+from mechdae.setup.scales import Constants
 
 ITERATIONS = 30
 REFINED = 2
@@ -105,7 +105,7 @@ class LimitFinder:
     ) -> None:
         self.graphs, self.whole, self.drivers = graphs, whole, drivers
         self.p, self.mu, self.unit, scale = constants.p, constants.mu, unit, constants.scale
-        self.scale, self.sizes = scale, natural_sizes(graphs.scene, scale)
+        self.scale, self.sizes = scale, graphs.scene.unknowns.sizes(scale)
         self.weights = graphs.units(scale, self.p)[0]
 
     def chain(self, b: int) -> tuple[list[int], list[int]]:

@@ -27,7 +27,7 @@ from mechdae.errors import InputError, SolveError
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.sequence import Sequence
-from mechdae.setup.scales import Constants, natural_sizes
+from mechdae.setup.scales import Constants
 
 NEARLY = 1 + 1e-9
 """How much longer a step may be in order to end at its goal."""
@@ -124,9 +124,7 @@ class Path:
         g = self.graphs
         self.whole = np.concatenate([self.constants.vector(), self.u0, self.d])
         self._one, self._place = g.kept("step", lambda: Call(g.advance)), np.zeros(2)
-        names = [name for _, name in self.graphs.scene.x_names]
-        lengths = np.array([name not in ("angle", "s") for name in names], bool)
-        self.far = np.where(lengths, FAR * self.constants.scale, np.inf)
+        self.far = np.where(g.scene.unknowns.lengths, FAR * self.constants.scale, np.inf)
         self.groups = [group.index for group in g.scene.groups]
         self.block_group = [graph.block.group for graph in g.blocks]
         self.reach = {index: Reach() for index in self.groups}
@@ -149,7 +147,7 @@ class Path:
     @cached_property
     def expansion(self) -> Expansion:
         """What proves steps around power series."""
-        sizes = natural_sizes(self.graphs.scene, self.constants.scale)
+        sizes = self.graphs.scene.unknowns.sizes(self.constants.scale)
         return Expansion(self.graphs, self.constants, sizes)
 
     # -- nodes ---------------------------------------------------------------------------
@@ -499,8 +497,9 @@ class Path:
             return False
         after = self._step(state, s, sense * hair)[0]
         place, n = s + sense * hair, self.graphs.nx
-        lengths = [name not in ("angle", "s") for _, name in self.graphs.scene.x_names]
-        near = MOVED * HAIR * np.where(lengths, self.constants.scale, 1.0)
+        near = (
+            MOVED * HAIR * np.where(self.graphs.scene.unknowns.lengths, self.constants.scale, 1.0)
+        )
         _, test, det, miss = self._step(after, place, sense * hair)
         proved = self._proved(after, test, det, miss, self._front[up])
         if not (np.all(np.abs(after[:n] - state[:n]) <= near) and proved[alive].all()):

@@ -13,7 +13,7 @@ CURVE_JOINTS = ("curve",)
 
 
 @dataclass(frozen=True)
-class Coordinate:
+class NamedCoordinate:
     """A scalar that can be driven, sketched or reported.
 
     ``kind`` is "body angle", "point", "joint angle", "slide" or "curve"; ``part`` the body or
@@ -37,7 +37,7 @@ class Coordinate:
         return "rad" if self.is_angle else "1" if self.kind == "curve" else "m"
 
 
-def coordinate(mechanism: Mechanism, text: str) -> Coordinate:
+def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
     """Return the coordinate named `text`.
 
     Raises
@@ -50,20 +50,20 @@ def coordinate(mechanism: Mechanism, text: str) -> Coordinate:
     parts = text.split(".")
     if parts[0] in mechanism.bodies:
         if parts[1:] == ["angle"]:
-            return Coordinate(text, "body angle", parts[0])
+            return NamedCoordinate(text, "body angle", parts[0])
         points = mechanism.bodies[parts[0]].points
         if len(parts) == 3 and parts[1] in points:
             axis = Mechanism.AXES[: mechanism.dimension].find(parts[2])
             if axis >= 0 and len(parts[2]) == 1:
-                return Coordinate(text, "point", parts[0], parts[1], axis)
+                return NamedCoordinate(text, "point", parts[0], parts[1], axis)
     elif parts[0] in mechanism.joints and len(parts) == 2:
         joint = mechanism.joints[parts[0]]
         if parts[1] == "angle" and joint.kind in ANGLE_JOINTS:
-            return Coordinate(text, "joint angle", parts[0])
+            return NamedCoordinate(text, "joint angle", parts[0])
         if parts[1] == "slide" and joint.kind in SLIDE_JOINTS:
-            return Coordinate(text, "slide", parts[0])
+            return NamedCoordinate(text, "slide", parts[0])
         if parts[1] == "s" and joint.kind in CURVE_JOINTS:
-            return Coordinate(text, "curve", parts[0])
+            return NamedCoordinate(text, "curve", parts[0])
         if parts[1] in ("angle", "slide", "s"):
             raise MechanismError(f"a {joint.kind} joint has no coordinate '{text}'")
     elif parts[0] == GROUND:

@@ -94,8 +94,8 @@ def check_inertia(setup: Setup, x: Any, v: Any) -> None:
         return
     direction = np.abs(basis @ vectors[:, 0])
     chosen = [
-        ".".join(name)
-        for name, share in zip(k.released.names, direction, strict=True)
+        ".".join(c.key)
+        for c, share in zip(k.released.coordinates, direction, strict=True)
         if share > 0.1 * direction.max()
     ]
     raise SingularMassError(
@@ -132,7 +132,7 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
     aside = x + ASIDE * k.sizes * freedoms(J, k.sizes).sum(axis=1)
     for _ in range(4):
         aside = np.array(k.project(0.0, aside, v, setup.loose)[0]).ravel()
-    sizes = np.array([1.0 if own[1] == "angle" else setup.length for own in r.model.q_names])
+    sizes = r.model.coordinates.sizes(setup.length)
     common: set[str] | None = None
     for place in (x, aside):
         G = np.array(ca.DM(function(0.0, place, v, setup.loose))) * sizes
@@ -176,14 +176,14 @@ def check_rest(setup: Setup, x: Any, v: Any) -> None:
     bias = k.function("bias", [ca.densify(r.bias)])
     _, _, J, gamma = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, setup.loose))
     turned = np.array(bias(0.0, x, v, setup.loose)).ravel()
-    lengths = [1.0 if name == "angle" else setup.length for _, name in r.model.q_names]
+    lengths = r.model.coordinates.sizes(setup.length)
     left, sigma, _ = np.linalg.svd(J * k.sizes / k.gaps[:, None])
     asked = gamma.ravel() / k.gaps
     kept = left[:, : rank(sigma, DEFICIENT)]
     rest = asked - kept @ (kept.T @ asked)
     size = max(
         float(np.max(np.abs(asked), initial=0.0)),
-        float(np.max(np.abs(turned / np.array(lengths)), initial=0.0)),
+        float(np.max(np.abs(turned / lengths), initial=0.0)),
         float(np.max(np.abs(v / k.sizes), initial=0.0)) ** 2,
     )
     if not np.isfinite(rest).all() or np.max(np.abs(rest)) > OPEN * size:

@@ -134,7 +134,7 @@ class Growth:
             return None
         i = int(np.argmax(late))
         k = int(np.argmax(np.abs(v[i] / sizes)))
-        name = ".".join(self.setup.released.names[k])
+        name = ".".join(self.setup.released.coordinates[k].key)
         works = dict(zip(self.setup.works, w[i].tolist(), strict=True))
         load = max(works, key=lambda own: works[own]) if works else ""
         unit = "rad/s" if name.endswith(".angle") else "m/s"

@@ -127,13 +127,7 @@ class Setup:
 
     def sizes(self, released: Released) -> Any:
         """Return natural sizes of the free coordinates: 1 rad, a length, the range of s / 2 pi."""
-        contacts = self.model.contacts
-        return np.array(
-            [
-                contacts[owner].unit if name == "s" else 1.0 if name == "angle" else self.length
-                for owner, name in released.names
-            ]
-        )
+        return released.coordinates.sizes(self.length)
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -363,7 +357,7 @@ def idle(setup: Setup) -> list[tuple[str, str]]:
     kernel = Kernel(released, setup.model.p_values, setup.sizes(released), setup.length)
     M, f, J, _ = kernel.parts(kernel.t, kernel.x, kernel.v, kernel.signs)
     found = []
-    for i, name in enumerate(released.names):
+    for i, name in enumerate(released.coordinates.keys):
         own: list[Any] = [*SX(M[:, i]).nonzeros(), *SX(J[:, i]).nonzeros(), SX(f)[i]]
         if all(entry.is_zero() for entry in own):
             found.append(name)

@@ -100,7 +100,7 @@ class Sizes:
         if len(found) == 1:
             return
         joints = self.joints
-        names = [".".join(own) for own in self.kernel.released.names]
+        names = [".".join(c.key) for c in self.kernel.released.coordinates]
         text = f"dry friction of {', '.join(joints)}"
         share = self._share(t, x, v, signs)
         sure = f"; one solution is sure with {share:.6g} of the coefficients" if share > 0 else ""

@@ -136,8 +136,8 @@ class Observer:
 
     def loads(self, s: States) -> float:
         """Return the largest load on a body over the states, times a length of the mechanism."""
-        lengths = [1.0 if name == "angle" else self.setup.length for _, name in self.model.q_names]
-        weight = ca.mmax(ca.fabs(ca.densify(self.r.applied)) * ca.DM(lengths))
+        sizes = self.model.coordinates.sizes(self.setup.length)
+        weight = ca.mmax(ca.fabs(ca.densify(self.r.applied)) * ca.DM(sizes))
         found = self._batch("loads", [weight])(s.t[:, None], s.x, s.v, s.signs, self.p)[0]
         return float(np.max(found, initial=0.0, where=np.isfinite(found)))
 

@@ -26,7 +26,7 @@ def motion_structure(problem: Problem, task: Motion | Equilibrium) -> dict[str, 
     return {
         **entry,
         "drivers": [law.coordinate.text for law in whole.laws],
-        "coordinates": [".".join(name) for name in released.names],
+        "coordinates": [".".join(c.key) for c in released.coordinates],
         "constraints": [released.rows[i].name for i in released.kept],
         "eliminated": len(released.gone),
         "absolute": len(whole.model.q_names),

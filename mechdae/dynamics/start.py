@@ -16,7 +16,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.start import sketched_pose
-from mechdae.describe.coordinates import Coordinate
+from mechdae.describe.coordinate_kinds import ANGLE, PLACE
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import STILL, Setup
@@ -98,7 +99,7 @@ class _Starter:
         own = [1.0 if c.is_angle else setup.length for c in self.moving]
         self.scales = np.concatenate([self.gaps, own])
 
-    def _least(self, c: Coordinate) -> float:
+    def _least(self, c: NamedCoordinate) -> float:
         """Return the speed below which a coordinate stands still until the end."""
         return STILL * (1.0 if c.is_angle else self.setup.length) / self.setup.end
 
@@ -149,19 +150,16 @@ class _Starter:
         guess = np.zeros(self.n)
         unknown = []
         known, angles = self.places, self.drawn.angles
-        names = {name: i for i, name in enumerate(self.r.names)}
-        for i, (owner, name) in enumerate(self.r.names):
-            contact = self.setup.model.contacts.get(owner)
-            if contact is not None:
-                low, high = contact.range
-                guess[i] = (low + high) / 2 if name == "s" else 0.0
-                unknown += [] if any(c.part == owner for c in known) else [i]
-            elif name == "angle":
-                guess[i] = angles.get(owner, 0.0)
-                unknown += [] if owner in angles else [i]
-        for c, value in known.items():
-            if c.kind == "curve" and (c.part, "s") in names:
-                guess[names[c.part, "s"]] = value
+        on_curves = {c.part: value for c, value in known.items() if c.kind == "curve"}
+        for i, own in enumerate(self.r.coordinates):
+            if own.owner in self.setup.model.contacts:
+                guess[i] = own.middle
+                if own.kind is PLACE:
+                    guess[i] = on_curves.get(own.owner, own.middle)
+                unknown += [] if any(c.part == own.owner for c in known) else [i]
+            elif own.kind is ANGLE:
+                guess[i] = angles.get(own.owner, 0.0)
+                unknown += [] if own.owner in angles else [i]
         loose = self._loose(unknown)
         found: list[Any] = []
         tried = itertools.islice(itertools.product(CORNERS, repeat=len(loose)), GUESSES)
@@ -185,7 +183,7 @@ class _Starter:
         if not found:
             raise self._not_assembled(worst[1])
         if len(found) > 1:
-            bodies = list(dict.fromkeys(self.r.names[i][0] for i in loose))
+            bodies = list(dict.fromkeys(self.r.coordinates[i].owner for i in loose))
             raise MechanismError(
                 "does not tell which assembly mode is meant",
                 where="sketch",
@@ -210,7 +208,7 @@ class _Starter:
         except MechdaeError:
             return None
         q = setting.assembler.coordinates(pose, u)
-        x, left = self.close(np.array([q[name] for name in self.r.names]), {})
+        x, left = self.close(np.array([q[c.key] for c in self.r.coordinates]), {})
         return x if left < CLOSED else None
 
     def _loose(self, unknown: list[int]) -> list[int]:
@@ -223,8 +221,8 @@ class _Starter:
 
     def _placed(self, x: Any) -> Any:
         """Return x with its lengths fitted while its angles stay."""
-        moved = [i for i, (_, name) in enumerate(self.r.names) if name in ("x", "y")]
-        if moved:
+        moved = np.flatnonzero(self.r.coordinates.lengths)
+        if len(moved):
             values, J = self.rows(x)
             values = values.copy()
             rows = list(range(self.m))
@@ -245,7 +243,7 @@ class _Starter:
         }
 
     def _same(self, x: Any, other: Any) -> bool:
-        angle = np.array([name == "angle" for _, name in self.r.names], bool)
+        angle = self.r.coordinates.turns
         gap = (x - other) / self.sizes
         gap[angle] = np.remainder(gap[angle] + np.pi, 2 * np.pi) - np.pi
         return bool(np.max(np.abs(gap), initial=0.0) < SAME)

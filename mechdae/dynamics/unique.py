@@ -151,7 +151,7 @@ def _describe(
     joints = model.mechanism.joints
 
     def turned(body: str) -> Any:
-        return q[:, model.places[body, "angle"]]
+        return q[:, model.turn(body)]
 
     for name in left.lost:
         own = directions(model, name, len(q), turned, left)

@@ -325,9 +325,10 @@ class Statics:
         Those of accelerations hold the squares of speeds: what a change of speed is compared
         with.
         """
-        names = [self.scene.model.q_names[j][1] for j in self.balance.columns]
-        angles = np.array([name == "angle" for name in names])
-        places = np.array([name in ("x", "y") for name in names])
+        coordinates = self.scene.model.coordinates
+        angles, places = (
+            own[self.balance.columns] for own in (coordinates.turns, coordinates.lengths)
+        )
         length = self.length
         spin = np.abs(motion.v[:, angles]).max(axis=1, initial=0.0)
         speed = np.maximum(np.abs(motion.v[:, places]).max(axis=1, initial=0.0), spin * length)

@@ -91,7 +91,7 @@ def meshes_beside(released: Released, q: Any, length: float) -> dict[str, Mesh]:
     equations = ca.Function("equations", [model.q, model.p], [ca.densify(phi), gradient])
     tried = _tried(model, names)
     speeds = ca.Function("speeds", [model.q, model.velocity, model.p], _speeds(tried))
-    sizes = np.array([1.0 if own[1] == "angle" else length for own in model.q_names])
+    sizes = model.coordinates.sizes(length)
     gaps = np.array([1.0 if row.unit == "rad" else length for row in rows])
 
     def at(place: Any) -> tuple[Any, Any]:
@@ -168,7 +168,7 @@ def carried(model: Model, names: Sequence[str], q: Any, columns: Sequence[int], 
     function = ca.Function(
         "works", [model.q[list(columns)], model.p], [ca.densify(p) for p in parts]
     )
-    units = np.array([1.0 if model.q_names[j][1] in ("angle", "s") else size for j in columns])
+    units = np.where(model.coordinates.lengths[list(columns)], size, 1.0)
     chosen = np.linspace(0, len(q) - 1, min(MOST, len(q))).astype(int)
     seen = []
     for k in chosen:

@@ -88,7 +88,7 @@ def _turned(
             body, direction = link_axis(model, name)
         angle = np.full(len(reaction), direction)
         if body in model.mechanism.bodies:
-            column = statics.balance.columns.index(model.places[body, "angle"])
+            column = statics.balance.columns.index(model.turn(body))
             angle = angle + answer.motion.q[:, column]
         c, s = np.cos(angle), np.sin(angle)
         along = c * reaction[:, 0] + s * reaction[:, 1]

@@ -107,7 +107,7 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
     inside = {name for group in statics.scene.redundant for name in group.joints}
 
     def turned(body: str) -> Any:
-        return motion.q[:, balance.columns.index(model.places[body, "angle"])]
+        return motion.q[:, balance.columns.index(model.turn(body))]
 
     joints = {
         name: directions(model, name, len(motion), turned, stressed)

@@ -15,7 +15,7 @@ from mechdae.kinematics.extremes import ranges
 from mechdae.kinematics.prepared import Run, Setting, covered
 from mechdae.kinematics.report import limit_events
 from mechdae.measures.measure import at_poses
-from mechdae.setup.scales import Constants, driver_size, natural_sizes, periods
+from mechdae.setup.scales import Constants, driver_size
 
 SHARES = (2.0**-4, 2.0**-7, 2.0**-10)
 """Shares of a way that begins on a limit position at which it is looked for another beginning."""
@@ -94,8 +94,8 @@ def _met(legs: Legs, at: float) -> Limit | None:
 
 
 def _same(setting: Setting, one: Any, other: Any) -> bool:
-    sizes = natural_sizes(setting.scene, setting.scene.model.mechanism.scale)
-    period = periods(setting.scene)
+    sizes = setting.scene.unknowns.sizes(setting.scene.model.mechanism.scale)
+    period = setting.scene.unknowns.periods
     whole = np.where(period > 0, period, 1.0)
     apart = one - other
     apart = np.where(period > 0, apart - whole * np.round(apart / whole), apart)

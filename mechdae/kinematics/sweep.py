@@ -27,7 +27,7 @@ from mechdae.kinematics.several_drivers import (
 from mechdae.measures.measure import along_path, at_poses
 from mechdae.results import Result
 from mechdae.setup.laws import Timing
-from mechdae.setup.scales import Constants, driver_size, natural_sizes, periods
+from mechdae.setup.scales import Constants, driver_size
 
 TURN = 2 * np.pi
 MAX_TURNS = 1000
@@ -262,10 +262,10 @@ def _closed(path: Path) -> Any:
     """Return the whole turns (nx,) after which unknowns are back at the last node, or None."""
     scene = path.graphs.scene
     moved = path.state[-1][: path.graphs.nx] - path.origin[1]
-    period = periods(scene)
+    period = scene.unknowns.periods
     whole = np.where(period > 0, period, 1.0)
     turned = np.where(period > 0, whole * np.round(moved / whole), 0.0)
-    size = natural_sizes(scene, path.constants.scale)
+    size = scene.unknowns.sizes(path.constants.scale)
     back = np.abs((moved - turned) / size).max(initial=0.0) < BACK
     return turned if back else None
 
@@ -278,14 +278,14 @@ def _rounds(
     After each round the unknowns are back, `turned` (nx,) further. One round where nothing ever
     comes back, with a note.
     """
-    kinds, coordinates, *_ = evaluator.recovered
+    recovered, (coordinates, *_) = path.graphs.scene.recovered, evaluator.recovered
     s, x = path.origin
     rounds = np.arange(MAX_TURNS // turns + 1)
     u = path.drivers(s + span * rounds)
     values = coordinates(x + rounds[:, None] * turned, u, path.constants.p)[0]
-    apart = np.where(kinds == "s", 0.0, values - values[0])
+    apart = np.where(recovered.places, 0.0, values - values[0])
     whole = 2 * np.pi * np.round(apart / (2 * np.pi))
-    apart = np.where(kinds == "angle", apart - whole, apart / path.constants.scale)
+    apart = np.where(recovered.turns, apart - whole, apart / path.constants.scale)
     away = np.abs(apart) >= BACK
     back = np.flatnonzero(~away.any(axis=1))
     if len(back) > 1:

@@ -19,6 +19,7 @@ import casadi as ca
 from mechdae.describe.curve import PARAMETER, repeats, span
 from mechdae.describe.expression import build
 from mechdae.describe.joints import Curve
+from mechdae.model.coordinates import Coordinate, of_owner
 
 SX = ca.SX
 CORNERS = {ca.OP_FABS, ca.OP_SIGN, ca.OP_FMIN, ca.OP_FMAX}
@@ -64,7 +65,8 @@ class Contact:
         name = joint.name
         self.joint, self.closed, self.rolls = joint, joint.closed, joint.roller_radius is not None
         self.s = SX.sym(f"{name}.s")
-        self.angle: Any = SX.sym(f"{name}.angle") if self.rolls else None
+        self._tangents = of_owner(name, ("angle",)) if self.rolls else ()
+        self.angle: Any = self._tangents[0].symbol if self.rolls else None
         self.start, self.end = numbers[f"{name}.start"], numbers[f"{name}.end"]
         self.turn = (self.end - self.start) / (2 * math.pi)
         self.range = span(joint, values)
@@ -84,10 +86,13 @@ class Contact:
         return other
 
     @property
-    def coordinates(self) -> tuple[tuple[str, Any], ...]:
-        """Names and symbols of the joint's own coordinates."""
-        own = (("s", self.s),)
-        return (*own, ("angle", self.angle)) if self.rolls else own
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The joint's own coordinates."""
+        low, high = self.range
+        around = high - low if self.closed else 0.0
+        middle = (low + high) / 2
+        s = Coordinate(self.joint.name, "s", self.s, around, self.unit, self.turn, middle)
+        return (s, *self._tangents)
 
     @cached_property
     def pieces(self) -> bool:

@@ -12,6 +12,9 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.model.coordinates import Coordinate, of_owner
+from mechdae.model.space import PLANE
+
 SX = ca.SX
 
 
@@ -22,7 +25,7 @@ class Frame:
     r: Any
     R: Any
     angle: Any
-    coordinates: tuple[tuple[str, Any], ...]
+    coordinates: tuple[Coordinate, ...]
 
     def point(self, s: Any) -> Any:
         """Return the place of a point with local coordinates `s`."""
@@ -46,8 +49,8 @@ def fixed_frame(dimension: int) -> Frame:
 
 def planar_frame(body: str) -> Frame:
     """Return the frame (x, y, theta) of a planar body."""
-    x, y, theta = (SX.sym(f"{body}.{name}") for name in ("x", "y", "angle"))
-    coordinates = (("x", x), ("y", y), ("angle", theta))
+    coordinates = of_owner(body, PLANE.twist)
+    x, y, theta = (c.symbol for c in coordinates)
     return Frame(ca.vertcat(x, y), rotation(theta), theta, coordinates)
 
 
@@ -56,9 +59,9 @@ def hinge_frame(body: str, axis: tuple[float, float, float]) -> Frame:
 
     Rodrigues' formula; coordinates x, y, z and the angle about `axis` (a unit vector).
     """
-    x, y, z, theta = (SX.sym(f"{body}.{name}") for name in ("x", "y", "z", "angle"))
+    coordinates = of_owner(body, ("x", "y", "z", "angle"))
+    x, y, z, theta = (c.symbol for c in coordinates)
     a = ca.DM(axis)
     cross = ca.skew(a)
     turn = SX.eye(3) + ca.sin(theta) * cross + (1 - ca.cos(theta)) * (cross @ cross)
-    coordinates = (("x", x), ("y", y), ("z", z), ("angle", theta))
     return Frame(ca.vertcat(x, y, z), turn, theta, coordinates)

@@ -7,6 +7,7 @@ that a term it multiplies costs nothing, and becomes a symbol when the caller fr
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable
 from copy import copy
 from dataclasses import dataclass
@@ -15,13 +16,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.expression import build
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.model.coordinates import Coordinate, Coordinates
 from mechdae.model.curve_contacts import contacts
 from mechdae.model.frames import Frame, fixed_frame, planar_frame
 from mechdae.model.joints import Ends, rows_of
 from mechdae.model.kept import Kept, kept_property
+from mechdae.model.space import PLANE
 
 SX = ca.SX
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -67,9 +70,13 @@ class Model:
     ----------
     p, p_names, p_values : SX (np,), list, array
         Parameters, their names and values [SI, rad].
-    q, q_names : SX (nq,), list of (body, coordinate)
-        Absolute coordinates of all bodies in declared order, then those of the joints that
-        have their own, (joint, coordinate): see `contacts`.
+    coordinates : Coordinates
+        Those of all bodies in declared order, then those of the joints that have their own: see
+        `contacts`.
+    q, q_names : SX (nq,), list of (owner, name)
+        Their symbols and keys.
+    space : Space
+        What is planar.
     contacts : dict
         Curve joints in symbols, by name.
     rows : list of Row
@@ -95,21 +102,15 @@ class Model:
                     self._anchors.setdefault(body, point)
         self._frames = {name: frames(name) for name in mechanism.bodies}
         self._frames[GROUND] = fixed_frame(mechanism.dimension)
-        self.q_names: list[tuple[str, str]] = []
-        symbols = []
-        for name in mechanism.bodies:
-            for coordinate, symbol in self._frames[name].coordinates:
-                self.q_names.append((name, coordinate))
-                symbols.append(symbol)
+        self.space = PLANE
         parameters = dict(zip(self.p_names, self.p.elements(), strict=True))
         self.contacts = contacts(mechanism, parameters, self.numbers, FUNCTIONS)
-        for name, contact in self.contacts.items():
-            for coordinate, symbol in contact.coordinates:
-                self.q_names.append((name, coordinate))
-                symbols.append(symbol)
-        self.q = ca.vertcat(*symbols)
-        hashes = [symbol.element_hash() for symbol in symbols]
-        self._names = dict(zip(hashes, self.q_names, strict=True))
+        own = [self._frames[name].coordinates for name in mechanism.bodies]
+        own += [contact.coordinates for contact in self.contacts.values()]
+        self.coordinates = Coordinates(itertools.chain(*own))
+        self.q_names = self.coordinates.keys
+        self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
+        self._of_symbol = {c.symbol.element_hash(): c for c in self.coordinates}
         self.ends = {
             name: Ends(joint, self.frame, self.point, self.numbers, self.contacts.get(name))
             for name, joint in mechanism.joints.items()
@@ -147,9 +148,17 @@ class Model:
         """Return the frame of a body or of the ground; its origin is `anchor`."""
         return self._frames[body]
 
-    def name_of(self, symbol: Any) -> tuple[str, str] | None:
-        """Return (body, coordinate) of an entry of q, None for any other symbol."""
-        return self._names.get(symbol.element_hash())
+    def of_symbol(self, symbol: Any) -> Coordinate | None:
+        """Return the coordinate that a symbol is, None for any other symbol."""
+        return self._of_symbol.get(symbol.element_hash())
+
+    def twist(self, body: str) -> list[int]:
+        """Return the positions in q of a body's coordinates, in the order of a twist."""
+        return [self.places[body, name] for name in self.space.twist]
+
+    def turn(self, body: str) -> int:
+        """Return the position in q of the angle of a body."""
+        return self.twist(body)[-1]
 
     def anchor(self, body: str) -> str | None:
         """Return the point of a body that its coordinates x, y belong to.
@@ -195,8 +204,8 @@ class Model:
         """Return the place of ``body.point`` in the fixed frame."""
         return self.frame(reference.split(".")[0]).point(self.local(reference))
 
-    def coordinate(self, coordinate: Coordinate) -> Any:
-        """Return the expression of a coordinate."""
+    def coordinate(self, coordinate: NamedCoordinate) -> Any:
+        """Return the expression of a named coordinate."""
         if coordinate.kind == "body angle":
             return self.frame(coordinate.part).angle
         if coordinate.kind == "point":
@@ -208,7 +217,7 @@ class Model:
             return ends.second.angle - ends.first.angle
         return ca.dot(ends.axis(), ends.gap)
 
-    def driven(self, coordinates: Iterable[Coordinate]) -> tuple[list[Row], Any]:
+    def driven(self, coordinates: Iterable[NamedCoordinate]) -> tuple[list[Row], Any]:
         """Return all rows, those of the drivers last, and the drivers' symbols u."""
         rows = list(self.rows)
         inputs = []
@@ -241,8 +250,8 @@ class Model:
 
     @kept_property
     def places(self) -> dict[tuple[str, str], int]:
-        """The position in q of each (body, coordinate)."""
-        return {name: i for i, name in enumerate(self.q_names)}
+        """The position in q of each (owner, name)."""
+        return {key: i for i, key in enumerate(self.q_names)}
 
     @kept_property
     def gamma(self) -> Any:
@@ -257,21 +266,11 @@ class Model:
 
     @kept_property
     def mass_matrix(self) -> Any:
-        """Mass matrix in the absolute coordinates (x, y, theta), (nq, nq).
-
-        A body's rows belong to its anchor: with centre c (fixed axes, from the anchor),
-        [[m, 0, -m c_y], [0, m, m c_x], [-m c_y, m c_x, I + m c.c]].
-        """
+        """Mass matrix in the absolute coordinates, (nq, nq); a body's rows belong to its anchor."""
         blocks = []
         for name in self.mechanism.bodies:
             m, inertia = (self.numbers.get(f"{name}.{n}", SX(0)) for n in ("mass", "inertia"))
             c = self.frame(name).direction(self.center(name))
-            blocks.append(
-                ca.vertcat(
-                    ca.horzcat(m, 0, -m * c[1]),
-                    ca.horzcat(0, m, m * c[0]),
-                    ca.horzcat(-m * c[1], m * c[0], inertia + m * ca.sumsqr(c)),
-                )
-            )
+            blocks.append(self.space.inertia(m, inertia, c))
         own = sum(len(contact.coordinates) for contact in self.contacts.values())
         return ca.diagcat(*blocks, SX(own, own)) if own else ca.diagcat(*blocks)

@@ -19,9 +19,10 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.loads import Spring
+from mechdae.model.coordinates import Coordinates
 from mechdae.model.forces.dry_friction import Rubbing
 from mechdae.model.forces.generalised import Wrench, add
 from mechdae.model.forces.inertia import inertia, kinetic_energy
@@ -36,7 +37,7 @@ SX = ca.SX
 class Law:
     """A coordinate that follows an expression of the time."""
 
-    coordinate: Coordinate
+    coordinate: NamedCoordinate
     value: Any
 
 
@@ -52,7 +53,7 @@ class Released:
     laws
         Coordinates that follow the time.
     held
-        Coordinates, (body, coordinate), that keep a value since nothing moves them.
+        Coordinates, (owner, name), that keep a value since nothing moves them.
     rubbing
         Dry friction; without it that of resistances.
 
@@ -62,7 +63,7 @@ class Released:
         Equations of the joints, then those of the laws and of what is held.
     t, x, v : SX
         Time, free coordinates and their rates.
-    names : list of (body, coordinate)
+    coordinates : Coordinates
         What x are.
     kept, gone : list of int
         Rows that are left as constraints, and rows that were eliminated.
@@ -90,9 +91,9 @@ class Released:
             c = law.coordinate
             residual = model.coordinate(c) - law.value
             self.rows.append(Row(c.text, "law", residual, c.unit, driver=True))
-        for (owner, name), value in (held or {}).items():
-            residual = model.q[model.places[owner, name]] - value
-            self.rows.append(Row(owner, name, residual, "rad" if name == "angle" else "m", True))
+        for key, value in (held or {}).items():
+            own = model.coordinates[model.places[key]]
+            self.rows.append(Row(own.owner, own.name, own.symbol - value, own.unit, True))
         nonzero = [
             model.numbers[f"{name}.ratio"]
             for name, joint in model.mechanism.joints.items()
@@ -108,7 +109,7 @@ class Released:
         self.gone = [i for i in range(len(self.rows)) if i not in left_over]
         self.x = ca.vertcat(*left) if left else SX(0, 1)
         self.v = SX.sym("rate", len(left))
-        self.names = [model.name_of(symbol) or ("", "") for symbol in left]
+        self.coordinates = Coordinates(c for c in map(model.of_symbol, left) if c)
         places = {symbol.element_hash(): j for j, symbol in enumerate(symbols)}
         self.free = [places[symbol.element_hash()] for symbol in left]
         self.solved = [places[symbol.element_hash()] for symbol, _ in solved]

@@ -16,10 +16,11 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.coordinates import Coordinate, Selection, selection
+from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import bodies_of
 from mechdae.errors import FreedomError
+from mechdae.model.coordinates import Coordinates
 from mechdae.model.groups import Group, assur_groups
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import Model, Row
@@ -67,24 +68,24 @@ class Scene:
     ----------
     u : SX (nd,)
         Driver values.
-    x, x_names : SX (nx,), list of (body, coordinate)
+    x, unknowns : SX (nx,), Coordinates
         Unknowns left after elimination, in solve order.
     blocks : list of Block
     checks : list of Check
         Equations of redundant groups that are left without unknowns.
     recover : dict
-        (body, coordinate) -> expression over (x, u, p) for every coordinate in the scene.
+        (owner, name) -> expression over (x, u, p) for every coordinate in the scene.
     """
 
     model: Model
-    drivers: tuple[Coordinate, ...]
+    drivers: tuple[NamedCoordinate, ...]
     rows: list[Row]
     u: Any
     all_groups: list[Group]
     groups: list[Group]
     selection: Selection
     x: Any = None
-    x_names: list[tuple[str, str]] = field(default_factory=list)
+    unknowns: Coordinates = field(default_factory=Coordinates)
     blocks: list[Block] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     recover: dict[tuple[str, str], Any] = field(default_factory=dict)
@@ -93,6 +94,17 @@ class Scene:
     def at(self, model: Model) -> Scene:
         """Return the same scene of the model with other numbers."""
         return replace(self, model=model)
+
+    @property
+    def x_names(self) -> list[tuple[str, str]]:
+        """(owner, name) of the unknowns."""
+        return self.unknowns.keys
+
+    @kept_property
+    def recovered(self) -> Coordinates:
+        """The coordinates in `recover`."""
+        model = self.model
+        return Coordinates(model.coordinates[model.places[key]] for key in self.recover)
 
     @kept_property
     def _places(self) -> dict[int, tuple[int, int]]:
@@ -132,10 +144,14 @@ class Scene:
         solved = {name for group in self.groups for name in group.bodies}
         return [name for name in self.model.mechanism.bodies if name not in solved]
 
+    def turn_of(self, body: str) -> Any:
+        """Return the angle of a body over (x, u, p), None of one that is not in the scene."""
+        return self.recover.get(self.model.q_names[self.model.turn(body)])
+
     def expression(self, absolute: Any) -> Any:
         """Return an expression over q as one over (x, u, p)."""
-        names = [(s, self.model.name_of(s)) for s in ca.symvar(SX(absolute))]
-        used = [(s, self.recover[name]) for s, name in names if name in self.recover]
+        held = [self.model.of_symbol(s) for s in ca.symvar(SX(absolute))]
+        used = [(c.symbol, self.recover[c.key]) for c in held if c and c.key in self.recover]
         if not used:
             return absolute
         symbols, values = zip(*used, strict=True)
@@ -144,7 +160,7 @@ class Scene:
 
 def scene(
     model: Model,
-    drivers: Sequence[Coordinate],
+    drivers: Sequence[NamedCoordinate],
     outputs: tuple[str, ...] | None = None,
     coarse: bool = False,
     loaded: Iterable[str] | None = None,
@@ -206,8 +222,8 @@ def reduce(scene: Scene) -> None:
         for unknowns, own in split(rest, left):
             pending.append((group.index, unknowns, own))
             found += unknowns
-            scene.x_names += [names[str(symbol)] for symbol in unknowns]
     scene.x = ca.vertcat(*found) if found else SX(0, 1)
+    scene.unknowns = Coordinates(c for c in map(model.of_symbol, found) if c)
     place = {symbol.element_hash(): i for i, symbol in enumerate(found)}
     start = 0
     for index, unknowns, own in pending:

@@ -99,12 +99,8 @@ def _anywhere(model: Model, rows: Sequence[Row]) -> list[dict[int, float]]:
     values = model.mechanism.values()
     places = [abs(value) for name, value in values.items() if name[-2:] in (".x", ".y")]
     size = max(places, default=0.0) or 1.0
-    units = {"x": size, "y": size}
-    contacts = model.contacts
-    weights = np.array(
-        [contacts[n].unit if name == "s" else units.get(name, 1.0) for n, name in model.q_names]
-    )
-    middles = [sum(contacts[n].range) / 2 if name == "s" else 0.0 for n, name in model.q_names]
+    weights = model.coordinates.sizes(size)
+    middles = [c.middle for c in model.coordinates]
     phi = ca.vertcat(*[row.expression for row in rows])
     jacobian = ca.jacobian(phi, model.q)
     function = ca.Function("J", [model.q, model.p], [ca.densify(jacobian)])

@@ -12,7 +12,7 @@ import numpy as np
 from mechdae.describe.coordinates import (
     CURVE_JOINTS,
     SLIDE_JOINTS,
-    Coordinate,
+    NamedCoordinate,
     coordinate,
     coordinate_names,
 )
@@ -41,7 +41,7 @@ class Plan:
     first driver that is not held.
     """
 
-    coordinates: tuple[Coordinate, ...]
+    coordinates: tuple[NamedCoordinate, ...]
     values: Any
     poses: int
     named: bool
@@ -127,7 +127,7 @@ def plan(mechanism: Mechanism, task: Driven) -> Plan:
 
 
 def _by_laws(
-    coordinates: tuple[Coordinate, ...],
+    coordinates: tuple[NamedCoordinate, ...],
     drivers: Sequence[Driver],
     moving: list[int],
     poses: int,
@@ -199,7 +199,9 @@ def _values(driver: Driver, poses: int, known: Mapping[str, float]) -> Any:
     return interval(evaluate(driver.from_, known), evaluate(driver.to, known), poses)
 
 
-def _driver_in_sketch(mechanism: Mechanism, c: Coordinate, known: Mapping[str, float]) -> float:
+def _driver_in_sketch(
+    mechanism: Mechanism, c: NamedCoordinate, known: Mapping[str, float]
+) -> float:
     for name in (c.text, c.part if c.kind != "point" else c.text):
         if name in mechanism.sketch:
             return evaluate(mechanism.sketch[name], known)
@@ -211,7 +213,7 @@ class Sketch:
     """A rough pose: angles by body [rad], other coordinates with their values [m, rad]."""
 
     angles: dict[str, float]
-    places: dict[Coordinate, float]
+    places: dict[NamedCoordinate, float]
 
 
 def sketched(mechanism: Mechanism) -> Sketch:
@@ -224,7 +226,7 @@ def sketched(mechanism: Mechanism) -> Sketch:
     """
     known = mechanism.parameter_values
     angles: dict[str, float] = {}
-    places: dict[Coordinate, float] = {}
+    places: dict[NamedCoordinate, float] = {}
     for name, number in mechanism.sketch.items():
         try:
             value = evaluate(number, known)

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate
+from mechdae.describe.coordinate_kinds import PLACE
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.curve_contacts import Contact
@@ -47,7 +48,7 @@ class Constants:
         self.graphs = graphs
         self.p = graphs.scene.model.p_values if p is None else np.asarray(p, float)
         self.scale = graphs.scene.model.mechanism.scale
-        angle = np.array([name == "angle" for _, name in graphs.scene.x_names], bool)
+        angle = graphs.scene.unknowns.turns
         if size_x is None:
             turned = np.array([c.is_angle for c in graphs.scene.drivers], bool)
             largest = float(np.max(np.abs(size_u) * turned, initial=0.0))
@@ -112,26 +113,10 @@ def divisors(graphs: Graphs, x: Any, u: Any) -> Any:
 def own_parameters(scene: Scene) -> dict[int, Contact]:
     """Return the unknowns that are places on a curve, with their joints."""
     contacts = scene.model.contacts
-    return {i: contacts[owner] for i, (owner, name) in enumerate(scene.x_names) if name == "s"}
+    return {i: contacts[c.owner] for i, c in enumerate(scene.unknowns) if c.kind is PLACE}
 
 
-def periods(scene: Scene) -> Any:
-    """Return the periods of the unknowns (nx,): a turn of angles, 0 without one."""
-    result = np.array([2 * np.pi if name == "angle" else 0.0 for _, name in scene.x_names])
-    for i, contact in own_parameters(scene).items():
-        result[i] = contact.range[1] - contact.range[0] if contact.closed else 0.0
-    return result
-
-
-def natural_sizes(scene: Scene, scale: float) -> Any:
-    """Return sizes of the unknowns (nx,): 1 rad, a length, the range of s over 2 pi."""
-    result = np.array([1.0 if name == "angle" else scale for _, name in scene.x_names])
-    for i, contact in own_parameters(scene).items():
-        result[i] = contact.unit
-    return result
-
-
-def driver_size(model: Model, c: Coordinate, scale: float) -> float:
+def driver_size(model: Model, c: NamedCoordinate, scale: float) -> float:
     """Return the size of a driven coordinate: 1 rad, a length, the range of s over 2 pi."""
     if c.kind == "curve":
         return model.contacts[c.part].unit

@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.nearest_mode import Entry, told_apart
+from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Setting
 from mechdae.setup.drivers import Sketch
@@ -122,9 +123,9 @@ class OwnModes:
 
     def _turned(self, x: Any, sketches: Sequence[Sketch]) -> Any:
         """Return unknowns with each angle on the turn that the lane's sketch asks for."""
-        for i, (body, name) in enumerate(self.scene.x_names):
-            if name == "angle":
-                wanted = np.array([sketch.angles.get(body, 0.0) for sketch in sketches])
+        for i, c in enumerate(self.scene.unknowns):
+            if c.kind is ANGLE:
+                wanted = np.array([sketch.angles.get(c.owner, 0.0) for sketch in sketches])
                 x[:, i] -= 2 * np.pi * np.round((x[:, i] - wanted) / (2 * np.pi))
         return x
 

@@ -32,7 +32,7 @@ class Poses:
     mechanism
         The description; its values are the middle of what is searched.
     driver
-        Coordinate of the driver.
+        NamedCoordinate of the driver.
     free
         Names of the free parameters.
     bodies

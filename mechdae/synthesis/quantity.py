@@ -48,7 +48,7 @@ class Quantity:
     asked
         Task and path.
     driver, free
-        Coordinate of the driver and names of the free parameters.
+        NamedCoordinate of the driver and names of the free parameters.
 
     Raises
     ------

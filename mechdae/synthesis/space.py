@@ -139,7 +139,7 @@ class Space:
     @cached_property
     def turns(self) -> Any:
         """Which unknowns of a pose are angles (nx,)."""
-        return np.array([name == "angle" for _, name in self.poses.x_names], bool)
+        return self.poses.scene.unknowns.turns
 
     def pose_variables(self, nlp: Nlp, name: str, count: int) -> Any:
         """Add the unknowns of poses, (nx, count)."""

@@ -60,8 +60,9 @@ class Trace:
             for _ in range(STEPS):
                 x = np.nan_to_num(self.spread.newton(x, u[:, None], d)[0], posinf=0, neginf=0)
             # a step near a dead point may go round: whole turns are those of the neighbours
-            angles = [name[1] == "angle" for name in self.spread.poses.x_names]
-            x = x + np.where(angles, TURN * np.round((guess - x) / TURN), 0.0)
+            x = x + np.where(
+                self.spread.poses.scene.unknowns.turns, TURN * np.round((guess - x) / TURN), 0.0
+            )
             _, F, branch, values = self.spread.newton(x, u[:, None], d)
         held = np.abs(F).max(axis=1, initial=0.0) <= CLOSED
         held &= (np.sign(branch) == self.sigma).all(axis=1)

@@ -10,12 +10,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Sweep, Synthesis, Task
 from mechdae.errors import MechdaeError
 from mechdae.kinematics.sweep import sweep
+from mechdae.model.coordinates import Coordinate
 from mechdae.model.parameters import parameters_of
+from mechdae.model.space import PLANE
 from mechdae.results import Result
 from mechdae.solver.solve import solve
 from mechdae.studies.sensitivity import sharp
@@ -48,7 +51,7 @@ def sketched(problem: Problem, space: Space, d: Any, at: float | None) -> tuple[
             continue
         if str(found.status[0]) != "ok":
             continue
-        x = np.array([_coordinate(mechanism, found, *name) for name in poses.x_names])
+        x = np.array([_coordinate(mechanism, found, c) for c in poses.scene.unknowns])
         if np.isfinite(x).all():
             return u, x
     return None
@@ -59,20 +62,22 @@ def driven(coordinate: str, low: float, high: float) -> Driver:
     return Driver(coordinate, at=(low,)) if low == high else Driver(coordinate, from_=low, to=high)
 
 
-def _coordinate(mechanism: Any, found: Result, part: str, word: str) -> float:
+def _coordinate(mechanism: Any, found: Result, c: Coordinate) -> float:
     """Return a coordinate of a body, or of a joint that has its own, at the first pose."""
+    part = c.owner
     if part not in found.bodies:
         own = found.joints.get(part, {})
-        return float(own[word][0]) if word in own else np.nan
+        return float(own[c.name][0]) if c.name in own else np.nan
     angle = float(found.bodies[part].angle[0])
-    if word == "angle":
+    if c.kind is ANGLE:
         return angle
     name = next(iter(mechanism.bodies[part].points))
     values = mechanism.values()
-    x, y = (values[f"{part}.{name}.{axis}"] for axis in "xy")
+    x, y = (values[f"{part}.{name}.{axis}"] for axis in PLANE.axes)
     place = found.points[f"{part}.{name}"].position[0]
-    c, s = np.cos(angle), np.sin(angle)
-    return float(place[0] - c * x + s * y if word == "x" else place[1] - s * x - c * y)
+    cos, sin = np.cos(angle), np.sin(angle)
+    origin = (place[0] - cos * x + sin * y, place[1] - sin * x - cos * y)
+    return float(origin[PLANE.axes.index(c.name)])
 
 
 @dataclass
@@ -118,12 +123,12 @@ class Design:
         """Angles of all bodies and the driver's value at the first pose."""
         poses = self.space.poses
         scene, model = poses.scene, poses.model
-        names = [name for name in scene.recover if name[1] == "angle"]
-        stacked = ca.vertcat(*[scene.recover[name] for name in names])
+        turns = [c for c in scene.recovered if c.kind is ANGLE]
+        stacked = ca.vertcat(*[scene.recover[c.key] for c in turns])
         p = np.array(ca.DM(parameters_of(model, poses.free, SX(ca.DM(self.d))))).ravel()
         angles = ca.Function("angles", [scene.x, scene.u, model.p], [stacked])
         found = np.array(angles(self.x, self.u, p)).ravel()
-        sketch = {body: float(angle) for (body, _), angle in zip(names, found, strict=True)}
+        sketch = {c.owner: float(angle) for c, angle in zip(turns, found, strict=True)}
         driver = scene.drivers[0]
         if driver.part not in sketch:
             sketch[driver.part if driver.kind != "point" else driver.text] = float(self.u)

@@ -133,12 +133,7 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, An
     values = np.array([q[name] for name in model.q_names])
     function = ca.Function("J", [model.q, model.p], [ca.densify(model.phi_q)])
     jacobian = np.array(function(values, model.p_values))
-    contacts = model.contacts
-    sizes = [
-        contacts[owner].unit if name == "s" else 1.0 if name == "angle" else scale
-        for owner, name in model.q_names
-    ]
-    jacobian = jacobian * np.array(sizes)
+    jacobian = jacobian * model.coordinates.sizes(scale)
     rank = len(jacobian) - dependences(jacobian).shape[1]
     owners = [model.rows[i].owner for i in np.flatnonzero(dependent(jacobian))]
     return {

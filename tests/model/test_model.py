@@ -8,7 +8,7 @@ import pytest
 
 import mechdae as md
 from mechdae.continuation.path import Path
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.frames import hinge_frame
@@ -160,7 +160,7 @@ def rssr_closed(u: np.ndarray, sign: float) -> np.ndarray:
 def test_a_spatial_rssr_runs_through_the_same_model() -> None:
     mechanism, axes = rssr()
     model = Model(mechanism, frames=lambda body: hinge_frame(body, axes[body]))
-    driver = Coordinate("crank.angle", "body angle", "crank")
+    driver = NamedCoordinate("crank.angle", "body angle", "crank")
     whole = scene(model, [driver])
     assert whole.x_names == [("rocker", "angle")]
     outputs = Outputs(whole)

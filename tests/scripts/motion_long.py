@@ -121,7 +121,9 @@ def andrews() -> None:
         changed = problem.with_values({"tol": tol})
         setup, _, x, v = motion_start(changed, changed.tasks["motion"])
         integrator = Integrator(setup)
-        order = [[name for name, _ in setup.released.names].index(name) for name in names]
+        order = [
+            [name for name, _ in setup.released.coordinates.keys].index(name) for name in names
+        ]
         none = np.zeros(0)
         works = np.zeros(len(setup.works))
         state = integrator.first(0.0, x, v, works, none)

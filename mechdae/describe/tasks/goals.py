@@ -161,7 +161,7 @@ def goal_of(
     Parameters
     ----------
     driver, free
-        Coordinate of the driver, names of free parameters.
+        NamedCoordinate of the driver, names of free parameters.
     tasks
         All tasks of the problem, for goals about a quantity of one of them.
 

@@ -9,7 +9,7 @@ from typing import Any
 from mechdae.describe.coordinates import (
     CURVE_JOINTS,
     SLIDE_JOINTS,
-    Coordinate,
+    NamedCoordinate,
     coordinate,
     selection,
 )
@@ -38,7 +38,7 @@ class Crossing:
     stop: bool = False
 
 
-def named_coordinate(mechanism: Mechanism, name: str) -> Coordinate:
+def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
     """Return the coordinate of that name; a body stands for its angle, a joint for its slide."""
     if name in mechanism.bodies:
         name = f"{name}.angle"
@@ -49,7 +49,7 @@ def named_coordinate(mechanism: Mechanism, name: str) -> Coordinate:
     return coordinate(mechanism, name)
 
 
-def start_values(mechanism: Mechanism, table: Any, key: str) -> dict[Coordinate, float]:
+def start_values(mechanism: Mechanism, table: Any, key: str) -> dict[NamedCoordinate, float]:
     """Return the numbers of a start by coordinate; dotted keys may be nested tables.
 
     Raises
@@ -62,7 +62,7 @@ def start_values(mechanism: Mechanism, table: Any, key: str) -> dict[Coordinate,
     if not isinstance(table, Mapping):
         raise InputError("a table coordinate = value is needed", where=key)
     known = mechanism.parameter_values
-    found: dict[Coordinate, float] = {}
+    found: dict[NamedCoordinate, float] = {}
     for name, value in _flat(table):
         try:
             base = name.removesuffix(RATES[0]) if key == "start_speed" else name

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.named import TIME
@@ -17,7 +17,7 @@ STILL = 1e-9
 """A coordinate that changes less than this share of its range in a step stands still."""
 
 
-def series(scene: Scene, entry: Coordinate) -> Array:
+def series(scene: Scene, entry: NamedCoordinate) -> Array:
     """Return a coordinate in all poses, (n,); nan where it is not known."""
     unknown = np.full(len(scene.status), np.nan)
     if entry.kind == "body angle":
@@ -34,7 +34,7 @@ def series(scene: Scene, entry: Coordinate) -> Array:
     return scene.slide(joint)
 
 
-def sense(scene: Scene, result: Any, entry: Coordinate, pose: int) -> float:
+def sense(scene: Scene, result: Any, entry: NamedCoordinate, pose: int) -> float:
     """Return +1 or -1 as the coordinate grows or falls at a pose, 0 where that is not known.
 
     The change from pose to pose is turned into one with time by that of the driver.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints import Curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
@@ -25,12 +25,12 @@ NEAR = 3.0
 """A line covers what is so near."""
 
 
-def drivers_of(scene: Scene, result: Any) -> list[Coordinate]:
+def drivers_of(scene: Scene, result: Any) -> list[NamedCoordinate]:
     """Return the coordinates that are given as functions of the pose, or of the time."""
     return [coordinate(scene.mechanism, text) for text in driver_names(result)]
 
 
-def driven_bodies(scene: Scene, drivers: Iterable[Coordinate]) -> set[str]:
+def driven_bodies(scene: Scene, drivers: Iterable[NamedCoordinate]) -> set[str]:
     """Return the links that the drivers move."""
     return {
         entry.part
@@ -40,7 +40,7 @@ def driven_bodies(scene: Scene, drivers: Iterable[Coordinate]) -> set[str]:
     }
 
 
-def held_drivers(result: Any, drivers: Sequence[Coordinate]) -> set[str]:
+def held_drivers(result: Any, drivers: Sequence[NamedCoordinate]) -> set[str]:
     """Return the names of the drivers that keep their value while others move.
 
     In a motion and an equilibrium those with a value ``at`` are held, whatever else moves.
@@ -63,7 +63,7 @@ def _rests(driver: Any) -> bool:
     return float(np.ptp(values)) == 0.0 and not np.nan_to_num(speeds).any()
 
 
-def values_of(result: Any, entry: Coordinate) -> Array | None:
+def values_of(result: Any, entry: NamedCoordinate) -> Array | None:
     """Return a driver's value in each pose, (n,), None where the result has none."""
     given = getattr(result, "drivers", None) or {}
     if entry.text in given:
@@ -80,7 +80,7 @@ def values_of(result: Any, entry: Coordinate) -> Array | None:
 
 
 def value_text(
-    result: Any, entry: Coordinate, pose: int, words: Words = ENGLISH, held: bool = False
+    result: Any, entry: NamedCoordinate, pose: int, words: Words = ENGLISH, held: bool = False
 ) -> str:
     """Return the driver's value in one pose, in degrees or metres, and whether it is held."""
     values = values_of(result, entry)
@@ -111,7 +111,7 @@ def draw_drivers(
     scene: Scene,
     result: Any,
     pose: int,
-    drivers: list[Coordinate],
+    drivers: list[NamedCoordinate],
     places: list[Place],
 ) -> None:
     """Draw an arrow for each driver, in the sense of its speed; held ones are braked."""
@@ -133,7 +133,7 @@ def draw_drivers(
 
 
 def draw_brake(
-    sheet: Sheet, scene: Scene, entry: Coordinate, places: list[Place], pose: int
+    sheet: Sheet, scene: Scene, entry: NamedCoordinate, places: list[Place], pose: int
 ) -> None:
     """Draw what holds a coordinate: jaws on a link or a wheel, stops beside what slides."""
     gid = f"held-{entry.text}"
@@ -182,7 +182,7 @@ def arm_of(scene: Scene, reference: str, pose: int) -> Array | None:
     return longest if np.hypot(*longest) > 0 else None
 
 
-def _sense(result: Any, entry: Coordinate) -> float:
+def _sense(result: Any, entry: NamedCoordinate) -> float:
     """Return +1 or -1: the sign of the speed, or of the sweep, or plus."""
     driver = (getattr(result, "drivers", None) or {}).get(entry.text)
     velocity = getattr(driver, "velocity", None)
@@ -197,7 +197,7 @@ def _sense(result: Any, entry: Coordinate) -> float:
 
 
 def pivot_of(
-    scene: Scene, entry: Coordinate, places: list[Place], pose: int
+    scene: Scene, entry: NamedCoordinate, places: list[Place], pose: int
 ) -> tuple[Array, Array | None]:
     """Return where a link turns [m] and the direction of its bar from there."""
     if entry.part in scene.mechanism.joints:
@@ -262,7 +262,7 @@ def _covered(lines: Array, boxes: Array, points: Array) -> float:
     return total + float((boxes[:, 4] * inside.all(axis=-1).mean(axis=0)).sum())
 
 
-def travel_of(scene: Scene, entry: Coordinate, pose: int) -> tuple[Array, Array]:
+def travel_of(scene: Scene, entry: NamedCoordinate, pose: int) -> tuple[Array, Array]:
     """Return the point [m] that travels along a coordinate, and the direction of its growth."""
     if entry.part in scene.mechanism.joints:
         joint = scene.mechanism.joints[entry.part]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
@@ -138,7 +138,7 @@ def _bodies(scene: Scene, load: Load) -> set[str]:
     return {entry.part} if joint is None else set(joint.bodies)
 
 
-def _coordinate(scene: Scene, load: Load) -> Coordinate:
+def _coordinate(scene: Scene, load: Load) -> NamedCoordinate:
     """Return the coordinate along which a load works."""
     body = getattr(load, "body", None)
     text = f"{body}.angle" if body is not None else None
@@ -193,7 +193,7 @@ def _draw_force(
 
 
 def _draw_torque(
-    sheet: Sheet, scene: Scene, load: Load, entry: Coordinate, size: float | None, way: float,
+    sheet: Sheet, scene: Scene, load: Load, entry: NamedCoordinate, size: float | None, way: float,
     pose: int, places: list[Place], words: Words,
 ) -> list[Mark]:  # fmt: skip
     """Draw a curved arrow; one with two heads where the sense is not known."""
@@ -251,7 +251,7 @@ def _is_place(reference: str, places: list[Place]) -> bool:
     return any(reference in place.references and place.pinned for place in places)
 
 
-def _ends(sheet: Sheet, scene: Scene, entry: Coordinate, pose: int) -> tuple[Array, Array]:
+def _ends(sheet: Sheet, scene: Scene, entry: NamedCoordinate, pose: int) -> tuple[Array, Array]:
     """Return the ends of a spring on a slide or on a point's coordinate.
 
     From where the coordinate is zero to the point, if that is long enough; else on the
@@ -281,8 +281,8 @@ def _ends(sheet: Sheet, scene: Scene, entry: Coordinate, pose: int) -> tuple[Arr
 
 
 def _draw_torsion(
-    sheet: Sheet, scene: Scene, load: Spring, entry: Coordinate, pose: int, places: list[Place],
-    elastic: bool, damped: bool,
+    sheet: Sheet, scene: Scene, load: Spring, entry: NamedCoordinate, pose: int,
+    places: list[Place], elastic: bool, damped: bool,
 ) -> Mark:  # fmt: skip
     pivot, _ = pivot_of(scene, entry, places, pose)
     center = sheet.at(pivot)

@@ -79,7 +79,7 @@ class Rests:
     def __init__(self, balance: Balance, chart: Chart, x: Any) -> None:
         self.balance, self.chart, self.x = balance, chart, x
         self.sizes = balance.sizes
-        self.angle = np.array([name == "angle" for _, name in balance.setup.released.names], bool)
+        self.angle = balance.setup.released.coordinates.turns
         self.found: list[Rest] = []
         self.whole, self.crossed = True, False
         self.steps = 0

@@ -50,8 +50,7 @@ class Balance:
         function = k.function("statics", [ca.densify(part) for part in parts], [lam])
         self._call = Call(function)
         self._light = Call(k.function("balance", [ca.densify(part) for part in parts[:3]]))
-        lengths = [1.0 if name == "angle" else setup.length for _, name in setup.model.q_names]
-        weights = ca.fabs(r.applied) * ca.DM(lengths)
+        weights = ca.fabs(r.applied) * ca.DM(setup.model.coordinates.sizes(setup.length))
         self._weight = Call(k.function("weight", [ca.mmax(ca.densify(weights))]))
         self.sizes, self.gaps, self.n, self.m = k.sizes, k.gaps, k.n, k.m
         self.signs = setup.loose

@@ -14,7 +14,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.start import mode_by_label
-from mechdae.describe.coordinates import SLIDE_JOINTS, Coordinate, coordinate
+from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.describe.coordinates import SLIDE_JOINTS, NamedCoordinate, coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
@@ -46,7 +47,7 @@ class Chart:
 
     Attributes
     ----------
-    coordinates : list of Coordinate
+    coordinates : list of NamedCoordinate
         As many as there are freedoms.
     names : list of str
         Their names.
@@ -67,10 +68,10 @@ class Chart:
         self.setting = self._setting()
         self._rows: list[int] | None = None
 
-    def _chosen(self, x: Any, basis: Any, names: list[str]) -> list[Coordinate]:
+    def _chosen(self, x: Any, basis: Any, names: list[str]) -> list[NamedCoordinate]:
         """Return independent coordinates at a pose, the preferred ones first."""
         setup, r = self.setup, self.setup.released
-        found: list[Coordinate] = []
+        found: list[NamedCoordinate] = []
         across = np.zeros((basis.shape[1], 0))
         for c in dict.fromkeys(_candidates(setup.problem, names)):
             if len(found) == basis.shape[1]:
@@ -200,16 +201,16 @@ class Chart:
     def _lifted(self, q: Any, pose: Any, u: Any) -> Any:
         assert self.setting is not None
         found: Mapping[tuple[str, str], float] = self.setting.assembler.coordinates(pose, u)
-        places, q = self.setup.model.places, q.copy()
-        for name, value in found.items():
-            near = q[places[name]]
-            if name[1] == "angle":
-                value -= 2 * np.pi * np.round((value - near) / (2 * np.pi))
-            q[places[name]] = value
+        model, q = self.setup.model, q.copy()
+        for key, value in found.items():
+            k = model.places[key]
+            if model.coordinates[k].kind is ANGLE:
+                value -= 2 * np.pi * np.round((value - q[k]) / (2 * np.pi))
+            q[k] = value
         return q[self.setup.released.free]
 
 
-def _candidates(problem: Problem, names: list[str]) -> Iterator[Coordinate]:
+def _candidates(problem: Problem, names: list[str]) -> Iterator[NamedCoordinate]:
     """Yield coordinates that may tell the modes, the likeliest first."""
     mechanism = problem.mechanism
     for name in names:

@@ -41,7 +41,7 @@ def small_motions(
     whole = balance.setup
     names, gradient = told(whole, task, x, n)
     scaled = gradient * whole.kernel.sizes @ basis if len(names) else basis
-    labels = names or [".".join(own) for own in whole.released.names]
+    labels = names or [".".join(c.key) for c in whole.released.coordinates]
     placed = _placements(whole, x) * whole.kernel.sizes @ basis
     modes: list[dict[str, Any]] = []
     largest = float(np.max(np.abs(values)))

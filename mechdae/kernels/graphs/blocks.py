@@ -23,6 +23,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.run.call import Call
 from mechdae.model.kept import Kept
@@ -59,8 +60,7 @@ class BlockGraph:
         self.second = ca.jtimes(self.first, every, rates)
         pushed = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.az, self.au))
         rate = [self.vx, self.vz, self.vu, self.az, self.au]
-        names = scene.x_names
-        self._angles = [i for i in (*self.own, *self.uses) if names[i][1] == "angle"]
+        self._angles = [i for i in (*self.own, *self.uses) if scene.unknowns[i].kind is ANGLE]
         angles = scene.x[self._angles] if self._angles else SX(0, 1)
         sines, cosines = SX.sym("sin", angles.numel()), SX.sym("cos", angles.numel())
         parts = [F, self.J, self.Fz, -self.drift, -(self.second + pushed)]

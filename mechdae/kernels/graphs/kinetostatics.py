@@ -18,6 +18,7 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.graphs.blocks import column
 from mechdae.kernels.graphs.friction_sizes import (
@@ -393,16 +394,17 @@ class Balance:
             for body, sign in ((joint.second_body, 1), (joint.first_body, -1)):
                 if body != GROUND:
                     arm = place - model.frame(body).r
-                    x, y, turn = (model.places[body, n] for n in ("x", "y", "angle"))
-                    turned = moment + arm[0] * fy - arm[1] * fx
+                    x, y, turn = model.twist(body)
+                    turned = moment + model.space.moment(arm, (fx, fy))
                     moments.append(ca.norm_1(arm) * (ca.fabs(fx) + ca.fabs(fy)))
                     parts.append({x: sign * fx, y: sign * fy, turn: sign * turned})
         left, worst = add(*parts), []
-        for names in (("x", "y"), ("angle",)):
-            places = [model.places[body, name] for body in self.bodies for name in names]
+        for kind in (LENGTH, ANGLE):
+            places = [i for body in self.bodies for i in model.twist(body)]
+            places = [i for i in places if model.coordinates[i].kind is kind]
             gap = most(column([left.get(j, SX(0)) for j in places]))
             sizes = [part[j] for part in parts for j in places if j in part]
-            size = most(column([*sizes, *(moments if names == ("angle",) else [])]))
+            size = most(column([*sizes, *(moments if kind is ANGLE else [])]))
             worst.append(ca.if_else(size > 0, gap / size, 0))
         return ca.fmax(*worst)
 

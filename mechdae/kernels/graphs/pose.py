@@ -24,6 +24,7 @@ from typing import Any, Self
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import PLACE
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inverse, norm, placed
 from mechdae.kernels.graphs.driver_curve import Course
@@ -87,7 +88,7 @@ class PoseGraphs:
         self.floors = Floors(floor)
         owned = {contact.joint.name for contact in self.contacts}
         self.places = [
-            i for i, (owner, name) in enumerate(scene.x_names) if name == "s" and owner in owned
+            i for i, c in enumerate(scene.unknowns) if c.kind is PLACE and c.owner in owned
         ]
         self.low, self.high = (SX.sym(name, len(self.places)) for name in ("low", "high"))
         self.consts = ca.vertcat(self.p, self.scale, self.kappa, self.rho, self.grain, floor)
@@ -121,20 +122,14 @@ class PoseGraphs:
     def weights(self, b: int) -> tuple[Any, Any]:
         """Return column and row weights that make a block of mixed units dimensionless."""
         block = self.blocks[b].block
-        names = [self.scene.x_names[i] for i in block.x]
-        kinds = {name if name in ("angle", "s") else "length" for _, name in names}
-        if "s" not in kinds and len(kinds) == 1 and len(set(block.units)) == 1:
-            return SX.ones(len(names)), SX.ones(len(block.units))
+        unknowns = [self.scene.unknowns[i] for i in block.x]
+        kinds = {c.kind for c in unknowns}
+        if PLACE not in kinds and len(kinds) == 1 and len(set(block.units)) == 1:
+            return SX.ones(len(unknowns)), SX.ones(len(block.units))
         one = SX(1)
-        columns = ca.vertcat(*[self.unit_of(*name) for name in names])
+        columns = ca.vertcat(*[c.size_symbol(self.scale) for c in unknowns])
         rows = ca.vertcat(*[self.scale if unit == "m" else one for unit in block.units])
         return columns, rows
-
-    def unit_of(self, owner: str, name: str) -> Any:
-        """Return the unit in which an unknown is of the order of one."""
-        if name == "s":
-            return self.scene.model.contacts[owner].turn
-        return SX(1) if name == "angle" else self.scale
 
     @kept_property
     def _units(self) -> Call:

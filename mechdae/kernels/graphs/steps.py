@@ -148,7 +148,7 @@ class Graphs(BoundGraphs):
         eta = grown * (norm(residual / r) + self.rho[b])
         kappa, everywhere = self.kappa[b], self.plain(b)
         if not everywhere:  # bounds for all poses are too wide: those near the tangent
-            units = ca.vertcat(*[self.unit_of(*self.scene.x_names[i]) for i in own])
+            units = ca.vertcat(*[self.scene.unknowns[i].size_symbol(self.scale) for i in own])
             reach = ds * ca.fabs(v[own]) + away[own]
             near = NEAR * ca.mmax(reach / units)
             if not self.single:  # a law may stand still over a step
@@ -182,7 +182,7 @@ class Graphs(BoundGraphs):
         def parts(vector: Any) -> tuple[Any, Any]:
             return vector[graph.own], vector[graph.uses] if graph.uses else SX(0, 1)
 
-        units = ca.vertcat(*[self.unit_of(*name) for name in self.scene.x_names])
+        units = ca.vertcat(*[c.size_symbol(self.scale) for c in self.scene.unknowns])
         reach = ds * ca.fabs(v) + away + near * units
         around = list(zip(parts(x - reach), parts(x + reach), strict=True))
         rates = [(rate, rate) for rate in parts(v)]

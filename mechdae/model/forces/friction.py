@@ -16,10 +16,11 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.forces.generalised import Wrench, couples, left, pair, spin, velocity
+from mechdae.model.forces.generalised import Wrench, couples, pair, spin, velocity
 from mechdae.model.forces.meshes import Mesh
 from mechdae.model.joints import Ends
 from mechdae.model.model import Model
+from mechdae.model.space import left
 
 SX = ca.SX
 

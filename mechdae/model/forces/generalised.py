@@ -53,13 +53,13 @@ def push(model: Model, body: str, place: Any, force: Any) -> Wrench:
     if body == GROUND:
         return {}
     arm = place - model.frame(body).r
-    x, y, turn = (model.places[body, name] for name in ("x", "y", "angle"))
-    return {x: force[0], y: force[1], turn: cross(arm, force)}
+    parts = (force[0], force[1], model.space.moment(arm, force))
+    return dict(zip(model.twist(body), parts, strict=True))
 
 
 def couple(model: Model, body: str, moment: Any) -> Wrench:
     """Return the generalised force of a couple on a body."""
-    return {} if body == GROUND else {model.places[body, "angle"]: moment}
+    return {} if body == GROUND else {model.turn(body): moment}
 
 
 def pair(model: Model, first: str, second: str, place: Any, force: Any) -> Wrench:
@@ -72,21 +72,10 @@ def couples(model: Model, first: str, second: str, moment: Any) -> Wrench:
     return add(couple(model, second, moment), couple(model, first, -moment))
 
 
-def cross(a: Any, b: Any) -> Any:
-    """Return the third component of a x b."""
-    return a[0] * b[1] - a[1] * b[0]
-
-
-def left(direction: Any) -> Any:
-    """Return a direction turned by +90 degrees."""
-    return ca.vertcat(-direction[1], direction[0])
-
-
 def on_body(model: Model, wrench: Wrench, body: str, place: Any) -> tuple[Any, Any, Any]:
     """Return force and moment about `place` of the part of a wrench that acts on a body."""
-    x, y, turn = (wrench.get(model.places[body, name], SX(0)) for name in ("x", "y", "angle"))
-    arm = place - model.frame(body).r
-    return x, y, turn - cross(arm, (x, y))
+    x, y, moment = (wrench.get(i, SX(0)) for i in model.twist(body))
+    return x, y, moment - model.space.moment(place - model.frame(body).r, (x, y))
 
 
 def reaction(model: Model, name: str, wrench: Wrench) -> list[Any]:
@@ -101,11 +90,10 @@ def velocity(model: Model, body: str, place: Any) -> Any:
     """Return the velocity (2,) of a body's material point that is now at `place`."""
     if body == GROUND:
         return SX.zeros(2)
-    v = model.velocity
-    x, y, turn = (v[model.places[body, name]] for name in ("x", "y", "angle"))
-    return ca.vertcat(x, y) + turn * left(place - model.frame(body).r)
+    twist = model.velocity[model.twist(body)]
+    return model.space.velocity(twist, place - model.frame(body).r)
 
 
 def spin(model: Model, body: str) -> Any:
     """Return the angular velocity of a body."""
-    return SX(0) if body == GROUND else model.velocity[model.places[body, "angle"]]
+    return SX(0) if body == GROUND else model.velocity[model.turn(body)]

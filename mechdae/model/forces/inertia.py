@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.forces.generalised import Wrench, add, cross
+from mechdae.model.forces.generalised import Wrench, add
 from mechdae.model.model import Model
 
 SX = ca.SX
@@ -28,14 +28,11 @@ def inertia(model: Model) -> Wrench:
 
 def _of_body(model: Model, name: str) -> Wrench:
     mass, moment, arm = _numbers(model, name)
-    x, y, turn = (model.places[name, c] for c in ("x", "y", "angle"))
-    v, a = model.velocity, model.acceleration
-    spin, alpha = v[turn], a[turn]
-    centre = ca.vertcat(
-        a[x] - alpha * arm[1] - spin * spin * arm[0], a[y] + alpha * arm[0] - spin * spin * arm[1]
-    )
-    force = mass * centre
-    return {x: force[0], y: force[1], turn: moment * alpha + cross(arm, force)}
+    places = model.twist(name)
+    twist, rate = model.velocity[places], model.acceleration[places]
+    force = mass * model.space.acceleration(twist, rate, arm)
+    turning = moment * rate[-1] + model.space.moment(arm, force)
+    return dict(zip(places, (force[0], force[1], turning), strict=True))
 
 
 def kinetic_energy(model: Model) -> tuple[Any, Any]:
@@ -44,9 +41,9 @@ def kinetic_energy(model: Model) -> tuple[Any, Any]:
     v = model.velocity
     for name in massive(model):
         mass, moment, arm = _numbers(model, name)
-        x, y, turn = (model.places[name, c] for c in ("x", "y", "angle"))
-        centre = (v[x] - v[turn] * arm[1], v[y] + v[turn] * arm[0])
-        energy += (mass * (centre[0] ** 2 + centre[1] ** 2) + moment * v[turn] ** 2) / 2
+        twist = v[model.twist(name)]
+        centre = model.space.velocity(twist, arm)
+        energy += (mass * (centre[0] ** 2 + centre[1] ** 2) + moment * twist[-1] ** 2) / 2
     for i, force in inertia(model).items():
         power += force * v[i]
     return energy, power

@@ -12,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.coordinates import Coordinate, coordinate, coordinate_names
+from mechdae.describe.coordinates import NamedCoordinate, coordinate, coordinate_names
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.named import TIME, split_rate
@@ -132,11 +132,11 @@ class Loads:
             self.varying.append(built)
         return built
 
-    def _note(self, c: Coordinate) -> None:
+    def _note(self, c: NamedCoordinate) -> None:
         joints = self.model.mechanism.joints
         self.bodies |= set(joints[c.part].bodies if c.part in joints else (c.part,))
 
-    def _speed(self, c: Coordinate) -> Any:
+    def _speed(self, c: NamedCoordinate) -> Any:
         return ca.jtimes(self.model.coordinate(c), self.model.q, self.model.velocity)
 
     def _on_coordinate(self, text: str, force: Any) -> Wrench:

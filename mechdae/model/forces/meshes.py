@@ -21,7 +21,6 @@ from mechdae.model.forces.generalised import (
     add,
     couple,
     couples,
-    left,
     pair,
     push,
     spin,
@@ -30,6 +29,7 @@ from mechdae.model.forces.generalised import (
 )
 from mechdae.model.joints import Ends
 from mechdae.model.model import Model
+from mechdae.model.space import left
 
 SX = ca.SX
 

@@ -13,9 +13,9 @@ from typing import Any
 import casadi as ca
 
 from mechdae.model.forces.friction import tangent_of
-from mechdae.model.forces.generalised import left
 from mechdae.model.joints import Ends
 from mechdae.model.model import Model
+from mechdae.model.space import left
 
 SX = ca.SX
 POSITIVE = ("left", "positive", "push")

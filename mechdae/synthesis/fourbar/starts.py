@@ -129,7 +129,7 @@ class FourBarStarts:
         """(u, free) -> angle of the crank."""
         scene = self.space.poses.scene
         d, u = SX.sym("d", len(self.space.names)), SX.sym("u")
-        angle = ca.substitute(scene.recover[self.loop.crank, "angle"], scene.u, u)
+        angle = ca.substitute(scene.turn_of(self.loop.crank), scene.u, u)
         return ca.Function("crank", [u, d], [self.space.over_free(angle, d)])
 
     def _absolute(self, steps: Any) -> Any:

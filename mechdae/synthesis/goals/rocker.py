@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import Coordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.tasks.goals import Rocker as Asked
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
@@ -41,7 +41,7 @@ class Rocker(Goal):
     Parameters
     ----------
     asked
-        Coordinate, way, ratio; what is None is free.
+        NamedCoordinate, way, ratio; what is None is free.
     name
         Prefix of the variables.
     word
@@ -82,7 +82,7 @@ class Rocker(Goal):
         text = self.asked.coordinate
         if self.slides:
             return {text: model.coordinate(coordinate(model.mechanism, text))}
-        return {text: model.coordinate(Coordinate(text, "body angle", self.part))}
+        return {text: model.coordinate(NamedCoordinate(text, "body angle", self.part))}
 
     # -- the problem -------------------------------------------------------------------------
 

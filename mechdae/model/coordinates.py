@@ -1,0 +1,109 @@
+"""Coordinates as values: whose they are, their symbol, unit, period and natural size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, PLACE, CoordinateKind
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinate:
+    """An entry of q.
+
+    Attributes
+    ----------
+    owner, name : str
+        The body, or the joint that has coordinates of its own, and which of them it is.
+    symbol : SX
+    period : float
+        By which the same pose comes again; 0 without one. Of places on curves in their unit.
+    extent : float, SX
+        Of a place on a curve the range over 2 pi, as a number and in symbols.
+    middle : float
+        Where it is looked for when nothing is known.
+    """
+
+    owner: str
+    name: str
+    symbol: Any
+    period: float = 0.0
+    extent: float = 1.0
+    extent_symbol: Any = None
+    middle: float = 0.0
+
+    @property
+    def kind(self) -> CoordinateKind:
+        return KINDS[self.name]
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """(owner, name), by which results and poses hold its value."""
+        return self.owner, self.name
+
+    @property
+    def unit(self) -> str:
+        return self.kind.unit
+
+    def size(self, length: Any) -> Any:
+        """Return the natural size: 1 rad, a `length`, or the range of a curve over 2 pi."""
+        return length if self.kind is LENGTH else self.extent
+
+    def size_symbol(self, length: Any) -> Any:
+        """Return the natural size in symbols."""
+        return self.extent_symbol if self.kind is PLACE else self.size(length)
+
+
+def of_owner(owner: str, names: Sequence[str]) -> tuple[Coordinate, ...]:
+    """Return new coordinates of a body or joint by their names."""
+    return tuple(
+        Coordinate(
+            owner, name, ca.SX.sym(f"{owner}.{name}"), 2 * math.pi if KINDS[name] is ANGLE else 0.0
+        )
+        for name in names
+    )
+
+
+class Coordinates(tuple[Coordinate, ...]):
+    """Several coordinates in order, and what arrays of their values need."""
+
+    def of_kind(self, kind: CoordinateKind) -> Any:
+        """Return which are of a kind, (n,) booleans."""
+        found = np.array([c.kind is kind for c in self], bool)
+        found.flags.writeable = False
+        return found
+
+    @cached_property
+    def turns(self) -> Any:
+        """Which are angles, (n,) booleans."""
+        return self.of_kind(ANGLE)
+
+    @cached_property
+    def lengths(self) -> Any:
+        """Which are lengths, (n,) booleans."""
+        return self.of_kind(LENGTH)
+
+    @cached_property
+    def places(self) -> Any:
+        """Which are places on curves, (n,) booleans."""
+        return self.of_kind(PLACE)
+
+    @cached_property
+    def periods(self) -> Any:
+        """Their periods (n,): a turn of angles, the range of a closed curve, 0 without one."""
+        return np.array([c.period for c in self])
+
+    def sizes(self, length: float) -> Any:
+        """Return natural sizes (n,): 1 rad, a `length`, the range of a curve over 2 pi."""
+        return np.array([c.size(length) for c in self])
+
+    @property
+    def keys(self) -> list[tuple[str, str]]:
+        return [c.key for c in self]
