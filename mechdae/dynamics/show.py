@@ -1,4 +1,4 @@
-"""What `mechdae show` says about a task of motion or equilibrium."""
+"""What `show` and `check` say about a task of motion or equilibrium."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ from typing import Any
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Equilibrium, Motion
 from mechdae.dynamics.equations import as_motion, setup
+from mechdae.dynamics.task import motion_start
 from mechdae.errors import MechdaeError
+from mechdae.model.model import Model
 
 
-def motion_structure(problem: Problem, task: Motion | Equilibrium) -> dict[str, Any]:
+def motion_structure(
+    problem: Problem, task: Motion | Equilibrium, _model: Model | None = None
+) -> dict[str, Any]:
     """Return coordinates, constraints, loads and laws of the released model."""
     entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
     timed = isinstance(task, Motion)
@@ -35,3 +39,14 @@ def motion_structure(problem: Problem, task: Motion | Equilibrium) -> dict[str, 
         **({"end": whole.end, "tolerance": whole.tolerance} if timed else {}),
         "not_in_scene": [],
     }
+
+
+def tried(problem: Problem, task: Motion | Equilibrium) -> None:
+    """Find the start of a motion, or where an equilibrium is looked for.
+
+    Raises
+    ------
+    MechdaeError
+        There is none.
+    """
+    motion_start(problem, task if isinstance(task, Motion) else as_motion(task))

@@ -4,12 +4,28 @@ from __future__ import annotations
 
 from typing import Any
 
+from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.forces.task import loaded_bodies
+from mechdae.kinematics.show import driven_structure
 from mechdae.model.forces.friction import Feedback, Laws
 from mechdae.model.forces.inertia import massive
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import KINDS, Mesh
+from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
+
+
+def reactions_structure(
+    problem: Problem, task: Reactions, model: Model | None = None
+) -> dict[str, Any]:
+    """Return what a task of reactions will build: its sweep, and the parts of the balance."""
+    model = Model(problem.mechanism) if model is None else model
+
+    def parts(scene: Scene) -> dict[str, Any]:
+        return {"forces": force_structure(scene, task)}
+
+    return driven_structure(problem, task, model, loaded_bodies(model), parts, order=2)
 
 
 def force_structure(scene: Scene, task: Reactions) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,22 +12,14 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.results import Result
-
-KINDS = {
-    "sweep": "mechdae.kinematics.sweep:sweep",
-    "modes": "mechdae.kinematics.modes_task:modes",
-    "reactions": "mechdae.forces.task:reactions",
-    "motion": "mechdae.dynamics.task:motion",
-    "equilibrium": "mechdae.dynamics.rest.equilibrium:equilibrium",
-}
-"""Kind of task -> what computes it from problem, name and task; loaded when it is used."""
+from mechdae.solver.kinds import KINDS, TaskKind, function
 
 
 def solve(
     problem: Problem | Mechanism | str | Path,
     task: Task | str | None = None,
     *,
-    kinds: Mapping[str, str] = KINDS,
+    kinds: Mapping[str, TaskKind] = KINDS,
     **options: object,
 ) -> Result:
     """Return the result of one task of a kind in `kinds`.
@@ -40,7 +31,7 @@ def solve(
     task
         Name of a task of the problem (default: its first), or a task as a value.
     kinds
-        Kind of task -> ``module:function``.
+        Kind of task -> its functions.
     options
         What the function takes besides problem, name and task.
 
@@ -59,11 +50,8 @@ def solve(
             where=f"tasks.{name}.kind",
             hint=f"available: {', '.join(kinds)}",
         )
-    module, function = kinds[chosen.kind].split(":")
     try:
-        result: Result = getattr(importlib.import_module(module), function)(
-            whole, name, chosen, **options
-        )
+        result: Result = function(kinds[chosen.kind].run)(whole, name, chosen, **options)
     except MechdaeError as error:
         if isinstance(error, InputError) and not error.where.startswith(
             ("mechanism", "bodies", "joints", "loads", "sketch", "parameters", "outputs.")

@@ -483,6 +483,7 @@ def _spread(
     standard deviation and extremes of sampled mechanisms.
     """
     from mechdae.describe.tasks.kinds import Study
+    from mechdae.solver.kinds import TaskKind
     from mechdae.solver.solve import solve
 
     generator = np.random.default_rng(0)
@@ -495,7 +496,9 @@ def _spread(
         few = sets[:FEW_SAMPLES]
         samples = {name: few[:, names.index(name)].tolist() for name in tolerances}
         study = Study(samples=samples, of=base, outputs=tuple(rest))
-        tables |= solve(problem, study, kinds={"study": "mechdae.studies.study:study"}).table
+        tables |= solve(
+            problem, study, kinds={"study": TaskKind("mechdae.studies.study:study")}
+        ).table
     result = {}
     for path, own in found.items():
         slopes = [own.first[name] * width for name, width in tolerances.items()]

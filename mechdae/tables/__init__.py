@@ -3,14 +3,32 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable, Mapping
 
 from mechdae.results import Result
 from mechdae.tables.derivatives import derivatives_text
 from mechdae.tables.designs import designs_text
 from mechdae.tables.facts import facts_text
 from mechdae.tables.modes import modes_text, study_text
+from mechdae.tables.motions import equilibrium_facts, motion_facts
 from mechdae.tables.poses import pose_text, poses_text
 from mechdae.tables.text import WIDE
+
+Lines = Callable[[Result, int], list[str]]
+
+
+def _poses(result: Result, width: int) -> list[str]:
+    return pose_text(result) if len(result) == 1 else poses_text(result, width)
+
+
+TEXTS: Mapping[str, tuple[Lines, Lines]] = {
+    "modes": (modes_text, facts_text),
+    "motion": (_poses, lambda result, _: motion_facts(result)),
+    "equilibrium": (_poses, lambda result, _: equilibrium_facts(result)),
+    "study": (lambda result, _: study_text(result), facts_text),
+    "synthesis": (designs_text, lambda *_: []),
+}
+"""Kind of task -> its table and what to know about it, where these are not those of poses."""
 
 
 def table(result: Result, terminal: bool = False) -> str:
@@ -19,15 +37,6 @@ def table(result: Result, terminal: bool = False) -> str:
         return derivatives_text(result)
     width = shutil.get_terminal_size((WIDE, 40)).columns if terminal else WIDE
     lines = [f"{result.problem} / {result.task} ({result.kind})  {result.title}".rstrip()]
-    if result.kind == "synthesis":
-        return "\n".join([*lines, *designs_text(result, width)]) + "\n"
-    if result.kind == "modes":
-        lines += modes_text(result, width)
-    elif result.kind == "study":
-        lines += study_text(result)
-    elif len(result) == 1:
-        lines += pose_text(result)
-    else:
-        lines += poses_text(result, width)
-    lines += facts_text(result, width)
+    for text in TEXTS.get(result.kind, (_poses, facts_text)):
+        lines += text(result, width)
     return "\n".join(lines) + "\n"

@@ -9,15 +9,10 @@ import numpy as np
 
 from mechdae.results import Result
 from mechdae.tables.force_facts import force_facts
-from mechdae.tables.motions import equilibrium_facts, motion_facts
 from mechdae.tables.text import MOST, driver_value, moves, noises, quantity, zero
 
 
 def facts_text(result: Result, width: int) -> list[str]:
-    if result.kind == "motion":
-        return motion_facts(result)
-    if result.kind == "equilibrium":
-        return equilibrium_facts(result)
     summary, lines, noise = result.summary, [], noises(result)
     units = [result.unit("drivers", c, "position") for c in result.drivers]
     moving = [moves(series.position) for series in result.drivers.values()]
@@ -34,10 +29,10 @@ def facts_text(result: Result, width: int) -> list[str]:
             value = zero(value, noise["angle" if word == "swing" else "length"])
             shown = math.degrees(value) if word == "swing" else value
             lines.append(f"  {word:9} {name}: {shown:.12g} {suffix}")
-    if result.kind in ("sweep", "reactions"):
+    if "bound" in summary and "status" in summary:
         counts = ", ".join(f"{count} {status}" for status, count in summary["status"].items())
         lines.append(f"  status    {counts}")
-    if result.kind in ("sweep", "reactions", "modes"):
+    if "bound" in summary:
         fine = np.asarray(result.status) == "ok"
         bounds = [
             f"{name} {np.nanmax(array[fine]):.1e} {'m' if name == 'length' else 'rad'}"

@@ -10,16 +10,15 @@ import numpy as np
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Expected, Problem
-from mechdae.describe.tasks.kinds import Equilibrium, Modes, Motion, Sweep
-from mechdae.dynamics.equations import as_motion
-from mechdae.dynamics.task import motion_start
 from mechdae.errors import InputError, MechdaeError
-from mechdae.kinematics.prepared import first_pose, prepare
-from mechdae.results import KINDS, Result
+from mechdae.results import KINDS as SECTIONS
+from mechdae.results import Result
+from mechdae.solver.kinds import function
+from mechdae.tasks.registry import KINDS
 from mechdae.tasks.solve import solve
 
 SERIES = (
-    *KINDS, "efforts", "centres", "bound", "condition", "status",
+    *SECTIONS, "efforts", "centres", "bound", "condition", "status",
     "time", "energy", "kinetic", "potential", "drift", "work",
 )  # fmt: skip
 
@@ -46,13 +45,11 @@ def validate(problem: Problem) -> list[MechdaeError]:
         errors.append(InputError("the file has no [tasks]", where="tasks"))
     for name, task in problem.tasks.items():
         try:
-            if isinstance(task, Modes):
+            kind = KINDS.get(task.kind)
+            if kind is not None and kind.trial == kind.run:
                 solve(problem, name)
-            elif type(task) is Sweep:
-                first_pose(prepare(problem, task), task)
-            elif isinstance(task, Motion | Equilibrium):
-                motion = task if isinstance(task, Motion) else as_motion(task)
-                motion_start(problem, motion)
+            elif kind is not None and kind.trial:
+                function(kind.trial)(problem, task)
         except MechdaeError as error:
             problem.blame(error)
             if str(error) not in map(str, errors):

@@ -10,7 +10,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven, Equilibrium, Sweep
 from mechdae.errors import MechdaeError
 from mechdae.results import Result
-from mechdae.tasks.show import pruned
+from mechdae.tasks.show import not_in_scene
 from mechdae.tasks.solve import solve
 
 MEASURED = {
@@ -89,7 +89,7 @@ def _with_all_bodies(problem: Problem, name: str, mode: str | None) -> Result:
     def with_outputs(outputs: tuple[str, ...] | None) -> Result:
         return solve(problem.with_task(name, replace(task, outputs=outputs)), name, mode=mode)
 
-    outside = pruned(problem.mechanism, task).not_in_scene if isinstance(task, Driven) else []
+    outside = not_in_scene(problem, name)
     if not outside:
         return with_outputs(None)
     try:

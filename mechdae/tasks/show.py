@@ -11,13 +11,9 @@ from mechdae.assembly import start
 from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.idle_freedom import settled
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.tasks.kinds import Driven, Equilibrium, Motion, Reactions, Sweep, Synthesis
+from mechdae.describe.tasks.kinds import Driven, Synthesis, Task
 from mechdae.describe.tasks.synthesis import demand
-from mechdae.dynamics.show import motion_structure
 from mechdae.errors import MechdaeError
-from mechdae.forces.show import force_structure
-from mechdae.forces.task import loaded_bodies
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.groups import ROMAN, Group, count_mobility, formula
 from mechdae.model.model import Model
@@ -25,6 +21,8 @@ from mechdae.model.reduction import Scene, scene
 from mechdae.numerics.null_space import dependences, dependent
 from mechdae.setup.drivers import plan, sketched
 from mechdae.setup.outputs import Outputs
+from mechdae.solver.kinds import function
+from mechdae.tasks.registry import KINDS
 
 
 def structure(problem: Problem) -> dict[str, Any]:
@@ -54,13 +52,8 @@ def structure(problem: Problem) -> dict[str, Any]:
     }
     seen: dict[tuple[str, ...], dict[str, Any]] = {}
     for name, task in problem.tasks.items():
-        if isinstance(task, Motion | Equilibrium):
-            result["tasks"][name] = motion_structure(problem, task)
-            continue
+        result["tasks"][name] = _entry(problem, task, model)
         if not isinstance(task, Driven):
-            result["tasks"][name] = {"kind": task.kind, "available": task.available}
-            if isinstance(task, Synthesis):
-                result["tasks"][name] |= _design(problem, task)
             continue
         key = tuple(driver.coordinate for driver in task.all_drivers)
         if key not in seen:
@@ -70,8 +63,24 @@ def structure(problem: Problem) -> dict[str, Any]:
                 result["mobility"]["rank"] = seen[key].pop("rank", None)
             seen[key].pop("rank", None)
             result["groups"] = result["groups"] or seen[key].get("groups", [])
-        result["tasks"][name] = _task(problem, task, model)
     return result
+
+
+def _entry(problem: Problem, task: Task, model: Model | None = None) -> dict[str, Any]:
+    """Return what a task will build."""
+    show = KINDS[task.kind].show if task.kind in KINDS else ""
+    if not show:
+        return {"kind": task.kind, "available": task.available}
+    entry: dict[str, Any] = function(show)(problem, task, model)
+    return entry
+
+
+def not_in_scene(problem: Problem, name: str) -> list[str]:
+    """Return the bodies that no output of a task depends on, without solving anything."""
+    task = problem.task(name)
+    entry = _entry(problem, task) if isinstance(task, Driven) else {}
+    bodies: list[str] = entry.get("not_in_scene", [])
+    return bodies
 
 
 def _driven(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
@@ -144,50 +153,20 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, An
     }
 
 
-def _design(problem: Problem, task: Synthesis) -> dict[str, Any]:
+def design_structure(
+    problem: Problem, task: Synthesis, _model: Model | None = None
+) -> dict[str, Any]:
     """Return what a task of synthesis searches for."""
+    entry = {"kind": task.kind, "available": task.available}
     try:
         asked = demand(problem, task)
     except MechdaeError as error:
-        return {"error": str(error)}
+        return {**entry, "error": str(error)}
     goals = [task.goal] if task.goal is not None else task.goals
     return {
+        **entry,
         "goals": [str(goal["kind"]) for goal in goals],
         "free": [*asked.free, *asked.choices],
         "starts": asked.starts,
         "seed": asked.seed,
     }
-
-
-def pruned(mechanism: Mechanism, task: Driven, model: Model | None = None) -> Scene:
-    """Return the scene of a task: the groups that its outputs depend on."""
-    model = Model(mechanism) if model is None else model
-    kept = list(loaded_bodies(model)) if isinstance(task, Reactions) else None
-    return scene(model, plan(mechanism, task).coordinates, task.outputs, loaded=kept)
-
-
-def _task(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
-    entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
-    forces = isinstance(task, Reactions)
-    try:
-        numbers = plan(problem.mechanism, task)
-        own = pruned(problem.mechanism, task, model)
-        if isinstance(task, Reactions):
-            entry["forces"] = force_structure(own, task)
-    except MechdaeError as error:
-        return {**entry, "error": str(error)}
-    entry |= {
-        "drivers": [c.text for c in numbers.coordinates],
-        "unknowns": len(own.x_names),
-        "blocks": [len(block.x) for block in own.blocks],
-        "not_in_scene": own.not_in_scene,
-    }
-    if isinstance(task, Sweep):
-        words = ["positions", "velocities", "accelerations", "jerks"]
-        entry["builds"] = words[: max(task.derivatives, 2 * forces) + 1]
-        if task.measures:
-            entry["builds"].append("measures " + ", ".join(task.measures))
-        if own.selection.named:
-            entry["builds"].append("outputs " + ", ".join(own.selection.named))
-        entry["poses"] = numbers.poses
-    return entry

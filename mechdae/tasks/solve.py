@@ -13,24 +13,15 @@ from mechdae.describe.tasks.kinds import (
     Equilibrium,
     Modes,
     Motion,
-    Study,
     Sweep,
     Task,
 )
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import Result
-from mechdae.solver.solve import KINDS as BASIC
 from mechdae.solver.solve import as_problem, task_of
 from mechdae.solver.solve import solve as solved
-
-KINDS = {
-    **BASIC,
-    "study": "mechdae.studies.study:study",
-    "sensitivity": "mechdae.studies.sensitivity:sensitivity",
-    "synthesis": "mechdae.synthesis.synthesize:synthesize",
-}
-"""Kind of task -> what computes it, of all that there are."""
+from mechdae.tasks.registry import KINDS
 
 
 def solve(
@@ -84,16 +75,21 @@ def solve(
             error.inside(f"tasks.{name}")
         whole.blame(error)
         raise
-    options = {"workers": workers, "progress": progress} if isinstance(chosen, Study) else {}
+    options = {"workers": workers, "progress": progress} if _spreads(chosen) else {}
     if dict(whole.tasks).get(name) != chosen:
         whole = whole.with_task(name, chosen)
     return solved(whole, name, kinds=KINDS, **options)
 
 
+def _spreads(task: Task) -> bool:
+    """Return whether a task consists of many computations."""
+    return task.kind in KINDS and KINDS[task.kind].spread
+
+
 def _check_workers(workers: int, task: Task) -> None:
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise InputError("a whole number above 0 is needed", where="workers")
-    if workers > 1 and not isinstance(task, Study):
+    if workers > 1 and not _spreads(task):
         hint = "synthesize(..., workers=...)" if task.kind == "synthesis" else ""
         raise InputError(
             f"only studies are spread over processes, this is a task of kind '{task.kind}'",

@@ -14,7 +14,7 @@ from mechdae.cli.commands import plot as command
 from mechdae.describe.file import library
 from mechdae.draw.catalogue import OPTIONS, PICTURES, names_of
 from mechdae.draw.graphs.map import Plane
-from mechdae.tasks.solve import KINDS
+from mechdae.tasks.registry import KINDS
 from tests.shared.command import run
 
 STUDY = """
@@ -120,8 +120,8 @@ def test_nothing_is_solved_twice(file: Path, capsys, tmp_path: Path, monkeypatch
 
         return run
 
-    for text in KINDS.values():
-        module, name = text.split(":")
+    for kind in KINDS.values():
+        module, name = kind.run.split(":")
         home = importlib.import_module(module)
         monkeypatch.setattr(home, name, counted(getattr(home, name)))
     out = ["--out", str(tmp_path)]

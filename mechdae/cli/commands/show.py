@@ -80,7 +80,7 @@ def _group(group: dict[str, Any]) -> str:
 def _task(task: dict[str, Any]) -> str:
     if "error" in task:
         return f"{task['kind']}: {task['error']}"
-    if task["kind"] in ("motion", "equilibrium"):
+    if "constraints" in task:
         return _motion(task)
     parts = [task["kind"]]
     if not task.get("available", False):

@@ -27,6 +27,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     from mechdae.export import json_text, save
     from mechdae.tables import table
+    from mechdae.tasks.registry import KINDS
     from mechdae.tasks.solve import solve
 
     problem = problem_of(options)
@@ -51,14 +52,15 @@ def run(options: argparse.Namespace) -> int:
     results = []
     for name in names:
         kind = problem.tasks[name].kind
-        show = progress(f"task {name}: sets", options.quiet) if kind == "study" else None
+        spread = kind in KINDS and KINDS[kind].spread
+        show = progress(f"task {name}: sets", options.quiet) if spread else None
         try:
             result = solve(
                 problem,
                 name,
                 mode=options.mode if kind != "modes" or options.task else None,
                 poses=options.poses if kind == "sweep" or options.task else None,
-                workers=options.workers or 1 if kind == "study" else 1,
+                workers=options.workers or 1 if spread else 1,
                 progress=show,
             )
         except SolveError as error:
