@@ -26,7 +26,7 @@ from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import SolveError
 from mechdae.kernels.run.call import Call
 from mechdae.model.model import Model
-from mechdae.results import Named, Result, Series
+from mechdae.results import Named, Result, Series, Summary
 from mechdae.setup.drivers import plan, sketched
 
 CLOSED = 1e-9
@@ -361,7 +361,7 @@ def _report(problem: Problem, name: str, task: Task, equations: _Equations, foun
         ),
         points=Named("point", {own: Series({"position": at[own][None, :]}) for own in points}),
         status=np.array(["unassembled"]),
-        summary=summary,
+        summary=Summary(summary),
         fault=f"the mechanism does not close: drawn open at {words}{said(summary)}",
         definition=task,
     )

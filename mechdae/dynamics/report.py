@@ -19,7 +19,7 @@ from mechdae.dynamics.unique import dependence_note, unique
 from mechdae.forces.meshes import slack_belts
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
-from mechdae.results import Named, Result, Series
+from mechdae.results import Named, Result, Series, Summary
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs
 
@@ -145,7 +145,7 @@ def report(
         status=status,
         events=_events(run),
         checks={"energy": balance},
-        summary=summary,
+        summary=Summary(summary),
         fault="; ".join(faults) or None,
         definition=task,
         data=data,

@@ -33,7 +33,7 @@ from mechdae.measures.measure import sorted_events
 from mechdae.model.forces.inertia import massive
 from mechdae.model.forces.loads import Loads
 from mechdae.model.model import Model
-from mechdae.results import Named, Result, Series
+from mechdae.results import Later, Named, Result, Series
 
 SINGULAR = 1e12
 """Condition of the constraints above which forces are not given: they grow with it."""
@@ -90,7 +90,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     status = _with_rank(result)
     _check_loads(setting, statics, motion)
     answer = solved(statics, motion, status)
-    summary = dict(result.summary)
+    summary = result.summary.copy()
     found = checks(statics, moving, answer)
     status[answer.jammed] = "jammed"
     status[answer.ambiguous] = "ambiguous"
@@ -104,8 +104,9 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     if task.direction == "both":
         other = replace(task, direction="load")
         reverse = _with_forces(result, setting, followed, other)
-        keys = [k for k in reverse.summary if k not in result.summary or k == "jammed"]
-        summary["reverse"] = {key: reverse.summary[key] for key in keys}
+        known = result.summary.names()
+        keys = [k for k in reverse.summary.names() if k not in known or k == "jammed"]
+        summary["reverse"] = reverse.summary.only(keys)
     faults += slack(statics, answer)
     faults += failed_checks(found)
     lifted, notes = along(statics, moving, answer, unique)
@@ -116,8 +117,9 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     if answer.whole is not answer.free:
         rows = np.flatnonzero(answer.there & ~answer.jammed)
         lead = setting.plan.lead
-        summary["critical_factor"] = critical_factor(
-            statics, motion, answer.inputs, answer.sizes, rows, lead
+        inputs, sizes = answer.inputs, answer.sizes
+        summary["critical_factor"] = Later(
+            lambda: {"critical_factor": critical_factor(statics, motion, inputs, sizes, rows, lead)}
         )
     unproven = [k for k, own in answer.found.items() if not own.proven]
     if unproven:

@@ -11,6 +11,7 @@ from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.interpolate import turning
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
+from mechdae.results import Later, Summary
 from mechdae.setup.outputs import Outputs
 
 ITERATIONS = 6
@@ -21,47 +22,68 @@ SAME = 1e-6
 CHUNK = 256
 
 
-def ranges(
-    evaluator: Evaluator,
-    outputs: Outputs,
-    path: Path,
-    poses: Poses,
-    low: float,
-    high: float,
-    between: Any = (),
-) -> dict[str, dict[str, float]]:
-    """Return ``swing`` [rad] by body and ``stroke`` [m] by joint over [low, high].
+class Spans:
+    """How far bodies turn and joints slide along a path, over [low, high].
 
     A stationary value is bracketed between nodes of the path by the sign of its first
     derivative and refined by Newton's method on it, so that it does not depend on the grid.
-    `between` are further places to look at, for a path that needs no nodes.
+    `between` are further places to look at, for a path that needs no nodes. Computed when
+    ``later`` is read, from the nodes that the path has now.
     """
-    entries = [
-        entry
-        for entry in outputs.entries
-        if (entry.kind == "bodies" and entry.name == "angle") or entry.name == "slide"
-    ]
-    result: dict[str, dict[str, float]] = {"swing": {}, "stroke": {}}
-    if not entries or len(poses.y) < 3:
-        return result
-    nodes = np.array([*path.s, *between, *before_limits(path)])
-    nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
-    inner = nodes[(nodes > low) & (nodes < high)]
-    places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
-    at_nodes = evaluator.at(path, np.array(places))
-    columns = np.array([entry.columns[0] for entry in entries])
-    known = [
-        np.where(p.alive.all(axis=1)[:, None], p.y[0][:, columns], np.nan)
-        for p in (poses, at_nodes)
-    ]  # no body goes further than the mechanism does
-    least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
-    most = np.fmax.reduce([np.fmax.reduce(values, axis=0) for values in known])
-    for i, value in _stationary(evaluator, path, at_nodes, columns, least, most):
-        least[i], most[i] = np.fmin(least[i], value), np.fmax(most[i], value)
-    for entry, span in zip(entries, (most - least).tolist(), strict=True):
-        if np.isfinite(span):
-            result["stroke" if entry.name == "slide" else "swing"][entry.part] = span
-    return result
+
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        outputs: Outputs,
+        path: Path,
+        poses: Poses,
+        low: float,
+        high: float,
+        between: Any = (),
+    ) -> None:
+        self.entries = [
+            entry
+            for entry in outputs.entries
+            if (entry.kind == "bodies" and entry.name == "angle") or entry.name == "slide"
+        ]
+        self.evaluations = self.refined = 0  # beside those that the evaluator counts
+        self.later = Later(lambda: {})
+        if not self.entries or len(poses.y) < 3:
+            return
+        nodes = np.array([*path.s, *between, *before_limits(path)])
+        nodes = np.concatenate([nodes + shift for shift in _shifts(path, low, high)])
+        inner = nodes[(nodes > low) & (nodes < high)]
+        places = sorted({*inner.tolist(), low, high})  # np.unique would import numpy.ma
+        positions, alive = poses.y[0], poses.alive
+        self.later = Later(lambda: self._found(evaluator, path, places, positions, alive))
+
+    def summary(self) -> Summary:
+        """Return ``swing`` and ``stroke``, to be computed when they are read."""
+        return Summary(swing=self.later, stroke=self.later)
+
+    def _found(
+        self, evaluator: Evaluator, path: Path, places: list[float], positions: Any, alive: Any
+    ) -> dict[str, dict[str, float]]:
+        """Return ``swing`` [rad] by body and ``stroke`` [m] by joint, those that there are."""
+        before = evaluator.pose.evaluations, evaluator.refined
+        at_nodes = evaluator.at(path, np.array(places))
+        columns = np.array([entry.columns[0] for entry in self.entries])
+        known = [
+            np.where(living.all(axis=1)[:, None], y[:, columns], np.nan)
+            for living, y in ((alive, positions), (at_nodes.alive, at_nodes.y[0]))
+        ]  # no body goes further than the mechanism does
+        least = np.fmin.reduce([np.fmin.reduce(values, axis=0) for values in known])
+        most = np.fmax.reduce([np.fmax.reduce(values, axis=0) for values in known])
+        for i, value in _stationary(evaluator, path, at_nodes, columns, least, most):
+            least[i], most[i] = np.fmin(least[i], value), np.fmax(most[i], value)
+        result: dict[str, dict[str, float]] = {"swing": {}, "stroke": {}}
+        for entry, span in zip(self.entries, (most - least).tolist(), strict=True):
+            if np.isfinite(span):
+                result["stroke" if entry.name == "slide" else "swing"][entry.part] = span
+        self.evaluations = evaluator.pose.evaluations - before[0]
+        self.refined = evaluator.refined - before[1]
+        evaluator.pose.evaluations, evaluator.refined = before
+        return {word: table for word, table in result.items() if table}
 
 
 def _shifts(path: Path, low: float, high: float) -> list[float]:

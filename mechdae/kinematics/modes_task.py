@@ -22,7 +22,7 @@ from mechdae.kinematics.undercut import cuts
 from mechdae.model.groups import formula
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
-from mechdae.results import Named, Result, Series
+from mechdae.results import Named, Result, Series, Summary
 from mechdae.setup.drivers import plan, sketched
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs
@@ -118,7 +118,7 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         status=np.where(certain.sure, "ok", "singular"),
         bound=Series({key: np.where(certain.sure, v, np.nan) for key, v in bounds.items()}),
         labels=tuple(mode.labels for mode in found),
-        summary=summary,
+        summary=Summary(summary),
         fault=fault,
         definition=task,
         **tables,

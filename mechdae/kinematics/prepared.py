@@ -19,11 +19,13 @@ from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import FreedomError, SolveError, UnavailableError
 from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kinematics.extremes import Spans
 from mechdae.kinematics.shapes import Shapes, size_of
 from mechdae.measures import measure
 from mechdae.model.groups import assur_groups
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
+from mechdae.results import Summary
 from mechdae.setup.drivers import Plan, plan, sketched
 from mechdae.setup.named_outputs import NamedOutputs, requests, time_of
 from mechdae.setup.outputs import Outputs, Request
@@ -93,8 +95,9 @@ class Run:
     values: Any
     places: Any
     events: list[dict[str, Any]]
-    summary: dict[str, Any]
+    summary: Summary
     found: measure.Found = field(default_factory=measure.Found)
+    spans: Spans | None = None
 
 
 def prepare(

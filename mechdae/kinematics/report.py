@@ -20,7 +20,7 @@ from mechdae.kinematics.prepared import Run, Setting
 from mechdae.kinematics.undercut import cuts, refined
 from mechdae.measures.measure import sorted_events
 from mechdae.model.groups import Group, formula
-from mechdae.results import Named, Result, Series
+from mechdae.results import Later, Named, Result, Series
 from mechdae.setup.drivers import Plan
 from mechdae.setup.named_outputs import time_of
 
@@ -148,7 +148,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     for bound in bounds.values():
         bound[~certified] = np.nan
     failed = _failed(setting, run, status)
-    summary = dict(run.summary)
+    summary = run.summary.copy()
     summary["poses"] = len(status)
     summary["status"] = {
         word: count for word in WORDS if (count := int(np.count_nonzero(status == word)))
@@ -175,15 +175,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     events, rollers = _undercut(setting, run)
     if rollers:
         summary["undercut"] = rollers
-    counts = run.path.counts
-    summary["work"] = {
-        "unknowns": setting.graphs.nx,
-        "blocks": [graph.size for graph in setting.graphs.blocks],
-        "path_steps": counts.steps,
-        "rejected_steps": counts.rejected,
-        "pose_evaluations": run.evaluator.pose.evaluations,
-        "refined_poses": run.evaluator.refined,
-    }
+    summary["work"] = _work(setting, run)
     return Result(
         problem.name,
         name,
@@ -201,6 +193,29 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         time=plan.timing.times if plan.timing else None,
         **named,
     )
+
+
+def _work(setting: Setting, run: Run) -> Later:
+    """Return what the poses cost, with what is still to be computed when it is read."""
+    counts, evaluator, spans = run.path.counts, run.evaluator, run.spans
+    work = {
+        "unknowns": setting.graphs.nx,
+        "blocks": [graph.size for graph in setting.graphs.blocks],
+        "path_steps": counts.steps,
+        "rejected_steps": counts.rejected,
+        "pose_evaluations": evaluator.pose.evaluations,
+        "refined_poses": evaluator.refined,
+    }
+
+    def whole() -> dict[str, Any]:
+        if spans is None:
+            return {"work": work}
+        spans.later.parts()
+        evaluations = work["pose_evaluations"] + spans.evaluations
+        refined = work["refined_poses"] + spans.refined
+        return {"work": work | {"pose_evaluations": evaluations, "refined_poses": refined}}
+
+    return Later(whole)
 
 
 def _undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:

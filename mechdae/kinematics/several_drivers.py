@@ -11,10 +11,11 @@ from mechdae.continuation.legs import Legs, largest_step
 from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.path import Path
 from mechdae.describe.tasks.kinds import Sweep
-from mechdae.kinematics.extremes import ranges
+from mechdae.kinematics.extremes import Spans
 from mechdae.kinematics.prepared import Run, Setting, covered
 from mechdae.kinematics.report import limit_events
 from mechdae.measures.measure import at_poses
+from mechdae.results import Summary
 from mechdae.setup.scales import Constants, driver_size
 
 SHARES = (2.0**-4, 2.0**-7, 2.0**-10)
@@ -115,7 +116,7 @@ def from_pose_to_pose(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     poses = evaluator.at(legs, places, _rates(setting))
     events = limit_events(setting, legs, 0.0, float(n))
     measured = at_poses(setting.outputs, task, poses)
-    return Run(legs, evaluator, poses, plan.values, places, events, {}, measured)
+    return Run(legs, evaluator, poses, plan.values, places, events, Summary(), measured)
 
 
 def along_a_line(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
@@ -144,13 +145,13 @@ def along_a_line(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     evaluator = Evaluator(setting.graphs, setting.outputs)
     grid = np.linspace(0.0, 1.0, len(values))
     poses = evaluator.at(path, grid, _rates(setting))
-    summary: dict[str, Any] = {}
+    spans = None
     if task.derivatives >= 2:
-        found = ranges(evaluator, setting.outputs, path, poses, 0.0, 1.0)
-        summary.update({word: table for word, table in found.items() if table})
+        spans = Spans(evaluator, setting.outputs, path, poses, 0.0, 1.0)
+    summary = Summary() if spans is None else spans.summary()
     events = limit_events(setting, path, 0.0, 1.0)
     measured = at_poses(setting.outputs, task, poses)
-    return Run(path, evaluator, poses, values, grid, events, summary, measured)
+    return Run(path, evaluator, poses, values, grid, events, summary, measured, spans)
 
 
 def _rates(setting: Setting) -> tuple[Any, ...]:

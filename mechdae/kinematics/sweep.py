@@ -14,7 +14,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import SolveError
 from mechdae.kinematics.curve_corners import without_two_values
-from mechdae.kinematics.extremes import ranges
+from mechdae.kinematics.extremes import Spans
 from mechdae.kinematics.prepared import Run, Setting, covered, first_pose, prepare
 from mechdae.kinematics.report import begins_singular, limit_events, report
 from mechdae.kinematics.several_drivers import (
@@ -25,7 +25,7 @@ from mechdae.kinematics.several_drivers import (
     scales,
 )
 from mechdae.measures.measure import along_path, at_poses
-from mechdae.results import Result
+from mechdae.results import Result, Summary
 from mechdae.setup.laws import Timing
 from mechdae.setup.scales import Constants, driver_size
 
@@ -126,7 +126,7 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
         margin = np.zeros(len(u))
         margin[moving] = 4 * (scale if c.unit == "m" else np.pi * size)
     evaluator = Evaluator(graphs, setting.outputs)
-    summary: dict[str, Any] = {}
+    summary = Summary()
 
     def follow(numbers: Constants) -> tuple[Path, Any]:
         path = Path(graphs, numbers, np.zeros(graphs.nu), np.ones(graphs.nu), largest)
@@ -145,10 +145,13 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
     path, places = covered(follow, setting, span, margin, (x, u))
     poses = evaluator.at(path, places, (plan.speed, plan.acceleration, plan.jerk) if laws else ())
     low, high = float(np.min(places)), float(np.max(places))
+    spans = None
     if not plan.named and task.derivatives >= 2:
         between = [*laws.dense, *laws.corners] if laws and not graphs.nx else []
-        found = ranges(evaluator, setting.outputs, path, poses, low, high, between)
-        summary.update({word: table for word, table in found.items() if table})
+        spans = Spans(evaluator, setting.outputs, path, poses, low, high, between)
+        summary["swing"] = summary["stroke"] = spans.later
+        if task.measures:  # they follow the path further
+            spans.later.parts()
     events = limit_events(setting, path, low, high)
     if "limits" not in summary and not laws:
         limits = arc_of(path).ends
@@ -164,7 +167,7 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
             event["at"] = path.drivers(np.array([event["at"]]))[0].tolist()
         rates = (plan.speed, plan.acceleration, plan.jerk)
         poses.y = in_time(poses.y, *(rate[:, [moving]] for rate in rates))
-    return Run(path, evaluator, poses, values, places, events, summary, measured)
+    return Run(path, evaluator, poses, values, places, events, summary, measured, spans)
 
 
 def _largest(laws: Timing, scales: Any) -> float:

@@ -13,6 +13,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import UnknownName
 from mechdae.results.columns import columns_of
+from mechdae.results.later import Summary
 from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import Named, Series
 from mechdae.results.units import HISTORY, KINDS, path_unit, series_unit
@@ -33,6 +34,9 @@ class Result:
         ok, limit, unassembled, singular, ambiguous.
     bound
         length (n,) [m] and angle (n,) [rad]: distance to the exact solution at most.
+    summary
+        Facts by name, as in the JSON. Swing and stroke, the critical factor of friction and
+        which reactions of a motion are unique are computed when they are read.
     condition : (n,) array
         Condition number of the worst block; near a limit rates lose that many digits.
     fault
@@ -75,7 +79,7 @@ class Result:
     labels: tuple[tuple[str, ...], ...] | None = None
     events: tuple[dict[str, Any], ...] = ()
     checks: dict[str, Any] = field(default_factory=dict)
-    summary: dict[str, Any] = field(default_factory=dict)
+    summary: Summary = field(default_factory=Summary)
     fault: str | None = None
     definition: Task | None = None
     parameters: dict[str, Any] = field(default_factory=dict)
@@ -135,7 +139,9 @@ class Result:
             content["solutions"] = self.solutions
         if self.checks:
             content["checks"] = self.checks
-        content["summary"] = {**self.summary, **({"fault": self.fault} if self.fault else {})}
+        content["summary"] = self.summary.copy()
+        if self.fault:
+            content["summary"]["fault"] = self.fault
         return content
 
     def value(self, path: str) -> Any:
@@ -154,9 +160,12 @@ class Result:
             if _is_list(here) and step.isdigit() and int(step) < len(here):
                 here = here[int(step)]
                 continue
+            if isinstance(here, Mapping) and step in here:
+                here = here[step]
+                continue
             known = {str(key): key for key in here} if isinstance(here, Mapping) else {}
             if step not in known:
-                raise UnknownName("path", path, list(known))
+                raise UnknownName("path", path, known)
             here = here[known[step]]
         return plain(here)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import UnknownName
+from mechdae.results.later import Later
 
 PLURALS = {
     "body": "bodies",
@@ -19,27 +20,32 @@ PLURALS = {
 
 
 class Series(Mapping[str, Any]):
-    """Arrays of one body, point, joint or driver, by attribute or key; rows are poses."""
+    """Arrays of one body, point, joint or driver, by attribute or key; rows are poses.
+
+    An array that is given as a `Later` is computed when it is read.
+    """
 
     def __init__(self, arrays: Mapping[str, Any]) -> None:
         frozen = {}
         for name, value in arrays.items():
-            array = np.asarray(value)
-            array.setflags(write=False)
-            frozen[name] = array
+            frozen[name] = value if isinstance(value, Later) else _frozen(value)
         self.__dict__["_arrays"] = frozen
 
     def __getattr__(self, name: str) -> Any:
-        arrays = self.__dict__["_arrays"]
+        arrays = self.__dict__.get("_arrays", {})
         if name not in arrays:
             raise AttributeError(f"no '{name}' here; there is {', '.join(arrays)}")
-        return arrays[name]
+        return self[name]
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError("results are read-only")
 
     def __getitem__(self, name: str) -> Any:
-        return self.__dict__["_arrays"][name]
+        arrays = self.__dict__["_arrays"]
+        value = arrays[name]
+        if isinstance(value, Later):
+            value = arrays[name] = _frozen(value.parts()[name])
+        return value
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.__dict__["_arrays"])
@@ -49,6 +55,13 @@ class Series(Mapping[str, Any]):
 
     def __repr__(self) -> str:
         return f"Series({', '.join(self)})"
+
+
+def _frozen(value: Any) -> Any:
+    """Return a read-only array: a view where the value is an array of someone else."""
+    array = np.asarray(value)
+    array.setflags(write=False)
+    return array
 
 
 class Named(Mapping[str, Series]):

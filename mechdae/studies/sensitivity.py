@@ -37,7 +37,7 @@ from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
 from mechdae.model.model import FUNCTIONS
-from mechdae.results import Result
+from mechdae.results import Result, Summary
 
 SX = ca.SX
 LEVELS, FEW_LEVELS = 4, 2
@@ -136,7 +136,7 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
         problem.title,
         drivers=whole.drivers,
         status=whole.status,
-        summary=summary,
+        summary=Summary(summary),
         fault=whole.fault,
         definition=task,
         data=data,

@@ -131,7 +131,7 @@ def _missing_ok(result: Result, path: str) -> Any:
         word = rest.split("/")[0]
         if head != "summary":
             raise
-        if result.fault is None and word not in (*result.summary, *OF_PARTS, *OTHERS):
+        if result.fault is None and word not in {*result.summary.names(), *OF_PARTS, *OTHERS}:
             names = [f"summary/{name}" for name in (*result.summary, *OF_PARTS, *OTHERS)]
             raise UnknownName("path", path, names) from None
         return None

@@ -27,7 +27,7 @@ from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError,
 from mechdae.jobs.distribute import distribute
 from mechdae.jobs.executors import Processes, Supply
 from mechdae.kinematics.prepared import Setting, first_pose, prepare
-from mechdae.results import Result
+from mechdae.results import Result, Summary
 from mechdae.setup.drivers import Sketch, sketched
 from mechdae.setup.drivers import plan as plan_of
 from mechdae.setup.scales import Constants
@@ -101,7 +101,7 @@ def study(
         parameters={key: sets[:, k] for k, key in enumerate(names)},
         table=table,
         status=np.array(status),
-        summary=summary,
+        summary=Summary(summary),
         fault=None if reached else f"none of {len(sets)} sets is assembled at all poses",
         definition=task,
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Synthesis
-from mechdae.results import Result
+from mechdae.results import Result, Summary
 from mechdae.synthesis.designs import FEASIBLE, Candidate, defective, designs, distinct, motions
 from mechdae.synthesis.fourbar.reach import out_of_reach
 from mechdae.synthesis.goals.base import Seed
@@ -112,7 +112,7 @@ def synthesize(
     return Result(
         problem.name, name, task.kind, problem.mechanism, problem.title,
         status=np.array(["rejected" if each["defects"] else "ok" for each in kept]),
-        summary=summary, fault=fault, definition=task,
+        summary=Summary(summary), fault=fault, definition=task,
         data={"designs": kept}, motions=motions(search, kept),
     )  # fmt: skip
 

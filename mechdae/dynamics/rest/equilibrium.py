@@ -26,7 +26,7 @@ from mechdae.dynamics.start import start
 from mechdae.dynamics.unique import unique
 from mechdae.errors import InputError, SolveError
 from mechdae.forces.meshes import meshed
-from mechdae.results import Named, Result, Series
+from mechdae.results import Named, Result, Series, Summary
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs
 
@@ -258,7 +258,7 @@ def _report(
         problem.title,
         outputs=Named("output", series),
         status=np.array(["ok"], dtype="<U11"),
-        summary=summary,
+        summary=Summary(summary),
         definition=task,
         data=data,
         unique=sole.joints,
