@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,10 +13,10 @@ from mechdae.describe.coordinates import Selection, selection
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.kinds import Motion
+from mechdae.dynamics.determined import Determined
 from mechdae.dynamics.expressions import WithReactions
 from mechdae.dynamics.observe import Observer
 from mechdae.dynamics.run import Run
-from mechdae.dynamics.unique import dependence_note, unique
 from mechdae.forces.meshes import slack_belts
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
@@ -52,87 +53,27 @@ def report(
 ) -> Result:
     """Return the result of a motion."""
     setup, states = run.setup, run.states
-    model = setup.model
     q, v, a = observer.absolute(states)
-    chosen = selection(problem.mechanism, task.outputs, forces=True)
-    forced = [own for own in chosen.named if reactions_of(problem.mechanism, own)]
-    plain = [own for own in chosen.named if own not in forced]
-    expressions = NamedOutputs(model, plain, 2, task.outputs is not None, time=True)
-    whole = Whole(model, chosen)
-    outputs: Any = Outputs(whole, requests(model, list(expressions.rates)))  # type: ignore[arg-type]
-    y = evaluated(model, outputs.expression, q, v, a)
-    named: dict[str, Any] = outputs.named(y)
-    columns = outputs.columns(expressions.coordinates)
-    there = np.isfinite(q).all(axis=1)
-    found, lost = expressions.evaluate([part[:, columns] for part in y], states.t, there)
-    lam = observer.multipliers(states)
-    reactions = observer.reactions(states, q, lam)
-    sole = unique(observer, states, q, reactions)
-    for k, own in enumerate(reactions.values()):
-        own[sole.lost[:, k]] = np.nan
-    series = {own: dict(found[own]) for own in found}
-    if forced:
-        values = WithReactions(model, setup.loads, forced)(q, v, a, states.t, reactions)
-        series |= {own: {"value": values[:, k]} for k, own in enumerate(forced)}
-    order = [own for own in chosen.named if own in series]
-    named["outputs"] = Named("output", {own: Series(series[own]) for own in order})
-    named["joints"] = with_reactions(named["joints"], reactions, chosen)
+    forces = Determined(observer, states, q)
+    shown = _Shown(problem, task, run, (q, v, a), forces)
     scalars, work, balance = _energies(run, observer)
     drift, rates = observer.gaps(states, q, v)
     scalars["drift"] = drift
-    status = np.where(there, "ok", "singular").astype("<U11")
+    status = np.where(shown.there, "ok", "singular").astype("<U11")
     status[states.t == run.undecided[0]] = run.undecided[1]
     summary = _summary(run, drift, rates)
     summary["status"] = {own: status.tolist().count(own) for own in dict.fromkeys(status.tolist())}
-    kept = [own for own in order if own not in forced]
-    summary["state"] = {
-        own: [float(series[own].get(word, [np.nan])[-1]) for word in ("value", "rate")]
-        for own in kept
-    }
-    rows = setup.released.rows
-    summary["multipliers"] = {own: float(series[own]["value"][-1]) for own in forced} | {
-        row.name: float(lam[-1, i]) if sole.multipliers[i] else None
-        for i, row in enumerate(rows)
-        if row.name not in forced and (row.owner, row.part) not in setup.held
-    }
-    summary |= sole.summary
-    efforts = {
-        row.owner: -lam[:, i] if sole.multipliers[i] else np.full(len(lam), np.nan)
-        for i, row in enumerate(rows)
-        if row.driver and row.part == "law"
-    }
-    notes = (
-        sole.notes
-        + setup.notes
-        + setup.rubbing.assumptions
-        + expressions.notes
-        + lost
-        + run.stiffness.notes()
-        + run.lifting.notes()
-    )
-    if run.begin.correction > CORRECTED:
-        notes.append(
-            f"the numbers of the start were corrected by up to {run.begin.correction:.2g} "
-            "of their natural size to meet the constraints"
-        )
-    if setup.held:
-        idle = ", ".join(".".join(own) for own in setup.held)
-        notes.append(f"nothing moves {idle}: kept as they are in the sketch")
-    if summary["superfluous_equations"] and sole.dependent:
-        open_ones = sole.summary.get("not_unique", [])
-        joints = [name for name in setup.model.mechanism.joints if name not in open_ones]
-        redundant = {"equations": sole.dependent, "unique": joints, "not_unique": open_ones}
-        summary["redundant"] = redundant
-        notes.append(dependence_note(redundant))
+    summary["state"], forced = shown.last()
+    notes = _notes(run, shown.notes), [] if run.creep is None else run.creep.notes()
+    told = forces.summary(forced, summary["superfluous_equations"], *notes)
+    summary |= dict.fromkeys(("multipliers", "not_unique", "unique_sums", "redundant"), told)
     if run.creep is not None:
         summary["creep"] = run.creep.found
-        notes += run.creep.notes()
-    if notes:
-        summary["notes"] = notes
+    summary["notes"] = told
     faults = [run.fault] if run.fault else []
     faults += slack_belts(
         setup.meshes,
-        lambda own: reactions[own][:, 2],
+        lambda own: forces.reactions[own][:, 2],
         lambda slack: f", first at t = {states.t[int(np.argmax(slack))]:.6g} s",
     )
     faults += _faults(run, balance)
@@ -150,12 +91,76 @@ def report(
         definition=task,
         data=data,
         time=states.t,
-        efforts=Series(efforts),
+        efforts=forces.efforts(),
         scalars=Series(scalars),
         work=Series(work),
-        unique=sole.joints,
-        **named,
+        unique=forces.unique(),
+        **shown.tables,
     )
+
+
+class _Shown:
+    """Bodies, points, joints and named outputs of a motion at its states.
+
+    ``tables`` has them by name, ``there`` (n,) tells which states have coordinates at all,
+    ``notes`` is what there is to say of the named outputs.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        task: Motion,
+        run: Run,
+        coordinates: tuple[Any, Any, Any],
+        forces: Determined,
+    ) -> None:
+        model, states = run.setup.model, run.states
+        chosen = selection(problem.mechanism, task.outputs, forces=True)
+        forced = [own for own in chosen.named if reactions_of(problem.mechanism, own)]
+        plain = [own for own in chosen.named if own not in forced]
+        expressions = NamedOutputs(model, plain, 2, task.outputs is not None, time=True)
+        hidden = requests(model, list(expressions.rates))
+        outputs: Any = Outputs(Whole(model, chosen), hidden)  # type: ignore[arg-type]
+        y = evaluated(model, outputs.expression, *coordinates)
+        self.there = np.isfinite(coordinates[0]).all(axis=1)
+        there = [part[:, outputs.columns(expressions.coordinates)] for part in y]
+        found, lost = expressions.evaluate(there, states.t, self.there)
+        self.notes = expressions.notes + lost
+        series = {own: dict(found[own]) for own in found}
+        if forced:
+            of_forces = WithReactions(model, run.setup.loads, forced)
+            values = of_forces(*coordinates, states.t, forces.reactions)
+            series |= {own: {"value": values[:, k]} for k, own in enumerate(forced)}
+        self._series, self._forced = series, forced
+        order = [own for own in chosen.named if own in series]
+        self.tables: dict[str, Any] = outputs.named(y)
+        self.tables["outputs"] = Named("output", {own: Series(series[own]) for own in order})
+        self.tables["joints"] = with_reactions(self.tables["joints"], forces.series(), chosen)
+
+    def last(self) -> tuple[dict[str, list[float]], dict[str, float]]:
+        """Return value and rate of the outputs at the end, and values of those of reactions."""
+        kept = [own for own in self.tables["outputs"] if own not in self._forced]
+        state = {
+            own: [float(self._series[own].get(word, [np.nan])[-1]) for word in ("value", "rate")]
+            for own in kept
+        }
+        return state, {own: float(self._series[own]["value"][-1]) for own in self._forced}
+
+
+def _notes(run: Run, of_outputs: list[str]) -> list[str]:
+    """Return what there is to say beside what forces have to."""
+    setup = run.setup
+    notes = setup.notes + setup.rubbing.assumptions + of_outputs
+    notes += run.stiffness.notes() + run.lifting.notes()
+    if run.begin.correction > CORRECTED:
+        notes.append(
+            f"the numbers of the start were corrected by up to {run.begin.correction:.2g} "
+            "of their natural size to meet the constraints"
+        )
+    if setup.held:
+        idle = ", ".join(".".join(own) for own in setup.held)
+        notes.append(f"nothing moves {idle}: kept as they are in the sketch")
+    return notes
 
 
 def evaluated(model: Model, expression: Any, q: Any, v: Any, a: Any) -> list[Any]:
@@ -170,11 +175,11 @@ def evaluated(model: Model, expression: Any, q: Any, v: Any, a: Any) -> list[Any
     return Batch(function, [3], straight=lambda: None)(q, v, a, model.p_values)
 
 
-def with_reactions(joints: Named, reactions: dict[str, Any], chosen: Selection) -> Named:
+def with_reactions(joints: Named, reactions: Mapping[str, Any], chosen: Selection) -> Named:
     """Return the series of joints with their reactions."""
     found = {}
     for joint in chosen.joints:
-        own = dict(joints.get(joint, {}))
+        own: dict[str, Any] = dict(joints.get(joint, {}))
         if joint in reactions:
             own["reaction"] = reactions[joint]
         found[joint] = Series(own)

@@ -33,7 +33,7 @@ from mechdae.measures.measure import sorted_events
 from mechdae.model.forces.inertia import massive
 from mechdae.model.forces.loads import Loads
 from mechdae.model.model import Model
-from mechdae.results import Later, Named, Result, Series
+from mechdae.results import Later, Named, Result, Series, Summary
 
 SINGULAR = 1e12
 """Condition of the constraints above which forces are not given: they grow with it."""
@@ -142,7 +142,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         joints=Named("joint", {name: every[name] for name in order if name in chosen}),
         efforts=efforts,
         parts=parts,
-        unique=unique_of(statics, answer, unique, summary),
+        unique=Summary(unique_of(statics, answer, unique, summary)),
         solutions=tuple(solutions_of(setting, statics, answer, unique)),
         checks=found,
         summary=summary,

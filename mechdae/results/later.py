@@ -93,17 +93,20 @@ class Summary(dict[str, Any]):
         self._all()
         return super().__len__()
 
+    def __bool__(self) -> bool:
+        return any(not isinstance(value, Later) for value in super().values()) or len(self) > 0
+
     def keys(self) -> KeysView[str]:  # type: ignore[override]
         self._all()
-        return super().keys()  # type: ignore[return-value]
+        return super().keys()
 
     def values(self) -> ValuesView[Any]:  # type: ignore[override]
         self._all()
-        return super().values()  # type: ignore[return-value]
+        return super().values()
 
     def items(self) -> ItemsView[str, Any]:  # type: ignore[override]
         self._all()
-        return super().items()  # type: ignore[return-value]
+        return super().items()
 
     def __eq__(self, other: object) -> bool:
         self._all()
@@ -117,4 +120,4 @@ class Summary(dict[str, Any]):
         return super().__repr__()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return dict, (dict(self),)
+        return Summary, (dict(self),)

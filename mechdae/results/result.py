@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import UnknownName
 from mechdae.results.columns import columns_of
-from mechdae.results.later import Summary
+from mechdae.results.later import Later, Summary
 from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import Named, Series
 from mechdae.results.units import HISTORY, KINDS, path_unit, series_unit
@@ -88,7 +88,7 @@ class Result:
     efforts: Series = field(default_factory=lambda: Series({}))
     parts: dict[str, Series] = field(default_factory=dict)
     solutions: tuple[dict[str, Any], ...] = ()
-    unique: dict[str, dict[str, Any]] = field(default_factory=dict)
+    unique: Summary = field(default_factory=Summary)
     data: dict[str, Any] = field(default_factory=dict)
     motions: Mapping[str, Any] = field(default_factory=dict, repr=False)
     scalars: Series = field(default_factory=lambda: Series({}))
@@ -112,26 +112,25 @@ class Result:
         if self.time is not None:
             content["time"] = self.time
         for name in KINDS:
-            if table := getattr(self, name):
-                content[name] = {part: dict(series) for part, series in table.items()}
-        for joint, own in self.unique.items():
-            content["joints"].setdefault(joint, {})["unique"] = own
+            table = self._joints() if name == "joints" else getattr(self, name)
+            if table:
+                content[name] = table
         for word, series in (("efforts", self.efforts), *self._parts()):
             if series:
-                content[word] = dict(series)
+                content[word] = series
         content |= self.scalars
         if self.work:
-            content["work"] = dict(self.work)
+            content["work"] = self.work
         for name in ("parameters", "table"):
             if arrays := getattr(self, name):
                 content[name] = {key: np.asarray(array) for key, array in arrays.items()}
         content |= self.data
         if self.centres:
-            content["centres"] = dict(self.centres)
+            content["centres"] = self.centres
         if self.labels is not None:
             content["labels"] = self.labels
         content["status"] = np.asarray(self.status, dtype=str)
-        content["bound"] = dict(self.bound)
+        content["bound"] = self.bound
         if self.condition is not None:
             content["condition"] = self.condition
         content["events"] = self.events
@@ -143,6 +142,23 @@ class Result:
         if self.fault:
             content["summary"]["fault"] = self.fault
         return content
+
+    def _joints(self) -> Summary:
+        """Return the series of joints with what is unique of their reactions."""
+        joints = Summary({name: Summary(series.open()) for name, series in self.joints.items()})
+        for name in self.unique.names():
+            if name in self.joints:
+                joints[name]["unique"] = Later(partial(self._unique_of, name))
+            else:
+                joints[name] = Later(partial(self._unlisted, name))
+        return joints
+
+    def _unique_of(self, joint: str) -> dict[str, Any]:
+        return {"unique": self.unique[joint]} if joint in self.unique else {}
+
+    def _unlisted(self, joint: str) -> dict[str, Any]:
+        unique = self._unique_of(joint)
+        return {joint: unique} if unique else {}
 
     def value(self, path: str) -> Any:
         """Return the plain data at a slash path below the task (``points/rod.B/velocity``).

@@ -47,6 +47,10 @@ class Series(Mapping[str, Any]):
             value = arrays[name] = _frozen(value.parts()[name])
         return value
 
+    def open(self) -> dict[str, Any]:
+        """Return the arrays; those that are still to be computed as they are."""
+        return dict(self.__dict__["_arrays"])
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.__dict__["_arrays"])
 

@@ -261,6 +261,6 @@ def _report(
         summary=Summary(summary),
         definition=task,
         data=data,
-        unique=sole.joints,
+        unique=Summary(sole.joints),
         **named,
     )

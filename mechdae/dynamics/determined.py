@@ -1,0 +1,112 @@
+"""The reactions of a motion, and what is unique of them: looked for when one is read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from mechdae.dynamics.observe import Observer, States
+from mechdae.dynamics.unique import Unique, dependence_note, unique
+from mechdae.results import Later, Series, Summary
+
+
+class Determined:
+    """The reactions of a motion by joint, nan where they are not unique.
+
+    Parameters
+    ----------
+    q : (n, nq) array
+        Absolute coordinates at the states.
+    """
+
+    def __init__(self, observer: Observer, states: States, q: Any) -> None:
+        self.setup = observer.setup
+        self.joints = list(self.setup.model.mechanism.joints)
+        self._later = Later(lambda: self._found(observer, states, q))
+
+    @staticmethod
+    def _found(observer: Observer, states: States, q: Any) -> dict[str, Any]:
+        multipliers = observer.multipliers(states)
+        reactions: dict[str, Any] = observer.reactions(states, q, multipliers)
+        sole = unique(observer, states, q, reactions)
+        for k, own in enumerate(reactions.values()):
+            own[sole.lost[:, k]] = np.nan
+        return {"multipliers": multipliers, "reactions": reactions, "sole": sole}
+
+    @property
+    def sole(self) -> Unique:
+        """What is unique."""
+        found: Unique = self._later.parts()["sole"]
+        return found
+
+    @property
+    def reactions(self) -> dict[str, Any]:
+        """Reactions (n, 3) by joint."""
+        found: dict[str, Any] = self._later.parts()["reactions"]
+        return found
+
+    def series(self) -> dict[str, Later]:
+        """Return the reaction of each joint as an array to be read later."""
+        return {joint: self._reaction(joint) for joint in self.joints}
+
+    def _reaction(self, joint: str) -> Later:
+        return Later(lambda: {"reaction": self.reactions[joint]})
+
+    def unique(self) -> Summary:
+        """Return what is unique of the other reactions by joint, to be read later."""
+        return Summary(dict.fromkeys(self.joints, Later(lambda: self.sole.joints)))
+
+    def efforts(self) -> Series:
+        """Return the efforts of the laws of coordinates, nan where they are not unique."""
+
+        def found() -> dict[str, Any]:
+            return {
+                row.owner: -own if alone else np.full(len(own), np.nan)
+                for row, own, alone in self._rows()
+                if row.driver and row.part == "law"
+            }
+
+        rows = self.setup.released.rows
+        names = [row.owner for row in rows if row.driver and row.part == "law"]
+        return Series(dict.fromkeys(names, Later(found)))
+
+    def _rows(self) -> Any:
+        """Return rows with their multipliers (n,) and whether those are unique at the end."""
+        multipliers = self._later.parts()["multipliers"]
+        return zip(self.setup.released.rows, multipliers.T, self.sole.multipliers, strict=True)
+
+    def summary(
+        self, forced: Mapping[str, float], superfluous: int, before: list[str], after: list[str]
+    ) -> Later:
+        """Return multipliers at the end, what is not unique, and the notes.
+
+        Parameters
+        ----------
+        forced
+            Values at the end of outputs that use reactions.
+        superfluous
+            Number of superfluous equations.
+        before, after
+            What else there is to note, before and after equations that depend on each other.
+        """
+
+        def found() -> dict[str, Any]:
+            sole, dependence = self.sole, list[str]()
+            multipliers: dict[str, float | None] = dict(forced)
+            for row, own, alone in self._rows():
+                if row.name not in forced and (row.owner, row.part) not in self.setup.held:
+                    multipliers[row.name] = float(own[-1]) if alone else None
+            summary: dict[str, Any] = {"multipliers": multipliers, **sole.summary}
+            if superfluous and sole.dependent:
+                lost = sole.summary.get("not_unique", [])
+                joints = [name for name in self.joints if name not in lost]
+                redundant = {"equations": sole.dependent, "unique": joints, "not_unique": lost}
+                summary["redundant"] = redundant
+                dependence = [dependence_note(redundant)]
+            if told := [*sole.notes, *before, *dependence, *after]:
+                summary["notes"] = told
+            return summary
+
+        return Later(found)
