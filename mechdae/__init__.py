@@ -23,6 +23,7 @@ _HOMES = {
     "mechdae.describe.file.load": "load",
     "mechdae.describe.file.writing": "dump dumps",
     "mechdae.tasks.solve": "solve",
+    "mechdae.tasks.solver": "Solver",
     "mechdae.derivatives.function": "function",
     "mechdae.assembly.open_mechanism": "opened",
     "mechdae.synthesis.job.run": "synthesize",

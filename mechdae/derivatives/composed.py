@@ -20,7 +20,6 @@ from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.poses import coordinate_columns
 from mechdae.kinematics.prepared import Setting
 from mechdae.model.parameters import parameters_of
-from mechdae.setup.outputs import RATES
 
 SX = ca.SX
 STEPS = 2
@@ -176,7 +175,7 @@ class Composed:
             return self._of_joint(part, quantity)
         if head == "outputs":
             return self._named(part, quantity)
-        order, columns = column_of(self.setting, path)
+        order, columns = self.setting.outputs.column_of(path)
         return self.values[order][list(columns)]
 
     def _of_joint(self, name: str, quantity: str) -> Any:
@@ -260,26 +259,6 @@ class Composed:
         both = ca.densify(ca.jacobian(ca.vec(jacobian), self.free))
         flat = self._at_origin(ca.vec(both))
         return ca.Function("second", self.inputs, [flat], {"cse": True})
-
-
-def column_of(setting: Setting, path: str) -> tuple[int, tuple[int, ...]]:
-    """Return order of the derivative and columns of a path like ``points/rod.B/velocity``."""
-    head, _, tail = path.partition("/")
-    part, _, quantity = tail.rpartition("/")
-    entries = [
-        e for e in setting.outputs.entries if e.kind == head and e.name not in ("guide", "value")
-    ]
-    if not any(entry.part == part for entry in entries):
-        raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
-    own = [entry for entry in entries if entry.part == part]
-    for entry in own:
-        names = RATES[entry.name]
-        if quantity in names and (entry.kind, entry.name) != ("joints", "angle"):
-            return names.index(quantity), entry.columns
-        if quantity == entry.name:
-            return 0, entry.columns
-    known = [f"{head}/{part}/{name}" for entry in own for name in RATES[entry.name]]
-    raise UnknownName("path", path, known)
 
 
 def is_series(path: str) -> bool:

@@ -20,7 +20,7 @@ from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import FreedomError, SolveError, UnavailableError
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kinematics.extremes import Spans
-from mechdae.kinematics.shapes import Shapes, size_of
+from mechdae.kinematics.shapes import Shapes, free_numbers, size_of
 from mechdae.measures import measure
 from mechdae.model.groups import assur_groups
 from mechdae.model.model import Model
@@ -116,7 +116,7 @@ def prepare(
         raise UnavailableError(
             "derivatives above the third are not computed by this version", where="derivatives"
         )
-    mechanism, names = problem.mechanism, frozenset(free)
+    mechanism, names = problem.mechanism, free_numbers().union(free)
     numbers = plan(mechanism, task)
     course = numbers.course and (numbers.course.turns, numbers.course.text)
     key = (

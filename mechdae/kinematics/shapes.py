@@ -23,7 +23,27 @@ PER_INSTRUCTION = 400
 """Bytes of an instruction of a kernel: casadi's own, and those of its NumPy form."""
 
 T = TypeVar("T")
-_HOLDER: ContextVar[dict[Hashable, Any] | None] = ContextVar("holder", default=None)
+
+
+class Held:
+    """The structures that someone used last, who thereby keeps them.
+
+    ``free`` are numbers that stay symbols in them even where they are zero.
+    """
+
+    def __init__(self, free: frozenset[str] = frozenset()) -> None:
+        self.free = free
+        self._last: OrderedDict[Hashable, Any] = OrderedDict()
+
+    def use(self, key: Hashable, shape: Any) -> None:
+        """Keep a structure, in the place of the one used longest ago."""
+        self._last[key] = shape
+        self._last.move_to_end(key)
+        while len(self._last) > MOST:
+            self._last.popitem(last=False)
+
+
+_HOLDER: ContextVar[Held | None] = ContextVar("holder", default=None)
 
 
 class Shapes(Generic[T]):
@@ -43,6 +63,7 @@ class Shapes(Generic[T]):
         self.size_of, self.most, self.most_bytes = size_of, most, most_bytes
         self._last: OrderedDict[Hashable, T] = OrderedDict()
         self._living: weakref.WeakValueDictionary[Hashable, Any] = weakref.WeakValueDictionary()
+        self._sizes: dict[Hashable, int] = {}
         self._lock = threading.Lock()
 
     def get(self, key: Hashable) -> T | None:
@@ -62,33 +83,45 @@ class Shapes(Generic[T]):
     def _use(self, key: Hashable, shape: T) -> None:
         holder = _HOLDER.get()
         if holder is not None:
-            holder[key] = shape
+            holder.use(key, shape)
         self._last[key] = shape
         self._last.move_to_end(key)
-        sizes = {k: self.size_of(kept) for k, kept in self._last.items()}
+        self._sizes[key] = self.size_of(shape)
         while len(self._last) > self.most or (
-            len(self._last) > 1 and sum(sizes.values()) > self.most_bytes
+            len(self._last) > 1 and sum(self._sizes.values()) > self.most_bytes
         ):
             oldest, _ = self._last.popitem(last=False)
-            del sizes[oldest]
+            del self._sizes[oldest]
+
+    def values(self) -> list[T]:
+        """Return what is kept, that used last at the end."""
+        with self._lock:
+            return list(self._last.values())
 
     def clear(self) -> None:
         """Forget everything that nobody else holds."""
         with self._lock:
             self._last.clear()
+            self._sizes.clear()
 
     def __len__(self) -> int:
         return len(self._last)
 
 
 @contextmanager
-def held_by(holder: dict[Hashable, Any]) -> Iterator[None]:
+def held_by(holder: Held) -> Iterator[None]:
     """Let `holder` keep the structures that are used meanwhile."""
     token = _HOLDER.set(holder)
     try:
         yield
     finally:
         _HOLDER.reset(token)
+
+
+def free_numbers() -> frozenset[str]:
+    """Return the numbers that the holder of this thread wants as symbols."""
+    holder = _HOLDER.get()
+    return holder.free if holder is not None else frozenset()
 
 
 def size_of(*kept: Kept) -> int:

@@ -139,7 +139,7 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
             )
             return path, places
         places = laws.times if laws else plan.values[:, moving]
-        _cover(path, evaluator, places, is_angle, laws.corners if laws else ())
+        cover(path, evaluator, places, is_angle, laws.corners if laws else ())
         return path, places
 
     path, places = covered(follow, setting, span, margin, (x, u))
@@ -188,9 +188,7 @@ def _largest(laws: Timing, scales: Any) -> float:
     return span / count or 1.0
 
 
-def _cover(
-    path: Path, evaluator: Evaluator, values: Any, is_angle: bool, corners: Any = ()
-) -> None:
+def cover(path: Path, evaluator: Evaluator, values: Any, is_angle: bool, corners: Any = ()) -> None:
     """Follow the path over all values, and the other way round where some are not reached."""
     if not path.followed:
         return

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import CURVE_JOINTS
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.results import Named, Series
 
@@ -101,6 +102,29 @@ class Outputs:
         """Return the columns of hidden quantities."""
         found = {entry.part: entry.columns for entry in self.entries if entry.kind == "hidden"}
         return [column for key in keys for column in found[key]]
+
+    def column_of(self, path: str) -> tuple[int, tuple[int, ...]]:
+        """Return order of the derivative and columns of a path like ``points/rod.B/velocity``.
+
+        Raises
+        ------
+        UnknownName
+            Nothing of that path is computed.
+        """
+        head, _, tail = path.partition("/")
+        part, _, quantity = tail.rpartition("/")
+        entries = [e for e in self.entries if e.kind == head and e.name not in ("guide", "value")]
+        own = [entry for entry in entries if entry.part == part]
+        if not own:
+            raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
+        for entry in own:
+            names = RATES[entry.name]
+            if quantity in names and (entry.kind, entry.name) != ("joints", "angle"):
+                return names.index(quantity), entry.columns
+            if quantity == entry.name:
+                return 0, entry.columns
+        known = [f"{head}/{part}/{name}" for entry in own for name in RATES[entry.name]]
+        raise UnknownName("path", path, known)
 
     def named(self, values: list[Any], extra: Tables | None = None) -> dict[str, Named]:
         """Return bodies, points and joints from the arrays y, y', ... (n, ny).

@@ -15,7 +15,6 @@ import numpy as np
 
 from mechdae.continuation.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import in_time
-from mechdae.derivatives.composed import column_of
 from mechdae.derivatives.figures import base_of, prepared
 from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.dimensions import parameter_units
@@ -269,7 +268,9 @@ class _Collector:
         if not setting.graphs.single or setting.graphs.contacts or setting.scene.redundant:
             return
         for path in self.outputs:
-            column_of(setting, path)  # unknown names are reported before anything is computed
+            setting.outputs.column_of(
+                path
+            )  # unknown names are reported before anything is computed
         try:
             u, x = first_pose(setting, self._sweep)
         except (SolveError, MechanismError):  # other sets may have other sketches
@@ -372,7 +373,7 @@ class _Collector:
 
 
 def _series(setting: Setting, path: str, y: list[Any]) -> Any:
-    order, columns = column_of(setting, path)
+    order, columns = setting.outputs.column_of(path)
     values = y[order][:, columns]
     return values if "/position" in path or len(columns) > 1 else values[:, 0]
 

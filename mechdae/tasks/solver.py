@@ -1,0 +1,178 @@
+"""`md.Solver`: one task of one mechanism for many sets of numbers, its kernels built once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from mechdae.derivatives.function import function
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.tasks.kinds import Study, Sweep, Task
+from mechdae.describe.values import Number, names
+from mechdae.errors import InputError, UnknownName
+from mechdae.kinematics.poses import PoseArrays, Posed
+from mechdae.kinematics.shapes import Held, held_by
+from mechdae.results import Result
+from mechdae.solver.solve import as_problem, task_of
+from mechdae.tasks.solve import solve
+
+MANY = "sets_of_the_solver"
+
+
+class Solver:
+    """Solves one task again and again, with other values of its numbers.
+
+    What depends on the mechanism's structure alone (model, equations, kernels, buffers) is built
+    once and kept as long as the solver lives. Every call assembles the sketch of its own numbers,
+    so it starts on the mode that `md.solve` starts on. A set of numbers of another structure (a
+    number that is no longer zero, another range of a curve) is right too, and builds anew.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, a file, or a mechanism.
+    task
+        Name of a task of the problem (default: its first), or a task as a value.
+    vary
+        Parameters and automatic names that stay symbols even where they are zero: they may
+        leave zero without a new structure.
+
+    Raises
+    ------
+    UnknownName
+        A name in `vary` that is no parameter and no automatic name, an unknown task.
+    InputError
+        Something in the description is wrong.
+
+    Notes
+    -----
+    A solver may be used by several threads at once; they share the kernels and have buffers of
+    their own. It is pickled as its problem, task and `vary`.
+    """
+
+    def __init__(
+        self,
+        problem: Problem | Mechanism | str | FilePath,
+        task: Task | str | None = None,
+        vary: Sequence[str] = (),
+    ) -> None:
+        whole = as_problem(problem, task)
+        name, chosen = task_of(whole, task)
+        if dict(whole.tasks).get(name) != chosen:
+            whole = whole.with_task(name, chosen)
+        self.problem, self.name, self.vary = whole, name, names(vary)
+        known = {**dict(whole.mechanism.numbers()), **whole.mechanism.parameters}
+        for own in self.vary:
+            if own not in known:
+                raise UnknownName("parameter", own, known, where="vary")
+        self._held = Held(frozenset(self.vary))
+        self._posed: tuple[dict[str, Number], Posed] | None = None
+
+    def __reduce__(self) -> Any:
+        return Solver, (self.problem, self.name, self.vary)
+
+    @property
+    def task(self) -> Task:
+        """The task that is solved."""
+        return self.problem.tasks[self.name]
+
+    def __call__(self, values: Mapping[str, Number] | None = None, **more: Number) -> Result:
+        """Return the result for some numbers, as `md.solve` with ``set`` does.
+
+        Parameters
+        ----------
+        values, more
+            Parameters and automatic names with their new values; a suffix ``_deg``, ``_rpm`` or
+            ``_mm`` is a unit. What is not named has the problem's value.
+
+        Raises
+        ------
+        InputError
+            A number that is no such name, or a value that makes no mechanism.
+        SolveError
+            The mechanism cannot be assembled at its sketch.
+        """
+        with held_by(self._held):
+            return solve(self.problem, self.name, set=_merged(values, more))
+
+    def poses(self, values: Mapping[str, Number] | None, u: Any) -> PoseArrays:
+        """Return one or a few poses as arrays, without a report.
+
+        Parameters
+        ----------
+        values
+            As of a call; calls with the same values one after another follow the same path on.
+        u : float or (n,) array
+            Values of the driver.
+
+        Raises
+        ------
+        InputError
+            The task is no sweep of a single driver by its value.
+        SolveError
+            The mechanism cannot be assembled at its sketch.
+        """
+        task, numbers = self.task, _merged(values, {})
+        if not isinstance(task, Sweep):
+            raise InputError(f"a task of kind '{task.kind}' has no poses of a driver", where="task")
+        last = self._posed
+        if last is None or last[0] != numbers:
+            with held_by(self._held):
+                last = (numbers, Posed(self.problem.with_values(numbers), task))
+            self._posed = last
+        return last[1].at(np.atleast_1d(np.asarray(u, float)))
+
+    def many(
+        self,
+        sets: Mapping[str, Sequence[float]],
+        outputs: Sequence[str],
+        workers: int = 1,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> Result:
+        """Return a table of outputs over many sets of numbers, in lockstep where that is proved.
+
+        Parameters
+        ----------
+        sets
+            name -> values (k,), as many for each name.
+        outputs
+            Paths below the task in the JSON: ``points/rod.B/position``, ``summary/swing/rocker``.
+        workers, progress
+            As of `md.solve` for a study.
+
+        Returns
+        -------
+        Result
+            That of a study: ``table`` has one array (k, ...) for each path, ``status`` (k,).
+        """
+        samples = {name: np.asarray(own, float).tolist() for name, own in sets.items()}
+        study = Study(samples=samples, of=self.name, outputs=tuple(outputs))
+        with held_by(self._held):
+            whole = self.problem.with_task(MANY, study)
+            return solve(whole, MANY, workers=workers, progress=progress)
+
+    def function(self, outputs: Sequence[str], inputs: Sequence[str] = ()) -> Any:
+        """Return outputs as a casadi function of the driver and of `vary`, see `md.function`.
+
+        Parameters
+        ----------
+        outputs
+            Paths of one pose each.
+        inputs
+            Drivers, their rates, numbers; default: the task's drivers, then `vary`.
+        """
+        task = self.task
+        if not isinstance(task, Sweep):
+            raise InputError(f"a task of kind '{task.kind}' has no function", where="task")
+        drivers = [driver.coordinate for driver in task.all_drivers]
+        return function(self.problem, inputs or [*drivers, *self.vary], outputs, self.name)
+
+
+def _merged(values: Mapping[str, Number] | None, more: Mapping[str, Number]) -> dict[str, Number]:
+    if values is not None and not isinstance(values, Mapping):
+        raise InputError(f"names and their numbers are needed, not {values!r}", where="set")
+    return {**(values or {}), **more}
