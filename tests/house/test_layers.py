@@ -39,7 +39,7 @@ ROOMS = {
     "kinematics model results setup solver",
     "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
     "numerics results setup solver studies",
-    "tasks": "assembly describe dynamics errors forces kernels kinematics model numerics results "
+    "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model numerics results "
     "setup "
     "solver studies synthesis",
     "bench": "continuation describe dynamics errors forces kernels kinematics setup synthesis "
