@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.change_points import NODES_PER_TURN
-from mechdae.continuation.evaluate import Evaluator, in_time
+from mechdae.continuation.evaluate import Evaluator, into_time
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
@@ -166,7 +166,7 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
         for event in measured.events if graphs.nu > 1 else ():
             event["at"] = path.drivers(np.array([event["at"]]))[0].tolist()
         rates = (plan.speed, plan.acceleration, plan.jerk)
-        poses.y = in_time(poses.y, *(rate[:, [moving]] for rate in rates))
+        into_time(poses.y, *(rate[:, [moving]] for rate in rates))
     return Run(path, evaluator, poses, values, places, events, summary, measured, spans)
 
 

@@ -127,7 +127,7 @@ class Outputs:
         raise UnknownName("path", path, known)
 
     def named(self, values: list[Any], extra: Tables | None = None) -> dict[str, Named]:
-        """Return bodies, points and joints from the arrays y, y', ... (n, ny).
+        """Return bodies, points and joints from the arrays y, y', ... (n, ny), as views of them.
 
         `extra` has further series: kind, part, name -> array.
         """
@@ -140,8 +140,9 @@ class Outputs:
             if entry.kind == "joints" and entry.name == "angle":
                 names = names[:1]
             for order, name in enumerate(names[: len(values)]):
-                columns = values[order][:, entry.columns]
-                series[name] = columns if entry.name == "position" else columns[:, 0]
+                first, last = entry.columns[0], entry.columns[-1]
+                one = entry.name != "position"
+                series[name] = values[order][:, first if one else slice(first, last + 1)]
         if len(values) >= 3:
             for entry in self.entries:
                 if entry.name == "slide":
