@@ -403,7 +403,7 @@ class Assembler:
         """Return the sketched value of an unknown that has a period, in its absence a middle."""
         own = self.scene.unknowns[i]
         if own.kind is PLACE:
-            places = {c.part: value for c, value in self.places.items() if c.kind == "curve"}
+            places = {c.part: value for c, value in self.places.items() if c.on_curve}
             return places.get(own.owner, own.middle)
         return self.turns.wanted(i, x, u) if own.kind is ANGLE else self.sketch.get(own.owner, 0.0)
 
@@ -568,10 +568,10 @@ class Assembler:
         mechanism = self.scene.model.mechanism
         found = {}
         for name in group.joints:
-            if mechanism.joints[name].kind == "prismatic":
+            if mechanism.joints[name].guide:
                 c = coordinate(mechanism, f"{name}.slide")
                 found[name] = self._coordinate(c, x, u)
-            if mechanism.joints[name].kind == "curve":
+            if mechanism.joints[name].on_curve:
                 found[name] = self.contacts.place(name, x, u)
         return found
 

@@ -73,7 +73,7 @@ def _lengths(solver: BlockSolver, model: Model) -> Any:
     found = np.full(len(solver.graph.block.owners), np.inf)
     for k, owner in enumerate(solver.graph.block.owners):
         joint = model.mechanism.joints.get(owner)
-        if joint is not None and joint.kind == "distance":
+        if joint is not None and joint.bar:
             found[k] = solver.values[model.p_names.index(f"{owner}.length")]
     return found
 

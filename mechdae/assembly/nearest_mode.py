@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import ANGLE, PLACE
+from mechdae.describe.coordinate_kinds import ANGLE, KINDS, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.run.local import Local, local
@@ -103,7 +103,7 @@ class Sketched:
         if not bodies or not all(body in self.stage for body in bodies):
             return None
         model, contacts = self.scene.model, self.assembler.contacts
-        turns = c.is_angle or (c.kind == "curve" and contacts.closed(c.part))
+        turns = c.is_angle or (c.on_curve and contacts.closed(c.part))
         value = local(self.scene, c, lambda: model.coordinate(c))
         size = driver_size(model, c, self.assembler.size)
         return Entry(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
@@ -257,7 +257,7 @@ class Sketched:
         for i in graph.own:
             own = self.scene.unknowns[i]
             if own.kind is PLACE or (own.kind is ANGLE and own.owner not in self.stage):
-                places = {c.part: v for c, v in assembler.places.items() if c.kind == "curve"}
+                places = {c.part: v for c, v in assembler.places.items() if c.on_curve}
                 pose[i] = places.get(own.owner, np.nan)
             elif own.kind is ANGLE:
                 pose[i] = assembler.turns.start(i, pose, u)
@@ -328,8 +328,8 @@ class Sketched:
         slides = [
             coordinate(mechanism, f"{name}.{word}")
             for name in group.joints
-            for kinds, word in ((("prismatic", "pin-in-slot"), "slide"), (("curve",), "s"))
-            if mechanism.joints[name].kind in kinds
+            for word in mechanism.joints[name].coordinates
+            if KINDS[word] is not ANGLE
         ]
         points = [
             coordinate(mechanism, f"{body}.{point}.{axis}")

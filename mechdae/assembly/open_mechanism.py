@@ -40,8 +40,6 @@ TRIED = 8
 """Joints of one loop that are tried: the gap is drawn where it is least."""
 PULLS = 0.5
 """Change of the gap with a length from which the length is said to be too short or too long."""
-FIRST = ("revolute", "pin-in-slot", "prismatic", "curve", "distance")
-"""Joints are opened in this order of kinds."""
 
 
 @dataclass(frozen=True)
@@ -278,9 +276,8 @@ class _Equations:
     def _order(self, name: str) -> tuple[int, bool, bool]:
         """Return what is opened first: pins between moving links that are not driven."""
         joint = self.mechanism.joints[name]
-        kind = FIRST.index(joint.kind) if joint.kind in FIRST else len(FIRST)
         driven = {c.part for c in self.drivers}
-        return kind, GROUND in joint.bodies, bool(driven & set(joint.bodies))
+        return joint.opening, GROUND in joint.bodies, bool(driven & set(joint.bodies))
 
     def _opened(self, names: tuple[str, ...], start: Any) -> Open | None:
         """Return the pose with the least gap in some joints, None where others stay open too."""
@@ -384,17 +381,17 @@ def _gap(equations: _Equations, name: str, q: Any, at: dict[str, Any]) -> dict[s
     phi, _ = equations.at(q)
     own = np.array([owner == name for owner in equations.owners])
     size = float(np.linalg.norm((phi * equations.sizes)[own]))
-    if joint.kind not in ("revolute", "weld"):
+    if not joint.coincide:
         way = second - first
         length = float(np.hypot(*way))
         # the foot on a guide or a curve, or the end of a rod of its length
         axis = equations.mechanism.values().get(f"{name}.axis")
-        if joint.kind == "pin-in-slot" and axis is not None:
+        if joint.slot and axis is not None:
             k = None if joint.first_body == GROUND else equations.model.turn(joint.first_body)
             turn = axis + (q[k] if k is not None else 0.0)
             along = np.array([np.cos(turn), np.sin(turn)])
             first = first + float(way @ along) * along
-        elif joint.kind == "distance" and length > 0:
+        elif joint.bar and length > 0:
             first = first + way * equations.mechanism.values()[f"{name}.length"] / length
     return {
         "joint": name,
@@ -430,7 +427,7 @@ def _lengths(mechanism: Mechanism, numbers: dict[str, float]) -> Iterator[tuple[
             body, point = side.split(".")
             if point not in used.setdefault(body, []):
                 used[body].append(point)
-        if joint.kind == "distance":
+        if joint.bar:
             yield f"{joint.name}.length", numbers.get(f"{joint.name}.length", 0.0)
     for body, points in used.items():
         for a, b in itertools.combinations(points, 2):

@@ -189,5 +189,5 @@ def as_sketch(assembler: Assembler, mode: Mode, u: Any) -> dict[str, float]:
             angles |= assembler.slides(group, mode.x, u)
     for c, value in zip(assembler.scene.drivers, u, strict=True):
         if c.kind != "body angle":
-            angles[c.part if c.kind in ("slide", "curve") else c.text] = float(value)
+            angles[c.part if c.kind == "slide" or c.on_curve else c.text] = float(value)
     return angles

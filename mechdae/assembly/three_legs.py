@@ -117,18 +117,18 @@ class Truss:
 
     def _sort(self, joint: Joint) -> None:
         driven = self.driven.get(joint.name, (0, ""))[1]
-        if joint.kind == "weld" or (joint.lower and driven):
+        if joint.rigid or (joint.lower and driven):
             self.rigid.append(joint)
-        elif joint.kind == "revolute" or driven == "slide":
+        elif joint.hinge or driven == "slide":
             slot = joint.name if driven else ""
             pin = {place(joint.first, slot), place(joint.second)}
             for other in [other for other in self.pins if other & pin]:
                 self.pins.remove(other)
                 pin |= other
             self.pins.append(pin)
-        elif joint.kind == "prismatic" or driven == "joint angle":
+        elif joint.guide or driven == "joint angle":
             self.guides.append(joint)
-        elif joint.kind in ("pin-in-slot", "distance"):
+        elif joint.replaced:
             self.higher.append(joint)
         else:
             raise _NoTruss
@@ -336,7 +336,7 @@ class _Numbers:
         first, second = self.spot(place(joint.first)), self.spot(place(joint.second))
         turning = self.shape._node(joint.first_body) == self.shape.platform
         base, platform = (second, first) if turning else (first, second)
-        if joint.kind == "distance":
+        if joint.bar:
             return Leg(base, platform, self.shape._number(f"{joint.name}.length"))
         return Leg(base, platform, 0.0, self._normal(joint), turning)
 

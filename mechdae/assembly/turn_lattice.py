@@ -22,8 +22,6 @@ from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.mechanism import GROUND
 from mechdae.model.reduction import Scene
 
-GEARED = ("gear", "belt", "rack")
-TIED = ("prismatic", "weld")
 MOST = 1000
 """Classes of whole turns that are listed; where there are more, they count as infinitely many."""
 NEAR = 4
@@ -119,7 +117,7 @@ def lattices(scene: Scene, blocks: Iterable[Sequence[int]]) -> list[Lattice]:
     blocks = [list(own) for own in blocks]
     joints = scene.model.mechanism.joints
     inside = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
-    if not any(joints[name].kind in GEARED for name in inside):
+    if not any(joints[name].meshes for name in inside):
         return [Lattice(_units(scene, own), len(own)) for own in blocks]
     turned = [i for own in blocks for i in own if scene.unknowns[i].kind is ANGLE]
     place = {i: k for k, i in enumerate(turned)}
@@ -168,11 +166,11 @@ def _equations(scene: Scene, inside: Sequence[str]) -> tuple[list[str], list[lis
         joint = mechanism.joints[name]
         first, second = joint.first_body, joint.second_body
         carrier = getattr(joint, "carrier", None)
-        if joint.kind in TIED:
+        if joint.keeps_angle:
             sums.append(_sum((second, one), (first, -one)))
-        elif joint.kind == "rack":
+        elif joint.wheels == 1:
             sums.append(_sum((first, one), (carrier, -one)))
-        elif joint.kind in GEARED:
+        elif joint.meshes:
             ratio = rational(values[f"{name}.ratio"])
             if ratio is None:
                 sums += [_sum((body, one), (carrier, -one)) for body in (first, second)]

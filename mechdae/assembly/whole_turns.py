@@ -92,9 +92,9 @@ def _geared(mechanism: Mechanism) -> list[str]:
     """Return the bodies whose unwrapped angles are in an equation, in declared order."""
     named = set()
     for joint in mechanism.joints.values():
-        if joint.kind in ("gear", "belt", "rack"):
+        if joint.meshes:
             named |= {joint.first_body, getattr(joint, "carrier", None)}
-            named |= {joint.second_body} if joint.kind != "rack" else set()
+            named |= {joint.second_body} if joint.wheels == 2 else set()
     return [name for name in mechanism.bodies if name in named]
 
 
@@ -108,6 +108,6 @@ def _turning_together(mechanism: Mechanism) -> dict[str, str]:
         return name
 
     for joint in mechanism.joints.values():
-        if joint.kind in ("prismatic", "weld"):
+        if joint.keeps_angle:
             leader[of(joint.first_body)] = of(joint.second_body)
     return {name: of(name) for name in leader}

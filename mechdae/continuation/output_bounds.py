@@ -22,10 +22,9 @@ def output_bounds(
     """
     bounds = OutputBounds(graphs, outputs, constants)
     result = {}
-    for word, kinds in (("length", ("position", "slide")), ("angle", ("angle",))):
-        entries = [e for e in outputs.entries if e.name in kinds]
-        if word == "angle":
-            entries = [e for e in entries if e.kind == "bodies"]
+    turns = [e for e in outputs.entries if e.is_output and e.unit == "rad"]
+    lengths = [e for e in outputs.entries if e.unit == "m"]
+    for word, entries in (("length", lengths), ("angle", turns)):
         columns = [i for entry in entries for i in entry.columns]
         if columns:
             result[word] = bounds.largest(error, columns)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mechdae.describe.coordinate_kinds import KINDS, PLACE
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError, MechdaeError, UnknownName
 
-ANGLE_JOINTS = ("revolute", "pin-in-slot")
-SLIDE_JOINTS = ("prismatic", "pin-in-slot")
-CURVE_JOINTS = ("curve",)
+RELATIVE = {"angle": "joint angle", "slide": "slide", "s": "curve"}
+"""Kinds of the relative coordinates of joints by their names."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,14 @@ class NamedCoordinate:
         return self.kind in ("body angle", "joint angle")
 
     @property
+    def on_curve(self) -> bool:
+        """Whether it is a place on a curve, whose unit is the user's."""
+        return self.kind == RELATIVE["s"]
+
+    @property
     def unit(self) -> str:
         """The unit: "rad", "m", or "1" for the parameter of a curve."""
-        return "rad" if self.is_angle else "1" if self.kind == "curve" else "m"
+        return "rad" if self.is_angle else "1" if self.on_curve else "m"
 
 
 def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
@@ -58,13 +63,9 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
                 return NamedCoordinate(text, "point", parts[0], parts[1], axis)
     elif parts[0] in mechanism.joints and len(parts) == 2:
         joint = mechanism.joints[parts[0]]
-        if parts[1] == "angle" and joint.kind in ANGLE_JOINTS:
-            return NamedCoordinate(text, "joint angle", parts[0])
-        if parts[1] == "slide" and joint.kind in SLIDE_JOINTS:
-            return NamedCoordinate(text, "slide", parts[0])
-        if parts[1] == "s" and joint.kind in CURVE_JOINTS:
-            return NamedCoordinate(text, "curve", parts[0])
-        if parts[1] in ("angle", "slide", "s"):
+        if parts[1] in joint.coordinates:
+            return NamedCoordinate(text, RELATIVE[parts[1]], parts[0])
+        if parts[1] in RELATIVE:
             raise MechanismError(f"a {joint.kind} joint has no coordinate '{text}'")
     elif parts[0] == GROUND:
         raise MechanismError(f"'{text}' is fixed: the ground does not move")
@@ -80,13 +81,13 @@ def unit_of(mechanism: Mechanism, text: str) -> str | None:
     None for places on curves, whose unit is the user's, and for unknown names.
     """
     if text in mechanism.joints:
-        kind = mechanism.joints[text].kind
-        return None if kind in CURVE_JOINTS else "m" if kind in SLIDE_JOINTS else "rad"
+        kind = KINDS[mechanism.joints[text].usual]
+        return None if kind is PLACE else kind.unit
     try:
         found = coordinate(mechanism, f"{text}.angle" if text in mechanism.bodies else text)
     except MechdaeError:
         return None
-    return None if found.kind == "curve" else found.unit
+    return None if found.on_curve else found.unit
 
 
 def coordinate_names(mechanism: Mechanism) -> list[str]:
@@ -97,9 +98,7 @@ def coordinate_names(mechanism: Mechanism) -> list[str]:
         for point in body.points:
             names += [f"{name}.{point}.{axis}" for axis in Mechanism.AXES[: mechanism.dimension]]
     for name, joint in mechanism.joints.items():
-        names += [f"{name}.angle"] if joint.kind in ANGLE_JOINTS else []
-        names += [f"{name}.slide"] if joint.kind in SLIDE_JOINTS else []
-        names += [f"{name}.s"] if joint.kind in CURVE_JOINTS else []
+        names += [f"{name}.{word}" for word in sorted(joint.coordinates)]
     return names
 
 
@@ -128,8 +127,7 @@ def selection(
     """
     own = {n: [f"{n}.{point}" for point in body.points] for n, body in mechanism.bodies.items()}
     every = {point: None for points in own.values() for point in points}
-    movable = ANGLE_JOINTS + SLIDE_JOINTS + CURVE_JOINTS
-    joints = {n: j for n, j in mechanism.joints.items() if forces or j.kind in movable}
+    joints = {n: j for n, j in mechanism.joints.items() if forces or j.coordinates}
     if outputs is None:
         whole = (tuple(mechanism.bodies), tuple(every), tuple(joints))
         return Selection(*whole, tuple(mechanism.outputs))

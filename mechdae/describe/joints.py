@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeGuard
 
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import MechanismError
@@ -28,6 +28,91 @@ class Joint(Value):
     """A lower pair (surface contact, p5); otherwise a higher one (p4)."""
     letter: ClassVar[str] = ""
     """The letter of the pair in the name of an Assur group."""
+    replaced: ClassVar[str] = ""
+    """Letters of the lower pairs and the link that replace a higher one, the first body's first."""
+    dyad: ClassVar[str] = ""
+    """Name of the group of one body that a higher pair closes, where letters do not tell it."""
+    coordinates: ClassVar[tuple[str, ...]] = ()
+    """Relative coordinates, the one that the joint's name stands for first."""
+    coincide: ClassVar[bool] = False
+    """Its two points are one place."""
+    keeps_angle: ClassVar[bool] = False
+    """Its bodies do not turn relative to each other."""
+    straight: ClassVar[bool] = False
+    """The second point lies on a line of the first body, along ``axis``."""
+    on_curve: ClassVar[bool] = False
+    """The second point follows a curve of the first body; the joint has coordinates of its own."""
+    bar: ClassVar[bool] = False
+    """Its two points keep a ``length``."""
+    wheels: ClassVar[int] = 0
+    """How many of its bodies roll: their unwrapped angles are in its equation."""
+    pivots: ClassVar[tuple[str, ...]] = ()
+    """Numbers that never vanish, by which its equation may be solved for an angle."""
+    strands: ClassVar[bool] = False
+    """Its forces run in two strands instead of acting where wheels touch."""
+    rim: ClassVar[bool] = False
+    """Its wheels have no teeth."""
+    smoothed: ClassVar[bool] = False
+    """Friction in it can be smoothed."""
+    opening: ClassVar[int] = 5
+    """Rank among joints to be opened where a mechanism cannot be assembled: pins first."""
+
+    @property
+    def usual(self) -> str:
+        """The coordinate that the joint's name stands for."""
+        return self.coordinates[0] if self.coordinates else "angle"
+
+    @property
+    def slides(self) -> bool:
+        return "slide" in self.coordinates
+
+    @property
+    def turns(self) -> bool:
+        return "angle" in self.coordinates
+
+    @property
+    def hinge(self) -> bool:
+        """A turning pair."""
+        return self.coincide and not self.keeps_angle
+
+    @property
+    def rigid(self) -> bool:
+        """Two bodies that are one."""
+        return self.coincide and self.keeps_angle
+
+    @property
+    def guide(self) -> bool:
+        """A sliding pair."""
+        return self.straight and self.keeps_angle
+
+    @property
+    def slot(self) -> bool:
+        """A pin in a slot."""
+        return self.straight and not self.keeps_angle
+
+    @property
+    def pinned(self) -> bool:
+        """There are pins at its points."""
+        return self.hinge or self.slot or self.bar
+
+    @property
+    def meshes(self) -> bool:
+        """Wheels that drive each other or something else."""
+        return self.wheels > 0
+
+    @property
+    def normal_force(self) -> bool:
+        """Something slides along it, and a force presses across."""
+        return self.straight or self.on_curve
+
+    @property
+    def rubs(self) -> bool:
+        """It may have friction."""
+        return any(hasattr(self, entry) for entry in ("friction", "mesh_loss"))
+
+    def friction_law(self, article: bool) -> str:
+        """Return the law of its friction in symbols; `article`: pins with their full radius."""
+        return "mesh_loss of the power"
 
     @property
     def first_body(self) -> str:
@@ -94,6 +179,13 @@ class Revolute(Joint):
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
+    coordinates: ClassVar[tuple[str, ...]] = ("angle",)
+    coincide: ClassVar[bool] = True
+    smoothed: ClassVar[bool] = True
+    opening: ClassVar[int] = 0
+
+    def friction_law(self, article: bool) -> str:
+        return "r f |R|" if article else "r sin(atan f) |R|"
 
     def check(self, values: Mapping[str, float]) -> None:
         super().check(values)
@@ -126,6 +218,14 @@ class Prismatic(Joint):
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
+    coordinates: ClassVar[tuple[str, ...]] = ("slide",)
+    straight: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = True
+    smoothed: ClassVar[bool] = True
+    opening: ClassVar[int] = 2
+
+    def friction_law(self, article: bool) -> str:
+        return "f |N|" if self.contact_length is None else "f max(|N|, |M|/b)"
 
     def check(self, values: Mapping[str, float]) -> None:
         super().check(values)
@@ -150,6 +250,13 @@ class PinInSlot(Joint):
 
     kind: ClassVar[str] = "pin-in-slot"
     lower: ClassVar[bool] = False
+    replaced: ClassVar[str] = "PR"
+    coordinates: ClassVar[tuple[str, ...]] = ("slide", "angle")
+    straight: ClassVar[bool] = True
+    opening: ClassVar[int] = 1
+
+    def friction_law(self, article: bool) -> str:
+        return "f |N| on the pin"
 
 
 @dataclass(frozen=True)
@@ -162,6 +269,8 @@ class Weld(Joint):
 
     kind: ClassVar[str] = "weld"
     letter: ClassVar[str] = "W"
+    coincide: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = True
 
 
 @dataclass(frozen=True)
@@ -185,6 +294,8 @@ class Gear(Joint):
 
     kind: ClassVar[str] = "gear"
     lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 2
+    pivots: ClassVar[tuple[str, ...]] = ("ratio",)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -232,6 +343,7 @@ class Rack(Joint):
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 1
 
     def check(self, values: Mapping[str, float]) -> None:
         super().check(values)
@@ -255,6 +367,10 @@ class Belt(Joint):
 
     kind: ClassVar[str] = "belt"
     lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 2
+    pivots: ClassVar[tuple[str, ...]] = ("ratio",)
+    strands: ClassVar[bool] = True
+    rim: ClassVar[bool] = True
 
     def check(self, values: Mapping[str, float]) -> None:
         super().check(values)
@@ -277,6 +393,9 @@ class Distance(Joint):
 
     kind: ClassVar[str] = "distance"
     lower: ClassVar[bool] = False
+    replaced: ClassVar[str] = "RR"
+    bar: ClassVar[bool] = True
+    opening: ClassVar[int] = 4
 
     def check(self, values: Mapping[str, float]) -> None:
         super().check(values)
@@ -309,6 +428,14 @@ class Curve(Joint):
 
     kind: ClassVar[str] = "curve"
     lower: ClassVar[bool] = False
+    dyad: ClassVar[str] = "cam"
+    coordinates: ClassVar[tuple[str, ...]] = ("s",)
+    on_curve: ClassVar[bool] = True
+    smoothed: ClassVar[bool] = True
+    opening: ClassVar[int] = 3
+
+    def friction_law(self, article: bool) -> str:
+        return "f |N| along the tangent"
 
     @property
     def ends(self) -> tuple[Number, Number]:
@@ -345,6 +472,11 @@ class Curve(Joint):
                 f"range ends at {values['end']:g}, not after its start {values['start']:g}",
                 where=f"joints.{self.name}.range",
             )
+
+
+def follows_curve(joint: Joint) -> TypeGuard[Curve]:
+    """Return whether a joint has a curve, and so the keys of one."""
+    return joint.on_curve
 
 
 JOINTS: dict[str, type[Joint]] = {

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from mechdae.describe.curve import check_curve, extent
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
-from mechdae.describe.joints import JOINTS, Curve, Joint
+from mechdae.describe.joints import JOINTS, Joint, follows_curve
 from mechdae.describe.loads import Load
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key
@@ -172,9 +172,9 @@ class Mechanism:
                     places = [values[f"{name}.{point}.{axis}"] for point in points]
                     spans.append(max(places) - min(places))
         for name, joint in self.joints.items():
-            if joint.kind == "distance":
+            if joint.bar:
                 spans.append(values[f"{name}.length"])
-            if isinstance(joint, Curve):
+            if follows_curve(joint):
                 spans.append(extent(joint, values))
         return max(spans, default=0.0) or 1.0
 
@@ -349,10 +349,9 @@ def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
 
 def _check_sketch(mechanism: Mechanism) -> None:
     """Raise for a coordinate that is sketched twice, once by the name of its body or joint."""
-    usual = {"revolute": "angle", "curve": "s"}
     for name in mechanism.sketch:
         joint = mechanism.joints.get(name)
-        own = "angle" if joint is None else usual.get(joint.kind, "slide")
+        own = "angle" if joint is None else joint.usual
         if f"{name}.{own}" in mechanism.sketch:
             raise MechanismError(
                 f"{name} and {name}.{own} are the same coordinate",
@@ -385,11 +384,11 @@ def _check_values(mechanism: Mechanism) -> None:
     values = mechanism.values()
     for joint in mechanism.joints.values():
         joint.check({entry: values[f"{joint.name}.{entry}"] for entry, _ in joint.numbers()})
-        if isinstance(joint, Curve):
+        if follows_curve(joint):
             check_curve(joint, mechanism.parameters, values)
     pins: dict[str, dict[str, str]] = {name: {} for name in mechanism.bodies}
     for joint in mechanism.joints.values():
-        if joint.kind == "revolute":
+        if joint.hinge:
             for side in (joint.first, joint.second):
                 owner, point = side.split(".")
                 if owner != GROUND:

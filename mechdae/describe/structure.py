@@ -12,7 +12,7 @@ from dataclasses import fields
 from typing import Any
 
 from mechdae.describe.curve import repeats, span
-from mechdae.describe.joints import Curve, Joint
+from mechdae.describe.joints import Joint, follows_curve
 from mechdae.describe.loads import Load
 from mechdae.describe.mechanism import Mechanism
 
@@ -41,7 +41,7 @@ def _joint(joint: Joint, mechanism: Mechanism) -> Hashable:
     """Return what a joint is but for its numbers."""
     numbers = dict(joint.numbers())
     own = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in (*numbers, "range"))
-    if not isinstance(joint, Curve):
+    if not follows_curve(joint):
         return (joint.kind, own)
     values = mechanism.values()
     return (joint.kind, own, span(joint, values), joint.closed and repeats(joint, values))

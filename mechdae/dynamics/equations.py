@@ -29,8 +29,6 @@ from mechdae.model.model import FUNCTIONS, Model
 from mechdae.model.motion_equations import Law, Released
 
 SX = ca.SX
-SMOOTHED = ("revolute", "prismatic", "curve")
-"""Joints whose friction can be smoothed."""
 TOLERANCE = 1e-9
 TIGHTEST = 1e-14
 STILL = 1e-12
@@ -336,7 +334,7 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
             hint='friction = "none" leaves it out',
         )
     joints = mechanism.joints
-    other = [own for own in found if joints[own].kind not in SMOOTHED]
+    other = [own for own in found if not joints[own].smoothed]
     if task.friction == "smooth" and other:
         raise UnavailableError(
             f"smoothed friction is not computed for slots and meshes: joints {', '.join(other)}",

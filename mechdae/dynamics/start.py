@@ -150,7 +150,7 @@ class _Starter:
         guess = np.zeros(self.n)
         unknown = []
         known, angles = self.places, self.drawn.angles
-        on_curves = {c.part: value for c, value in known.items() if c.kind == "curve"}
+        on_curves = {c.part: value for c, value in known.items() if c.on_curve}
         for i, own in enumerate(self.r.coordinates):
             if own.owner in self.setup.model.contacts:
                 guess[i] = own.middle

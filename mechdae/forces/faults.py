@@ -94,9 +94,7 @@ def assumptions_of(statics: Statics, task: Reactions) -> list[str]:
     if task.friction != "none":
         lossy = {balance.feedbacks[k].joint for k in balance.active}
         smooth = [
-            name
-            for name in balance.joints
-            if name not in lossy and mechanism.joints[name].kind not in ("weld", "distance")
+            name for name in balance.joints if name not in lossy and mechanism.joints[name].rubs
         ]
         if lossy and smooth:
             found.append(f"without friction: {', '.join(smooth)}")

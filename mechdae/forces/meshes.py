@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.meshes import KINDS, Mesh
+from mechdae.model.forces.meshes import Mesh
 from mechdae.model.model import Model
 from mechdae.model.motion_equations import Released
 from mechdae.model.reduction import Scene
@@ -38,7 +38,7 @@ STEPS = 6
 def meshed(model: Model, among: Iterable[str] | None = None) -> list[str]:
     """Return the gears, racks and belts of a mechanism, or among some of its joints."""
     joints = model.mechanism.joints
-    return [name for name in (joints if among is None else among) if joints[name].kind in KINDS]
+    return [name for name in (joints if among is None else among) if joints[name].meshes]
 
 
 def meshes_along(scene: Scene, q: Any, v: Any, length: float) -> dict[str, Mesh]:
@@ -152,7 +152,7 @@ def carried(model: Model, names: Sequence[str], q: Any, columns: Sequence[int], 
     joints = model.mechanism.joints
     others = [
         i for i, row in enumerate(model.rows)
-        if joints[row.owner].kind not in KINDS and touched[i] <= inside
+        if not joints[row.owner].meshes and touched[i] <= inside
     ]  # fmt: skip
     place = {j: k for k, j in enumerate(columns)}
     works = []
@@ -197,7 +197,7 @@ def about_meshes(meshes: dict[str, Mesh]) -> list[str]:
     found = []
     for name, mesh in meshes.items():
         if mesh.column is None:
-            why = "a belt without radius" if mesh.ends.joint.kind == "belt" else "no real wheels"
+            why = "a belt without radius" if mesh.ends.joint.strands else "no real wheels"
             found.append(f"joint {name}: {why}, its torque is passed on and loads no bearing")
     return found
 

@@ -8,10 +8,10 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.task import loaded_bodies
 from mechdae.kinematics.show import driven_structure
-from mechdae.model.forces.friction import Feedback, Laws
+from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.inertia import massive
 from mechdae.model.forces.loads import Loads
-from mechdae.model.forces.meshes import KINDS, Mesh
+from mechdae.model.forces.meshes import Mesh
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
 
@@ -52,27 +52,16 @@ def force_structure(scene: Scene, task: Reactions) -> dict[str, Any]:
     }
     if task.friction != "none":
         meshes = {
-            name: Mesh(model, model.ends[name], real=False)
-            for name in names
-            if joints[name].kind in KINDS
+            name: Mesh(model, model.ends[name], real=False) for name in names if joints[name].meshes
         }
         laws = Laws(model, meshes, task.friction_radius)
         own = {name: [f for f in laws.of(name) if f.friction] for name in names}
         result["friction"] = {
-            name: _law(joints[name].kind, found, task) for name, found in own.items() if found
+            name: joints[name].friction_law(task.friction_radius == "article")
+            for name, found in own.items()
+            if found
         }
         result["coupled"] = task.friction == "coupled"
     words = (("cycle", task.cycle), ("parts", task.parts), ("axes", task.axes))
     result |= {word: value for word, value in words if value}
     return result
-
-
-def _law(kind: str, found: list[Feedback], task: Reactions) -> str:
-    """Return the law of a joint's friction."""
-    if kind == "revolute":
-        return "r f |R|" if task.friction_radius == "article" else "r sin(atan f) |R|"
-    if kind == "prismatic":
-        return "f max(|N|, |M|/b)" if found[0].forms.shape[0] > 2 else "f |N|"
-    if kind in KINDS:
-        return "mesh_loss of the power"
-    return {"pin-in-slot": "f |N| on the pin", "curve": "f |N| along the tangent"}[kind]

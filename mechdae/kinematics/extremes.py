@@ -41,11 +41,7 @@ class Spans:
         high: float,
         between: Any = (),
     ) -> None:
-        self.entries = [
-            entry
-            for entry in outputs.entries
-            if (entry.kind == "bodies" and entry.name == "angle") or entry.name == "slide"
-        ]
+        self.entries = [entry for entry in outputs.entries if entry.is_output]
         self.evaluations = self.refined = 0  # beside those that the evaluator counts
         self.later = Later(lambda: {})
         if not self.entries or len(poses.y) < 3:

@@ -45,7 +45,7 @@ def requests(scene: Scene, pairs: bool) -> list[Request]:
         found.append((FRAME + name, ca.vertcat(frame.r, frame.angle), (name,)))
     for name, joint in model.mechanism.joints.items() if pairs else ():
         bodies = tuple(body for body in joint.bodies if body != GROUND)
-        if joint.kind == "revolute" and set(bodies) <= set(inside):
+        if joint.hinge and set(bodies) <= set(inside):
             found.append((PIN + name, model.point(joint.first), bodies))
     return found
 

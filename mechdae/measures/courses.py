@@ -40,7 +40,7 @@ def quantities(outputs: Outputs) -> list[Quantity]:
         if entry.name == "position":
             for axis, column in zip("xyz", entry.columns, strict=False):
                 found.append(Quantity(f"{entry.part}.{axis}", entry.part, column))
-        elif (entry.kind == "bodies" and entry.name == "angle") or entry.name == "slide":
+        elif entry.is_output:
             name = f"{entry.part}.{entry.name}"
             found.append(Quantity(name, entry.part, entry.columns[0]))
     return found

@@ -7,6 +7,7 @@ from typing import Any
 from mechdae.measures.courses import Course
 from mechdae.measures.stops import AT_REST
 from mechdae.measures.track import Track
+from mechdae.model.space import PLANE
 
 
 def extremes(track: Track, courses: dict[str, Course]) -> dict[str, Any]:
@@ -51,7 +52,7 @@ def envelope(courses: dict[str, Course]) -> dict[str, Any]:
     for name, course in courses.items():
         part, _, axis = name.rpartition(".")
         low, high = course.extreme(-1), course.extreme(1)
-        if axis not in ("x", "y") or low is None or high is None:
+        if axis not in tuple(PLANE.axes) or low is None or high is None:
             continue
         first = 0 if axis == "x" else 2
         for key in ("all", f"bodies/{part.split('.')[0]}"):

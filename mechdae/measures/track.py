@@ -13,6 +13,7 @@ from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
+from mechdae.describe.coordinate_kinds import ANGLE
 
 TURN = 2 * np.pi
 FINEST = TURN / 64
@@ -90,7 +91,7 @@ class Track:
         self.lost = 0
         self._bounds: OutputBounds | None = None
         self._turning = {
-            entry.columns[0] for entry in evaluator.outputs.entries if entry.name == "angle"
+            entry.columns[0] for entry in evaluator.outputs.entries if entry.quantity is ANGLE
         }
         self._grid = Sample(np.zeros(0), [])
         self._samples: dict[Piece, Sample] = {}

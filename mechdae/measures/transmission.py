@@ -84,7 +84,7 @@ def _lines(scene: Scene, group: Group) -> tuple[str, Any, Any] | None:
 
     def line(name: str, to: Any) -> Any:
         """Line along which the link between an outer joint and `to` holds it."""
-        if joints[name].kind == "prismatic":
+        if joints[name].guide:
             return model.ends[name].normal()
         return to - pin(name)
 
@@ -92,22 +92,22 @@ def _lines(scene: Scene, group: Group) -> tuple[str, Any, Any] | None:
     if not higher:
         inner = group.inner[0]
         a, b = (name for name in group.joints if name != inner)
-        if joints[inner].kind == "revolute":
+        if joints[inner].hinge:
             return inner, line(a, pin(inner)), line(b, pin(inner))
         return inner, *_across_guide(model.ends[inner].normal(), a, b, joints, pin, model)
     key = higher[0]
     (lower,) = (name for name in group.joints if name != key)
     ends = model.ends[key]
     second_inside = joints[key].second_body in bodies
-    if joints[key].kind == "distance":
+    if joints[key].bar:
         return key, line(lower, ends.p2 if second_inside else ends.p1), ends.gap
-    if joints[key].kind == "curve":
+    if joints[key].on_curve:
         contact = model.contacts[key]
         dx, dy = ca.vertsplit(contact.tangent)
         normal = contact.normal if contact.rolls else ca.vertcat(dy, -dx)
         place = ends.p2 if second_inside else ends.p1 + ends.first.direction(contact.point)
         return key, line(lower, place), ends.first.direction(normal)
-    if joints[key].kind != "pin-in-slot":
+    if not joints[key].slot:
         return None
     return key, line(lower, ends.p2), ends.normal()  # the pin is the inner or an outer joint
 
@@ -116,7 +116,7 @@ def _across_guide(
     normal: Any, a: str, b: str, joints: dict[str, Any], pin: Any, model: Any
 ) -> tuple[Any, Any]:
     """Return the lines of a dyad with a slide inside: between outer pins, or outer normal."""
-    slides = [name for name in (a, b) if joints[name].kind == "prismatic"]
+    slides = [name for name in (a, b) if joints[name].guide]
     if slides:
         return model.ends[slides[0]].normal(), normal
     return pin(b) - pin(a), normal

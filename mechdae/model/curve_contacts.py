@@ -18,7 +18,7 @@ import casadi as ca
 
 from mechdae.describe.curve import PARAMETER, repeats, span
 from mechdae.describe.expression import build
-from mechdae.describe.joints import Curve
+from mechdae.describe.joints import Curve, follows_curve
 from mechdae.model.coordinates import Coordinate, of_owner
 
 SX = ca.SX
@@ -134,6 +134,6 @@ def contacts(
     functions: Mapping[str, Any],
 ) -> dict[str, Contact]:
     """Return the contacts of all curve joints by name."""
-    joints = [joint for joint in mechanism.joints.values() if isinstance(joint, Curve)]
+    joints = [joint for joint in mechanism.joints.values() if follows_curve(joint)]
     values = mechanism.values() if joints else {}
     return {joint.name: Contact(joint, parameters, numbers, values, functions) for joint in joints}

@@ -24,6 +24,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError
 from mechdae.model.model import Model, Row
 from mechdae.model.redundant_constraints import redundant_blocks, square_blocks
+from mechdae.model.space import PLANE
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 KINDS = {"RRR": 1, "RRP": 2, "RPR": 3, "PRP": 4, "RPP": 5}
@@ -211,12 +212,12 @@ def _classify(
     if driven:
         kind = "driver" if len(bodies) == 1 else f"driven {len(bodies)} links"
         return {"class_": 1, "order": len(outer), "kind": kind, **common}
-    if [j.kind for j in joints] == ["weld"]:
+    if [j.rigid for j in joints] == [True]:
         return {"class_": 0, "order": 1, "kind": "weld", **common}
     if len(bodies) + higher == 2 and not over:
         kind = _dyad_kind(bodies, inner, outer)
         return {"class_": 2, "order": 2, "kind": kind, **common}
-    if all(j.kind in ("gear", "belt", "revolute") for j in joints) and len(bodies) == higher:
+    if all(j.wheels == 2 or j.hinge for j in joints) and len(bodies) == higher:
         # wheels on fixed or known centres: each closed by its own mesh
         return {"class_": 2, "order": len(outer), "kind": "gears", **common}
     kind = _plural(len(bodies), "link")
@@ -230,11 +231,10 @@ def _dyad_kind(bodies: set[str], inner: list[Joint], outer: list[Joint]) -> str:
     else:
         lower = [j.letter for j in outer if j.lower]
         higher = next(j for j in outer if not j.lower)
-        slot_inside = higher.first_body in bodies
-        if higher.kind == "curve":
-            return "cam"
-        replaced = {"pin-in-slot": "PR" if slot_inside else "RP", "distance": "RR"}
-        letters = [*lower, *replaced.get(higher.kind, "")]
+        if higher.dyad:
+            return higher.dyad
+        inside = higher.first_body in bodies
+        letters = [*lower, *(higher.replaced if inside else higher.replaced[::-1])]
     sequence = "".join(letters)
     for candidate in (sequence, sequence[::-1]):
         if candidate in KINDS:
@@ -294,11 +294,10 @@ def formula(groups: Sequence[Group]) -> str:
 def count_mobility(mechanism: Mechanism) -> dict[str, int]:
     """Return n, p5, p4 and W = 3 n - 2 p5 - p4 (Chebyshev); a weld joins two links to one."""
     joints = list(mechanism.joints.values())
-    welds = sum(j.kind == "weld" for j in joints)
-    n = len(mechanism.bodies) - welds
-    p5 = sum(j.lower and j.kind != "weld" for j in joints)
+    n = len(mechanism.bodies) - sum(j.rigid for j in joints)
+    p5 = sum(j.lower and not j.rigid for j in joints)
     p4 = sum(not j.lower for j in joints)
-    return {"n": n, "p5": p5, "p4": p4, "W": 3 * n - 2 * p5 - p4}
+    return {"n": n, "p5": p5, "p4": p4, "W": PLANE.mobility(n, p5, p4)}
 
 
 def _check_missing(

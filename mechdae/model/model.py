@@ -210,7 +210,7 @@ class Model:
             return self.frame(coordinate.part).angle
         if coordinate.kind == "point":
             return self.point(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
-        if coordinate.kind == "curve":
+        if coordinate.on_curve:
             return self.contacts[coordinate.part].s
         ends = self.ends[coordinate.part]
         if coordinate.kind == "joint angle":

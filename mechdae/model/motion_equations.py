@@ -95,9 +95,9 @@ class Released:
             own = model.coordinates[model.places[key]]
             self.rows.append(Row(own.owner, own.name, own.symbol - value, own.unit, True))
         nonzero = [
-            model.numbers[f"{name}.ratio"]
+            model.numbers[f"{name}.{entry}"]
             for name, joint in model.mechanism.joints.items()
-            if joint.kind in ("gear", "belt")
+            for entry in joint.pivots
         ]
         equations = [(row.expression, row.unit, str(i)) for i, row in enumerate(self.rows)]
         symbols = model.q.elements()

@@ -201,9 +201,9 @@ def reduce(scene: Scene) -> None:
     """Fill in the scene's unknowns, blocks and recovered coordinates."""
     model = scene.model
     nonzero = [
-        model.numbers[f"{name}.ratio"]
+        model.numbers[f"{name}.{entry}"]
         for name, joint in model.mechanism.joints.items()
-        if joint.kind in ("gear", "belt")
+        for entry in joint.pivots
     ]
     found: list[Any] = []
     pending: list[tuple[int, list[Any], list[Equation]]] = []

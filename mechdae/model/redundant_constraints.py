@@ -153,7 +153,7 @@ class _Cutter:
                 continue
             joint = None if row.driver else model.mechanism.joints[row.owner]
             grounded = joint is not None and GROUND in joint.bodies
-            weld = joint is not None and joint.kind == "weld"
+            weld = joint is not None and joint.rigid
             if joint is not None and owners[row.owner] == 1:
                 self._add_link(row.owner, entries, touched, grounded)
             else:

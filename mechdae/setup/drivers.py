@@ -10,8 +10,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import (
-    CURVE_JOINTS,
-    SLIDE_JOINTS,
     NamedCoordinate,
     coordinate,
     coordinate_names,
@@ -248,8 +246,5 @@ def _coordinate_name(mechanism: Mechanism, name: str) -> str:
     if name in mechanism.bodies:
         return f"{name}.angle"
     if name in mechanism.joints:
-        kind = mechanism.joints[name].kind
-        if kind in CURVE_JOINTS:
-            return f"{name}.s"
-        return f"{name}.slide" if kind in SLIDE_JOINTS else f"{name}.angle"
+        return f"{name}.{mechanism.joints[name].usual}"
     return name

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import CURVE_JOINTS
+from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, CoordinateKind
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
@@ -38,6 +38,22 @@ class Entry:
     name: str  # angle, position, slide or s; value, for hidden ones
     columns: tuple[int, ...]
     bodies: tuple[str, ...]
+
+    @property
+    def quantity(self) -> CoordinateKind | None:
+        """Which kind of coordinate it is; None of hidden ones."""
+        return KINDS.get(self.name)
+
+    @property
+    def unit(self) -> str:
+        """The SI unit; none of hidden ones."""
+        return "m" if self.kind == "points" else self.quantity.unit if self.quantity else ""
+
+    @property
+    def is_output(self) -> bool:
+        """Whether it is a body's angle or a slide: the coordinates of links, not of points."""
+        turns = self.kind == "bodies" and self.quantity is ANGLE
+        return turns or (self.kind == "joints" and self.quantity is LENGTH)
 
 
 class Outputs:
@@ -77,14 +93,14 @@ class Outputs:
     def _add_joint(self, name: str) -> None:
         joint, ends = self.scene.model.mechanism.joints[name], self.scene.model.ends[name]
         bodies = tuple(body for body in joint.bodies if body != GROUND)
-        if joint.kind in ("prismatic", "pin-in-slot"):
+        if joint.straight:
             slide = ca.dot(ends.axis(), ends.gap)
             self._add("joints", name, "slide", slide, bodies)
             if joint.first_body != GROUND:
                 self._add("joints", name, "guide", ends.first.angle, bodies)
-        if joint.kind in CURVE_JOINTS:
+        if joint.on_curve:
             self._add("joints", name, "s", self.scene.model.contacts[name].s, bodies)
-        if joint.kind in ("revolute", "pin-in-slot"):
+        if joint.turns:
             self._add("joints", name, "angle", ends.second.angle - ends.first.angle, bodies)
 
     def _add(self, kind: str, part: str, name: str, value: Any, bodies: tuple[str, ...]) -> None:
@@ -137,7 +153,7 @@ class Outputs:
                 continue
             series = tables[entry.kind].setdefault(entry.part, {})
             names: tuple[str, ...] = RATES[entry.name]
-            if entry.kind == "joints" and entry.name == "angle":
+            if entry.kind == "joints" and entry.quantity is ANGLE:
                 names = names[:1]
             for order, name in enumerate(names[: len(values)]):
                 first, last = entry.columns[0], entry.columns[-1]

@@ -118,6 +118,6 @@ def own_parameters(scene: Scene) -> dict[int, Contact]:
 
 def driver_size(model: Model, c: NamedCoordinate, scale: float) -> float:
     """Return the size of a driven coordinate: 1 rad, a length, the range of s over 2 pi."""
-    if c.kind == "curve":
+    if c.on_curve:
         return model.contacts[c.part].unit
     return 1.0 if c.is_angle else scale

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mechdae.describe.coordinates import SLIDE_JOINTS
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven
@@ -66,7 +65,7 @@ def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, str]]:
         for reference in (joint.first, joint.second):
             body, point = reference.split(".")
             points.setdefault(body, []).append(point)
-        if joint.kind == "distance":
+        if joint.bar:
             size = abs(values[f"{joint.name}.length"])
             yield size, f"{joint.name}.length is {size:g} m"
     for body, own in points.items():
@@ -85,6 +84,6 @@ def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, str]]:
     known = mechanism.parameter_values
     for name, number in mechanism.sketch.items():
         joint_name = name.removesuffix(".slide")
-        if joint_name in mechanism.joints and mechanism.joints[joint_name].kind in SLIDE_JOINTS:
+        if joint_name in mechanism.joints and mechanism.joints[joint_name].slides:
             size = abs(evaluate(number, known))
             yield size, f"the slide of {joint_name} is sketched at {size:g} m"

@@ -173,7 +173,7 @@ def _size_of(setting: Setting) -> Any:
             places = [ca.SX(model.numbers[f"{name}.{point}.{axis}"]) for point in body.points]
             spans.append(ca.mmax(ca.vertcat(*places)) - ca.mmin(ca.vertcat(*places)))
     for name, joint in mechanism.joints.items():
-        if joint.kind == "distance":
+        if joint.bar:
             spans.append(ca.SX(model.numbers[f"{name}.length"]))
     largest = ca.mmax(ca.vertcat(*spans))
     return ca.Function("size", [model.p], [ca.if_else(largest == 0, 1.0, largest)])

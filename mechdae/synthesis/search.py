@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import SLIDE_JOINTS
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.tasks.goals import Extreme as AskedExtreme
@@ -151,7 +150,7 @@ class Search:
                 f"'{asked.path}' is that of a driver that turns fully", where=place,
                 hint='constraints = [{ kind = "full-turn", coordinate = ... }]',
             )  # fmt: skip
-        joints = [n for n, j in mechanism.joints.items() if j.kind in SLIDE_JOINTS]
+        joints = [n for n, j in mechanism.joints.items() if j.slides]
         known = {"stroke": joints, "swing": list(mechanism.bodies)}.get(
             word, [*joints, *mechanism.bodies]
         )

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mechdae.describe.coordinates import SLIDE_JOINTS, coordinate
+from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.entries import (
@@ -208,7 +208,7 @@ def _rocker(mechanism: Mechanism, table: Mapping[str, Any], place: str) -> Rocke
         raise InputError(words, where=f"{place}.{key}")
     if not slides:
         return Rocker(f"{_body(mechanism, table, place)}.angle", reach, ratio)
-    known = [name for name, joint in mechanism.joints.items() if joint.kind in SLIDE_JOINTS]
+    known = [name for name, joint in mechanism.joints.items() if joint.slides]
     name = word_of(table.get("joint"), known, "joint that slides", f"{place}.joint")
     return Rocker(f"{name}.slide", reach, ratio)
 

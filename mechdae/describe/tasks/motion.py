@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from mechdae.describe.coordinates import (
-    CURVE_JOINTS,
-    SLIDE_JOINTS,
     NamedCoordinate,
     coordinate,
     selection,
@@ -43,9 +41,7 @@ def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
     if name in mechanism.bodies:
         name = f"{name}.angle"
     elif name in mechanism.joints:
-        kind = mechanism.joints[name].kind
-        word = "s" if kind in CURVE_JOINTS else "slide" if kind in SLIDE_JOINTS else "angle"
-        name = f"{name}.{word}"
+        name = f"{name}.{mechanism.joints[name].usual}"
     return coordinate(mechanism, name)
 
 

@@ -204,7 +204,7 @@ def _end_of(found: Found, scene: Scene, body: str | None) -> tuple[str, str, Arr
             continue
         if body is not None and moving[0] != body:
             continue
-        turns = joint.kind != "prismatic"
+        turns = not joint.guide
         series = scene.angles[moving[0]] if turns else scene.slide(joint)
         if float(np.ptp(series)) > STILL and (not turns or np.ptp(series) < 0.99 * TURN):
             result = moving[0], sides[moving[0]], series, turns

@@ -150,7 +150,7 @@ class Found:
         elif c.kind == "point":
             values = found.points[f"{c.part}.{c.point}"].position[:, c.axis]
         else:
-            word = {"joint angle": "angle", "slide": "slide", "curve": "s"}[c.kind]
+            word = c.text.rpartition(".")[2]
             values = found.joints[c.part][word]
         shown: Array = np.asarray(values, float)
         return shown

@@ -26,7 +26,7 @@ def series(scene: Scene, entry: NamedCoordinate) -> Array:
         known = entry.part in scene.origins
         return scene.track(f"{entry.part}.{entry.point}")[:, entry.axis] if known else unknown
     joint = scene.mechanism.joints[entry.part]
-    if entry.kind == "curve" or not {joint.first_body, joint.second_body} <= set(scene.origins):
+    if entry.on_curve or not {joint.first_body, joint.second_body} <= set(scene.origins):
         return unknown
     if entry.kind == "joint angle":
         difference: Array = scene.angles[joint.second_body] - scene.angles[joint.first_body]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from mechdae.describe.joints import Curve
+from mechdae.describe.joints import follows_curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
@@ -25,7 +25,7 @@ from mechdae.draw.diagram.driver import (
 from mechdae.draw.diagram.gaps import blame_text, draw_gaps, open_text
 from mechdae.draw.diagram.guides import draw_guides, gaps_of, travel
 from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
-from mechdae.draw.diagram.places import PINNED, Place, free_points, places_of
+from mechdae.draw.diagram.places import Place, free_points, places_of
 from mechdae.draw.diagram.scene import SHORT, Array, Scene, choose_pose, read_scene
 from mechdae.draw.diagram.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
@@ -242,7 +242,7 @@ def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, A
     ]
     for joint in scene.joints(pose):
         points += [scene.place(joint.first, pose), scene.place(joint.second, pose)]
-        if isinstance(joint, Curve):
+        if follows_curve(joint):
             points += list(reach(scene, joint, pose))
     pivots = {
         side
@@ -259,9 +259,9 @@ def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, A
     for joint in scene.joints(pose):
         for _, center, radius in circles(scene, joint, pose):
             more.append(center + radius * np.array([[-1, -1], [1, 1]]))
-        if joint.kind == "rack":
+        if joint.wheels == 1:
             more.append(np.array(rack_span(scene, joint, pose)[:2]))
-        if joint.kind in ("prismatic", "pin-in-slot") and joint.name not in scene.cylinders:
+        if joint.straight and joint.name not in scene.cylinders:
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
             now = float(scene.slide(joint)[pose])
             ends = np.array(travel(scene, joint, pose, size)) - now
@@ -328,7 +328,7 @@ def _draw_links(
     gaps = gaps_of(sheet, scene, pose, size)
     guides = draw_guides(sheet, scene, pose, size, colors)
     links.wheels = draw_wheels(sheet, scene, pose, colors)
-    guides_of = [j for j in scene.joints(pose) if j.kind == "prismatic"]
+    guides_of = [j for j in scene.joints(pose) if j.guide]
     sliding = {j.second_body for j in guides_of if j.name not in scene.cylinders}
     for name, body in scene.mechanism.bodies.items():
         if not scene.shown(name, pose):
@@ -348,16 +348,16 @@ def _draw_links(
         first, second = (
             sheet.at(scene.place(entry, pose)) for entry in (joint.first, joint.second)
         )
-        if isinstance(joint, Curve):
+        if follows_curve(joint):
             corners = draw_curve(sheet, scene, joint, pose, colors)
             if corners is not None:
                 links.polygons.setdefault(joint.first_body, corners)
                 sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
                 links.bars[joint.first_body] = [*links.bars[joint.first_body], *sides]
-        if joint.kind == "prismatic" and joint.name not in scene.cylinders:
+        if joint.guide and joint.name not in scene.cylinders:
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
             links.blocks[joint.second_body] = symbols.rectangle(second, axis)
-        if joint.kind == "distance":
+        if joint.bar:
             sheet.line(
                 [first, second],
                 width=style.LINE,
@@ -373,14 +373,14 @@ def _draw_places(sheet: Sheet, scene: Scene, pose: int, places: list[Place], lin
         center = sheet.at(scene.place(place.references[0], pose))
         _draw_bridges(sheet, scene, pose, place, center, links)
         for joint in place.joints:
-            if joint.kind == "weld" and not (place.fixed and GROUND in joint.bodies):
+            if joint.rigid and not (place.fixed and GROUND in joint.bodies):
                 symbols.weld(
                     sheet, center, _weld_arms(sheet, scene, pose, place), f"joint-{joint.name}-weld"
                 )
         if place.fixed:
             symbols.support(sheet, center, f"support-{place.letter}")
         if place.pinned:
-            names = "-".join(joint.name for joint in place.joints if joint.kind in PINNED)
+            names = "-".join(joint.name for joint in place.joints if joint.pinned)
             symbols.pin(sheet, center, f"joint-{names}-pin")
     for reference in free_points(scene, pose):
         symbols.dot(sheet, sheet.at(scene.place(reference, pose)), f"point-{reference}")

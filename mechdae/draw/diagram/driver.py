@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
-from mechdae.describe.joints import Curve
+from mechdae.describe.joints import follows_curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
@@ -147,7 +147,7 @@ def draw_brake(
             mouth = cylinder_of(sheet, scene, joint, pose)[1]
             symbols.stops(sheet, mouth, axis, 2.0, gid, fixed=False)
         else:
-            blocked_by = joint is not None and joint.kind == "prismatic"
+            blocked_by = joint is not None and joint.guide
             reach = style.BLOCK[0] if blocked_by else 1.6 * style.PIN
             symbols.stops(sheet, center, axis, reach, gid, fixed)
         return
@@ -266,7 +266,7 @@ def travel_of(scene: Scene, entry: NamedCoordinate, pose: int) -> tuple[Array, A
     """Return the point [m] that travels along a coordinate, and the direction of its growth."""
     if entry.part in scene.mechanism.joints:
         joint = scene.mechanism.joints[entry.part]
-        if isinstance(joint, Curve):
+        if follows_curve(joint):
             axis = tangent(scene, joint, pose)
         else:
             axis = scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)

@@ -35,11 +35,11 @@ def gaps_of(sheet: Sheet, scene: Scene, pose: int, size: float) -> dict[str, lis
     for joint in scene.joints(pose):
         if joint.name in scene.cylinders:
             continue
-        if joint.kind == "prismatic":
+        if joint.guide:
             center = sheet.at(scene.place(joint.second, pose))
             reach = style.BLOCK[0] * axis_of(scene, joint, pose)
             gap = Gap(center - reach, center + reach)
-        elif joint.kind == "pin-in-slot":
+        elif joint.slot:
             start, end = _slot_ends(sheet, scene, joint, pose, size)
             reach = style.SLOT * unit(end - start)
             gap = Gap(start - reach, end + reach)
@@ -76,9 +76,9 @@ def draw_guides(
         if joint.name in scene.cylinders:
             parts = _draw_cylinder(sheet, scene, joint, pose, colors)
             lines.setdefault(joint.second_body, []).append(parts.pop())
-        elif joint.kind == "prismatic":
+        elif joint.guide:
             parts = _draw_prismatic(sheet, scene, joint, pose, size, gaps, colors)
-        elif joint.kind == "pin-in-slot":
+        elif joint.slot:
             parts = _draw_slot(sheet, scene, joint, pose, size, colors)
         else:
             continue

@@ -14,10 +14,6 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.diagram.scene import Scene
 
-PINNED = ("revolute", "pin-in-slot", "distance")
-"""Kinds with a pin at the place."""
-LETTERED = ("revolute", "pin-in-slot", "weld")
-"""Kinds whose joint is one place, so that their name can be its letter."""
 LONG = 3
 """A joint name of more letters gives way to the name of the point."""
 
@@ -44,7 +40,7 @@ class Place:
     @property
     def pinned(self) -> bool:
         """Whether a pin is drawn."""
-        return any(joint.kind in PINNED for joint in self.joints)
+        return any(joint.pinned for joint in self.joints)
 
     @property
     def fixed(self) -> bool:
@@ -55,7 +51,7 @@ class Place:
     def letter(self) -> str:
         """The name on the diagram: of the joint, or of the point if that says more."""
         points = list(dict.fromkeys(entry.split(".")[1] for entry in self.references))
-        names = [joint.name for joint in self.joints if joint.kind in LETTERED]
+        names = [joint.name for joint in self.joints if joint.coincide or joint.slot]
         one = len(names) == 1 and len(names[0]) <= LONG
         if len(points) == 1 and not (one and len(names[0]) < len(points[0])):
             return points[0]
@@ -79,7 +75,7 @@ def places_of(scene: Scene, pose: int) -> list[Place]:
         for joint in scene.mechanism.joints.values()
         if joint in both
         or (
-            joint.kind == "revolute"
+            joint.hinge
             and joint.name not in scene.open
             and GROUND in joint.bodies
             and set(joint.bodies) <= set(scene.origins)
@@ -149,7 +145,7 @@ def letters_of(scene: Scene, pose: int, places: Sequence[Place]) -> dict[str, st
     numbers = numbers_of(scene.mechanism)
     owners: list[tuple[tuple[str, ...], str, list[str]]] = []
     for place in places:
-        names = [j.name for j in place.joints if j.kind in LETTERED and len(j.name) <= LONG]
+        names = [j.name for j in place.joints if (j.coincide or j.slot) and len(j.name) <= LONG]
         bodies = [body for body in place.bodies if body != GROUND]
         own = names if len(names) == 1 else []
         own = [*own, *_indexed(place.letter, bodies, numbers)]
@@ -182,11 +178,11 @@ def written(name: str) -> tuple[str, str]:
 
 def _points_of(joint: Joint) -> list[tuple[str, ...]]:
     """Return the places of a joint that are drawn, each with the points that meet there."""
-    if joint.kind in ("revolute", "weld"):
+    if joint.coincide:
         return [(joint.first, joint.second)]
-    if joint.kind in ("prismatic", "pin-in-slot", "curve"):
+    if joint.normal_force:
         return [(joint.second,)]
-    if joint.kind == "rack":
+    if joint.wheels == 1:
         return [(joint.first,)]
     return [(joint.first,), (joint.second,)]
 

@@ -112,7 +112,7 @@ class Scene:
     def fixed_bodies(self) -> set[str]:
         """Return the ground and the bodies welded to it."""
         fixed = {GROUND}
-        welds = [joint for joint in self.mechanism.joints.values() if joint.kind == "weld"]
+        welds = [joint for joint in self.mechanism.joints.values() if joint.rigid]
         for _ in welds:
             for joint in welds:
                 if fixed & {joint.first_body, joint.second_body}:
@@ -140,7 +140,7 @@ class Scene:
         guided = [
             joint.second
             for joint in self.mechanism.joints.values()
-            if joint.kind == "prismatic" and joint.first_body == GROUND
+            if joint.guide and joint.first_body == GROUND
             if joint.second_body in self.origins
         ]
         own = [
@@ -251,7 +251,7 @@ def driver_names(result: Any) -> list[str]:
 def _cylinders(mechanism: Mechanism, drivers: list[str]) -> Iterator[str]:
     """Yield the driven guides whose two links hang on one pin each, at the guide's points."""
     for joint in mechanism.joints.values():
-        if joint.kind != "prismatic" or f"{joint.name}.slide" not in drivers:
+        if not joint.guide or f"{joint.name}.slide" not in drivers:
             continue
         ends = ((joint.first_body, joint.first), (joint.second_body, joint.second))
         if all(_hangs(mechanism, joint, body, point) for body, point in ends):
@@ -261,7 +261,7 @@ def _cylinders(mechanism: Mechanism, drivers: list[str]) -> Iterator[str]:
 def _hangs(mechanism: Mechanism, guide: Joint, body: str, point: str) -> bool:
     """Return whether a link has one joint beside its guide, a pin at the guide's point."""
     others = [own for own in mechanism.joints.values() if body in own.bodies and own != guide]
-    if body == GROUND or len(others) != 1 or others[0].kind != "revolute":
+    if body == GROUND or len(others) != 1 or not others[0].hinge:
         return False
     numbers = mechanism.values()
     side = others[0].first if others[0].first_body == body else others[0].second
@@ -280,7 +280,7 @@ def _complete(
             angles.setdefault(second, angles[first] + turn)
         if turn is not None and second in angles:
             angles.setdefault(first, angles[second] - turn)
-        if joint.kind in ("revolute", "weld"):
+        if joint.coincide:
             for here, there in ((joint.first, joint.second), (joint.second, joint.first)):
                 if here.split(".")[0] in origins and there not in known:
                     known[there] = scene.track(here)
@@ -357,7 +357,7 @@ def _aligned(scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     pairs = [
         (first, second)
         for joint in scene.mechanism.joints.values()
-        if joint.kind == "revolute" and {joint.first_body, joint.second_body} <= set(scene.origins)
+        if joint.hinge and {joint.first_body, joint.second_body} <= set(scene.origins)
         for first in _arms(scene, joint.first)
         for second in _arms(scene, joint.second)
     ]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mechdae.describe.joints import Belt, Joint
+from mechdae.describe.joints import Joint
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, Scene
@@ -48,13 +48,13 @@ def belt_radii(distance: float, ratio: float) -> tuple[float, float]:
 def circles(scene: Scene, joint: Joint, pose: int) -> list[tuple[str, Array, float]]:
     """Return the circles of a joint of wheels: point, centre [m], radius [m]."""
     first, second = scene.place(joint.first, pose), scene.place(joint.second, pose)
-    if joint.kind == "rack":
+    if joint.wheels == 1:
         radius = abs(scene.numbers[f"{joint.name}.radius"])
         return [(joint.first, first, radius)]
-    if joint.kind not in ("gear", "belt"):
+    if not joint.wheels:
         return []
     distance, ratio = float(np.hypot(*(second - first))), scene.numbers[f"{joint.name}.ratio"]
-    radii = belt_radii(distance, ratio) if joint.kind == "belt" else pitch_radii(distance, ratio)
+    radii = belt_radii(distance, ratio) if joint.strands else pitch_radii(distance, ratio)
     if radii is None:
         return []
     return [(joint.first, first, radii[0]), (joint.second, second, radii[1])]
@@ -74,10 +74,9 @@ def draw_wheels(
     largest: dict[str, tuple[Array, float]] = {}
     fixed = scene.fixed_bodies()
     for joint in scene.joints(pose):
-        if joint.kind == "belt":
-            assert isinstance(joint, Belt)
+        if joint.strands:
             _draw_belt(sheet, scene, joint, pose)
-        if joint.kind == "rack":
+        if joint.wheels == 1:
             _draw_rack(sheet, scene, joint, pose)
         for reference, place, length in circles(scene, joint, pose):
             center, radius = sheet.at(place), length * sheet.metre
@@ -86,7 +85,7 @@ def draw_wheels(
                 continue
             seen.add((reference, round(radius, 2)))
             color = colors.get(body, style.WHEEL)
-            draw = symbols.rim if joint.kind == "belt" else symbols.pitch_circle
+            draw = symbols.rim if joint.rim else symbols.pitch_circle
             draw(sheet, center, radius, f"joint-{joint.name}-{joint.kind}", color)
             if body in fixed:
                 inner = scene.numbers.get(f"{joint.name}.ratio", -1.0) > 0
@@ -122,14 +121,14 @@ def _draw_spoke(
     symbols.dot(sheet, end, f"body-{body}-wheel", color)
 
 
-def _draw_belt(sheet: Sheet, scene: Scene, joint: Belt, pose: int) -> None:
+def _draw_belt(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> None:
     rows = circles(scene, joint, pose)
     (_, first, r1), (_, second, r2) = rows
     a, b = sheet.at(first), sheet.at(second)
     along, distance = unit(b - a), float(np.hypot(*(b - a)))
     if distance == 0.0:
         return
-    other = -r2 if joint.crossed else r2
+    other = -r2 if getattr(joint, "crossed", False) else r2
     sine = (r1 - other) * sheet.metre / distance
     if abs(sine) >= 1:
         return

@@ -169,7 +169,7 @@ def pivots_of(result: Any, points: Array) -> list[tuple[str, Any]]:
     for joint in result.mechanism.joints.values():
         for side in (joint.first, joint.second):
             body, _, name = side.partition(".")
-            if body != GROUND or joint.kind not in ("revolute", "pin-in-slot"):
+            if body != GROUND or not (joint.hinge or joint.slot):
                 continue
             place = (float(numbers[f"{side}.x"]), float(numbers[f"{side}.y"]))
             if (np.array(place) >= low - reach).all() and (np.array(place) <= high + reach).all():

@@ -66,7 +66,7 @@ def pins_of(result: Any, scene: Scene, pose: int) -> list[Pin]:
     for joint in scene.mechanism.joints.values():
         f = scene.numbers.get(f"{joint.name}.friction", 0.0)
         series = result.joints.get(joint.name) or {}
-        if joint.kind != "revolute" or not f or "reaction" not in series:
+        if not joint.hinge or not f or "reaction" not in series:
             continue
         x, y, moment = (float(entry) for entry in series["reaction"][pose])
         force = np.array([x, y])

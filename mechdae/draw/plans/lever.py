@@ -96,7 +96,7 @@ def lever(result: Any, scene: Scene, pose: int) -> Lever:
     sides = tuple((turned(a), turned(b)) for a, b in plan.sides)
     whole = Plan("lever", "Zhukovsky's lever", "v", "m/s", arrows, ends, sides, gap=plan.gap)
     balance = Balance(result, scene, pose)
-    wheels = [j.name for j in scene.mechanism.joints.values() if j.kind in ("gear", "rack", "belt")]
+    wheels = [j.name for j in scene.mechanism.joints.values() if j.meshes]
     if wheels:
         raise UnavailableError(
             f"Zhukovsky's lever is not drawn of mechanisms with wheels (joint {wheels[0]})"

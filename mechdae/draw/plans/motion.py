@@ -23,7 +23,6 @@ from mechdae.draw.diagram.scene import Array, Scene
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow, End, Plan
 
-SLIDING = ("prismatic", "pin-in-slot", "curve")
 SYMBOLS = {"velocity": ("v", "m/s", "p"), "acceleration": ("a", r"m/s$^2$", r"\pi")}
 MANY = 6
 """Of more letters at one end the rest is left out."""
@@ -82,7 +81,7 @@ class _Builder:
             yield from self._spot(reference)
         for joint in self.scene.joints(self.pose):
             body = joint.first_body
-            if joint.kind not in SLIDING or body == GROUND or not self.rates.has(body, self.word):
+            if not joint.normal_force or body == GROUND or not self.rates.has(body, self.word):
                 continue
             position = self.rates.place(joint.second)
             letter = f"{self.letters[joint.second]}_{self.numbers[body]}"
@@ -260,7 +259,7 @@ class _Builder:
             seen = difference if seen is None else seen
             return self._chain(start, end, [("sliding", "r", sign * seen)], names, gid)
         turn = np.zeros(2) if turn is None else turn
-        if joint.kind == "curve":
+        if joint.on_curve:
             relative = self.rates.of(joint.second, "velocity") - self.rates.at(
                 joint.first_body, under.position, "velocity"
             )

@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.assembly.start import mode_by_label
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.describe.coordinates import SLIDE_JOINTS, NamedCoordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
@@ -224,7 +224,7 @@ def _candidates(problem: Problem, names: list[str]) -> Iterator[NamedCoordinate]
         for name, joint in joints.items():
             if (GROUND in joint.bodies) is not ground:
                 continue
-            if joint.kind in SLIDE_JOINTS:
+            if joint.slides:
                 yield coordinate(mechanism, f"{name}.slide")
             for body in joint.bodies:
                 if body != GROUND:

@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import coordinate
+from mechdae.describe.coordinates import RELATIVE, coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.kinds import Equilibrium
@@ -114,11 +114,9 @@ class Implicit:
         part, _, quantity = tail.rpartition("/")
         model, mechanism = self.model, self.model.mechanism
         try:
-            if head == "bodies" and quantity == "angle":
-                return model.coordinate(coordinate(mechanism, f"{part}.angle"))
             if head == "points" and quantity == "position":
                 return model.point(part)
-            if head == "joints" and quantity in ("angle", "slide", "s"):
+            if head in ("bodies", "joints") and quantity in RELATIVE:
                 return model.coordinate(coordinate(mechanism, f"{part}.{quantity}"))
             if head == "outputs" and quantity == "value" and part in mechanism.outputs:
                 if reactions_of(mechanism, part):

@@ -19,7 +19,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import ANGLE_JOINTS, SLIDE_JOINTS, coordinate, selection
+from mechdae.describe.coordinate_kinds import KINDS, PLACE
+from mechdae.describe.coordinates import coordinate, selection
 from mechdae.describe.loads import Force, Torque
 from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.motion import named_coordinate
@@ -241,9 +242,8 @@ class Linear:
             for axis, part in zip("xy", ca.vertsplit(SX(model.point(point))), strict=True):
                 found[f"{point}.{axis}"] = part
         for joint in chosen.joints:
-            kind = mechanism.joints[joint].kind
-            for word, kinds in (("angle", ANGLE_JOINTS), ("slide", SLIDE_JOINTS)):
-                if kind not in kinds:
+            for word in sorted(mechanism.joints[joint].coordinates):
+                if KINDS[word] is PLACE:
                     continue
                 name = f"{joint}.{word}"
                 found[name] = model.coordinate(coordinate(mechanism, name))

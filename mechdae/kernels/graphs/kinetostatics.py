@@ -365,8 +365,7 @@ class Balance:
     @property
     def guides(self) -> list[str]:
         """Joints with a normal force, in the order of the reported ones."""
-        kinds = ("prismatic", "pin-in-slot", "curve")
-        return [n for n in self.joints if self.model.mechanism.joints[n].kind in kinds]
+        return [n for n in self.joints if self.model.mechanism.joints[n].normal_force]
 
     def _imbalance(
         self, reactions: list[Any], efforts: dict[str, Any], forces: dict[str, Wrench]
@@ -386,7 +385,7 @@ class Balance:
             joint, place = model.mechanism.joints[name], model.ends[name].p2
             lossy = any(self.feedbacks[j].friction for j in self._of_joint[name])
             if name in self.meshes and (
-                self.meshes[name].column is None or (lossy and joint.kind == "belt")
+                self.meshes[name].column is None or (lossy and joint.strands)
             ):
                 parts.append(forces[name])  # a couple on three bodies
                 continue
@@ -395,7 +394,7 @@ class Balance:
                 if body != GROUND:
                     arm = place - model.frame(body).r
                     x, y, turn = model.twist(body)
-                    turned = moment + model.space.moment(arm, (fx, fy))
+                    turned = moment + arm[0] * fy - arm[1] * fx
                     moments.append(ca.norm_1(arm) * (ca.fabs(fx) + ca.fabs(fy)))
                     parts.append({x: sign * fx, y: sign * fy, turn: sign * turned})
         left, worst = add(*parts), []

@@ -48,7 +48,7 @@ def one_sided(model: Model, among: Iterable[str]) -> list[OneSided]:
         sign = 1.0 if side in POSITIVE else -1.0
         ends = model.ends[name]
         form = sign * FORMS[joint.kind](ends)
-        tilts = joint.kind == "prismatic" and getattr(joint, "contact_length", None) is not None
+        tilts = getattr(joint, "contact_length", None) is not None
         half = ends.number("contact_length") / 2 if tilts else None
         found.append(OneSided(name, "N m" if joint.kind == "gear" else "N", form, half))
     return found

@@ -76,7 +76,7 @@ def four_bar(scene: Scene) -> FourBar | None:
     crank = driven[0].bodies[0]
     fixed = {GROUND, *[b for g in scene.groups if g.kind == "weld" for b in g.bodies]}
     base = [mechanism.joints[name] for name in driven[0].joints]
-    if len(base) != 1 or base[0].kind != "revolute" or not set(base[0].bodies) & fixed:
+    if len(base) != 1 or not base[0].hinge or not set(base[0].bodies) & fixed:
         return None
     for group in scene.groups:
         joints = [mechanism.joints[name] for name in group.joints]

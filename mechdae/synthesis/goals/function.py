@@ -324,5 +324,5 @@ def _series(found: Any, c: Any) -> Any:
         return found.bodies[c.part].angle
     if c.kind == "point":
         return found.points[f"{c.part}.{c.point}"].position[:, c.axis]
-    word = {"joint angle": "angle", "slide": "slide", "curve": "s"}[c.kind]
+    word = c.text.rpartition(".")[2]
     return found.joints[c.part][word]
