@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -296,9 +296,9 @@ class Search:
             yield self._seed(spread, drawn, own, drawn.given, others)
         if self.all_solutions is not None:
             return
-        first = self._of_file(spread, kind)
+        first = self.of_design(self.space.middle, kind)
         if first is not None:
-            yield self._seed(spread, first, {}, {}, [self.lead, *others])
+            yield first
 
     def _seed(
         self, spread: Spread, drawn: Drawn, own: dict[str, Any], given: dict[str, Any],
@@ -316,21 +316,32 @@ class Search:
             values["turn"], given["watched"] = self._turned(spread, drawn)
         return Seed(values, given, drawn.residual)
 
-    def _of_file(self, spread: Spread, kind: str) -> Drawn | None:
-        """Return the design of the file as a start, ahead of all others.
+    def of_design(self, d: Any, kind: str, at: float | None = None) -> Seed | None:
+        """Return a design in the pose of the file's sketch as a start, ahead of all others.
 
-        None where it is not of the class, does not assemble near its sketch, or its parameters
-        lie beyond their bounds by so much that those within do not.
+        All other poses follow from that one. None where the design is not of the class, or does
+        not assemble near the sketch: that of the file may lie so far beyond its bounds.
         """
-        d = self.space.middle
-        if not spread.turning(d[None], kind)[0]:
+        if not self.spread.turning(d[None], kind)[0]:
             return None
-        found = sketched(self.problem, self.space, d, self.lead.first(d))
+        found = sketched(self.problem, self.space, d, self.lead.first(d) if at is None else at)
         if found is None:
             return None
         u, x = found
         branch = np.array(self.space.poses.function(x, u, d)[1]).ravel()
-        return Drawn(d, {}, {}, np.array([u]), x[None], np.sign(branch), -np.inf)
+        drawn = Drawn(d, {}, {}, np.array([u]), x[None], np.sign(branch), -np.inf)
+        others = [goal for goal in [*self.goals, *self.limits] if goal is not self.lead]
+        return self._seed(self.spread, drawn, {}, {}, [self.lead, *others])
+
+    def leaps(self, values: Mapping[str, Any], given: Mapping[str, Any]) -> bool:
+        """Return whether poses of a function differ by whole turns from what the first leads to."""
+        if not isinstance(self.lead, Function):
+            return False
+        u, x = self.lead.programme(values, given)
+        d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
+        _, own, _ = self.spread.followed(d, x[0], float(u[0]), u)
+        gaps = np.abs(own - x)[:, self.space.turns]
+        return not gaps.max(initial=0.0) < np.pi
 
     def _turned(self, spread: Spread, drawn: Drawn) -> tuple[Any, Any]:
         """Return the poses of a whole turn of a start, and driver values that are watched."""

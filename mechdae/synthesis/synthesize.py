@@ -62,6 +62,7 @@ def synthesize(
     drawn = time.process_time() - began - built
     jobs, optima = _solved(search, problems, by_class, count, run)
     again = _gone_on(problems, jobs, optima)
+    _followed(search, problems, jobs, optima)
     candidates = [
         Candidate(found, kind, start.given, len(search.space.box))
         for (kind, start), found in zip(jobs, optima, strict=True)
@@ -139,6 +140,33 @@ def _gone_on(problems: Sequence[Nlp], jobs: Sequence[Job], optima: list[Optimum]
             if new.violation < optima[i].violation:
                 optima[i] = replace(new, iterations=new.iterations + optima[i].iterations)
     return len(again)
+
+
+def _followed(
+    search: Search, problems: Sequence[Nlp], jobs: list[Job], optima: list[Optimum]
+) -> None:
+    """Seek optima again whose poses do not follow from each other, where another is better.
+
+    An optimum may have poses a whole turn from their neighbours, as far from their targets; and
+    where no start meets all constraints, poses of a sound design beyond a branch. The poses that follow
+    from one of them are the start then.
+    """
+    none = not any(found.violation <= FEASIBLE for found in optima)
+    for i, (kind, start) in enumerate(jobs):
+        nlp, found = problems[kind], optima[i]
+        values = nlp.read(found.z)
+        met = found.violation <= FEASIBLE
+        if not (search.leaps(values, start.given) if met else none):
+            continue
+        d = np.concatenate([values["d"], np.atleast_1d(start.given["choice"])])
+        at = float(np.atleast_1d(search.lead.programme(values, start.given)[0])[0])
+        seed = search.of_design(d, search.kinds[kind], at)
+        if seed is None:
+            continue
+        new = nlp.solve(nlp.point(seed.values), seed.given)
+        if new.violation <= FEASIBLE and not (met and new.objective >= found.objective):
+            jobs[i] = kind, seed
+            optima[i] = replace(new, iterations=new.iterations + found.iterations)
 
 
 def _reported(search: Search, nlp: Nlp, found: Optimum, start: Seed) -> float | None:

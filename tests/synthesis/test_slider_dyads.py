@@ -16,8 +16,9 @@ def problem_of(text):
     return from_dict(tomllib.loads(text))
 
 
-SAMPLE = (0, 1, 2, 3, 4, 5)
-"""One seed of each family of ``slider_dyads.py``; many of them: the script itself."""
+SAMPLE = (0, 1, 2, 3, 4, 5, 67, 136, 156)
+"""One seed of each family of ``slider_dyads.py``; poses that leap by a turn, the other mode of the first
+dyad, poses beyond their branch. Many of them: the script itself."""
 
 
 @pytest.mark.parametrize("seed", SAMPLE)
