@@ -128,9 +128,16 @@ def designs(
             same = cognates_among(search, problems, group)
             if same:
                 judged["cognates"] = same
-        (rejected if judged.get("reasons") else kept).append(judged)
+        if judged.get("reasons"):
+            rejected.append(judged)
+            continue
+        twin = None if every else next((own for own in kept if _one(search, own, judged)), None)
+        if twin is None:
+            kept.append(judged)
+        else:
+            twin["hits"] += judged["hits"]
     for design in kept:
-        del design["term"]
+        del design["term"], design["branch"]
     kept.sort(key=lambda design: _rank(search, design))
     return kept if every else kept[: search.asked.keep], rejected
 
@@ -143,6 +150,24 @@ def motions(search: Search, kept: Sequence[dict[str, Any]]) -> dict[str, DesignM
         for design in kept
         for text in [design["problem"]]
     }
+
+
+def _one(search: Search, first: dict[str, Any], second: dict[str, Any]) -> bool:
+    """Return whether two designs are one: optima that have become the same on the true extremes.
+
+    Angles may differ by whole turns, everything by what an optimum leaves open.
+    """
+    best, value = first["objective"], second["objective"]
+    if first["class"] != second["class"] or not np.array_equal(first["branch"], second["branch"]):
+        return False
+    if abs(value - best) > SAME * abs(best) + ZERO * search.objective_unit:
+        return False
+    space, count = search.space, len(search.space.box)
+    one, other = (np.array(list(design["parameters"].values())) for design in (first, second))
+    gaps = (other - one)[:count]
+    gaps = np.where(space.periodic, np.mod(gaps + np.pi, 2 * np.pi) - np.pi, gaps)
+    near = np.abs(gaps) <= ALIKE * np.maximum(np.abs(one[:count]), 1e-3 * space.scale)
+    return bool(near.all() and np.array_equal(one[count:], other[count:]))
 
 
 def _by_angle(search: Search, problems: Sequence[Nlp], exact: list[Group]) -> list[Group]:
@@ -261,6 +286,7 @@ def _judged(
     lead = worths[search.goals.index(search.lead)]
     result = {
         "term": found.objective,
+        "branch": given["sigma"],
         "objective": objective if np.isfinite(objective) else claimed,
         "parameters": design.parameters,
         "errors": np.asarray(lead.errors).tolist(),

@@ -318,3 +318,14 @@ def test_nodes_that_move_keep_the_optimum(monkeypatch):
     assert moves
     assert max(moves) < 1e-2
     assert max(tight) > 2, "without prices it leaps: the test would see it"
+
+
+def test_one_design_is_reported_once():
+    """Optima at other nodes that the exchange makes one; angles differ by whole turns."""
+    found = md.synthesize("fg4-sq-0-90deg")
+    values = [np.array(list(own["parameters"].values())) for own in found.data["designs"]]
+    for one, other in itertools.combinations(values, 2):
+        gaps = other - one
+        gaps[3:] = np.angle(np.exp(1j * gaps[3:]))  # phi0 and psi0
+        assert np.abs(gaps).max() > 1e-3
+    assert found.data["designs"][0]["hits"] >= 9, "the hits of both are counted"
