@@ -215,7 +215,7 @@ class Assembler:
                 if not len(solutions):
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
                     free = result is not None and result.free
-                    if gap > 0 and at is None and measured:
+                    if (gap > 0 or starts) and at is None and measured:
                         at = opening(solver, self.scene.model, start, u)
                         gap = at.size
                     failure = Failure(group, gap, infinite, starts, at, free)

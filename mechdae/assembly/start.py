@@ -143,6 +143,8 @@ def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
         what = (
             f"group {group.name}: no pose was found by Newton's method from {failure.starts} starts"
         )
+        if gap:
+            what += f"; where its equations are met best, joint {joint} stays open{gap}"
     if failure.infinite:
         what = f"group {group.name} has infinitely many modes: a gear ratio is not rational"
     if failure.free:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import itertools
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -643,6 +644,10 @@ def test_a_search_without_a_pose_says_how_many_starts_it_made() -> None:
     result = modes(replace(mechanism, bodies=bodies), "crank.angle", 0.0)
     assert (result.summary["count"], result.summary["proven"]) == (0, False)
     assert "no pose was found by Newton's method from" in result.fault
+    # a bar of 40 m between links of 2 m
+    found = re.search(r"joint ([pq]1) stays open by ([0-9.]+) m", result.fault)
+    assert found is not None
+    assert 10 < float(found[2]) < 40
 
 
 def test_the_sketch_is_the_first_start_of_a_search() -> None:
