@@ -1,8 +1,8 @@
 """Writes the tables of integrators in ``docs/motion.md`` from ``docs/data/motion-*.json``.
 
 Usage: ``python docs/make_motion_speed.py``; with ``--check`` nothing is written and the exit code
-tells whether the page is up to date. The data are the ``bench.json`` of ``mechdae bench P --out
-DIR`` on one machine; ``--measure`` measures them again.
+tells whether the page is up to date. The data are the ``bench.json`` of ``python -m benchmarks
+P --out DIR`` on one machine; ``--measure`` measures them again.
 """
 
 from __future__ import annotations
@@ -88,11 +88,12 @@ def page(text: str) -> str:
 
 def measure() -> None:
     """Measure all problems again."""
-    from mechdae.cli import main as command
+    sys.path.insert(0, str(FOLDER.parent))
+    from benchmarks.__main__ import main as command
 
     for name in PROBLEMS:
         with tempfile.TemporaryDirectory() as folder:
-            if command(["bench", name, "--out", folder]):
+            if command([name, "--out", folder]):
                 raise SystemExit(f"{name} could not be measured")
             shutil.copy(Path(folder) / "bench.json", data(name))
 

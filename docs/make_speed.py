@@ -1,7 +1,7 @@
 """Writes ``docs/speed-and-error.md`` from ``docs/data/bench.json``.
 
-Usage: ``mechdae bench --out docs/data && python docs/make_speed.py``; with ``--check`` nothing is
-written and the exit code tells whether the page is up to date. ``bench.json`` holds what was
+Usage: ``python -m benchmarks --out docs/data && python docs/make_speed.py``; with ``--check``
+nothing is written and the exit code tells whether the page is up to date. ``bench.json`` holds what was
 measured on one machine; its numbers are not measured again by tests.
 """
 
@@ -18,7 +18,8 @@ PAGE, DATA = FOLDER / "speed-and-error.md", FOLDER / "data" / "bench.json"
 HEAD = """# Speed against error
 
 `mechdae bench` measures sweeps of three predefined problems, `mechdae bench P` those of any
-other, and a chain of four-bars of growing length. Times are ratios to a yardstick that runs
+other, and a chain of four-bars of growing length; `python -m benchmarks`, in the sources, also
+other methods beside them, and forces. Times are ratios to a yardstick that runs
 interleaved with each sweep: the closed-form four-bar in NumPy, two angles with two derivatives
 each, for the same number of poses ([yardstick.py](../mechdae/bench/yardstick.py)). Ratios
 carry from machine to machine, seconds do not. Medians are shown.
@@ -64,7 +65,7 @@ friction, and with friction in all four pins that acts on the reactions it comes
 reactions, efforts, losses, and the estimate without friction beside). *Forces* starts from the
 coordinates of certified poses with their rates; the *whole task* has the certified kinematics and
 the checks too; `first` builds the kernels. The error is that against nine absolute equations in
-80-bit floats with kinematics of their own ([absolute.py](../mechdae/bench/absolute.py)), relative
+80-bit floats with kinematics of their own ([absolute.py](../benchmarks/absolute.py)), relative
 to the largest force or torque. *Dense Newton* solves those equations for all poses at once with
 LAPACK, *fsolve* pose by pose with `scipy.optimize.fsolve`, its Jacobian given, each from the last
 one; both get pin forces and torque only, from angles and rates in closed form.

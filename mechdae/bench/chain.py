@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.bench.kinematics import Work, measure
+from mechdae.bench.kinematics import SweepWork, measure
 from mechdae.describe.file.load import load
 from mechdae.describe.tasks.kinds import Driver, Sweep
 
@@ -16,7 +16,7 @@ QUICK_LOOPS = (10, 30)
 POSES = 1_000
 
 
-def chain(loops: int) -> Work:
+def chain(loops: int) -> SweepWork:
     """Return the full turn of a chain of that many loops; angles of all bodies are asked for."""
     problem = load(PROBLEM).with_values({"N": loops})
     driver = "rocker0.angle"
@@ -24,7 +24,7 @@ def chain(loops: int) -> Work:
     task = Sweep(
         Driver(driver, from_=0.0, to=2 * np.pi), outputs=tuple(b for b in bodies if b != driver)
     )
-    return Work(f"chain of {loops} four-bars", problem, task)
+    return SweepWork(f"chain of {loops} four-bars", problem, task)
 
 
 def scaling(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from statistics import median
@@ -11,26 +11,26 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.bench.alternatives import alternatives
 from mechdae.bench.extended import true_error
 from mechdae.bench.yardstick import yardstick
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.errors import InputError
-from mechdae.kinematics.prepared import Setting, prepare
+from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.sweep import run
 
 SIZES = (1_000, 10_000, 100_000)
 QUICK_SIZES = (1_000, 10_000)
 COMPARED, QUICK_COMPARED = 10_000, 1_000
 """Number of poses at which other methods are measured beside."""
-MOST_SEQUENTIAL = 10_000
 SAMPLES = 400
+
+Others = Callable[[Setting, Run], Iterable[tuple[str, Callable[[], Any]]]]
 
 
 @dataclass(frozen=True)
-class Work:
+class SweepWork:
     """A sweep to be measured: a problem, the interval of its driver, what is asked for."""
 
     name: str
@@ -38,7 +38,7 @@ class Work:
     task: Sweep
 
 
-def standard() -> list[Work]:
+def standard() -> list[SweepWork]:
     """Return the standard works: four-bar, seven-link, Jansen leg."""
     return [
         work(
@@ -53,26 +53,32 @@ def standard() -> list[Work]:
     ]
 
 
-def work(name: str, driver: str, low: float, high: float, outputs: tuple[str, ...] | None) -> Work:
+def work(
+    name: str, driver: str, low: float, high: float, outputs: tuple[str, ...] | None
+) -> SweepWork:
     """Return the sweep of a problem; without outputs the angles of all its bodies."""
     problem = load(name)
     if outputs is None:
         outputs = tuple(
             f"{body}.angle" for body in problem.mechanism.bodies if f"{body}.angle" != driver
         )
-    return Work(name, problem, Sweep(Driver(driver, from_=low, to=high), outputs=outputs))
+    return SweepWork(name, problem, Sweep(Driver(driver, from_=low, to=high), outputs=outputs))
 
 
-def work_of(problem: Problem) -> Work:
+def work_of(problem: Problem) -> SweepWork:
     """Return the first sweep of a problem with a single driver, as it is."""
     for name, task in problem.tasks.items():
         if type(task) is Sweep and len(task.all_drivers) == 1 and task.all_drivers[0].at is None:
-            return Work(f"{problem.name} {name}", problem, task)
+            return SweepWork(f"{problem.name} {name}", problem, task)
     raise InputError(f"problem '{problem.name}' has no sweep of one driver to measure")
 
 
 def measure(
-    item: Work, sizes: tuple[int, ...], repeats: int = 7, compared: int | None = None
+    item: SweepWork,
+    sizes: tuple[int, ...],
+    repeats: int = 7,
+    compared: int | None = None,
+    others: Others | None = None,
 ) -> list[dict[str, Any]]:
     """Return one record per size: work, method, n, ratio, yardstick, error, seconds.
 
@@ -80,7 +86,8 @@ def measure(
     accelerations, certificates and bounds. ``first`` adds the building; ``error`` is the
     largest true error of an unknown [rad, or lengths of the mechanism] over a sample of the
     poses, ``allowed`` two units in the last place of it plus 1e-15, ``bound`` the certified
-    bound. At the size `compared` other ways to get the positions are measured too.
+    bound. At the size `compared` `others` are measured too: name and function of ways to get the
+    positions, of a sweep that was prepared and followed.
     """
     records: list[dict[str, Any]] = []
     for n in sizes:
@@ -110,9 +117,9 @@ def measure(
                 "not_ok": int((~poses.alive.all(axis=1)).sum()),
             }
         )
-        if n != compared or not len(rows) or records[-1]["not_ok"]:
+        if others is None or n != compared or not len(rows) or records[-1]["not_ok"]:
             continue
-        for name, way in alternatives(setting, result, MOST_SEQUENTIAL):
+        for name, way in others(setting, result):
             method, _, chosen = name.partition(", ")
             ours, theirs = interleaved(way, partial(yardstick, u), max(1, repeats // 2))
             records.append(
@@ -175,6 +182,8 @@ def table(records: list[dict[str, Any]]) -> str:
             f"{r['error']:9.1e} {bound}".rstrip()
         )
     last = records[-1]
+    if any(r["method"] != "certified" for r in records):
+        lines.append("interpolated, rootfinder: positions only, without certificate")
     lines.append(
         f"yardstick: closed-form four-bar in NumPy, "
         f"{last['yardstick'] / last['n'] * 1e9:.0f} ns/pose at {last['n']} poses; "
@@ -182,6 +191,6 @@ def table(records: list[dict[str, Any]]) -> str:
     )
     lines.append(
         "each sweep: positions, velocities, accelerations, certificates and bounds, 'first' builds "
-        "the kernels too; interpolated, rootfinder: positions only, without certificate"
+        "the kernels too"
     )
     return "\n".join(lines)

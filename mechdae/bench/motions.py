@@ -1,20 +1,16 @@
-"""Motions against scipy's and casadi's integrators on the same right-hand side.
-
-Times are of the processor, medians of interleaved runs.
-"""
+"""Motions against the yardstick: processor time, medians of interleaved runs, error beside it."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from statistics import median
 from typing import Any
 
 import numpy as np
 
-from mechdae.bench.rubbing import Rubbing
-from mechdae.bench.works import OURS, SCIPY, Work
+from mechdae.bench.works import OURS, MotionWork, RubbingWork, Way
 from mechdae.bench.yardstick import yardstick
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Motion
@@ -24,24 +20,26 @@ TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 QUICK_TOLERANCES = (1e-8, 1e-10)
 POSES = 10_000
 """Poses of the yardstick."""
-NO_SCIPY = (
-    "DOP853 and Radau are not measured: scipy is not installed (pip install 'mechdae[bench]')"
-)
+Others = Callable[[MotionWork, tuple[float, ...], list[str]], Iterable[tuple[str, float, Way]]]
+"""Other methods of a work at tolerances; they may add notes."""
 
 
-def work_of(problem: Problem) -> Work | None:
+def work_of(problem: Problem) -> MotionWork | None:
     """Return the first task of motion of a problem."""
     for name, task in problem.tasks.items():
         if isinstance(task, Motion):
             run, x, v = prepared(problem, task)
             rubs = run.setup.released.rubbing.slips and not run.setup.smooth
-            kind = Rubbing if rubs else Work
+            kind = RubbingWork if rubs else MotionWork
             return kind(problem, name, run, x, v)
     return None
 
 
 def measure(
-    work: Work, tolerances: tuple[float, ...] = TOLERANCES, repeats: int = 7
+    work: MotionWork,
+    tolerances: tuple[float, ...] = TOLERANCES,
+    repeats: int = 7,
+    others: Others | None = None,
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Return one record per method and tolerance, and notes on what was left out or failed.
 
@@ -54,9 +52,12 @@ def measure(
     begin = time.process_time()
     motion(work.problem, work.key, work.run.setup.task)
     first = time.process_time() - begin
-    ways, ends, notes, tried = [], [], [*work.notes], set()
-    for method, tolerance, way in work.ways(tolerances):
-        tried.add(method)
+    ways, ends, notes = [], [], [*work.notes]
+    tried: list[tuple[str, float, Way]] = [
+        (OURS, tolerance, partial(work.ours, tolerance)) for tolerance in tolerances
+    ]
+    beside = others(work, tolerances, notes) if others is not None else ()
+    for method, tolerance, way in (*tried, *beside):
         try:
             end = way()
         except (RuntimeError, ValueError) as problem:
@@ -65,8 +66,6 @@ def measure(
             continue
         ways.append((method, tolerance, way))
         ends.append(end)
-    if not tried & SCIPY:
-        notes.append(NO_SCIPY)
     crank = np.linspace(0, 2 * np.pi, POSES)
     times: list[list[float]] = [[] for _ in ways]
     sticks: list[float] = []

@@ -1,16 +1,10 @@
-"""Motions to be measured: what integrates them, and how far off the end is.
-
-All integrate x'' of `kernels.proximal`, evaluated by the same virtual machine: scipy through the
-buffer that the package uses itself, CVODES and IDAS as part of casadi's own graph. Where the
-equations allow it, IDAS also solves them as they stand, with accelerations and multipliers as
-algebraic unknowns.
-"""
+"""Motions to be measured: their kernels, and how far off the end is."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -22,35 +16,29 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import split_rate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
-from mechdae.dynamics.run import Run
+from mechdae.dynamics.run import Kept, Run, integrate
 from mechdae.errors import MechdaeError
-from mechdae.kernels.run.quiet import quiet
 
 SX = ca.SX
-IMPLICIT = 1e-8
-"""Tightest tolerance of scipy's Radau, whose work grows too fast for more."""
 TIGHT = 1e-13
 STALE = 10.0
 """Times the deviation that the file allows, from which expected values are stale."""
-STEPS = 200_000
-"""Steps after which SUNDIALS gives up."""
 OURS = "mechdae"
-SCIPY = {"scipy DOP853", "scipy DOP853, events"}
 STATE = "summary/state/"
 
 
 @dataclass(frozen=True)
-class End:
+class MotionEnd:
     """Where an integration ends, and how many right-hand sides it took."""
 
     x: Any
     rhs: int
 
 
-Way = Callable[[], End]
+Way = Callable[[], MotionEnd]
 
 
-class Work:
+class MotionWork:
     """A task of motion, its kernels and the truth at its end.
 
     Attributes
@@ -112,9 +100,7 @@ class Work:
         phi = self.kernel.place(self.end, x, np.zeros(len(x)), self.none)[0]
         return float(np.max(np.abs(np.array(phi).ravel()) / self.kernel.gaps))
 
-    # -- ways ----------------------------------------------------------------------------------
-
-    def ours(self, tolerance: float) -> End:
+    def ours(self, tolerance: float) -> MotionEnd:
         """Integrate with the package."""
         own = self.integrator
         self.setup.tolerance = tolerance
@@ -125,14 +111,33 @@ class Work:
             if nodes.stalled:
                 raise RuntimeError("the step size went to nothing")
             state = nodes.states[-1]
-        return End(state[own.layout["x"]].copy(), own.rhs - before)
+        return MotionEnd(state[own.layout["x"]].copy(), own.rhs - before)
 
-    def ways(self, tolerances: tuple[float, ...]) -> Iterator[tuple[str, float, Way]]:
-        """Yield method, tolerance and function of each integration."""
-        for tolerance in tolerances:
-            yield OURS, tolerance, partial(self.ours, tolerance)
-        yield from _scipy(self, tolerances)
-        yield from _sundials(self, tolerances)
+
+class RubbingWork(MotionWork):
+    """The same with dry friction: steps, sliding speeds that vanish, ways to go on."""
+
+    def fresh(self) -> Run:
+        """Return a run without a past; what has been built for the last one stays."""
+        last = self.run
+        self.run = Run(self.setup, last.begin, self.integrator)
+        for own, built in zip(self.run.watchers, last.watchers, strict=True):
+            cached = [name for name in vars(built) if _cached(type(built), name)]
+            vars(own).update({name: vars(built)[name] for name in cached})
+        return self.run
+
+    def ours(self, tolerance: float) -> MotionEnd:
+        """Integrate with the package."""
+        self.setup.tolerance = tolerance
+        before, run = self.integrator.rhs, self.fresh()
+        integrate(run, Kept(), self.x, self.v)
+        if run.fault:
+            raise RuntimeError(run.fault)
+        return MotionEnd(run.last[self.integrator.layout["x"]].copy(), self.integrator.rhs - before)
+
+
+def _cached(kind: type, name: str) -> bool:
+    return isinstance(getattr(kind, name, None), cached_property)
 
 
 def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any, float]:
@@ -179,83 +184,3 @@ def _size(setup: Setup, text: str) -> float:
             except MechdaeError:
                 return setup.length
     return 1.0
-
-
-def _scipy(work: Work, tolerances: tuple[float, ...]) -> Iterator[tuple[str, float, Way]]:
-    """Yield DOP853 and Radau, the latter with the exact Jacobian."""
-    try:
-        from scipy.integrate import solve_ivp
-    except ImportError:
-        return
-    n, none = len(work.x), work.none
-    call = work.integrator._rhs
-    start = np.concatenate([work.x, work.v])
-    least = float(work.sizes.min(initial=1.0))
-
-    def slope(t: float, y: Any) -> Any:
-        return np.concatenate([y[n:], call(t, y[:n], y[n:], none)[0]])
-
-    def jacobian(t: float, y: Any) -> Any:
-        return rates(t, y)[0]
-
-    def way(method: str, tolerance: float, more: dict[str, Any]) -> End:
-        found = solve_ivp(
-            slope, (0.0, work.end), start, method=method, rtol=max(tolerance, 3e-14),
-            atol=tolerance * least, t_eval=[work.end], **more,
-        )  # fmt: skip
-        if not found.success:
-            raise RuntimeError(found.message)
-        return End(found.y[:n, -1], int(found.nfev))
-
-    for tolerance in tolerances:
-        yield "scipy DOP853", tolerance, partial(way, "DOP853", tolerance, {})
-    from mechdae.kernels.run.call import Call
-
-    t, y, ode = _ode(work)
-    rates = Call(ca.Function("rates", [t, y], [ca.densify(ca.jacobian(ode, y))], {"cse": True}))
-    for tolerance in tolerances:
-        if tolerance >= IMPLICIT:
-            yield "scipy Radau", tolerance, partial(way, "Radau", tolerance, {"jac": jacobian})
-
-
-def _ode(work: Work) -> tuple[Any, Any, Any]:
-    """Return t, y = (x, x') and y'."""
-    n = len(work.x)
-    t, y = SX.sym("t"), SX.sym("y", 2 * n)
-    return t, y, ca.vertcat(y[n:], work.kernel.rhs(t, y[:n], y[n:], SX(0, 1))[0])
-
-
-def _sundials(work: Work, tolerances: tuple[float, ...]) -> Iterator[tuple[str, float, Way]]:
-    """Yield CVODES and IDAS on x'' = ..., and IDAS on the equations as they stand."""
-    n, m, kernel = len(work.x), work.kernel.m, work.kernel
-    t, y, ode = _ode(work)
-    explicit = {"t": t, "x": y, "ode": ode}
-    start = np.concatenate([work.x, work.v])
-    first = np.concatenate(work.integrator._rhs(0.0, work.x, work.v, work.none))
-    least = float(work.sizes.min(initial=1.0))
-    adams = {"linear_multistep_method": "adams"}
-    chosen: list[tuple[str, str, Any, dict[str, Any]]] = [
-        ("CVODES Adams", "cvodes", explicit, adams),
-        ("CVODES BDF", "cvodes", explicit, {}),
-        ("IDAS", "idas", explicit, {}),
-    ]
-    if m:
-        z = SX.sym("z", n + m)
-        M, f, J, gamma = kernel.parts(t, y[:n], y[n:], SX(0, 1))
-        balance = ca.densify(ca.vertcat(M @ z[:n] + J.T @ z[n:] - f, J @ z[:n] - gamma))
-        whole = {"t": t, "x": y, "z": z, "ode": ca.vertcat(y[n:], z[:n]), "alg": balance}
-        chosen.append(("IDAS, index 1", "idas", whole, {}))
-
-    def way(solver: Any, algebraic: bool) -> End:
-        found = solver(x0=start, z0=first) if algebraic else solver(x0=start)
-        return End(np.array(found["xf"])[:n, 0], int(solver.stats()["nfevals"]))
-
-    for method, plugin, equations, more in chosen:
-        for tolerance in tolerances:
-            options = {
-                "reltol": tolerance, "abstol": tolerance * least, "max_num_steps": STEPS,
-                "disable_internal_warnings": True, **more,
-            }  # fmt: skip
-            with quiet():
-                solver = ca.integrator("solver", plugin, equations, 0.0, work.end, options)
-            yield method, tolerance, partial(way, solver, "z" in equations)

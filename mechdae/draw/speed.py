@@ -1,4 +1,4 @@
-"""Speed against error: records of `mechdae bench` as a picture."""
+"""Speed against error: records of `mechdae bench`, and of other methods, as a picture."""
 
 from __future__ import annotations
 
@@ -23,13 +23,17 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     One colour for each work, one mark for each method; certified sweeps for all numbers of
     poses, which stand beside the first of them. The dashed line is the rounding unit.
     """
-    n = max(record["n"] for record in records if record["method"] != "certified")
+    beside = [record["n"] for record in records if record["method"] != "certified"]
+    n = max(beside or [record["n"] for record in records])
+    marked = {
+        method: MARKS[method] for method in MARKS if any(r["method"] == method for r in records)
+    }
     figure = Figure(figsize=(7.0, 4.6), dpi=style.DPI, facecolor=style.PAPER)
     FigureCanvasAgg(figure)
     axes = figure.add_axes((0.1, 0.12, 0.64, 0.76))
     works = list(dict.fromkeys(record["work"] for record in records))
     for colour, work in zip(COLOURS, works, strict=False):
-        for method, mark in MARKS.items():
+        for method, mark in marked.items():
             certified = method == "certified"
             chosen = [
                 r
@@ -77,7 +81,7 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     axes.add_artist(first)
     marks = [
         Line2D([], [], color=style.INK, marker=mark, linestyle="", label=WORDS[method])
-        for method, mark in MARKS.items()
+        for method, mark in marked.items()
     ]
     for handle in marks[1:]:
         handle.set_markerfacecolor(style.PAPER)

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from mechdae.bench import absolute, forces
+from benchmarks import absolute, forces
 from mechdae.kernels.run.high_precision import LONG
 
 CRANK = np.linspace(0.3, 5.9, 23)

@@ -10,13 +10,19 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.bench import motions, works
+from benchmarks import integrators
+from benchmarks.__main__ import main as beside
+from mechdae.bench import motions
 from mechdae.cli import main
 from mechdae.describe.file.load import from_dict
 from tests.shared.paths import ROOT
 
 KEYS = {"work", "n", "ratio", "yardstick", "error", "seconds", "method", "tolerance", "drift"}
 FREE = ("CVODES Adams", "CVODES BDF", "IDAS")
+
+
+def measure(work, tolerances):
+    return motions.measure(work, tolerances, repeats=1, others=integrators.others)
 
 
 def pendulum(**keys):
@@ -35,7 +41,7 @@ def test_all_methods_come_to_the_values_of_the_problem() -> None:
     """Andrews' mechanism against references of 34 digits; DOP853 is the same method with scipy."""
     work = motions.work_of(md.load("andrews-squeezer"))
     assert work.reference == "values of the problem"
-    records, notes = motions.measure(work, (1e-8,), repeats=1)
+    records, notes = measure(work, (1e-8,))
     assert all(set(record) >= KEYS for record in records)
     assert records[0]["method"] == motions.OURS
     assert "first" in records[0]
@@ -52,7 +58,7 @@ def test_all_methods_come_to_the_values_of_the_problem() -> None:
 def test_with_scipy_its_methods_are_measured() -> None:
     pytest.importorskip("scipy")
     work = motions.work_of(md.load("car-axis"))
-    records, notes = motions.measure(work, (1e-6, 1e-10), repeats=1)
+    records, notes = measure(work, (1e-6, 1e-10))
     own = [r for r in records if r["method"] == "scipy DOP853"]
     assert [r["error"] <= 1e4 * r["tolerance"] for r in own] == [True, True]
     assert own[1]["n"] > own[0]["n"]
@@ -62,9 +68,9 @@ def test_with_scipy_its_methods_are_measured() -> None:
 
 def test_without_scipy_a_note_stands_in_its_place(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "scipy.integrate", None)
-    records, notes = motions.measure(motions.work_of(pendulum()), (1e-8,), repeats=1)
+    records, notes = measure(motions.work_of(pendulum()), (1e-8,))
     assert {record["method"] for record in records} == {motions.OURS, *FREE}
-    assert notes == [motions.NO_SCIPY]
+    assert notes == [integrators.NO_SCIPY]
 
 
 def test_an_error_is_seen() -> None:
@@ -110,7 +116,7 @@ def test_dry_friction_is_measured_with_its_events() -> None:
     """The angle at which a crank with friction in four joints stands still, sixteen digits."""
     pytest.importorskip("scipy")
     work = motions.work_of(md.load("coasting-slider-crank"))
-    records, notes = motions.measure(work, (1e-8, 1e-10), repeats=1)
+    records, notes = measure(work, (1e-8, 1e-10))
     assert notes == []
     found = {(record["method"], record["tolerance"]): record for record in records}
     assert {method for method, _ in found} == {motions.OURS, "scipy DOP853, events"}
@@ -123,14 +129,14 @@ def test_dry_friction_is_measured_with_its_events() -> None:
 def test_where_a_pair_sticks_scipy_is_left_out() -> None:
     pytest.importorskip("scipy")
     work = motions.work_of(md.load("incline-block"))
-    records, notes = motions.measure(work, (1e-8,), repeats=1)
+    records, notes = measure(work, (1e-8,))
     assert [record["method"] for record in records] == [motions.OURS]
     assert any("sticks" in note for note in notes)
 
 
 def test_failures_are_told(monkeypatch) -> None:
-    monkeypatch.setattr(works, "STEPS", 5)
-    records, notes = motions.measure(motions.work_of(pendulum()), (1e-8,), repeats=1)
+    monkeypatch.setattr(integrators, "STEPS", 5)
+    records, notes = measure(motions.work_of(pendulum()), (1e-8,))
     assert not {record["method"] for record in records} & set(FREE)
     assert sum("TOO_MUCH_WORK" in note for note in notes) == len(FREE)
 
@@ -140,7 +146,12 @@ def test_the_command_writes_records_and_a_picture(capsys, tmp_path) -> None:
     assert "tolerance" in capsys.readouterr().out
     records = json.loads((tmp_path / "bench.json").read_text(encoding="utf-8"))
     assert all(set(record) >= KEYS for record in records)
+    assert {record["method"] for record in records} == {motions.OURS}
     assert (tmp_path / "bench-motion.svg").stat().st_size > 5000
+    assert beside(["pendulum", "--quick", "--out", str(tmp_path)]) == 0
+    capsys.readouterr()
+    records = json.loads((tmp_path / "bench.json").read_text(encoding="utf-8"))
+    assert {record["method"] for record in records} >= {motions.OURS, *FREE}
 
 
 def test_the_page_is_what_was_measured(capsys) -> None:

@@ -70,14 +70,14 @@ def test_a_heavily_damped_spring() -> None:
 @pytest.mark.parametrize("make", [pendulum, bobs])
 def test_work_is_within_three_times_that_of_cvodes_alone(make: Any) -> None:
     """Right-hand sides; `motion_long.py` measures times."""
+    from benchmarks.integrators import sundials
     from mechdae.bench.motions import work_of
-    from mechdae.bench.works import _sundials
     from mechdae.dynamics.bdf import Bdf
 
     problem = from_dict(make(1e4, at=[5.0]))
     work = work_of(problem)
     assert work is not None
-    plain = next(way for method, _, way in _sundials(work, (1e-8,)) if method == "CVODES BDF")
+    plain = next(way for method, _, way in sundials(work, (1e-8,)) if method == "CVODES BDF")
     work.setup.tolerance = 1e-8  # Work left that of its reference
     own = Bdf(work.setup)
     start = own.first(0.0, work.x, work.v, np.zeros(len(work.setup.works)), work.none)

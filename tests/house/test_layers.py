@@ -42,8 +42,7 @@ ROOMS = {
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model numerics results "
     "setup "
     "solver studies synthesis",
-    "bench": "continuation describe dynamics errors forces kernels kinematics setup synthesis "
-    "tasks",
+    "bench": "describe dynamics errors kernels kinematics setup synthesis",
     "cli": "assembly bench describe draw errors export jobs results synthesis tables tasks",
 }
 """Each room, and the rooms before it of which it may import."""

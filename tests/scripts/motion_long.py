@@ -157,8 +157,8 @@ def andrews() -> None:
 
 def stiff() -> None:
     """Double pendulums with a damper of 1e4 over 5 s beside CVODES' BDF without projection."""
+    from benchmarks.integrators import sundials
     from mechdae.bench.motions import work_of
-    from mechdae.bench.works import _sundials
     from mechdae.describe.file.load import from_dict
     from mechdae.dynamics.bdf import Bdf
     from tests.reference.pendulums import radau
@@ -174,7 +174,7 @@ def stiff() -> None:
             work.setup.tolerance = tol
             own, none = Bdf(work.setup), work.none
             begin = own.first(0.0, work.x, work.v, np.zeros(len(work.setup.works)), none)
-            plain = next(way for m, _, way in _sundials(work, (tol,)) if m == "CVODES BDF")
+            plain = next(way for m, _, way in sundials(work, (tol,)) if m == "CVODES BDF")
             drift, times = 0.0, ([], [])
             for _ in range(9):
                 start = time.process_time()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,13 +26,28 @@ def _design_task(problem: Problem | None) -> str | None:
     return next((name for name, task in names if task.kind == "synthesis"), None)
 
 
-def run(options: argparse.Namespace) -> int:
-    from mechdae.bench import chain, forces
+@dataclass(frozen=True)
+class Beside:
+    """Measurements that are not part of the package, see the folder ``benchmarks``.
+
+    Parameters
+    ----------
+    poses, motions
+        Other methods of sweeps and of motions.
+    forces
+        Of numbers of poses, repeats and the number compared: records and their text.
+    """
+
+    poses: Any
+    motions: Any
+    forces: Any
+
+
+def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
     from mechdae.bench import kinematics as bench
     from mechdae.describe.file.load import load
 
     problem = load(options.problem) if options.problem else None
-    design = _design_task(problem)
     kinds = set() if problem is None else {task.kind for task in problem.tasks.values()}
     if problem is None:
         works = bench.standard()
@@ -41,57 +57,82 @@ def run(options: argparse.Namespace) -> int:
         works = []
     sizes, repeats = (bench.QUICK_SIZES, 3) if options.quick else (bench.SIZES, 7)
     compared = bench.QUICK_COMPARED if options.quick else bench.COMPARED
-    records = []
+    moving: list[dict[str, Any]] = []
     for item in works:
         message(f"measuring {item.name}", options.quiet)
-        records += bench.measure(item, sizes, repeats, compared)
-    if records:
-        print(bench.table(records))
+        others = beside.poses if beside is not None else None
+        moving += bench.measure(item, sizes, repeats, compared, others)
+    if moving:
+        print(bench.table(moving))
+    records = [*moving]
+    design = _design_task(problem)
     if problem is not None and design is not None:
-        from mechdae.bench import jobs
-
-        message("measuring starts in one process and in several", options.quiet)
-        starts = jobs.QUICK_STARTS if options.quick else jobs.STARTS
-        spread = jobs.measure(problem, design, starts)
-        print(jobs.table(spread))
-        records += spread
+        records += _starts(problem, design, options)
     released = []
     if problem is not None and "motion" in kinds:
-        released = _motion(problem, options)
+        released = _motion(problem, options, beside)
         records += released
-    if not options.problem:
-        message("measuring chains of four-bars", options.quiet)
-        loops = chain.QUICK_LOOPS if options.quick else chain.LOOPS
-        grown = chain.scaling(loops, repeats=3 if options.quick else 5)
-        print(chain.table(grown))
-        records += grown
-        message("measuring forces", options.quiet)
-        loaded, notes = forces.measure(sizes, repeats, compared)
-        print(forces.table(loaded, notes))
-        records += loaded
+    if problem is None:
+        records += _chains(options)
+        if beside is not None:
+            message("measuring forces", options.quiet)
+            loaded, text = beside.forces(sizes, repeats, compared)
+            print(text)
+            records += loaded
     if options.out:
-        folder = Path(options.out)
-        folder.mkdir(parents=True, exist_ok=True)
-        path = folder / "bench.json"
-        path.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
-        message(f"written: {path}", options.quiet)
-        moving = [r for r in records if "loops" not in r and "task" not in r]
-        if any(record["method"] != "certified" for record in moving):
-            from mechdae.draw import save
-            from mechdae.draw.speed import draw
-
-            picture = save(draw(moving), folder / "bench.svg")
-            message(f"written: {picture}", options.quiet)
-        if released:
-            from mechdae.draw import save
-            from mechdae.draw.precision import draw as draw_motion
-
-            picture = save(draw_motion(released), folder / "bench-motion.svg")
-            message(f"written: {picture}", options.quiet)
+        _write(options, records, moving, released)
     return 0
 
 
-def _motion(problem: Problem, options: argparse.Namespace) -> list[dict[str, Any]]:
+def _write(
+    options: argparse.Namespace,
+    records: list[dict[str, Any]],
+    moving: list[dict[str, Any]],
+    released: list[dict[str, Any]],
+) -> None:
+    """Write all records, and pictures of sweeps and of motions."""
+    from mechdae.draw import save
+    from mechdae.draw.precision import draw as draw_motion
+    from mechdae.draw.speed import draw
+
+    folder = Path(options.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "bench.json"
+    path.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
+    message(f"written: {path}", options.quiet)
+    for name, make, shown in (
+        ("bench", draw, moving),
+        ("bench-motion", draw_motion, released),
+    ):
+        if shown:
+            picture = save(make(shown), folder / f"{name}.svg")
+            message(f"written: {picture}", options.quiet)
+
+
+def _chains(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Measure chains of four-bars, print and return the records."""
+    from mechdae.bench import chain
+
+    message("measuring chains of four-bars", options.quiet)
+    loops = chain.QUICK_LOOPS if options.quick else chain.LOOPS
+    grown = chain.scaling(loops, repeats=3 if options.quick else 5)
+    print(chain.table(grown))
+    return grown
+
+
+def _starts(problem: Problem, design: str, options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Measure the starts of a synthesis, print and return the records."""
+    from mechdae.bench import jobs
+
+    message("measuring starts in one process and in several", options.quiet)
+    spread = jobs.measure(problem, design, jobs.QUICK_STARTS if options.quick else jobs.STARTS)
+    print(jobs.table(spread))
+    return spread
+
+
+def _motion(
+    problem: Problem, options: argparse.Namespace, beside: Beside | None
+) -> list[dict[str, Any]]:
     """Measure the first task of motion, print and return the records."""
     from mechdae.bench import motions
 
@@ -99,6 +140,8 @@ def _motion(problem: Problem, options: argparse.Namespace) -> list[dict[str, Any
     assert work is not None
     message(f"measuring {work.name}", options.quiet)
     tolerances = motions.QUICK_TOLERANCES if options.quick else motions.TOLERANCES
-    records, notes = motions.measure(work, tolerances, repeats=3 if options.quick else 7)
+    repeats = 3 if options.quick else 7
+    others = beside.motions if beside is not None else None
+    records, notes = motions.measure(work, tolerances, repeats, others)
     print(motions.table(records, notes))
     return records

@@ -21,16 +21,15 @@ NODES = (24, 48, 96, 192)
 TOLERANCES = (1e-4, 1e-7, 1e-10, 1e-13)
 
 
-def alternatives(
-    setting: Setting, result: Run, most: int
-) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield name and function of each way; the functions return unknowns (n, nx).
+MOST = 10_000
+"""Poses up to which the sequential solver is measured."""
 
-    The sequential solver is left out above `most` poses.
-    """
+
+def alternatives(setting: Setting, result: Run) -> Iterator[tuple[str, Callable[[], Any]]]:
+    """Yield name and function of each way; the functions return unknowns (n, nx)."""
     s = np.asarray(result.poses.s)
     yield from interpolated(setting, result, s)
-    if len(s) <= most:
+    if len(s) <= MOST:
         yield from rootfinder(setting, result, s)
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.bench import absolute
+from benchmarks import absolute
 from mechdae.bench.kinematics import interleaved
 from mechdae.bench.yardstick import COUPLER, CRANK, GROUND, ROCKER, yardstick
 from mechdae.describe.file.problem import Problem
@@ -218,3 +218,11 @@ def table(records: list[dict[str, Any]], notes: list[str]) -> str:
         "torque from angles and their rates"
     )
     return "\n".join([*lines, *notes])
+
+
+def measured(
+    sizes: tuple[int, ...], repeats: int, compared: int
+) -> tuple[list[dict[str, Any]], str]:
+    """Return the records and their text."""
+    records, notes = measure(sizes, repeats, compared)
+    return records, table(records, notes)
