@@ -15,3 +15,12 @@ sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
 def root() -> Path:
     """Return the project's folder."""
     return ROOT
+
+
+@pytest.fixture
+def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """Return pytest's own; what is changed is built anew, and nothing of it is kept."""
+    from mechdae.kinematics import prepared
+
+    monkeypatch.setattr(prepared, "SHAPES", type(prepared.SHAPES)(prepared.SHAPES.size_of))
+    return monkeypatch

@@ -1,0 +1,245 @@
+"""Slips planted in the measures of sweeps, seen on a slider-crank in closed form."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import acos, asin, hypot, pi, sqrt
+
+import numpy as np
+
+import mechdae as md
+from tests.shared.planting import Slip
+
+R, L, E = 0.1, 0.3, 0.04
+"""Crank, rod, offset of the slider's line."""
+TOP, BOTTOM = asin(E / (L + R)), pi + asin(E / (L - R))
+"""Angles of the crank at the ends of the stroke."""
+FAR, NEAR = sqrt((L + R) ** 2 - E**2), sqrt((L - R) ** 2 - E**2)
+SHARE = 0.02
+SUITE = "measures/test_measures.py::"
+
+
+@cache
+def crank() -> md.Mechanism:
+    return md.Mechanism(
+        ground=md.Ground({"O": (0, 0), "G": (0, E)}),
+        bodies=[
+            md.Body("crank", {"O": (0, 0), "B": (R, 0)}),
+            md.Body("rod", {"B": (0, 0), "C": (L, 0)}),
+            md.Body("slider", {"C": (0, 0)}),
+        ],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"),
+            md.Revolute("B", "crank.B", "rod.B"),
+            md.Revolute("C", "rod.C", "slider.C"),
+            md.Prismatic("guide", "ground.G", "slider.C"),
+        ],
+        sketch={"crank": 0.5, "rod": -0.1, "guide": 0.35},
+    )
+
+
+def swept(*measures: str, to: float = 0.5 + 2 * pi, **keys: object) -> md.Result:
+    driver = md.Driver("crank.angle", from_=0.5, to=to)
+    task = md.Sweep(driver, poses=25, measures=measures, **keys)
+    return md.solve(md.Problem(crank(), {"t": task}), "t")
+
+
+def off(found: float, wanted: float, allowed: float = 1e-8) -> float:
+    gap = abs(found - wanted)
+    return gap / allowed if np.isfinite(gap) else np.inf
+
+
+def slide(theta: float) -> float:
+    return R * np.cos(theta) + sqrt(L**2 - (E - R * np.sin(theta)) ** 2)
+
+
+def strokes() -> float:
+    found = swept("time-ratio").summary
+    forth = BOTTOM - TOP
+    return max(
+        off(found["time_ratio"]["guide"], forth / (2 * pi - forth)),
+        off(found["return_angle"]["guide"], 2 * pi - forth),
+    )
+
+
+def dwell() -> float:
+    """The longest of a slider at its far end: it stays within a band that begins there."""
+    entries = swept("dwell", dwell_tolerance=SHARE).summary["dwell"]["guide"]
+    half = SHARE * (FAR - NEAR)
+    entry = min(entries, key=lambda own: abs(own["mean"] - (FAR - half)))
+    ends = [(entry[word], slide(entry[word])) for word in ("from", "to")]
+    worst = max(off(place, FAR - 2 * half) for _, place in ends)
+    return max(worst, off(entry["mean"], FAR - half), off(entry["within"], half))
+
+
+def transmission() -> float:
+    found = swept("transmission")
+    angle = found.joints["C"].transmission_angle
+    theta = found.drivers["crank.angle"].position
+    wanted = pi / 2 - np.abs(np.arcsin((E - R * np.sin(theta)) / L))
+    least = found.summary["transmission"]["C"]
+    return max(
+        float(np.abs(angle - wanted).max()) / 1e-8,
+        off(least["min"], acos((E + R) / L)),
+        off(least["at"], 3 * pi / 2, 1e-6),
+        off(least["max"], pi / 2),
+    )
+
+
+def extremes() -> float:
+    found = swept("extremes", "envelope")
+    own = found.summary["extremes"]["guide.slide"]
+    box = found.summary["envelope"]["bodies"]["slider"]
+    kinds = {e["extreme"]: e["at"] for e in found.events if e.get("of") == "guide.slide"}
+    return max(
+        off(own["max"]["value"], FAR), off(own["min"]["value"], NEAR),
+        off(own["max"]["at"], TOP + 2 * pi), off(own["min"]["at"], BOTTOM),
+        off(kinds["min"], BOTTOM), off(box[0], NEAR), off(box[1], FAR), off(box[3], E),
+    )  # fmt: skip
+
+
+def curve() -> float:
+    """The crank's pin on its circle, backwards."""
+    found = swept("curve", to=0.5 - 2 * pi)
+    pin, facts = found.points["crank.B"], found.summary["curve"]["crank.B"]
+    theta = found.drivers["crank.angle"].position
+    tangent = np.angle(np.exp(1j * (pin.tangent - theta - pi / 2)))
+    return max(
+        off(facts["length"], 2 * pi * R), off(facts["area"], -pi * R * R),
+        float(np.abs(tangent).max()) / 1e-8, float(np.abs(pin.curvature - 1 / R).max()) / 1e-8,
+    )  # fmt: skip
+
+
+def centre() -> float:
+    """The rod's centre lies on the crank's line, above the slider."""
+    found = swept("centrodes")
+    theta = found.drivers["crank.angle"].position
+    C = np.array([slide(angle) for angle in theta])
+    wanted = np.stack([C, C * np.tan(theta)], axis=1)
+    rod = found.bodies["rod"]
+    turn = rod.angle
+    B = R * np.stack([np.cos(theta), np.sin(theta)], axis=1)
+    arm = wanted - B
+    own = [np.cos(turn) * arm[:, 0] + np.sin(turn) * arm[:, 1],
+           np.cos(turn) * arm[:, 1] - np.sin(turn) * arm[:, 0]]  # fmt: skip
+    size = 1 + hypot(*np.abs(wanted).max(axis=0))
+    return max(
+        float(np.abs(rod.centrode_fixed - wanted).max()) / size,
+        float(np.abs(rod.centrode_moving - np.stack(own, axis=1)).max()) / size,
+    ) / 1e-8  # fmt: skip
+
+
+SLIPS = [
+    Slip(
+        "measures.strokes:time_ratios",
+        "(TURN - ratio) / ratio",
+        "ratio / (TURN - ratio)",
+        strokes,
+        SUITE + "test_time_ratio_of_slider_cranks_and_quick_returns",
+    ),
+    Slip(
+        "measures.strokes:_ratio",
+        "return min(stroke, TURN - stroke)",
+        "return stroke",
+        strokes,
+        SUITE + "test_time_ratio_of_slider_cranks_and_quick_returns",
+    ),
+    Slip(
+        "measures.dwell:_Finder._mean",
+        "float(inside.max()) - self.half",
+        "float(inside.max())",
+        dwell,
+        SUITE + "test_dwells_of_a_slider_crank_and_a_yoke",
+    ),
+    Slip(
+        "measures.dwell:_Finder._leaves",
+        "level = mean - self.half if peak else mean + self.half",
+        "level = mean - 2 * self.half if peak else mean + self.half",
+        dwell,
+        SUITE + "test_dwells_of_a_slider_crank_and_a_yoke",
+    ),
+    Slip(
+        "measures.transmission:_folded",
+        "np.arctan2(np.abs(lines[:, 0]), np.abs(lines[:, 1]))",
+        "np.arctan2(np.abs(lines[:, 1]), np.abs(lines[:, 0]))",
+        transmission,
+        SUITE + "test_transmission_angle_of_slider_cranks",
+    ),
+    Slip(
+        "measures.transmission:summary",
+        "np.stack([turn, s[0], c[0]], axis=1)",
+        "np.stack([turn, s[0], s[0]], axis=1)",
+        transmission,
+        SUITE + "test_transmission_angle_of_slider_cranks",
+    ),
+    Slip(
+        "measures.stops:Stop.sense",
+        "return -self.before if",
+        "return self.before if",
+        extremes,
+        SUITE + "test_extremes_of_a_rocker_and_its_dead_points",
+    ),
+    Slip(
+        "measures.extremes:envelope",
+        'first = 0 if axis == "x" else 2',
+        'first = 0 if axis == "y" else 2',
+        extremes,
+        SUITE + "test_what_stands_still_has_no_extremes_and_counts_in_the_box",
+    ),
+    Slip(
+        "measures.courses:Course.range",
+        "max(values) - min(values) if",
+        "max(values) if",
+        dwell,
+        SUITE + "test_dwells_of_a_slider_crank_and_a_yoke",
+    ),
+    Slip(
+        "measures.curve:directions",
+        "across / speed**3",
+        "across / speed**2",
+        curve,
+        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+    ),
+    Slip(
+        "measures.curve:directions",
+        "v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0]",
+        "v[:, 0] * a[:, 0] + v[:, 1] * a[:, 1]",
+        curve,
+        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+    ),
+    Slip(
+        "measures.curve:_Curve.facts",
+        "(x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) / 2",
+        "x[:, 0] * v[:, 1] / 2",
+        curve,
+        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+    ),
+    Slip(
+        "measures.curve:_Curve.facts",
+        "track.sense * float(area)",
+        "float(area)",
+        curve,
+        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+    ),
+    Slip(
+        "measures.centres:Planes.centre",
+        "base + _cross(drift) / turn[:, None]",
+        "base - _cross(drift) / turn[:, None]",
+        centre,
+        SUITE + "test_centrodes_of_a_trammel_are_cardans_circles",
+    ),
+    Slip(
+        "measures.centres:Planes.moving",
+        "cos * arm[:, 0] + sin * arm[:, 1]",
+        "cos * arm[:, 0] - sin * arm[:, 1]",
+        centre,
+        SUITE + "test_centrodes_of_a_trammel_are_cardans_circles",
+    ),
+    Slip(
+        "numerics.quadrature:Chart.place",
+        "self.low + width * t, width + 0 * t",
+        "self.low + width * t, 0.999 * width + 0 * t",
+        curve,
+        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+    ),
+]

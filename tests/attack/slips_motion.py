@@ -1,0 +1,320 @@
+"""Slips planted in motion, equilibria and small motions, seen on mechanisms in closed form."""
+
+from __future__ import annotations
+
+from math import log, pi, sin, sqrt
+
+import numpy as np
+
+import mechdae as md
+from mechdae.describe.file.load import from_dict
+from tests.shared.block import X0, C, K, M, block, course
+from tests.shared.planting import Slip
+
+TILT, G = 0.3, 9.81
+D, W = C / (2 * M), sqrt(K / M - (C / (2 * M)) ** 2)
+"""Decay and frequency of the block."""
+REST = -M * G * sin(TILT) / K
+TIMES = [0.1 * k for k in range(31)]
+
+
+def apart(found: object, wanted: object, allowed: float = 1e-8) -> float:
+    """Return the largest difference over what is allowed, infinite for what is no number."""
+    gap = float(np.max(np.abs(np.asarray(found, float) - np.asarray(wanted, float))))
+    return gap / allowed if np.isfinite(gap) else np.inf
+
+
+def moved(**keys: object) -> md.Result:
+    task = {"kind": "motion", "start": {"guide": "x0"}, "tolerance": 1e-11, "at": TIMES, **keys}
+    return md.solve(block(go=task), "go")
+
+
+def speed(t: object) -> object:
+    e = np.exp(-D * np.asarray(t))
+    return -(X0 - REST) * e * (D * D + W * W) / W * np.sin(W * np.asarray(t))
+
+
+def along() -> float:
+    """Places, speeds, energies and works of the block at times inside of steps."""
+    found = moved()
+    t, x = np.array(TIMES), found.outputs["x"].value
+    wanted, v = course(np.array(TIMES), M, K, C, X0), speed(np.array(TIMES))
+    energy = M * v * v / 2 + K * wanted**2 / 2 + M * G * sin(TILT) * wanted
+    return max(
+        apart(found.time, t), apart(x, wanted), apart(found.outputs["x"].rate, v, 1e-7),
+        apart(found.scalars["energy"], energy, 1e-7), 0.0 if found.fault is None else np.inf,
+    )  # fmt: skip
+
+
+def stiffly() -> float:
+    return apart(
+        moved(method="bdf", tolerance=1e-9).outputs["x"].value,
+        course(np.array(TIMES), M, K, C, X0), 1e-6,
+    )  # fmt: skip
+
+
+def crossed() -> float:
+    """The block goes upwards through a place: times by bisection of the closed form."""
+    level = 0.05
+    event = {"coordinate": "guide.slide", "crosses": level, "direction": "up"}
+    events = [e for e in moved(events=[event]).events if e["kind"] == "crossing"]
+    grid = np.linspace(0, 3, 30001)
+    x = course(grid, M, K, C, X0) - level
+    rows = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+    wanted = grid[rows] - x[rows] * 1e-4 / (x[rows + 1] - x[rows])
+    if [e["direction"] for e in events] != ["up"] * len(wanted):
+        return np.inf
+    return apart([e["time"] for e in events], wanted, 1e-6)
+
+
+def rest() -> float:
+    found = md.solve(block(), "rest")
+    own, state = found.summary["modes"][0], found.outputs["x"].value[0]
+    return max(
+        apart(state, REST), apart(own["eigenvalue"], [-D, W]),
+        apart(own["frequency"], W / (2 * pi)), apart(own["damping"], C / (2 * sqrt(K * M))),
+        apart(own["natural_frequency"], sqrt(K / M) / (2 * pi)),
+        apart(found.summary["settling_time"], log(50) / D),
+        apart(found.data["linear"]["A"], [[0, 1], [-K / M, -C / M]]),
+    )  # fmt: skip
+
+
+SLIDE, MU = 2.0, 0.3
+
+
+def rubbed() -> float:
+    """A block that is thrown along a rough level guide sticks after v^2 / (2 mu g)."""
+    problem = from_dict(
+        {
+            "schema": 1,
+            "gravity": [0, -G],
+            "ground": {"points": {"O": [0, 0]}},
+            "bodies": {"block": {"points": {"P": [0, 0]}, "mass": 2.0}},
+            "joints": {
+                "guide": {"kind": "prismatic", "between": ["ground.O", "block.P"], "friction": MU}
+            },
+            "tasks": {
+                "m": {"kind": "motion", "start": {"guide": 0.0}, "start_speed": {"guide": SLIDE},
+                      "until": 1.0, "poses": 11, "tolerance": 1e-11}
+            },
+        }
+    )  # fmt: skip
+    found = md.solve(problem, "m")
+    (event,) = [e for e in found.events if e["kind"] == "stick"]
+    t = np.minimum(found.time, SLIDE / (MU * G))
+    return max(
+        apart(event["time"], SLIDE / (MU * G)),
+        apart(found.joints["guide"].slide, SLIDE * t - MU * G * t * t / 2),
+        apart(found.joints["guide"].reaction[0, :2], [-MU * 2 * G, 2 * G]),
+        apart(found.work["friction guide"][-1] if "friction guide" in found.work else
+              sum(float(own[-1]) for own in found.work.values()), -(SLIDE**2), 1e-7),
+    )  # fmt: skip
+
+
+def held() -> float:
+    """A block with a load that grows slips when it is as large as friction allows."""
+    problem = from_dict(
+        {
+            "schema": 1,
+            "gravity": [0, -G],
+            "ground": {"points": {"O": [0, 0]}},
+            "bodies": {"block": {"points": {"P": [0, 0]}, "mass": 2.0}},
+            "joints": {
+                "guide": {"kind": "prismatic", "between": ["ground.O", "block.P"], "friction": MU}
+            },
+            "loads": {"f": {"kind": "force", "point": "block.P", "value": ["10*t", 0]}},
+            "tasks": {"m": {"kind": "motion", "start": {"guide": 0.0}, "until": 1.0, "poses": 6,
+                            "tolerance": 1e-11}},
+        }
+    )  # fmt: skip
+    found = md.solve(problem, "m")
+    (event,) = [e for e in found.events if e["kind"] == "slip"]
+    at = MU * 2 * G / 10
+    over = np.maximum(found.time - at, 0)
+    return max(
+        apart(event["time"], at, 1e-7),
+        apart(found.joints["guide"].slide, 10 / 2.0 * over**3 / 6, 1e-7),
+    )
+
+
+def released() -> float:
+    """A bar on a pin let go when it is level: the pin bears what its fall leaves of the weight."""
+    m, arm, own = 3.0, 0.5, 0.2
+    problem = from_dict(
+        {
+            "schema": 1,
+            "gravity": [0, -G],
+            "ground": {"points": {"O": [0, 0]}},
+            "bodies": {"arm": {"points": {"O": [0, 0]}, "mass": m, "center": [arm, 0],
+                               "inertia": own}},
+            "joints": {"O": {"kind": "revolute", "between": ["ground.O", "arm.O"]}},
+            "tasks": {"m": {"kind": "motion", "start": {"arm": 0.0}, "at": [0.0, 0.3],
+                            "tolerance": 1e-11}},
+        }
+    )  # fmt: skip
+    found = md.solve(problem, "m")
+    whole, body = own + m * arm * arm, found.bodies["arm"]
+    speed = np.sqrt(-2 * m * G * arm * np.sin(body.angle) / whole)
+    return max(
+        apart(found.joints["O"].reaction[0, :2], [0, m * G * (1 - m * arm * arm / whole)]),
+        apart(np.abs(body.angular_velocity), speed), apart(found.scalars["energy"], 0, 1e-7),
+    )  # fmt: skip
+
+
+def turned() -> float:
+    """A pendulum moved by a law: effort, and the force in its pin."""
+    m, arm = 3.0, 0.5
+    problem = from_dict(
+        {
+            "schema": 1,
+            "gravity": [0, -G],
+            "ground": {"points": {"O": [0, 0]}},
+            "bodies": {"arm": {"points": {"O": [0, 0]}, "mass": m, "center": [arm, 0],
+                               "inertia": 0.2}},
+            "joints": {"O": {"kind": "revolute", "between": ["ground.O", "arm.O"]}},
+            "tasks": {
+                "m": {"kind": "motion", "drivers": [{"coordinate": "arm.angle", "law": "t**2"}],
+                      "until": 1.0, "poses": 5, "tolerance": 1e-10}
+            },
+        }
+    )  # fmt: skip
+    found = md.solve(problem, "m")
+    t = found.time
+    effort = (0.2 + m * arm * arm) * 2 + m * G * arm * np.cos(t**2)
+    along, across = -m * arm * (2 * t) ** 2, m * arm * 2 + 0 * t
+    c, s = np.cos(t**2), np.sin(t**2)
+    force = np.stack([along * c - across * s, along * s + across * c + m * G], axis=1)
+    return max(
+        apart(found.efforts["arm.angle"], effort), apart(found.joints["O"].reaction[:, :2], force),
+    )  # fmt: skip
+
+
+SUITE = "dynamics/"
+SLIPS = [
+    Slip(
+        "dynamics.integrate:Integrator.between",
+        "share = (times - starts[place]) / h[place]",
+        "share = (times - starts[place]) / h[place - 1]",
+        along,
+        SUITE + "test_motion.py::test_andrews_between_the_steps",
+    ),
+    Slip(
+        "dynamics.integrate:Integrator.met",
+        "if (here < 0) == (f1 < 0):",
+        "if (here < 0) != (f1 < 0):",
+        crossed,
+        SUITE + "test_motion.py::test_events_are_located",
+    ),
+    Slip(
+        "dynamics.watchers.events:Crossings.look",
+        '("down" if before < 0 else "up")',
+        '("up" if before < 0 else "down")',
+        crossed,
+        SUITE + "test_motion.py::test_events_are_located",
+    ),
+    Slip(
+        "dynamics.watchers.events:Crossings.expressions",
+        "own - crossing.value",
+        "own + crossing.value",
+        crossed,
+        SUITE + "test_motion.py::test_order_of_event_location_and_output",
+    ),
+    Slip(
+        "dynamics.report:_energies",
+        "energy = kinetic + potential",
+        "energy = kinetic - potential",
+        along,
+        SUITE + "test_motion.py::test_pendulum_keeps_energy_and_length",
+    ),
+    Slip(
+        "dynamics.observe:Observer.energies",
+        "found[:, k + 1]",
+        "found[:, k]",
+        along,
+        SUITE + "test_motion.py::test_pendulum_keeps_energy_and_length",
+    ),
+    Slip(
+        "dynamics.observe:Observer._multipliers",
+        "r.push - r.mass @ (r.V @ a)",
+        "r.push + r.mass @ (r.V @ a)",
+        released,
+        SUITE + "test_motion.py::test_reactions_agree_with_those_of_a_sweep",
+    ),
+    Slip(
+        "dynamics.observe:Observer._reactions",
+        "times(-lam[i], columns[i])",
+        "times(lam[i], columns[i])",
+        turned,
+        SUITE + "test_motion.py::test_reactions_agree_with_those_of_a_sweep",
+    ),
+    Slip(
+        "dynamics.rest.small_motions:small_motions",
+        "[-inverse @ K, -inverse @ C]",
+        "[-inverse @ K, inverse @ C]",
+        rest,
+        SUITE + "test_equilibrium.py::test_block_on_a_spring",
+    ),
+    Slip(
+        "dynamics.rest.small_motions:small_motions",
+        "size / (2 * math.pi)",
+        "size / math.pi",
+        rest,
+        SUITE + "test_equilibrium.py::test_block_on_a_spring",
+    ),
+    Slip(
+        "dynamics.rest.small_motions:small_motions",
+        "0.0 - real / size",
+        "real / size",
+        rest,
+        SUITE + "test_equilibrium.py::test_block_on_a_spring",
+    ),
+    Slip(
+        "dynamics.rest.balance:Balance.at",
+        "-C * both",
+        "C * both",
+        rest,
+        SUITE + "test_equilibrium.py::test_block_on_a_spring",
+    ),
+    Slip(
+        "dynamics.rest.linear_system:Linear._solve",
+        "balance[1] @ dv + ",
+        "",
+        rest,
+        SUITE + "test_linear_system.py::test_cart_with_pendulum",
+    ),
+    Slip(
+        "dynamics.bdf:Bdf._integrated",
+        "span * np.arange(1, count + 1) / count",
+        "span * np.arange(count) / count",
+        stiffly,
+        SUITE + "test_motion_stiff.py::test_a_stiff_hinge",
+    ),
+    Slip(
+        "dynamics.bdf:Bdf._equations",
+        "a / (stepper.sizes * omega)",
+        "a / stepper.sizes",
+        stiffly,
+        SUITE + "test_motion_stiff.py::test_a_stiff_hinge",
+    ),
+    Slip(
+        "dynamics.watchers.sticking:Sticking.settled",
+        "sides[turn.slip] = -np.sign",
+        "sides[turn.slip] = np.sign",
+        held,
+        SUITE + "test_motion_friction.py::test_two_blocks_start_one_after_the_other",
+    ),
+    Slip(
+        "dynamics.watchers.sticking:Sticking._functions",
+        "held[:, k] - low[:, k]",
+        "held[:, k] + low[:, k]",
+        held,
+        SUITE + "test_motion_friction.py::test_two_blocks_start_one_after_the_other",
+    ),
+    Slip(
+        "dynamics.watchers.sticking:Sticking.note",
+        '"slip" if turn.from_rest else "stick"',
+        '"stick" if turn.from_rest else "slip"',
+        rubbed,
+        SUITE + "test_motion_friction.py::test_incline_stops_and_rests_without_creep",
+    ),
+]

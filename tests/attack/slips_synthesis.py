@@ -1,0 +1,314 @@
+"""Slips planted in synthesis, seen by closed forms of four-bars and of curves."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+import mechdae as md
+from mechdae.synthesis.fourbar.cognates import are_cognates, cognates
+from mechdae.synthesis.fourbar.dyads import Poses, dyads, slides
+from mechdae.synthesis.fourbar.freudenstein import function_starts
+from mechdae.synthesis.fourbar.linkage import faults, linkage, transmission
+from mechdae.synthesis.goals.path_generation import wound
+from mechdae.synthesis.goals.straight import lines_of
+from mechdae.synthesis.synthesize import synthesize
+from mechdae.synthesis.timing import ordered
+from mechdae.synthesis.trace import maxima
+from tests.reference.closure_fourbar import FourBar, judged
+from tests.shared.planting import Slip
+
+LENGTHS, POINT = (4.0, 1.5, 3.5, 3.0), 1.2 + 0.9j
+TURN = 2 * pi
+
+
+def apart(found: object, wanted: object, allowed: float = 1e-8) -> float:
+    """Return the largest difference over what is allowed, infinite for what is no number."""
+    gap = float(np.max(np.abs(np.asarray(found) - np.asarray(wanted)), initial=0.0))
+    return gap / allowed if np.isfinite(gap) else np.inf
+
+
+def plant(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return crank pins, rocker pins and coupler points of a four-bar on the ground line."""
+    made = FourBar(LENGTHS, POINT)
+    P = made.moved(theta, (1,))[0]["point"]
+    A = LENGTHS[1] * np.exp(1j * theta)
+    return A, A + (P - A) * LENGTHS[2] / POINT, P
+
+
+THETA = np.linspace(0.3, 5.5, 9)
+OFF = 0.03 * np.exp(2j * np.arange(9))
+TARGETS = plant(THETA)[2] + OFF
+
+
+def same_curve() -> float:
+    """Cognates meet the plant's coupler points with their own links, and are told as such."""
+    design = linkage(0j, LENGTHS[0] + 0j, *plant(THETA))
+    gaps = [apart(one.points(), plant(THETA)[2]) for one in cognates(design)]
+    known = all(are_cognates(design, one) for one in cognates(design))
+    return max(*gaps, 0.0 if known else np.inf)
+
+
+def angles() -> float:
+    """Least transmission angle of the plant over its turn, and what is wrong with another one."""
+    a, b, c, d = LENGTHS
+    cosine = [(c * c + d * d - (a + s * b) ** 2) / (2 * c * d) for s in (1, -1)]
+    least = min(min(angle, pi - angle) for angle in np.arccos(cosine))
+    design = linkage(0j, LENGTHS[0] + 0j, *plant(THETA))
+    found = apart(transmission(design), least)
+    mixed = linkage(0j, LENGTHS[0] + 0j, *plant(np.array([0.3, 2.0, 1.0, 4.0])))
+    back = linkage(0j, LENGTHS[0] + 0j, *plant(THETA[::-1]))
+    told = (faults(design), faults(back), back.sense, faults(mixed))
+    return found if told == ((), (), -1, ("order",)) else np.inf
+
+
+def five_poses() -> float:
+    """Both dyads of the plant are among those of five of its poses."""
+    A, B, _ = plant(THETA[::2])
+    turns = np.angle(B - A)
+    poses = Poses(A + 0.7 * np.exp(1j * turns), turns)
+    found = dyads(poses, starts=60)
+    wanted = [(0j, -0.7 + 0j, LENGTHS[1]), (LENGTHS[0] + 0j, LENGTHS[2] - 0.7 + 0j, LENGTHS[3])]
+    gaps = [
+        min(max(abs(one.pivot - G), abs(one.pin - w), abs(one.length - L)) for one in found)
+        for G, w, L in wanted
+    ] if found else [np.inf]  # fmt: skip
+    return max(gaps) / 1e-7
+
+
+def four_poses() -> float:
+    """A point that was moved on a line, and its line, are among the slides of four poses."""
+    s, turns = np.array([0.0, 0.7, 1.1, 2.0]), np.array([0.1, 0.9, -0.4, 1.7])
+    pin, normal = 0.3 - 0.5j, np.exp(0.4j)
+    places = 0.6 * normal + 1j * normal * s - pin * np.exp(1j * turns)
+    found = [one for one in slides(Poses(places, turns)) if not one.moving]
+    gaps = [
+        max(abs(one.point - pin), abs(abs((one.normal / normal).real) - 1),
+            abs(abs(one.distance) - 0.6))
+        for one in found
+    ]  # fmt: skip
+    return min(gaps, default=np.inf) / 1e-7
+
+
+def functions() -> float:
+    """What starts of a function generator say of themselves is so in closed form."""
+    share = np.linspace(0, 1, 7)
+    inputs, outputs = pi / 2 * share, pi / 2 * (np.exp(share) - 1) / (np.e - 1)
+    starts = function_starts(inputs, outputs, keep=2, samples=600)
+    if not starts or starts[0].worst > 0.01:
+        return np.inf
+    gaps = []
+    for start in starts:
+        verdict = judged(
+            FourBar(tuple(start.lengths)), start.input_start + inputs,
+            start.output_start + start.sense * outputs, full_turn=False, ordered=False,
+            output="output", signs=(start.branch,),
+        )  # fmt: skip
+        gaps.append(apart(verdict.errors.max(), start.worst))
+    return max(gaps)
+
+
+def curves() -> float:
+    """Local maxima of a curve between the places of a grid."""
+    at, values = maxima(lambda s: np.sin(3 * s), np.linspace(0, 2.5, 21))
+    return max(apart(at, [pi / 6, 5 * pi / 6][: len(at)] if len(at) == 1 else [pi / 6, 2.5], 1e-3),
+               apart(values, [1.0, np.sin(7.5)], 1e-5))  # fmt: skip
+
+
+def visits() -> float:
+    """Targets that are visited in order on a closed curve, the cheapest places of all."""
+    n, wanted = 12, [10, 13, 17]
+    costs = np.ones((n, 3))
+    for k, place in enumerate(wanted):
+        costs[place % n, k] = 0.1 * k
+    total, places = ordered(costs, worst=False, closed=True)
+    worst, _ = ordered(costs, worst=True, closed=True)
+    costs[:, 2] = costs[:, 1]  # the last two at one place: one of them gives way
+    both, _ = ordered(costs, worst=False, closed=True)
+    shortest = wound(np.array([6.2, 0.3, 13.0]))
+    return max(
+        apart(total, 0.3), apart(worst, 0.2), apart(both, 1.1),
+        apart(np.asarray(places) % n, np.mod(wanted, n)),
+        apart(np.ptp(shortest), 13.0 - TURN - 6.2),
+    )  # fmt: skip
+
+
+def lines() -> float:
+    """Points beside a line that is turned: direction, offset, deviation, stroke."""
+    s, off = np.linspace(0, 2, 5), 0.01 * np.array([0, 1, 0, -1, 0])
+    z = (s + 1j * (0.3 + off)) * np.exp(0.5j)
+    way, offset, worst, stroke, ahead = lines_of(np.stack([z.real, z.imag], axis=1)[None])
+    return max(
+        apart(way, 0.5), apart(offset, 0.3), apart(worst, 0.01), apart(stroke, 2.0),
+        0.0 if ahead.all() else np.inf,
+    )  # fmt: skip
+
+
+def problem() -> md.Problem:
+    """The plant, begun elsewhere, along nearly its own points by the crank's angle."""
+    mechanism = md.Mechanism(
+        parameters={"b": 1.3, "c": 3.2, "d": 3.3, "x": 1.0, "y": 1.1},
+        ground=md.Ground({"O": (0, 0), "C": (LENGTHS[0], 0)}),
+        bodies=[
+            md.Body("crank", {"O": (0, 0), "A": ("b", 0)}),
+            md.Body("coupler", {"A": (0, 0), "B": ("c", 0), "P": ("x", "y")}),
+            md.Body("rocker", {"C": (0, 0), "B": ("d", 0)}),
+        ],
+        joints=[
+            md.Revolute("O", "ground.O", "crank.O"), md.Revolute("A", "crank.A", "coupler.A"),
+            md.Revolute("B", "coupler.B", "rocker.B"), md.Revolute("C", "ground.C", "rocker.C"),
+        ],
+        sketch={"crank": 1.0, "coupler": 0.5, "rocker": 1.5},
+    )  # fmt: skip
+    goal = {"kind": "path", "point": "coupler.P", "at": THETA.tolist(),
+            "targets": np.stack([TARGETS.real, TARGETS.imag], axis=1).tolist()}  # fmt: skip
+    task = md.Synthesis(
+        driver={"coordinate": "crank.angle"}, goal=goal, starts=1, seed=2,
+        free={"b": [1.0, 2.0], "c": [2.5, 4.5], "d": [2.0, 4.0], "x": [0, 2], "y": [0, 2]},
+        constraints=[{"kind": "full-turn"}],
+    )  # fmt: skip
+    return md.Problem(mechanism, {"d": task})
+
+
+def path() -> float:
+    """A design is at least as good as the plant, and what is said of it is so."""
+    own = problem()
+    result = synthesize(own, "d", own.tasks["d"])
+    designs = result.data["designs"]
+    if not designs:
+        return np.inf
+    p, design = designs[0]["parameters"], designs[0]
+    made = FourBar((LENGTHS[0], p["b"], p["c"], p["d"]), complex(p["x"], p["y"]))
+    squares = float(np.sum(np.abs(made.moved(THETA, (1,))[0]["point"] - TARGETS) ** 2))
+    a, b, c, d = LENGTHS[0], p["b"], p["c"], p["d"]
+    cosine = [(c * c + d * d - (a + s * b) ** 2) / (2 * c * d) for s in (1, -1)]
+    wanted = min(min(angle, pi - angle) for angle in np.arccos(cosine))
+    return max(
+        squares / np.sum(np.abs(OFF) ** 2) / 2, apart(design["objective"], squares),
+        apart(design["transmission_angle_min"], wanted),
+    )  # fmt: skip
+
+
+SUITE = "synthesis/test_exact.py::"
+SLIPS = [
+    Slip(
+        "synthesis.fourbar.cognates:cognates",
+        "B3 + third * (1 - z)",
+        "B3 + third * z",
+        same_curve,
+        SUITE + "test_cognates_trace_the_same_curve",
+    ),
+    Slip(
+        "synthesis.fourbar.cognates:invariants",
+        "np.stack([rocker, crank, coupler], axis=1)",
+        "np.stack([crank, rocker, coupler], axis=1)",
+        same_curve,
+        SUITE + "test_cognates_trace_the_same_curve",
+    ),
+    Slip(
+        "synthesis.fourbar.linkage:transmission",
+        "(r1 - r2) ** 2, (r1 + r2) ** 2",
+        "r1**2 - r2**2, r1**2 + r2**2",
+        angles,
+        SUITE + "test_burmester_public_case",
+    ),
+    Slip(
+        "synthesis.fourbar.linkage:visited",
+        "np.mod(sense * steps, TURN)",
+        "np.mod(steps, TURN)",
+        angles,
+        SUITE + "test_order_of_angles",
+    ),
+    Slip(
+        "synthesis.fourbar.linkage:linkage",
+        "np.sign((rocker * coupler.conj()).imag)",
+        "np.sign((rocker * coupler).imag)",
+        same_curve,
+        SUITE + "test_cognates_trace_the_same_curve",
+    ),
+    Slip(
+        "synthesis.fourbar.dyads:DyadRows.__call__",
+        "turned.real, -turned.imag",
+        "turned.real, turned.imag",
+        five_poses,
+        SUITE + "test_derivatives_of_dyad_rows",
+    ),
+    Slip(
+        "synthesis.fourbar.dyads:dyads",
+        "complex(d[0], d[1]) * size + middle",
+        "complex(d[0], d[1]) * size",
+        five_poses,
+        SUITE + "test_burmester_public_case",
+    ),
+    Slip(
+        "synthesis.fourbar.dyads:_in_line",
+        "a.real, -a.imag",
+        "a.real, a.imag",
+        four_poses,
+        SUITE + "test_a_planted_slider_is_found_among_four_poses",
+    ),
+    Slip(
+        "synthesis.fourbar.freudenstein:FunctionRows.errors",
+        "psi - d[:, 4:] - self.outputs",
+        "psi - d[:, 4:] + self.outputs",
+        functions,
+        "synthesis/test_freudenstein.py::test_what_a_start_says_is_true",
+    ),
+    Slip(
+        "synthesis.fourbar.freudenstein:FunctionRows.starts",
+        "float(np.abs(e).max())",
+        "float(e.max())",
+        functions,
+        "synthesis/test_freudenstein.py::test_what_a_start_says_is_true",
+    ),
+    Slip(
+        "synthesis.fourbar.freudenstein:FunctionRows.moved",
+        "b * line / size",
+        "b * line",
+        functions,
+        "synthesis/test_freudenstein.py::test_what_a_start_says_is_true",
+    ),
+    Slip(
+        "synthesis.trace:maxima",
+        "np.minimum(tops + 1, last)",
+        "np.minimum(tops, last)",
+        curves,
+        "synthesis/test_synthesis_repairs.py::test_the_largest_errors_of_a_minimax_are_alike",
+    ),
+    Slip(
+        "synthesis.timing:_before",
+        "least[:, :-1]",
+        "least[:, 1:]",
+        visits,
+        "synthesis/test_synthesis_planted.py::test_minimax_and_least_squares_each_win_by_their_measure",
+    ),
+    Slip(
+        "synthesis.goals.path_generation:wound",
+        "int(np.argmax(gaps)) + 1",
+        "int(np.argmax(gaps))",
+        visits,
+        "synthesis/test_synthesis_planted.py::test_targets_in_any_order",
+    ),
+    Slip(
+        "synthesis.goals.straight:lines_of",
+        "(low + high) / 2, (high - low) / 2",
+        "(low + high) / 2, high - low",
+        lines,
+        "synthesis/test_synthesis_planted.py::test_straight_line_is_no_worse_than_the_plant",
+    ),
+    Slip(
+        "synthesis.goals.path_generation:Visits.worth",
+        "float(np.sum(self.weights * errors**2))",
+        "float(np.sum(self.weights * errors))",
+        path,
+        "synthesis/test_synthesis_planted.py::test_path_of_a_four_bar",
+    ),
+    Slip(
+        "synthesis.verify:Design.transmission",
+        'e["min"]',
+        'e["max"]',
+        path,
+        "synthesis/test_synthesis_planted.py::test_transmission_angle_alone",
+    ),
+]
