@@ -7,6 +7,7 @@ another one.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.expression import names_in
@@ -150,3 +151,13 @@ def _check_circle(mechanism: Mechanism, name: str) -> None:
 def _references(mechanism: Mechanism, name: str) -> list[str]:
     """Return the other named outputs that one refers to."""
     return sorted(used for used in names_in(mechanism.outputs[name]) if used in mechanism.outputs)
+
+
+def unknown_name(
+    numbers: Iterable[Any], known: Iterable[str], kind: str = "parameter", place: str = ""
+) -> None:
+    """Raise for a name in an expression among `numbers` that is not known."""
+    for number in numbers:
+        for used in sorted(names_in(number)) if isinstance(number, str) else ():
+            if used not in known:
+                raise UnknownName(kind, used, known, where=place)

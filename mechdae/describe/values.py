@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from typing import Any, Self
 
-from mechdae.describe.expression import parse
+from mechdae.describe.expression import evaluate, parse
 from mechdae.describe.table import Table
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 
@@ -38,7 +38,10 @@ def key(
     return field(default=default, metadata=metadata)
 
 
-WITH_UNIT = ("number", "expression", "law", "numbers", "pair", "points", "free")
+WITH_UNIT = (
+    "number", "expression", "law", "numbers", "pair", "pairs", "points", "free", "start",
+    "freedoms", "samples", "coordinates",
+)  # fmt: skip
 """Kinds of values whose keys may end in a unit."""
 
 
@@ -67,7 +70,33 @@ class Value:
                 raise problem.inside(entry.name.rstrip("_")) from None
             object.__setattr__(self, entry.name, value)
 
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the table of a file under the keys of the description, units still on them."""
+        return table
 
+    def evaluated(self, known: Mapping[str, float]) -> Self:
+        """Return the description with its numbers evaluated over the parameters' values."""
+        changes: dict[str, Any] = {}
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if entry.metadata.get("kind") in EVALUATED and value is not None:
+                try:
+                    changes[entry.name] = evaluated(value, known)
+                except MechdaeError as problem:
+                    raise problem.inside(entry.name.rstrip("_")) from None
+        return replace(self, **changes)
+
+
+def evaluated(value: Any, known: Mapping[str, float]) -> Any:
+    """Return a number, or rows of numbers, evaluated over the parameters' values."""
+    if isinstance(value, tuple):
+        return tuple(each(value, lambda item: evaluated(item, known)))
+    return evaluate(value, known)
+
+
+EVALUATED = ("number", "numbers", "pair", "pairs", "triples")
+"""Kinds of values that are numbers, or expressions over the parameters."""
 LARGEST = 1e100
 """Largest number in a description: squares and products of numbers stay finite."""
 
@@ -139,6 +168,29 @@ def pair(value: Any) -> tuple[Number, ...]:
     return numbers(items)
 
 
+def pairs(value: Any) -> tuple[tuple[Number, ...], ...]:
+    """Return rows of two numbers, two rows at least."""
+    return _several(value, 2)
+
+
+def triples(value: Any) -> tuple[tuple[Number, ...], ...]:
+    """Return rows of three numbers, two rows at least."""
+    return _several(value, 3)
+
+
+def _several(value: Any, size: int) -> tuple[tuple[Number, ...], ...]:
+    def row(item: Any) -> tuple[Number, ...]:
+        items = sequence(item)
+        if len(items) != size:
+            raise InputError(f"{size} numbers are needed, here are {len(items)}")
+        return numbers(items)
+
+    found = tuple(each(sequence(value), row))
+    if len(found) < 2:
+        raise InputError(f"2 at least are needed, here are {len(found)}")
+    return found
+
+
 def rows(value: Any) -> tuple[tuple[float, float], ...]:
     """Return pairs of finite numbers, two at least."""
 
@@ -160,16 +212,57 @@ def names(value: Any) -> tuple[str, ...]:
 
 def points(value: Any) -> Table[tuple[Number, ...]]:
     """Return a table of points: name -> coordinates in the body's frame."""
-    return Table(_entries(value, lambda item: numbers(sequence(item))))
+    return Table(entries(value, lambda item: numbers(sequence(item))))
 
 
 def numbers_by_name(value: Any) -> Table[Number]:
-    return Table(_entries(value, number))
+    return Table(entries(value, number))
 
 
 def numbers_by_coordinate(value: Any) -> Table[Number]:
     """Return a table whose keys may be dotted (``slider.C.x``)."""
-    return Table(_entries(value, number, check=text))
+    return Table(entries(value, number, check=text))
+
+
+def start(value: Any) -> Table[Number]:
+    """Return coordinate -> number; dotted keys may be nested tables."""
+    found: dict[str, Number] = {}
+    for entry, item in _flat(value, ""):
+        if entry in found:
+            raise InputError("the coordinate is given twice", where=entry)
+        try:
+            found[entry] = number(item)
+        except MechdaeError as problem:
+            raise problem.inside(entry) from None
+    return Table(found)
+
+
+def _flat(table: Any, before: str) -> Iterator[tuple[str, Any]]:
+    if not isinstance(table, Mapping):
+        raise InputError("a table coordinate = value is needed")
+    for entry, item in table.items():
+        if isinstance(item, Mapping):
+            yield from _flat(item, f"{before}{text(entry)}.")
+        else:
+            yield before + text(entry), item
+
+
+def samples(value: Any) -> Table[tuple[Number, ...]]:
+    """Return name -> numbers, one at least."""
+    found = entries(value, numbers, check=text)
+    for entry, items in found.items():
+        if not items:
+            raise InputError("a list of numbers is needed", where=entry)
+    return Table(found)
+
+
+def grid(value: Any) -> Table[tuple[Number, ...]]:
+    """Return name -> (from, to, count)."""
+    found = entries(value, numbers, check=text)
+    for entry, items in found.items():
+        if len(items) != 3:
+            raise InputError("[from, to, count] is needed", where=entry)
+    return Table(found)
 
 
 def reference(value: Any) -> str:
@@ -212,9 +305,10 @@ def each(items: Sequence[Any], coerce: Callable[[Any], Any]) -> list[Any]:
     return result
 
 
-def _entries(
+def entries(
     value: Any, coerce: Callable[[Any], Any], check: Callable[[Any], str] = name
 ) -> dict[str, Any]:
+    """Return a table of what `coerce` makes of each entry; errors name the key."""
     if not isinstance(value, Mapping):
         raise InputError(f"a table is needed, not {describe(value)}")
     result = {}
@@ -246,12 +340,17 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "flag": flag,
     "numbers": numbers,
     "pair": pair,
+    "pairs": pairs,
+    "triples": triples,
     "rows": rows,
     "names": names,
     "points": points,
     "outline": names,
     "table": numbers_by_name,
     "coordinates": numbers_by_coordinate,
+    "start": start,
+    "samples": samples,
+    "grid": grid,
     "reference": reference,
     "free": free,
 }

@@ -242,7 +242,7 @@ def _events(run: Run) -> tuple[dict[str, Any], ...]:
     for own in run.crossings.found:
         t = float(lay.of(own.state, "t"))
         entry = {"kind": "crossing", "at": t, "time": t, "name": own.crossing.name}
-        entry |= {"of": own.crossing.text, "value": own.crossing.value}
+        entry |= {"of": own.crossing.coordinate, "value": own.crossing.crosses}
         found.append(entry | {"direction": "up" if own.rises else "down"})
     loads = run.setup.problem.mechanism.loads
     for t, name, sign, kind in run.sticking.found:

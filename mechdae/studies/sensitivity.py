@@ -144,14 +144,10 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
 
 
 def _tolerances(problem: Problem, task: Sensitivity) -> dict[str, float]:
-    if task.tolerances is None:
-        return {}
-    if not isinstance(task.tolerances, Mapping):
-        raise InputError("a table name = half width is needed", where="tolerances")
     known = problem.mechanism.parameter_values
     values = problem.mechanism.values()
     found: dict[str, float] = {}
-    for key, number in task.tolerances.items():
+    for key, number in (task.tolerances or {}).items():
         try:
             name, suffix = (key, "") if key in values else split_unit(key)
             if name not in values:

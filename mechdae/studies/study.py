@@ -112,7 +112,7 @@ def _sets(problem: Problem, task: Study) -> tuple[list[str], Any]:
         raise InputError("give either 'vary' or 'samples'", where="vary")
     word = "vary" if task.vary is not None else "samples"
     table = task.vary if task.vary is not None else task.samples
-    if not isinstance(table, Mapping) or not table:
+    if not table:
         raise InputError("a table name = [...] is needed", where=word)
     known = problem.mechanism.parameter_values
     automatic = {*known, *dict(problem.mechanism.numbers())}
@@ -120,8 +120,6 @@ def _sets(problem: Problem, task: Study) -> tuple[list[str], Any]:
     for key, items in table.items():
         if key not in automatic:
             raise UnknownName("parameter", key, automatic, where=word)
-        if not isinstance(items, tuple | list) or not items:
-            raise InputError("a list of numbers is needed", where=f"{word}.{key}")
         try:
             columns.append(_column(word, items, known))
         except MechdaeError as error:
@@ -144,7 +142,7 @@ def _column(word: str, items: Any, known: Mapping[str, float]) -> list[float]:
     values = [evaluate(item, dict(known)) for item in items]
     if word == "samples":
         return values
-    if len(values) != 3 or values[2] != int(values[2]) or values[2] < 1:
+    if values[2] != int(values[2]) or values[2] < 1:
         raise InputError("[from, to, count] is needed, count a whole number above 0")
     count = int(values[2])
     return [values[0]] if count == 1 else np.linspace(values[0], values[1], count).tolist()

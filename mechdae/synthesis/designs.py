@@ -311,24 +311,24 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
     defects = []
     measured = found.summary.get("transmission", {})
     for asked in search.space.held_over_turn:
-        dyad = search.space.dyad(asked.bodies)
+        dyad = search.space.dyad(asked.between)
         least = measured[dyad.joint]["min"]
-        if not least >= asked.least - KEEPS:
+        if not least >= asked.min - KEEPS:
             word = f"the transmission angle in {dyad.joint} falls to {np.degrees(least):.4g} deg"
             defects.append(word)
     for asked in search.space.held_at_poses:
-        joint = search.space.dyad(asked.bodies).joint
+        joint = search.space.dyad(asked.between).joint
         for goal in search.goals:
             at, _ = goal.programme(design.values, design.given)
             least = float(np.min(design.transmissions(np.unique(at))[joint]))
-            if not least >= asked.least - KEEPS:
+            if not least >= asked.min - KEEPS:
                 word = f"the transmission angle in {joint} is {np.degrees(least):.4g} deg"
                 defects.append(f"{word} at a pose of the goal")
     for box in search.asked.boxes:
         for point in box.points:
             places = found.points[point].position
             slack = 2e-3 * search.size
-            for axis, (low, high) in enumerate((box.x, box.y)):
+            for axis, (low, high) in enumerate(box.bounds):
                 if places[:, axis].min() < low - slack or places[:, axis].max() > high + slack:
                     defects.append(f"{point} leaves its box")
     return defects

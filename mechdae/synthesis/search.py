@@ -59,14 +59,14 @@ class Search:
         ]
         self.weights = [weight for _, weight in self.asked.goals]
         self.limits = [
-            self._extreme(limit.of, f"limit{k}", names, (limit.low, limit.high))
+            self._extreme(limit.quantity, f"limit{k}", names, limit.bounds)
             for k, limit in enumerate(self.asked.limits)
         ]
         self.size = self._size()
         every = [*self.goals, *self.limits]
         bodies = dict.fromkeys(body for goal in every for body in goal.bodies())
         boxed = dict.fromkeys(point for box in self.asked.boxes for point in box.points)
-        held = [b for asked in self.asked.transmission for b in asked.bodies if b != GROUND]
+        held = [b for asked in self.asked.transmission for b in asked.between if b != GROUND]
 
         def asks(model: Model) -> dict[str, Any]:
             found = {point: model.point(point) for point in boxed}
@@ -85,7 +85,7 @@ class Search:
         self.lead = min(self.goals, key=lambda goal: isinstance(goal, Extreme | Dynamic))
         self.kinds = self.space.kinds
         for limit in self.asked.transmission:
-            self.space.dyad(limit.bodies, f"{limit.place}.between")
+            self.space.dyad(limit.between, f"{limit.place}.between")
         self._check_effect()
 
     def _goal(self, asked: Any, name: str, names: list[str]) -> Goal:
@@ -123,7 +123,7 @@ class Search:
         """Return a number of a motion or an equilibrium; those of one task are solved together."""
         if asked.task not in self._runs:
             every = [goal for goal, _ in self.asked.goals if isinstance(goal, AskedExtreme)]
-            every += [limit.of for limit in self.asked.limits]
+            every += [limit.quantity for limit in self.asked.limits]
             paths = dict.fromkeys(own.path for own in every if own.task == asked.task)
             box = list(self.asked.free.values())
             self._runs[asked.task] = Run(self.problem, asked.task, list(paths), names, box)
@@ -156,12 +156,12 @@ class Search:
         )
         if part not in known:
             raise UnknownName(f"{word.replace('_', ' ')} of", part, known, where=place)
-        text = f"{part}.slide" if part in joints else f"{part}.angle"
+        rocker = Rocker(joint=part) if part in joints else Rocker(body=part)
         found = solve(self.problem, asked.task)
         typical = abs(float(found.summary.get(word, {}).get(part, 1.0))) or 1.0
         own = "time_ratio" if word == "time_ratio" else "reach"
         sense = 0 if bounds is not None else asked.sense
-        return RockerGoal(Rocker(text, None, None), name, own, sense, bounds, typical, asked.path)
+        return RockerGoal(rocker, name, own, sense, bounds, typical, asked.path)
 
     def _size(self) -> float:
         """Return a length that the mechanism is as large as [m]."""
@@ -169,7 +169,7 @@ class Search:
             if isinstance(goal, VisitsGoal):
                 return goal.size
             if isinstance(goal, Straight) and goal.asked.stroke is not None:
-                return goal.asked.stroke
+                return float(goal.asked.stroke)
 
         return self.problem.mechanism.scale
 

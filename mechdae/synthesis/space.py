@@ -11,7 +11,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.tasks.synthesis import Demand, Transmission
+from mechdae.describe.tasks.constraints import TransmissionAngle
+from mechdae.describe.tasks.synthesis import Demand
 from mechdae.errors import InputError
 from mechdae.measures.transmission import Dyad
 from mechdae.model.parameters import parameters_of
@@ -154,8 +155,8 @@ class Space:
         nlp.constrain("closure", F / self.units)
         nlp.constrain("branch", sigma * branch, BRANCH, np.inf)
         for asked in self.held_at_poses:
-            sine = self.poses.sine(self.dyad(asked.bodies), branch, values, sigma)
-            nlp.constrain("transmission", sine, np.sin(asked.least), np.inf)
+            sine = self.poses.sine(self.dyad(asked.between), branch, values, sigma)
+            nlp.constrain("transmission", sine, np.sin(asked.min), np.inf)
         if self.asked.full_turn:
             return values
         self._boxes(nlp, values)
@@ -176,13 +177,13 @@ class Space:
     # -- transmission angles -------------------------------------------------------------------
 
     @cached_property
-    def held_at_poses(self) -> list[Transmission]:
+    def held_at_poses(self) -> list[TransmissionAngle]:
         """Limits of transmission angles that hold at the poses of the goals."""
         every = self.asked.transmission
-        return [asked for asked in every if asked.poses or not self.asked.full_turn]
+        return [asked for asked in every if asked.over == "goal" or not self.asked.full_turn]
 
     @cached_property
-    def held_over_turn(self) -> list[Transmission]:
+    def held_over_turn(self) -> list[TransmissionAngle]:
         """Limits of transmission angles that hold over the whole turn."""
         return [asked for asked in self.asked.transmission if asked not in self.held_at_poses]
 
@@ -192,14 +193,14 @@ class Space:
         return loop is not None and set(dyad.bodies) == {loop.coupler, loop.rocker}
 
     @cached_property
-    def watched_limits(self) -> list[Transmission]:
+    def watched_limits(self) -> list[TransmissionAngle]:
         """Limits over the turn whose extremes have no closed form."""
-        return [a for a in self.held_over_turn if not self.of_loop(self.dyad(a.bodies))]
+        return [a for a in self.held_over_turn if not self.of_loop(self.dyad(a.between))]
 
     @cached_property
     def watched_dyads(self) -> list[Dyad]:
         """The dyads of those limits."""
-        return [self.dyad(asked.bodies) for asked in self.watched_limits]
+        return [self.dyad(asked.between) for asked in self.watched_limits]
 
     def dyad(self, bodies: tuple[str, ...], place: str = "") -> Dyad:
         """Return the dyad whose transmission angle is that between two bodies.
@@ -238,7 +239,7 @@ class Space:
                 if around is not None:
                     last, after = (self.poses.part(other, point) / self.size for other in around)
                     place = place - (last - 2 * place + after) / 8
-                low, high = (np.array([box.x[k], box.y[k]]) / self.size for k in (0, 1))
+                low, high = (bound / self.size for bound in np.transpose(box.bounds))
                 nlp.constrain(f"box of {point}", place, low, high, self.size)
 
     # -- limits of the design ------------------------------------------------------------------
@@ -267,8 +268,8 @@ class Space:
     def limits(self, nlp: Nlp, d: Any, sigma: Any, kind: str) -> None:
         """Add what the task demands of the design as a whole."""
         for ratio in self.asked.ratios:
-            first, second = (self.of_name(name, d) for name in (ratio.first, ratio.second))
-            gap = (first - ratio.most * second) / self.size
+            first, second = (self.of_name(name, d) for name in ratio.of)
+            gap = (first - ratio.max * second) / self.size
             nlp.constrain("ratio", gap, -np.inf, 0.0, self.size)
         for region in self.asked.regions:
             self._region(nlp, region, d)
@@ -301,8 +302,8 @@ class Space:
             slack = [r3 + r4 - r1 - r2, r2 + r4 - r1 - r3, r2 + r3 - r1 - r4]
         margin = self.asked.margin / self.size
         nlp.constrain("full turn", ca.vertcat(*slack) / self.size, margin, np.inf, self.size)
-        own = [a for a in self.held_over_turn if self.of_loop(self.dyad(a.bodies))]
-        least = max((float(asked.least) for asked in own), default=0.0)
+        own = [a for a in self.held_over_turn if self.of_loop(self.dyad(a.between))]
+        least = max((float(asked.min) for asked in own), default=0.0)
         if least:
             nlp.constrain("transmission", self.cosines(d), -np.cos(least), np.cos(least))
 
@@ -337,7 +338,7 @@ class Space:
             if not self.single_loop:
                 nlp.constrain("determinants over the turn", sigma * branch, 1e-3, np.inf)
             for asked in self.watched_limits:
-                sine = self.poses.sine(self.dyad(asked.bodies), branch, values, sigma)
-                nlp.constrain("transmission", sine, np.sin(asked.least), np.inf)
+                sine = self.poses.sine(self.dyad(asked.between), branch, values, sigma)
+                nlp.constrain("transmission", sine, np.sin(asked.min), np.inf)
         for k, values in enumerate(every):
             self._boxes(nlp, values, (every[k - 1], every[(k + 1) % self.NODES]))

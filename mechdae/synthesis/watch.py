@@ -68,7 +68,7 @@ def fallen(
     whole = np.reshape(values["turn"], (-1, max(space.poses.nx, 1)))
     d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
     own, x, least = watched(spread, d, space.circle, whole[: space.NODES])
-    bounds = np.array([np.sin(asked.least) for asked in space.watched_limits])
+    bounds = np.array([np.sin(asked.min) for asked in space.watched_limits])
     if not (least < bounds - SEEN).any():
         return None
     return {"turn": np.concatenate([whole[: space.NODES], x])}, {"watched": own}

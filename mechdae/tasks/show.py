@@ -12,7 +12,7 @@ from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.idle_freedom import settled
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven, Synthesis, Task
-from mechdae.describe.tasks.synthesis import demand
+from mechdae.describe.tasks.synthesis import demand, listed_goals
 from mechdae.errors import MechdaeError
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.groups import ROMAN, Group, count_mobility, formula
@@ -162,10 +162,9 @@ def design_structure(
         asked = demand(problem, task)
     except MechdaeError as error:
         return {**entry, "error": str(error)}
-    goals = [task.goal] if task.goal is not None else task.goals
     return {
         **entry,
-        "goals": [str(goal["kind"]) for goal in goals],
+        "goals": [goal.kind for goal, _ in listed_goals(task)],
         "free": [*asked.free, *asked.choices],
         "starts": asked.starts,
         "seed": asked.seed,

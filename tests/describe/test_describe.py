@@ -263,7 +263,7 @@ rel = 1e-12
     )
     problem = load(text)
     assert problem.expected[0].value == math.radians(30)
-    assert problem.tasks["design"].goal["steps"] == (math.radians(10), math.radians(20))
+    assert problem.tasks["design"].goal.steps == (math.radians(10), math.radians(20))
     path = tmp_path / "mechanism.toml"
     md.dump(problem, path)
     again = md.load(path)

@@ -90,7 +90,7 @@ def test_path_and_targets_are_where_they_are() -> None:
     path = np.array(below["path-1"].get_xydata())
     # the path passes every target of the file, given with five digits, as near as the error says
     errors = np.array(result.data["designs"][0]["errors"])
-    given = np.array(result.definition.goal["targets"], float)[:9, :2]
+    given = np.array(result.definition.goal.targets, float)[:9, :2]
     assert np.abs(given - wanted).max() < 5e-4
     for place, error in zip(given, errors, strict=True):
         ends = np.stack([path[:-1], path[1:]], axis=1)

@@ -311,7 +311,8 @@ def test_the_same_seed_gives_the_same_answer():
 def test_micrometres_and_kilometres_have_the_same_designs(factor):
     problem = md.load("c2-arc5-timed")
     task = problem.tasks["design"]
-    goal = {**task.goal, "targets": [[x * factor, y * factor] for x, y in task.goal["targets"]]}
+    targets = [[x * factor, y * factor] for x, y in task.goal.targets]
+    goal = replace(task.goal, targets=targets)
     free = {name: [low * factor, high * factor] for name, (low, high) in task.free.items()}
     limits = [{**task.constraints[0], "margin": 1e-6 * factor}]
     values = {n: problem.mechanism.values()[n] * factor for n in task.free}

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 import mechdae as md
+from mechdae.describe.file.writing import given
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 from mechdae.synthesis.synthesize import synthesize
 
@@ -28,7 +29,7 @@ def refused(name="c2-arc5-timed", kind=InputError, **changed):
 
 def goal_of(name="c2-arc5-timed", **changed):
     """Return the goal of a problem with keys changed."""
-    table = {**md.load(name).tasks["design"].goal, **changed}
+    table = {**given(md.load(name).tasks["design"].goal), **changed}
     return {key: value for key, value in table.items() if value is not None}
 
 

@@ -53,7 +53,7 @@ def leaf_squares(values, targets):
 
 def test_the_design_of_the_file_is_the_first_start():
     problem = read("leaf20")
-    targets = np.array(problem.tasks["design"].goal["targets"])
+    targets = np.array(problem.tasks["design"].goal.targets)
     given = leaf_squares(problem.mechanism.values(), targets)
     found = md.synthesize(problem, starts=2)
     best = found.data["designs"][0]

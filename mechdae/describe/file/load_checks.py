@@ -6,10 +6,9 @@ from dataclasses import fields
 from typing import Any
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.expression import names_in
 from mechdae.describe.loads import TIME, Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.named import check_expression, split_rate
+from mechdae.describe.named import check_expression, split_rate, unknown_name
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 
@@ -59,9 +58,7 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
     if isinstance(load, TableLoad) and load.coordinate == TIME:
         known = mechanism.parameter_values
         for word in ("shift", "period"):
-            for used in sorted(_names(getattr(load, word))):
-                if used not in known:
-                    raise UnknownName("parameter", used, known, where=word)
+            unknown_name([getattr(load, word)], known, place=word)
     elif isinstance(load, Resistance | Spring | TableLoad) and load.coordinate is not None:
         try:
             base, order = split_rate(load.coordinate)
@@ -69,10 +66,6 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
             coordinate(mechanism, base if at_speed else load.coordinate)
         except MechdaeError as problem:
             raise problem.inside("coordinate") from None
-
-
-def _names(number: Any) -> set[str]:
-    return names_in(number) if isinstance(number, str) else set()
 
 
 def _point(mechanism: Mechanism, reference: str, place: str) -> None:

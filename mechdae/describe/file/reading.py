@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from difflib import get_close_matches
 from typing import Any, TypeVar
 
-from mechdae.describe.values import WITH_UNIT, Value, required
+from mechdae.describe.values import (
+    COERCE,
+    WITH_UNIT,
+    Value,
+    describe,
+    each,
+    required,
+    sequence,
+)
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 UNITS: dict[str, tuple[Callable[[float], float], str]] = {
@@ -21,7 +30,81 @@ MEASURES = {
     "_mm": ("m", "m/s", "m/s2", "m/s3"),
 }
 """Units that a suffix may stand for."""
+ALIASES = {
+    **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "turning"), "revolute"),
+    **dict.fromkeys(("slider", "sliding", "translation", "piston"), "prismatic"),
+    **dict.fromkeys(("fixed", "rigid"), "weld"),
+    **dict.fromkeys(("bar", "rod", "link"), "distance"),
+    **dict.fromkeys(("slot", "pin_in_slot", "yoke"), "pin-in-slot"),
+    **dict.fromkeys(("gears", "mesh"), "gear"),
+    **dict.fromkeys(("cam", "roller"), "curve"),
+}
 T = TypeVar("T", bound=Value)
+
+
+@dataclass(frozen=True)
+class Nested:
+    """Descriptions inside of others: one class, or several that ``kind`` tells apart.
+
+    Python gives ``tables`` for them too, or must make the values.
+    """
+
+    what: str
+    classes: Mapping[str, type[Value]]
+    hint: str = ""
+    several: bool = False
+    tables: bool = True
+
+    def coerce(self, value: Any) -> Any:
+        """Return the description, or all of them, that Python gave."""
+        if not self.several:
+            return self._one(value, self.tables)
+        if isinstance(value, Value):
+            raise InputError(f"a list of {self.what}s is needed, not one", hint=self.hint)
+        return tuple(each(sequence(value), lambda item: self._one(item, self.tables)))
+
+    def typed(self, value: Any) -> Any:
+        """Return the description, or all of them, that a file holds."""
+        if not self.several:
+            return self._one(value, True)
+        if not isinstance(value, Sequence) or isinstance(value, str):
+            raise InputError(f"a list of {self.what}s is needed", hint=self.hint)
+        return tuple(each(value, lambda item: self._one(item, True)))
+
+    def _one(self, value: Any, tables: bool) -> Any:
+        if isinstance(value, tuple(self.classes.values())):
+            return value
+        if not isinstance(value, Mapping) or not tables:
+            raise InputError(f"a {self.what} is needed, not {describe(value)}", hint=self.hint)
+        kind, rest = ("", value) if "" in self.classes else chosen(value, self.classes, self.what)
+        return read(self.classes[kind], rest, "")
+
+
+NESTED: dict[str, Nested] = {}
+"""Kinds of values that are descriptions."""
+
+
+def nest(word: str, nested: Nested) -> None:
+    """Let `word` be the kind of a field that holds descriptions."""
+    NESTED[word], COERCE[word] = nested, nested.coerce
+
+
+def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[str, dict[str, Any]]:
+    """Return the kind that a table names, and its other entries."""
+    if not isinstance(table, Mapping):
+        raise InputError("a table is needed")
+    kind = table.get("kind")
+    if not isinstance(kind, str):
+        raise InputError(f"the key 'kind' is missing: {', '.join(kinds)}")
+    if kind not in kinds:
+        error = UnknownName(f"kind of {word}", kind, kinds, where="kind")
+        meant = ALIASES.get(kind.lower())
+        if meant in kinds:
+            error.hint = f"did you mean {meant}?"
+        elif not get_close_matches(kind, kinds, 1):
+            error.hint = f"one of {', '.join(kinds)}"
+        raise error
+    return kind, {entry: value for entry, value in table.items() if entry != "kind"}
 
 
 def split_unit(key: str) -> tuple[str, str]:
@@ -82,11 +165,12 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
         base, suffix = (key, "") if known is not None and key in known else split_unit(key)
         if known is not None and base not in known:
             error = UnknownName("key", key, known)
-            if "_" in key and key.rsplit("_", 1)[0] in known:
+            typo = get_close_matches(key, known, 1, 0.9)
+            if "_" in key and key.rsplit("_", 1)[0] in known and not typo:
                 error.hint = f"units are {', '.join(UNITS)}"
             raise error
+        about = getattr(known[base], "metadata", {}) if known is not None else {}
         if suffix and known is not None:
-            about = getattr(known[base], "metadata", {})
             if about.get("kind", "number") not in WITH_UNIT:
                 unit = about.get("unit")
                 raise InputError(
@@ -96,8 +180,9 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
             check_suffix(key, about.get("unit"))
         if base in result:
             raise InputError(f"'{base}' is given twice, with and without a unit")
+        inside = NESTED.get(about.get("kind", ""))
         try:
-            result[base] = nested(to_si(value, suffix))
+            result[base] = inside.typed(value) if inside else nested(to_si(value, suffix))
         except MechdaeError as problem:
             raise problem.inside(key) from None
     return result
@@ -114,7 +199,7 @@ def nested(value: Any) -> Any:
 
 def keys_of(kind: type[Value]) -> dict[str, Any]:
     """Return the file keys of a description: key -> field."""
-    return {entry.name.rstrip("_"): entry for entry in fields(kind)}
+    return {entry.name.rstrip("_"): entry for entry in fields(kind) if "kind" in entry.metadata}
 
 
 def read(kind: type[T], table: Any, place: str, **given: Any) -> T:
@@ -133,13 +218,15 @@ def read(kind: type[T], table: Any, place: str, **given: Any) -> T:
     """
     try:
         known = {key: entry for key, entry in keys_of(kind).items() if entry.name not in given}
+        if isinstance(table, Mapping):
+            table = kind.from_table(table)
         values = plain(table, known)
         arguments = {known[key].name: value for key, value in values.items()}
         for key, entry in known.items():
             if required(entry) and key not in values:
-                raise InputError(f"the key '{key}' is missing")
+                raise InputError(f"the key '{key}' is missing", where="" if place else key)
         return kind(**given, **arguments)
     except MechdaeError as problem:
         if problem.where in ("first", "second"):
             problem.where = "between"
-        raise problem.inside(place) from None
+        raise (problem.inside(place) if place else problem) from None

@@ -7,12 +7,13 @@ from typing import Any
 
 from mechdae.describe.file.load import SCHEMA, TOP
 from mechdae.describe.file.problem import Expected
-from mechdae.describe.file.reading import suffixes
+from mechdae.describe.file.reading import NESTED, suffixes
 from mechdae.describe.file.repeat import KEYS
 from mechdae.describe.joints import JOINTS
-from mechdae.describe.loads import LOADS, TimeTable
+from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground
-from mechdae.describe.tasks.kinds import TASKS, Driver
+from mechdae.describe.tasks.constraints import Choices, Region
+from mechdae.describe.tasks.kinds import TASKS
 from mechdae.describe.values import WITH_UNIT, Value, required
 
 NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
@@ -21,6 +22,14 @@ HOLE = r"\{[^{}]*\}"
 NAMES = rf"^([A-Za-z_]|{HOLE})([A-Za-z0-9_]|{HOLE})*$"
 FILLED = {"type": "string", "pattern": f"^{HOLE}$"}
 COUNT = {"type": "string", "description": "a whole number, an expression over [sizes]"}
+
+
+def _rows(size: int) -> dict[str, Any]:
+    """Return the schema of rows of numbers, two at least."""
+    row = {"type": "array", "items": NUMBER, "minItems": size, "maxItems": size}
+    return {"type": "array", "items": row, "minItems": 2}
+
+
 _KINDS: dict[str, dict[str, Any]] = {
     "number": NUMBER,
     "expression": NUMBER,
@@ -44,6 +53,21 @@ _KINDS: dict[str, dict[str, Any]] = {
         "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
     },
     "reference": {"type": "string", "pattern": rf"^(\w|{HOLE})+\.(\w|{HOLE})+$"},
+    "pairs": _rows(2),
+    "triples": _rows(3),
+    "start": {
+        "type": "object",
+        "additionalProperties": {"oneOf": [*NUMBER["oneOf"], {"type": "object"}]},
+    },
+    "coordinates": {"type": "object", "additionalProperties": NUMBER},
+    "samples": {
+        "type": "object",
+        "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 1},
+    },
+    "grid": {
+        "type": "object",
+        "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3},
+    },
     "free": {},
 }
 
@@ -127,18 +151,21 @@ def _tasks() -> list[dict[str, Any]]:
 
 def _kind(word: str) -> dict[str, Any]:
     """Return the schema of a kind of value."""
-    if word == "driver":
-        return _object(Driver)
-    if word == "timetable":
-        return _object(TimeTable)
-    if word == "drivers":
-        return {"type": "array", "items": _object(Driver)}
+    nested = NESTED.get(word)
+    if nested is not None:
+        entries = [_object(kind, kind=name) for name, kind in nested.classes.items()]
+        one = entries[0] if len(entries) == 1 else {"oneOf": entries}
+        return {"type": "array", "items": one} if nested.several else one
+    if word == "freedoms":
+        entries = [_KINDS["pair"], _object(Choices), _object(Region)]
+        return {"type": "object", "minProperties": 1, "additionalProperties": {"oneOf": entries}}
     return dict(_KINDS[word])
 
 
 def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = "") -> dict[str, Any]:
     properties: dict[str, Any] = {"kind": {"const": kind}} if kind else {}
     needed = ["kind"] if kind else []
+    either: list[dict[str, Any]] = []
     for entry in fields(description):
         word = entry.metadata.get("kind")
         if entry.name in skip or word is None:
@@ -152,15 +179,18 @@ def _object(description: type[Value], skip: tuple[str, ...] = (), kind: str = ""
             value["items"] = {"enum": choices}
         elif choices:
             value["enum"] = choices
-        properties[name] = value
+        forms = [name]
         if word in WITH_UNIT:
-            own = suffixes(entry.metadata["unit"])
-            properties |= {f"{name}{suffix}": value for suffix in own}
-        elif required(entry):
+            forms += [f"{name}{suffix}" for suffix in suffixes(entry.metadata["unit"])]
+        properties |= dict.fromkeys(forms, value)
+        if required(entry) and len(forms) == 1:
             needed.append(name)
-    return {
+        elif required(entry):
+            either.append({"oneOf": [{"required": [form]} for form in forms]})
+    result = {
         "type": "object",
         "properties": properties,
         "required": needed,
         "additionalProperties": False,
     }
+    return result | ({"allOf": either} if either else {})

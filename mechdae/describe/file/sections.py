@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from difflib import get_close_matches
 from typing import Any
 
 from mechdae.describe.file.problem import Expected, Problem
-from mechdae.describe.file.reading import check_suffix, plain, read, split_unit, to_si
+from mechdae.describe.file.reading import check_suffix, chosen, plain, read
 from mechdae.describe.file.repeat import Read, pattern_of
 from mechdae.describe.file.units import check_units
 from mechdae.describe.joints import JOINTS, SPATIAL, Joint
@@ -16,24 +15,9 @@ from mechdae.describe.mechanism import Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import (
     TASKS,
-    Driven,
-    Driver,
-    Equilibrium,
-    Motion,
-    Study,
     Task,
 )
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
-
-ALIASES = {
-    **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "turning"), "revolute"),
-    **dict.fromkeys(("slider", "sliding", "translation", "piston"), "prismatic"),
-    **dict.fromkeys(("fixed", "rigid"), "weld"),
-    **dict.fromkeys(("bar", "rod", "link"), "distance"),
-    **dict.fromkeys(("slot", "pin_in_slot", "yoke"), "pin-in-slot"),
-    **dict.fromkeys(("gears", "mesh"), "gear"),
-    **dict.fromkeys(("cam", "roller"), "curve"),
-}
 
 
 def read_problem(
@@ -108,28 +92,19 @@ def _read_body(name: str, table: Any) -> Body:
     return read(Body, _with_points(table, place), place, name=name)
 
 
-def _kind(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
-    if not isinstance(table, Mapping):
-        raise InputError("a table is needed", where=place)
-    kind = table.get("kind")
-    if not isinstance(kind, str):
-        raise InputError(f"the key 'kind' is missing: {', '.join(kinds)}", where=place)
-    if kind not in kinds:
-        error = UnknownName(f"kind of {word}", kind, kinds, where=f"{place}.kind")
-        meant = ALIASES.get(kind.lower())
-        if meant in kinds:
-            error.hint = f"did you mean {meant}?"
-        elif not get_close_matches(kind, kinds, 1):
-            error.hint = f"one of {', '.join(kinds)}"
-        raise error
-    return kinds[kind], {entry: value for entry, value in table.items() if entry != "kind"}
+def _chosen(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
+    try:
+        kind, rest = chosen(table, kinds, word)
+    except MechdaeError as problem:
+        raise problem.inside(place) from None
+    return kinds[kind], rest
 
 
 def _read_joint(name: str, table: Any) -> Joint:
     place = f"joints.{name}"
     if isinstance(table, Mapping) and table.get("kind") in SPATIAL:
         raise UnavailableError("spatial joints are not computed by this version", where=place)
-    kind, rest = _kind(table, place, JOINTS, "joint")
+    kind, rest = _chosen(table, place, JOINTS, "joint")
     between = rest.pop("between", None)
     if not isinstance(between, list) or len(between) != 2:
         raise InputError(
@@ -145,50 +120,11 @@ def _read_joint(name: str, table: Any) -> Joint:
 
 
 def _read_load(name: str, table: Any) -> Any:
-    kind, rest = _kind(table, f"loads.{name}", LOADS, "load")
+    kind, rest = _chosen(table, f"loads.{name}", LOADS, "load")
     return read(kind, rest, f"loads.{name}", name=name)
 
 
 def _read_task(name: str, table: Any) -> Task:
-    place = f"tasks.{name}"
-    kind, rest = _kind(table, place, TASKS, "task")
-    if issubclass(kind, Driven | Motion | Equilibrium):
-        if "driver" in rest:
-            rest["driver"] = _read_driver(rest["driver"], f"{place}.driver")
-        if "drivers" in rest:
-            if not isinstance(rest["drivers"], list):
-                raise InputError("a list of drivers is needed", where=f"{place}.drivers")
-            rest["drivers"] = [
-                _read_driver(item, f"{place}.drivers[{i}]")
-                for i, item in enumerate(rest["drivers"])
-            ]
-    if kind is Study and isinstance(rest.get("vary"), Mapping):
-        rest["vary"] = _grid(rest["vary"], f"{place}.vary")
-    task: Task = read(kind, rest, place)
+    kind, rest = _chosen(table, f"tasks.{name}", TASKS, "task")
+    task: Task = read(kind, rest, f"tasks.{name}")
     return task
-
-
-def _grid(table: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Return name -> [from, to, count] in SI; a unit belongs to the first two numbers."""
-    result = {}
-    for entry, items in table.items():
-        base, suffix = split_unit(entry)
-        if not isinstance(items, list) or len(items) != 3:
-            raise InputError("[from, to, count] is needed", where=f"{place}.{entry}")
-        if base in result:
-            raise InputError(f"'{base}' is given twice, with and without a unit", where=place)
-        result[base] = [*to_si(items[:2], suffix), items[2]]
-    return result
-
-
-def _read_driver(table: Any, place: str) -> Driver:
-    if isinstance(table, Mapping) and any(split_unit(word)[0] == "law" for word in table):
-        for word in table:
-            base, suffix = split_unit(word)
-            if suffix and base in ("from", "to", "times"):
-                raise InputError(
-                    "the times of a law are in seconds",
-                    where=f"{place}.{word}",
-                    hint=f"{base} = ...",
-                )
-    return read(Driver, table, place)

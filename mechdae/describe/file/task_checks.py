@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Mapping
 
 from mechdae.describe.coordinates import coordinate, selection
-from mechdae.describe.expression import names_in
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.named import unknown_name
 from mechdae.describe.tasks.kinds import Driven, Driver, Equilibrium, Motion, Reactions, Task
 from mechdae.describe.tasks.motion import check_equilibrium, check_motion
-from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
+from mechdae.errors import InputError, MechanismError, MechdaeError
 
 
 def check_task(mechanism: Mechanism, name: str, task: Task) -> None:
@@ -91,13 +90,3 @@ def _check_names(driver: Driver, known: Mapping[str, float]) -> None:
         unknown_name([driver.law], {*known, "t"}, "name", "driver.law")
     numbers = (driver.from_, driver.to, driver.speed, driver.acceleration, driver.jerk)
     unknown_name([*(driver.at or ()), *numbers, *(driver.times or ())], known, place="driver")
-
-
-def unknown_name(
-    numbers: Iterable[Any], known: Iterable[str], kind: str = "parameter", place: str = ""
-) -> None:
-    """Raise for a name in an expression among `numbers` that is not known."""
-    for number in numbers:
-        for used in sorted(names_in(number)) if isinstance(number, str) else ():
-            if used not in known:
-                raise UnknownName(kind, used, known, where=place)

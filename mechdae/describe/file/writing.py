@@ -16,10 +16,12 @@ from mechdae.describe.file.load import SCHEMA
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.tabulated import write_tables
 from mechdae.describe.joints import Joint
-from mechdae.describe.loads import Load, TableLoad, TimeTable
+from mechdae.describe.loads import Load, TableLoad
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Task
+from mechdae.describe.tasks.constraints import Constraint
+from mechdae.describe.tasks.goals import Goal
+from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import NAME, Value
 
 
@@ -71,8 +73,8 @@ def dumps(problem: Problem) -> str:
     for entry in ("title", "source"):
         if getattr(problem, entry):
             lines.append(f"{entry} = {_text(getattr(problem, entry))}")
-    tasks = {name: {"kind": task.kind, **_given(task)} for name, task in problem.tasks.items()}
-    expected = [_given(entry) for entry in problem.expected]
+    tasks = {name: given(task) for name, task in problem.tasks.items()}
+    expected = [given(entry) for entry in problem.expected]
     typed = problem.pattern
     same = typed.problem(problem.name) if typed and not typed.settings else None
     if typed is not None and same is not None and same.mechanism == problem.mechanism:
@@ -109,36 +111,34 @@ def _mechanism(mechanism: Mechanism) -> list[str]:
     if mechanism.gravity is not None:
         lines.append(f"gravity = {_value(mechanism.gravity)}")
     lines += _section("parameters", mechanism.parameters)
-    lines += _section("ground", _given(mechanism.ground))
+    lines += _section("ground", given(mechanism.ground))
     for name, body in mechanism.bodies.items():
-        lines += ["", f"[bodies.{name}]", *_entries(_given(body, skip=("name",)))]
+        lines += ["", f"[bodies.{name}]", *_entries(given(body, skip=("name",)))]
     lines += _section("joints", {n: _joint(j) for n, j in mechanism.joints.items()})
     lines += _section("sketch", mechanism.sketch)
     lines += _section(
         "loads",
-        {n: {"kind": x.kind, **_load(x)} for n, x in mechanism.loads.items()},
+        {n: given(x, skip=("name",)) for n, x in mechanism.loads.items()},
     )
     lines += _section("outputs", mechanism.outputs)
     return lines
 
 
-def _given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Return the fields that differ from their default, under their file keys."""
-    return {
+def given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return the kind and the fields that differ from their default, under their file keys."""
+    kind = {"kind": value.kind} if isinstance(value, Goal | Constraint | Task | Load) else {}
+    return kind | {
         entry.name.rstrip("_"): getattr(value, entry.name)
         for entry in fields(value)
         if entry.name not in skip
+        and "kind" in entry.metadata
         and getattr(value, entry.name) is not None
         and getattr(value, entry.name) != entry.default
     }
 
 
-def _load(load: Load) -> dict[str, Any]:
-    return _given(load, skip=("name", "from_file"))
-
-
 def _joint(joint: Joint) -> dict[str, Any]:
-    rest = _given(joint, skip=("name", "first", "second"))
+    rest = given(joint, skip=("name", "first", "second"))
     return {"kind": joint.kind, "between": [joint.first, joint.second], **rest}
 
 
@@ -167,8 +167,8 @@ def _value(value: Any) -> str:
         return repr(value)
     if isinstance(value, str):
         return _text(value)
-    if isinstance(value, Driver | TimeTable):
-        value = _given(value, skip=("from_file",))
+    if isinstance(value, Value):
+        value = given(value)
     if isinstance(value, Mapping):
         return "{ " + ", ".join(_entries(value)) + " }" if value else "{}"
     return "[" + ", ".join(_value(item) for item in value) + "]"

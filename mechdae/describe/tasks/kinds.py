@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from mechdae.describe.file.reading import read
+from mechdae.describe.file.reading import Nested, nest, split_unit, to_si
 from mechdae.describe.loads import TimeTable
 from mechdae.describe.table import Table
-from mechdae.describe.values import COERCE, Number, Value, describe, each, key, sequence
+from mechdae.describe.tasks.constraints import Constraint, Turned
+from mechdae.describe.tasks.goals import Goal
+from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 
 DEFAULT_POSES = 361
+HINT = 'driver = { coordinate = "..." } in a file, Driver("...") in Python'
 MEASURES = (
     "transmission",
     "extremes",
@@ -51,31 +54,38 @@ class Driver(Value):
     jerk: Number | None = key("number", None)
     table: TimeTable | None = key("timetable", None, doc="a law by rows, in a motion")
 
-
-def _one(value: Any) -> Driver:
-    if not isinstance(value, Driver):
-        raise InputError(
-            f"a driver is needed, not {describe(value)}",
-            hint='driver = { coordinate = "..." } in a file, Driver("...") in Python',
-        )
-    return value
-
-
-def _several(value: Any) -> tuple[Driver, ...]:
-    if isinstance(value, Driver):
-        raise InputError("a list of drivers is needed, not one", hint="'driver' is for one")
-    return tuple(each(sequence(value), _one))
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
+        typed = {word: split_unit(word) for word in table}
+        by_law = any(base == "law" for base, _ in typed.values())
+        for word, (base, suffix) in typed.items():
+            if by_law and suffix and base in ("from", "to", "times"):
+                raise InputError(
+                    "the times of a law are in seconds", where=word, hint=f"{base} = ..."
+                )
+        return table
 
 
-def _timetable(value: Any) -> TimeTable:
-    if isinstance(value, Mapping):
-        return read(TimeTable, value, "", from_file=None)
-    if not isinstance(value, TimeTable):
-        raise InputError(f"a table is needed, not {describe(value)}", hint='{ file = "law.csv" }')
-    return value
+nest("driver", Nested("driver", {"": Driver}, HINT, tables=False))
+nest("drivers", Nested("driver", {"": Driver}, "'driver' is for one", several=True, tables=False))
+nest("timetable", Nested("table", {"": TimeTable}, '{ file = "law.csv" }'))
 
 
-COERCE |= {"driver": _one, "drivers": _several, "timetable": _timetable}
+@dataclass(frozen=True)
+class Event(Value):
+    """An expression of coordinates, speeds and ``t`` crosses a value, in a motion.
+
+    With ``stop`` the motion ends there. ``name`` is that of the expression where it has no other.
+    """
+
+    coordinate: str = key("text", doc="a coordinate, a speed, a named output")
+    crosses: Number = key("number", 0.0)
+    name: str | None = key("text", None)
+    direction: str = key("text", "both", choices=("both", "up", "down"))
+    stop: bool = key("flag", False, doc="the motion ends there")
+
+
+nest("events", Nested("event", {"": Event}, "events = [{...}]", several=True))
 
 
 @dataclass(frozen=True)
@@ -176,8 +186,8 @@ class Motion(Task):
     "bdf" is for stiff forces, "auto" turns to it where they are.
     """
 
-    start: Table[Any] | None = key("free", None, doc="coordinate -> value")
-    start_speed: Table[Any] | None = key("free", None, doc="coordinate -> speed")
+    start: Table[Number] | None = key("start", None, doc="coordinate -> value")
+    start_speed: Table[Number] | None = key("start", None, doc="coordinate -> speed")
     drivers: tuple[Driver, ...] | None = key("drivers", None)
     until: Number | None = key("number", None, doc="end [s]")
     at: tuple[Number, ...] | None = key("numbers", None, doc="times of output [s]")
@@ -188,7 +198,7 @@ class Motion(Task):
     friction: str | None = key("text", None, choices=("event", "smooth", "none"))
     v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")
     omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
-    events: Any = key("free", None, doc="[{coordinate, crosses, name, stop}]")
+    events: tuple[Event, ...] | None = key("events", None)
     outputs: tuple[str, ...] | None = key("names", None)
     linearise: Number | None = key("number", None, doc="time of the linear system A, B, C, D [s]")
     inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")
@@ -209,7 +219,7 @@ class Equilibrium(Task):
     """
 
     free: tuple[str, ...] | None = key("names", None)
-    start: Table[Any] | None = key("free", None, doc="coordinate -> value near the pose")
+    start: Table[Number] | None = key("start", None, doc="coordinate -> value near the pose")
     drivers: tuple[Driver, ...] | None = key("drivers", None)
     friction: str | None = key("text", None, choices=("none",))
     mode: str | None = key("text", None, doc="on this assembly mode of the free coordinates")
@@ -226,11 +236,13 @@ class Equilibrium(Task):
 class Synthesis(Task):
     """Dimensions that do what is asked for."""
 
-    driver: Any = key("free", None)
-    goal: Any = key("free", None)
-    goals: Any = key("free", None)
-    free: Any = key("free", None)
-    constraints: Any = key("free", None)
+    driver: Turned | None = key("turned", None)
+    goal: Goal | None = key("goal", None)
+    goals: tuple[Goal, ...] | None = key("goals", None)
+    free: Table[Any] | None = key(
+        "freedoms", None, doc="name -> [low, high], { ratios }, or { point, polygon or disc }"
+    )
+    constraints: tuple[Constraint, ...] | None = key("constraints", None)
     starts: int | None = key("whole", None)
     seed: int | None = key("natural", None)
     keep: int | None = key("whole", None, doc="designs that are reported, 5")
@@ -244,14 +256,32 @@ class Synthesis(Task):
 class Study(Task):
     """A task over a grid of parameters (``vary``) or over sets of them (``samples``)."""
 
-    vary: Any = key("free", None, doc="name -> [from, to, count]; all combinations")
-    samples: Any = key("free", None, doc="name -> [values], as many for each name")
+    vary: Mapping[str, Sequence[Number]] | None = key(
+        "grid", None, doc="name -> [from, to, count]; all combinations"
+    )
+    samples: Mapping[str, Sequence[Number]] | None = key(
+        "samples", None, doc="name -> [values], as many for each name"
+    )
     of: str | None = key("text", None, doc="the sweep, motion or equilibrium repeated")
     outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
 
     kind: ClassVar[str] = "study"
     available: ClassVar[bool] = True
     holds: ClassVar[tuple[str, ...]] = ("grid",)
+
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any]) -> Mapping[str, Any]:
+        if not isinstance(table.get("vary"), Mapping):
+            return table
+        vary: dict[str, Any] = {}
+        for entry, items in table["vary"].items():
+            base, suffix = split_unit(entry)
+            if not isinstance(items, list) or len(items) != 3:
+                raise InputError("[from, to, count] is needed", where=f"vary.{entry}")
+            if base in vary:
+                raise InputError(f"'{base}' is given twice, with and without a unit", where="vary")
+            vary[base] = [*to_si(items[:2], suffix), items[2]]  # a count has no unit
+        return {**table, "vary": vary}
 
 
 @dataclass(frozen=True)
@@ -262,7 +292,7 @@ class Sensitivity(Task):
     outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
     wrt: tuple[str, ...] | None = key("names", None, doc="parameters and automatic names")
     order: int = key("whole", 1, doc="1, or 2 for second derivatives too")
-    tolerances: Any = key("free", None, doc="name -> half width")
+    tolerances: Mapping[str, Number] | None = key("coordinates", None, doc="name -> half width")
 
     kind: ClassVar[str] = "sensitivity"
     available: ClassVar[bool] = True

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import replace
 
 from mechdae.describe.coordinates import (
     NamedCoordinate,
@@ -13,27 +12,10 @@ from mechdae.describe.coordinates import (
 )
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.named import RATES, check_expression, split_rate
-from mechdae.describe.tasks.kinds import Equilibrium, Motion
-from mechdae.describe.values import number
-from mechdae.errors import InputError, MechdaeError, UnknownName
-
-EVENT_KEYS = ("coordinate", "crosses", "name", "direction", "stop")
-DIRECTIONS = ("both", "up", "down")
-
-
-@dataclass(frozen=True)
-class Crossing:
-    """An event: an expression of coordinates, speeds and t crosses a value.
-
-    ``direction`` is "both", "up" or "down"; with ``stop`` the motion ends there.
-    """
-
-    name: str
-    text: str
-    value: float
-    direction: str = "both"
-    stop: bool = False
+from mechdae.describe.named import RATES, check_expression, split_rate, unknown_name
+from mechdae.describe.tasks.kinds import Driver, Equilibrium, Event, Motion
+from mechdae.describe.values import Number
+from mechdae.errors import InputError, MechdaeError
 
 
 def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
@@ -45,86 +27,50 @@ def named_coordinate(mechanism: Mechanism, name: str) -> NamedCoordinate:
     return coordinate(mechanism, name)
 
 
-def start_values(mechanism: Mechanism, table: Any, key: str) -> dict[NamedCoordinate, float]:
-    """Return the numbers of a start by coordinate; dotted keys may be nested tables.
+def start_values(
+    mechanism: Mechanism, table: Mapping[str, Number] | None, key: str
+) -> dict[NamedCoordinate, float]:
+    """Return the numbers of a start by coordinate.
 
     Raises
     ------
     InputError, UnknownName
         With the key path.
     """
-    if table is None:
-        return {}
-    if not isinstance(table, Mapping):
-        raise InputError("a table coordinate = value is needed", where=key)
     known = mechanism.parameter_values
     found: dict[NamedCoordinate, float] = {}
-    for name, value in _flat(table):
+    for name, value in (table or {}).items():
         try:
             base = name.removesuffix(RATES[0]) if key == "start_speed" else name
             c = named_coordinate(mechanism, base)
             if c in found:
                 raise InputError("the coordinate is given twice")
-            given = number(value)
-            for used in sorted(names_in(given)) if isinstance(given, str) else ():
-                if used not in known:
-                    raise UnknownName("parameter", used, known)
-            found[c] = evaluate(given, known)
+            unknown_name([value], known)
+            found[c] = evaluate(value, known)
         except MechdaeError as problem:
             raise problem.inside(f"{key}.{name}") from None
     return found
 
 
-def _flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    for name, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{before}{name}.")
-        else:
-            yield before + name, value
-
-
-def crossings(mechanism: Mechanism, task: Motion) -> list[Crossing]:
-    """Return the events a task asks for.
-
-    ``coordinate`` may be a coordinate, a speed (``crank.angle.speed``) or a named output.
+def crossings(mechanism: Mechanism, task: Motion) -> list[Event]:
+    """Return the events of a task, each with its name and an expression of coordinates.
 
     Raises
     ------
     InputError, UnknownName
         With the key path.
     """
-    known = mechanism.parameter_values
-    if task.events is None:
-        return []
-    if not isinstance(task.events, tuple):
-        raise InputError("a list of events is needed", where="events", hint="events = [{...}]")
     found = []
-    for i, entry in enumerate(task.events):
+    for i, event in enumerate(task.events or ()):
         try:
-            if not isinstance(entry, Mapping):
-                raise InputError("a table with the key 'coordinate' is needed")
-            for key in entry:
-                if key not in EVENT_KEYS:
-                    raise UnknownName("key", key, EVENT_KEYS)
-            text = entry.get("coordinate")
-            if not isinstance(text, str):
-                raise InputError("the key 'coordinate' is missing")
+            text = event.coordinate
             if text in mechanism.bodies or text in mechanism.joints:
                 text = named_coordinate(mechanism, text).text
             check_expression(mechanism, text, "coordinate")
             if any(split_rate(used)[1] > 1 for used in names_in(text)):
                 raise InputError("events do not depend on accelerations", where="coordinate")
-            direction = entry.get("direction", "both")
-            if direction not in DIRECTIONS:
-                raise UnknownName("value", str(direction), DIRECTIONS, where="direction")
-            stop = entry.get("stop", False)
-            if not isinstance(stop, bool):
-                raise InputError("true or false is needed", where="stop")
-            value = evaluate(number(entry.get("crosses", 0.0)), known)
-            name = entry.get("name", text)
-            if not isinstance(name, str):
-                raise InputError("a text is needed", where="name")
-            found.append(Crossing(name, text, value, direction, stop))
+            plain = event.evaluated(mechanism.parameter_values)
+            found.append(replace(plain, coordinate=text, name=event.name or text))
         except MechdaeError as problem:
             raise problem.inside(f"events[{i}]") from None
     return found
@@ -147,10 +93,8 @@ def check_motion(mechanism: Mechanism, task: Motion) -> None:
             raise InputError(f"'{key}' belongs to friction = \"smooth\"", where=key)
     keys = ("until", "tolerance", "max_step", "v_s", "omega_s")
     numbers = [(key, getattr(task, key)) for key in keys]
-    for key, given in [*numbers, *(("at", own) for own in task.at or ())]:
-        for used in sorted(names_in(given)) if isinstance(given, str) else ():
-            if used not in known:
-                raise UnknownName("parameter", used, known, where=key)
+    for key, number in [*numbers, *(("at", time) for time in task.at or ())]:
+        unknown_name([number], known, place=key)
 
 
 def check_equilibrium(mechanism: Mechanism, task: Equilibrium) -> None:
@@ -179,29 +123,29 @@ def _check_drivers(
     for i, driver in enumerate(task.drivers or ()):
         try:
             driven.append(coordinate(mechanism, driver.coordinate).text)
-            ways = [w for w in ("at", "from_", "to", "range", "times") if getattr(driver, w)]
-            timed = driver.law is not None or driver.table is not None
-            if not timed and (driver.at is None or len(driver.at) != 1):
-                raise InputError(
-                    "a driver of a motion follows a law of time or is held",
-                    hint='law = "..." of t, table = { file = "law.csv" }, or at = [value]',
-                )
-            if driver.law is not None and driver.table is not None:
-                raise InputError("a driver has a law or a table, not both", where="table")
-            if timed and ways:
-                raise InputError(f"a law of a motion needs no '{ways[0].rstrip('_')}'")
+            _check_timed(driver)
             for word in ("factor", "shift", "period"):
-                number = getattr(driver.table, word, None)
-                for used in sorted(names_in(number)) if isinstance(number, str) else ():
-                    if used not in known:
-                        raise UnknownName("parameter", used, known, where=f"table.{word}")
+                unknown_name([getattr(driver.table, word, None)], known, place=f"table.{word}")
             for key in ("speed", "acceleration", "jerk"):
                 if getattr(driver, key) is not None:
                     raise InputError("it follows from the law", where=key)
-            for used in sorted(names_in(driver.law)) if driver.law is not None else ():
-                if used not in known and used != "t":
-                    raise UnknownName("name", used, [*known, "t"], where="law")
+            unknown_name([driver.law], [*known, "t"], "name", "law")
         except MechdaeError as problem:
             raise problem.inside(f"drivers[{i}]") from None
     if len(set(driven)) < len(driven):
         raise InputError("two drivers impose the same coordinate", where="drivers")
+
+
+def _check_timed(driver: Driver) -> None:
+    """Raise for a driver that is neither held nor follows one law of time alone."""
+    timed = driver.law is not None or driver.table is not None
+    if not timed and (driver.at is None or len(driver.at) != 1):
+        raise InputError(
+            "a driver of a motion follows a law of time or is held",
+            hint='law = "..." of t, table = { file = "law.csv" }, or at = [value]',
+        )
+    if driver.law is not None and driver.table is not None:
+        raise InputError("a driver has a law or a table, not both", where="table")
+    ways = [way for way in ("at", "from_", "to", "range", "times") if getattr(driver, way)]
+    if timed and ways:
+        raise InputError(f"a law of a motion needs no '{ways[0].rstrip('_')}'")

@@ -145,7 +145,7 @@ def _errors(
         unit = coordinate(mechanism, goal.output).unit
         below = coordinate(mechanism, designs[0].asked.driver).unit
         what = f"{designs[0].asked.driver} \N{MINUS SIGN} {words('start')}"
-    points = isinstance(goal, FunctionTargets) and bool(goal.points)
+    points = isinstance(goal, FunctionTargets) and bool(goal.targets)
     word = words("deviation" if isinstance(goal, StraightLine) else "error")
     title, subtitle = _head(designs, word, words)
     frame = Frame(ax, 1, title, subtitle, _key(designs, words, points), height=HEIGHT * 0.8)

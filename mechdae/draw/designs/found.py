@@ -11,8 +11,16 @@ import numpy as np
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.goals import Extreme, Goal, listed_goals
-from mechdae.describe.tasks.synthesis import Demand, demand
+from mechdae.describe.tasks.goals import (
+    Asked,
+    Extreme,
+    FunctionTargets,
+    Goal,
+    Maximise,
+    Rocker,
+    StraightLine,
+)
+from mechdae.describe.tasks.synthesis import Demand, demand, listed_goals
 from mechdae.draw.diagram.scene import Array, read_scene
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -29,13 +37,13 @@ def title_of(result: Any) -> str:
 def sense_of(result: Any) -> int:
     """Return 1 where less of the objective is better, -1 where more is."""
     counted = _counted(result)
-    return -1 if len(counted) == 1 and counted[0].get("kind") == "maximise" else 1
+    return -1 if len(counted) == 1 and isinstance(counted[0], Maximise) else 1
 
 
-def _counted(result: Any) -> list[Mapping[str, Any]]:
+def _counted(result: Any) -> list[Goal]:
     """Return the goals that the objective is of: those that are not met exactly."""
-    tables = [table for table, _ in listed_goals(result.definition)]
-    return [t for t in tables if t.get("kind") != "rocker" and t.get("measure") != "exact"]
+    goals = [goal for goal, _ in listed_goals(result.definition)]
+    return [g for g in goals if not isinstance(g, Rocker) and getattr(g, "measure", "") != "exact"]
 
 
 def chosen(result: Any, design: int | None) -> list[int]:
@@ -103,7 +111,7 @@ class Found:
         )
 
     @property
-    def goal(self) -> Goal:
+    def goal(self) -> Asked:
         """The goal with targets of its own, else the first."""
         goals = [goal for goal, _ in self.asked.goals]
         return min(goals, key=lambda goal: isinstance(goal, Extreme))
@@ -195,17 +203,17 @@ def objective_text(result: Any, words: Words) -> str:
     counted = _counted(result)
     if len(counted) != 1:
         return words("objective")
-    table = counted[0]
-    kind, measure = table.get("kind"), table.get("measure", "least-squares")
-    if kind in ("minimise", "maximise"):
-        path = str(table.get("of"))
+    goal = counted[0]
+    measure = getattr(goal, "measure", "")
+    if isinstance(goal, Extreme):
+        path = goal.of
         unit = UNITS.get(path.rpartition("/")[2], "")
         shown = f" [{words.status(unit)}]" if unit else ""
         return f"{words('objective')}: {path}{shown}"
-    if kind == "straight-line":
+    if isinstance(goal, StraightLine):
         return words("objective line")
-    if kind == "function":
-        unit = coordinate(result.mechanism, str(table.get("output"))).unit
+    if isinstance(goal, FunctionTargets):
+        unit = coordinate(result.mechanism, goal.output).unit
         word = "objective largest" if measure == "minimax" else "objective mean"
         power = "" if measure == "minimax" else "²"
         return words(word, f"{words(unit)}{power}")

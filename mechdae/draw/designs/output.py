@@ -25,7 +25,7 @@ def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> 
     mechanism = found.problem.mechanism
     inputs, outputs = (coordinate(mechanism, text) for text in (found.asked.driver, goal.output))
     errors = np.array(found.data["errors"], float)
-    if goal.points:
+    if goal.targets:
         x = found.driven(found.motion)
         y = found.series(found.motion, goal.output)
         at, wanted = _wanted(found, goal, x, y, errors)
@@ -40,7 +40,7 @@ def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> 
     facts.insert(2, words("largest error", worst_text(outputs.unit, errors, words)))
     solid = {"color": style.SERIES[0], "linewidth": 1.6}
     asked: dict[str, Any]
-    if goal.points:
+    if goal.targets:
         asked = {"marker": "o", "markersize": 5.0, "markerfacecolor": style.PAPER,
                  "markeredgecolor": style.ARROW, "linestyle": ""}  # fmt: skip
     else:
@@ -50,10 +50,10 @@ def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> 
     k = frame.k
     upper, lower = frame.panels
     upper.plot(across(x), up(y), color=style.SERIES[0], linewidth=1.6 * k, gid="output")
-    scaled = {**asked, "linewidth": 1.4 * k} if not goal.points else {**asked, "markersize": 5 * k}
+    scaled = {**asked, "linewidth": 1.4 * k} if not goal.targets else {**asked, "markersize": 5 * k}
     upper.plot(across(at), up(wanted), **scaled, zorder=4, gid="wanted")
     lower.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
-    if goal.points:
+    if goal.targets:
         lower.vlines(across(at), 0.0, small(errors), color=style.ARROW, linewidth=1.4 * k)
         lower.plot(across(at), small(errors), **scaled, zorder=4, gid="error")
     else:
@@ -64,7 +64,7 @@ def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> 
     if across.unit == "deg":
         upper.locator_params(axis="x", steps=[1, 1.5, 3, 4.5, 6, 9, 10])
     ends = np.sort(across(x))[[0, -1]]
-    margin = 0.015 * (ends[1] - ends[0]) if goal.points else 0.0
+    margin = 0.015 * (ends[1] - ends[0]) if goal.targets else 0.0
     upper.set_xlim(ends[0] - margin, ends[1] + margin)
     return upper
 
@@ -72,7 +72,7 @@ def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> 
 def errors_of(found: Found, goal: FunctionTargets) -> tuple[Array, Array]:
     """Return driver values and errors there."""
     errors = np.array(found.data["errors"], float)
-    if not goal.points:
+    if not goal.targets:
         return found.driven(found.moves.between), errors
     return np.array(found.data["at"], float), errors
 

@@ -9,7 +9,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.tasks.motion import Crossing, crossings
+from mechdae.describe.tasks.kinds import Event
+from mechdae.describe.tasks.motion import crossings
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
@@ -26,7 +27,7 @@ ROUNDING = 4e-15
 class Found:
     """A crossing at a state; ``rises`` tells its direction."""
 
-    crossing: Crossing
+    crossing: Event
     state: Any
     rises: bool
     signs: Any
@@ -46,10 +47,10 @@ class Crossings:
         found = []
         for i, crossing in enumerate(self.wanted):
             try:
-                own = over_states(self.setup.model, self.setup.loads, crossing.text, {})
+                own = over_states(self.setup.model, self.setup.loads, crossing.coordinate, {})
             except MechdaeError as problem:
                 raise problem.inside(f"events[{i}]") from None
-            found.append(own - crossing.value)
+            found.append(own - crossing.crosses)
         return found
 
     def rows(self) -> list[Any]:

@@ -128,7 +128,7 @@ class Function(Goal):
         low, high = limits[1:, 0].min(), limits[1:, 1].max()
         if not 0 < low < high:
             return None
-        least = max((float(np.sin(t.least)) for t in space.asked.transmission), default=LEAST)
+        least = max((float(np.sin(t.min)) for t in space.asked.transmission), default=LEAST)
         found = function_starts(
             self.inputs, self.outputs, keep=count, seed=generator, lengths=(low, high),
             least=max(least, 1e-3),
@@ -258,7 +258,7 @@ class Function(Goal):
         end = self._value(values, "end", self.asked.output_start)
         u, x = self.programme(values, given)
         d = np.concatenate([values["d"], np.atleast_1d(given["choice"])])
-        trace, nodes = Trace(self.spread, d, u, x), (u - begin) / self.asked.spans[0]
+        trace, nodes = Trace(self.spread, d, u, x), (u - begin) / self.asked.input_range
         sense = given[self.own("sense")]
 
         def error(shares: Any) -> Any:
@@ -272,7 +272,7 @@ class Function(Goal):
     def refined(
         self, spread: Spread, values: Mapping[str, Any], given: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, Any]] | None:
-        if not self.minimax or self.asked.points:
+        if not self.minimax or self.asked.targets:
             return None
         trace, nodes, places, tops = self._extremes(values, given)
         worst = float(values[self.own("worst")][0]) * self.size
@@ -295,12 +295,12 @@ class Function(Goal):
         begin = self._value(design.values, "begin", self.asked.input_start)
         end = self._value(design.values, "end", self.asked.output_start)
         shares = np.linspace(0, 1, FINE)
-        refined = self.minimax and not self.asked.points
+        refined = self.minimax and not self.asked.targets
         if refined:  # largest errors lie between any nodes
             shares = np.unique([*shares, *self._extremes(design.values, design.given)[2]])
         inputs, outputs = (
             (self.inputs, self.outputs)
-            if self.asked.points
+            if self.asked.targets
             else (np.array(part) for part in self.asked.scales(shares.tolist()))
         )
         found, defects = design.swept(begin + inputs, (self.asked.output,))

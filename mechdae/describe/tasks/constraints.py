@@ -1,0 +1,244 @@
+"""What a synthesis may change, and what it must keep, as it is described."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+from mechdae.describe.coordinates import coordinate
+from mechdae.describe.file.reading import Nested, nest, read
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.goals import REDUCTIONS, Minimise, Within, known, known_point
+from mechdae.describe.values import COERCE, Number, Value, entries, key, numbers, text
+from mechdae.errors import InputError
+
+Bounds = tuple[float, float]
+EVERYWHERE = (-float("inf"), float("inf"))
+
+
+# -- freedoms ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Turned(Value):
+    """The driver of a synthesis."""
+
+    coordinate: str = key("text")
+
+
+@dataclass(frozen=True)
+class Choices(Value):
+    """Values out of which a parameter is chosen."""
+
+    ratios: tuple[Number, ...] = key("numbers", doc="values, none of them zero")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.ratios or 0.0 in self.ratios:
+            raise InputError("ratios other than zero are needed", where="ratios")
+
+
+@dataclass(frozen=True)
+class Region(Value):
+    """A convex polygon (k, 2) or a disc (x, y, r) that a point of the ground stays in [m]."""
+
+    point: str = key("text", doc="a point of the ground")
+    polygon: tuple[tuple[Any, ...], ...] | None = key("pairs", None, doc="[[x, y], ...]", unit="m")
+    disc: tuple[Any, ...] | None = key("numbers", None, doc="[x, y, radius]", unit="m")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.polygon is None) == (self.disc is None):
+            raise InputError("give either 'polygon' or 'disc'")
+        if self.disc is not None and len(self.disc) != 3:
+            raise InputError(f"3 numbers are needed, here are {len(self.disc)}", where="disc")
+        if self.polygon is not None and len(self.polygon) < 3:
+            raise InputError(
+                f"3 at least are needed, here are {len(self.polygon)}", where="polygon"
+            )
+
+    def asked(self, within: Within) -> Region:
+        """Return the region of plain numbers, corners counter-clockwise."""
+        points = [f"{GROUND}.{name}" for name in within.mechanism.ground.points]
+        known(self.point, points, "point of the ground", "point")
+        if self.disc is not None:
+            if self.disc[2] <= 0:
+                raise InputError("a disc has a radius", where="disc")
+            return self
+        corners = self.polygon or ()
+        turns = []
+        for k, (x, y) in enumerate(corners):
+            (a, b), (c, d) = corners[k - 1], corners[(k + 1) % len(corners)]
+            turns.append((x - a) * (d - y) - (y - b) * (c - x))
+        if all(turn > 0 for turn in turns):
+            return self
+        if all(turn < 0 for turn in turns):
+            return replace(self, polygon=corners[::-1])
+        raise InputError(
+            "the polygon is not convex", where="polygon",
+            hint="solve for its convex parts one by one",
+        )  # fmt: skip
+
+    @property
+    def box(self) -> list[Bounds]:
+        """The bounds of x and y."""
+        if self.disc is not None:
+            x, y, r = self.disc
+            return [(x - r, x + r), (y - r, y + r)]
+        return [(min(c), max(c)) for c in zip(*(self.polygon or ()), strict=True)]
+
+
+def _freedom(value: Any) -> Any:
+    if isinstance(value, Choices | Region):
+        return value
+    if isinstance(value, Mapping):
+        return read(Region if "point" in value else Choices, value, "")
+    found = numbers(value)
+    if len(found) != 2:
+        raise InputError(f"[low, high] is needed, here are {len(found)} numbers")
+    return found
+
+
+def _freedoms(value: Any) -> Table[Any]:
+    """Return name -> bounds, `Choices`, or a `Region` of a pivot whatever its name."""
+    if not isinstance(value, Mapping) or not value:
+        raise InputError("free = { name = [low, high], ... } is needed")
+    return Table(entries(value, _freedom, check=text))
+
+
+COERCE["freedoms"] = _freedoms
+
+
+# -- constraints -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constraint(Value):
+    """Base of the constraints of a synthesis."""
+
+    kind: ClassVar[str] = ""
+
+    def check(self, within: Within) -> None:
+        """Raise `InputError` for what does not fit the mechanism; numbers are plain."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FullTurn(Constraint):
+    """The driver turns fully."""
+
+    coordinate: str | None = key("text", None, doc="the driver's")
+    margin: Any = key("number", 1e-6, doc="of the inequalities", unit="m")
+
+    kind: ClassVar[str] = "full-turn"
+
+    def check(self, within: Within) -> None:
+        driver = within.driver
+        known(driver if self.coordinate is None else self.coordinate, [driver], "coordinate",
+              "coordinate")  # fmt: skip
+        if not coordinate(within.mechanism, driver).is_angle:
+            raise InputError(f"{driver} is no angle, it makes no turns")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransmissionAngle(Constraint):
+    """The transmission angle of the dyad that two bodies belong to is no less than ``min``.
+
+    Over the whole turn of a driver that makes one, or at the poses of the goals alone.
+    """
+
+    between: tuple[str, ...] = key("names", doc="two bodies")
+    min: Any = key("number", unit="rad")
+    over: str = key("text", "turn", choices=("turn", "goal"))
+    place: str = field(default="constraints", compare=False)
+
+    kind: ClassVar[str] = "transmission-angle"
+
+    def check(self, within: Within) -> None:
+        for body in self.between:
+            known(body, [*within.mechanism.bodies, GROUND], "body", "between")
+        if not 0 <= self.min < 1.5707963:
+            raise InputError("a transmission angle lies between 0 and 90 degrees", where="min")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box(Constraint):
+    """Points stay between bounds while the mechanism moves."""
+
+    points: tuple[str, ...] = key("names", doc="body.point")
+    x: tuple[Any, ...] | None = key("pair", None, doc="[low, high]", unit="m")
+    y: tuple[Any, ...] | None = key("pair", None, doc="[low, high]", unit="m")
+
+    kind: ClassVar[str] = "box"
+
+    @property
+    def bounds(self) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Low and high of x and y [m], infinite where none are given."""
+        return self.x or EVERYWHERE, self.y or EVERYWHERE
+
+    def check(self, within: Within) -> None:
+        for point in self.points:
+            known_point(within.mechanism, point, "points")
+        if not self.points:
+            raise InputError("no point is named", where="points")
+        if self.x is None and self.y is None:
+            raise InputError("'x' or 'y' is needed")
+        for axis, (low, high) in zip("xy", self.bounds, strict=True):
+            if low >= high:
+                raise InputError("the box is empty", where=axis)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ratio(Constraint):
+    """The first of two parameters is at most ``max`` times the second."""
+
+    of: tuple[str, ...] = key("names", doc="two parameters")
+    max: Any = key("number", unit="1")
+
+    kind: ClassVar[str] = "ratio"
+
+    def check(self, within: Within) -> None:
+        for name in self.of:
+            known(name, within.mechanism.values(), "parameter", "of")
+        if len(self.of) != 2 or not set(self.of) & set(within.free):
+            raise InputError("two parameters are needed, one of them free", where="of")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limit(Constraint):
+    """A quantity of another task stays between bounds at all of its poses."""
+
+    of: str = key("text", doc="TASK/PATH, a path below another task")
+    reduce: str | None = key("text", None, choices=REDUCTIONS, doc="over the poses of that task")
+    min: Any = key("number", None)
+    max: Any = key("number", None)
+
+    kind: ClassVar[str] = "limit"
+
+    @property
+    def quantity(self) -> Minimise:
+        """What is limited."""
+        return Minimise(of=self.of, reduce=self.reduce or "peak")
+
+    @property
+    def bounds(self) -> Bounds:
+        """Low and high, far away where none are given."""
+        return -1e300 if self.min is None else self.min, 1e300 if self.max is None else self.max
+
+    def check(self, within: Within) -> None:
+        if self.min is None and self.max is None:
+            raise InputError("'min' or 'max' is needed")
+        if self.bounds[0] > self.bounds[1]:
+            raise InputError("'min' is above 'max'")
+        Minimise(of=self.of, reduce=self.reduce).asked(within)
+
+
+CONSTRAINTS: Mapping[str, type[Constraint]] = {
+    entry.kind: entry for entry in (FullTurn, TransmissionAngle, Box, Ratio, Limit)
+}
+nest("turned", Nested("driver", {"": Turned}, "driver = { coordinate = ... }"))
+nest(
+    "constraints",
+    Nested("constraint", CONSTRAINTS, 'constraints = [{ kind = "..." }]', several=True),
+)
