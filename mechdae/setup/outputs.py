@@ -135,7 +135,7 @@ class Outputs:
             raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
         for entry in own:
             names = RATES[entry.name]
-            if quantity in names and (entry.kind, entry.name) != ("joints", "angle"):
+            if quantity in names and (entry.kind != "joints" or entry.quantity is not ANGLE):
                 return names.index(quantity), entry.columns
             if quantity == entry.name:
                 return 0, entry.columns
