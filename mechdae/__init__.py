@@ -27,7 +27,8 @@ _HOMES = {
     "mechdae.derivatives.function": "function",
     "mechdae.assembly.open_mechanism": "opened",
     "mechdae.synthesis.job.run": "synthesize",
-    "mechdae.results": "Result",
+    "mechdae.results": "Result SweepResult ModesResult ReactionsResult MotionResult "
+    "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
     "mechdae.draw": "plot",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}

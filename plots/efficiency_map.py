@@ -44,7 +44,7 @@ def figure() -> Figure:
     """Return the figure."""
     data = json.loads(DATA.read_text(encoding="utf-8"))
     given = problem()
-    result = md.Result(
+    result = md.StudyResult(
         "slider-crank-friction",
         "map",
         "study",

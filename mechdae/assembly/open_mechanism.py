@@ -26,7 +26,7 @@ from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import SolveError
 from mechdae.kernels.run.call import Call
 from mechdae.model.model import Model
-from mechdae.results import Named, Result, Series, Summary
+from mechdae.results import FINE, Named, Result, Series, Status, Summary, SweepResult, statuses
 from mechdae.setup.drivers import plan, sketched
 
 CLOSED = 1e-9
@@ -58,7 +58,7 @@ def opened(
     *,
     result: Result | None = None,
     pose: int | None = None,
-) -> Result:
+) -> SweepResult:
     """Return the pose of a mechanism that does not close, with its gap as small as can be.
 
     Parameters
@@ -133,7 +133,7 @@ def _sketch(
     if result is None or pose is None:
         return drawn.angles, drawn.places
     status = np.asarray(result.status)
-    known = np.flatnonzero((status == "ok") | (status == "limit"))
+    known = np.flatnonzero(np.isin(status, FINE))
     if not len(known):
         return drawn.angles, drawn.places
     near = int(known[np.argmin(np.abs(known - pose))])
@@ -317,7 +317,9 @@ class _Equations:
         return Open(names, q, gap * self.scale, prices)
 
 
-def _report(problem: Problem, name: str, task: Task, equations: _Equations, found: Open) -> Result:
+def _report(
+    problem: Problem, name: str, task: Task, equations: _Equations, found: Open
+) -> SweepResult:
     model = equations.model
     mechanism = problem.mechanism
     points = [f"{body}.{point}" for body, own in mechanism.bodies.items() for point in own.points]
@@ -339,7 +341,7 @@ def _report(problem: Problem, name: str, task: Task, equations: _Equations, foun
         "bound": "estimated",
         "not_in_scene": [],
     }
-    return Result(
+    return SweepResult(
         problem.name,
         name,
         task.kind if isinstance(task, Driven) else "sweep",
@@ -357,7 +359,7 @@ def _report(problem: Problem, name: str, task: Task, equations: _Equations, foun
             {body: Series({"angle": turned[k]}) for k, body in enumerate(mechanism.bodies)},
         ),
         points=Named("point", {own: Series({"position": at[own][None, :]}) for own in points}),
-        status=np.array(["unassembled"]),
+        status=statuses(1, Status.UNASSEMBLED),
         summary=Summary(summary),
         fault=f"the mechanism does not close: drawn open at {words}{said(summary)}",
         definition=task,

@@ -20,7 +20,7 @@ from mechdae.dynamics.run import Run
 from mechdae.forces.meshes import slack_belts
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
-from mechdae.results import Named, Result, Series, Summary
+from mechdae.results import MotionResult, Named, Series, Status, Summary, statuses
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs
 
@@ -50,7 +50,7 @@ def report(
     run: Run,
     observer: Observer,
     data: dict[str, Any],
-) -> Result:
+) -> MotionResult:
     """Return the result of a motion."""
     setup, states = run.setup, run.states
     q, v, a = observer.absolute(states)
@@ -59,7 +59,8 @@ def report(
     scalars, work, balance = _energies(run, observer)
     drift, rates = observer.gaps(states, q, v)
     scalars["drift"] = drift
-    status = np.where(shown.there, "ok", "singular").astype("<U11")
+    status = statuses(len(shown.there))
+    status[~shown.there] = Status.SINGULAR
     status[states.t == run.undecided[0]] = run.undecided[1]
     summary = _summary(run, drift, rates)
     summary["status"] = {own: status.tolist().count(own) for own in dict.fromkeys(status.tolist())}
@@ -77,7 +78,7 @@ def report(
         lambda slack: f", first at t = {states.t[int(np.argmax(slack))]:.6g} s",
     )
     faults += _faults(run, balance)
-    return Result(
+    return MotionResult(
         problem.name,
         name,
         task.kind,

@@ -33,13 +33,22 @@ from mechdae.measures.measure import sorted_events
 from mechdae.model.forces.inertia import massive
 from mechdae.model.forces.loads import Loads
 from mechdae.model.model import Model
-from mechdae.results import Later, Named, Result, Series, Summary
+from mechdae.results import (
+    Later,
+    Named,
+    ReactionsResult,
+    Series,
+    Status,
+    Summary,
+    SweepResult,
+    counts,
+)
 
 SINGULAR = 1e12
 """Condition of the constraints above which forces are not given: they grow with it."""
 
 
-def reactions(problem: Problem, name: str, task: Reactions) -> Result:
+def reactions(problem: Problem, name: str, task: Reactions) -> ReactionsResult:
     """Return the result of a reactions task.
 
     Raises
@@ -79,7 +88,9 @@ def loaded_bodies(model: Model) -> Iterable[str]:
     return found
 
 
-def _with_forces(result: Result, setting: Setting, followed: Run, task: Reactions) -> Result:
+def _with_forces(
+    result: SweepResult, setting: Setting, followed: Run, task: Reactions
+) -> ReactionsResult:
     moving = Moving(setting, followed)
     motion = moving.poses()
     statics = Statics(
@@ -92,8 +103,8 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     answer = solved(statics, motion, status)
     summary = result.summary.copy()
     found = checks(statics, moving, answer)
-    status[answer.jammed] = "jammed"
-    status[answer.ambiguous] = "ambiguous"
+    status[answer.jammed] = Status.JAMMED
+    status[answer.ambiguous] = Status.AMBIGUOUS
     faults = [result.fault] if result.fault else []
     faults += lost_poses(setting, answer, status, result.status)
     faults += verdicts(setting, answer)
@@ -126,7 +137,7 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
         summary["not_proven"] = unproven
     if answer.jammed.any():
         summary["jammed"] = jams_of(setting, answer)
-    summary["status"] = _counts(status)
+    summary["status"] = counts(status)
     series = series_of(statics, answer, task, unique)
     efforts, parts = efforts_of(setting, statics, answer, task)
     joints = {
@@ -136,8 +147,8 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     order = [name for name in result.mechanism.joints if name in joints or name in kept]
     every = {**kept, **joints}
     chosen = setting.scene.selection.joints if task.outputs is not None else order
-    return replace(
-        result,
+    return result.as_kind(
+        ReactionsResult,
         status=status,
         joints=Named("joint", {name: every[name] for name in order if name in chosen}),
         efforts=efforts,
@@ -151,12 +162,12 @@ def _with_forces(result: Result, setting: Setting, followed: Run, task: Reaction
     )
 
 
-def _with_rank(result: Result) -> Any:
+def _with_rank(result: SweepResult) -> Any:
     """Return the statuses, "singular" where constraints lose their rank: at change points."""
     status = result.status.copy()
     if result.condition is not None:
         with np.errstate(invalid="ignore"):
-            status[(result.condition > SINGULAR) & (status == "ok")] = "singular"
+            status[(result.condition > SINGULAR) & (status == Status.OK)] = Status.SINGULAR
     return status
 
 
@@ -191,8 +202,3 @@ def _check_loads(setting: Setting, statics: Statics, motion: Motion) -> None:
     for load, lost in statics.unvalued(motion).items():
         at = float(motion.u[np.flatnonzero(lost)[0], lead])
         raise InputError(f"it has no finite value at {c.text} = {at:.6g}", where=f"loads.{load}")
-
-
-def _counts(status: Any) -> dict[str, int]:
-    words = ("ok", "limit", "singular", "ambiguous", "jammed", "unassembled")
-    return {word: count for word in words if (count := int(np.count_nonzero(status == word)))}

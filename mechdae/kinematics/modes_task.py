@@ -22,13 +22,13 @@ from mechdae.kinematics.undercut import cuts
 from mechdae.model.groups import formula
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
-from mechdae.results import Named, Result, Series, Summary
+from mechdae.results import ModesResult, Named, Series, Summary
 from mechdae.setup.drivers import plan, sketched
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs
 
 
-def modes(problem: Problem, name: str, task: Modes) -> Result:
+def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
     """Return all assembly modes; rows of the result are modes.
 
     ``summary`` has the count, whether it is proven, and each mode as a sketch.
@@ -108,7 +108,7 @@ def modes(problem: Problem, name: str, task: Modes) -> Result:
         notes.append(f"the first {len(found)} of {len(everything)} modes are listed")
     if notes:
         summary["notes"] = notes
-    return Result(
+    return ModesResult(
         problem.name,
         name,
         task.kind,

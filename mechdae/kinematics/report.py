@@ -20,11 +20,10 @@ from mechdae.kinematics.prepared import Run, Setting
 from mechdae.kinematics.undercut import cuts, refined
 from mechdae.measures.measure import sorted_events
 from mechdae.model.groups import Group, formula
-from mechdae.results import Later, Named, Result, Series
+from mechdae.results import FINE, LOST, Later, Named, Series, Status, SweepResult, counts, statuses
 from mechdae.setup.drivers import Plan
 from mechdae.setup.named_outputs import time_of
 
-WORDS = ("ok", "limit", "singular", "ambiguous", "unassembled")
 SINGULAR_START = (
     "a limit position or a dead point from which it can go two ways: sketch a pose beside it"
 )
@@ -131,15 +130,15 @@ def _crossed(
     return events
 
 
-def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> Result:
+def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> SweepResult:
     plan, poses, outputs = setting.plan, run.poses, setting.outputs
     status = _status(poses)
     doubtful = _ambiguous(run.path, poses.s) | _ambiguous(run.path, poses.places)
-    status[doubtful & (status == "ok")] = "ambiguous"
+    status[doubtful & (status == Status.OK)] = Status.AMBIGUOUS
     found = run.found
     named: dict[str, Any] = outputs.named(poses.y, found.series)
     named["centres"] = Series(found.centres)
-    certified = np.isin(status, ("ok", "limit"))
+    certified = np.isin(status, FINE)
     columns = outputs.columns(setting.expressions.coordinates)
     time = time_of(plan, run.values)
     there = [array[:, columns] for array in poses.y]
@@ -150,9 +149,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     failed = _failed(setting, run, status)
     summary = run.summary.copy()
     summary["poses"] = len(status)
-    summary["status"] = {
-        word: count for word in WORDS if (count := int(np.count_nonzero(status == word)))
-    }
+    summary["status"] = counts(status)
     summary["formula"] = formula(setting.scene.groups)
     summary["groups"] = [
         {"name": group.name, "bodies": list(group.bodies)} for group in setting.scene.groups
@@ -176,7 +173,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     if rollers:
         summary["undercut"] = rollers
     summary["work"] = _work(setting, run)
-    return Result(
+    return SweepResult(
         problem.name,
         name,
         task.kind,
@@ -282,11 +279,11 @@ def _condition(poses: Poses, certified: Any) -> Any:
 
 
 def _status(poses: Poses) -> Any:
-    status = np.full(len(poses.s), "ok", dtype="<U11")
+    status = statuses(len(poses.s))
     dead = ~poses.alive.all(axis=1)
-    status[dead] = "unassembled"
-    status[poses.uncertain | poses.singular] = "singular"
-    status[poses.at_limit & ~dead] = "limit"
+    status[dead] = Status.UNASSEMBLED
+    status[poses.uncertain | poses.singular] = Status.SINGULAR
+    status[poses.at_limit & ~dead] = Status.LIMIT
     return status
 
 
@@ -343,7 +340,7 @@ def _start(run: Run) -> tuple[Any, Any]:
 
 def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
     """Return the intervals of poses that have none: from, to, group and joint."""
-    lost = np.isin(status, ("unassembled", "singular"))
+    lost = np.isin(status, LOST)
     if not lost.any():
         return []
     there = assembled(setting.assembler, run.values, np.flatnonzero(lost))
@@ -473,7 +470,7 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
     """Return which poses are lost and why."""
     entry = failed[0]
     c = setting.plan.coordinates[setting.plan.lead]
-    lost = int(np.isin(status, ("unassembled", "singular")).sum())
+    lost = int(np.isin(status, LOST).sum())
     events = [event for event in run.events if event.get("reached", True)]
     stops = [e for e in events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
     stopped = bool(stops)
@@ -510,7 +507,7 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
         text += f"; the motion stops at {_place(setting, event)}: {why}{_range(event)}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
             text += f", and {_not_switched(event)}"
-    if status[0] == "unassembled":
+    if status[0] == Status.UNASSEMBLED:
         text += _modes_at_start(setting, run)
     return text
 

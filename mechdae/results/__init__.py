@@ -1,20 +1,44 @@
 """Read-only arrays with names and units, the same content as the JSON."""
 
+from mechdae.results.kinds import (
+    EquilibriumResult,
+    ModesResult,
+    MotionResult,
+    ReactionsResult,
+    SensitivityResult,
+    StudyResult,
+    SweepResult,
+    SynthesisResult,
+)
 from mechdae.results.later import Later, Summary
 from mechdae.results.plain import plain
 from mechdae.results.result import Result
 from mechdae.results.series import Named, Series
+from mechdae.results.status import FINE, LOST, Status, counts, statuses
 from mechdae.results.units import KINDS, OUTPUT_RATES, REACTION, UNITS
 
 __all__ = [
+    "FINE",
     "KINDS",
+    "LOST",
     "OUTPUT_RATES",
     "REACTION",
     "UNITS",
+    "EquilibriumResult",
     "Later",
+    "ModesResult",
+    "MotionResult",
     "Named",
+    "ReactionsResult",
     "Result",
+    "SensitivityResult",
     "Series",
+    "Status",
+    "StudyResult",
     "Summary",
+    "SweepResult",
+    "SynthesisResult",
+    "counts",
     "plain",
+    "statuses",
 ]

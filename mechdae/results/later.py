@@ -80,6 +80,12 @@ class Summary(dict[str, Any]):
         """Return the same entries, those open that are open here."""
         return self.only(self.names())
 
+    def changed(self, **entries: Any) -> Summary:
+        """Return the same entries, some of them changed or added."""
+        found = self.copy()
+        found.update(entries)
+        return found
+
     def only(self, names: Iterable[str]) -> Summary:
         """Return some of the entries, those open that are open here."""
         known = dict(super().items())

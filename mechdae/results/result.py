@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
-from typing import Any
+from types import MappingProxyType
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -17,49 +18,42 @@ from mechdae.results.later import Later, Summary
 from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import Named, Series
 from mechdae.results.units import HISTORY, KINDS, path_unit, series_unit
+from mechdae.types import Floats, Texts
+
+R = TypeVar("R", bound="Result")
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+OWN_NAMES = frozenset(
+    "problem task kind mechanism title drivers bodies points joints outputs centres status bound "
+    "condition labels events checks summary fault definition parameters table time efforts parts "
+    "solutions unique data scalars work".split()
+)
+"""First steps of paths that are no named outputs, whatever those are called."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What one task gave; rows are poses (assembly modes for a task of kind modes).
+    """What one task gave; rows are poses (modes, states, sets of parameters, designs).
+
+    Each kind of task has its own class, with what only it has; here that is empty.
 
     Attributes
     ----------
     drivers, bodies, points, joints, outputs
         Named series, SI and radians; nan where a pose has no value. `outputs` are those that
         the problem names.
-    centres
-        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``.
     status : (n,) array of str
-        ok, limit, unassembled, singular, ambiguous.
+        Values of `Status`.
     bound
         length (n,) [m] and angle (n,) [rad]: distance to the exact solution at most.
+    condition : (n,) array
+        Condition number of the worst block; near a limit rates lose that many digits.
+    time : (n,) array
+        The times of the poses where the drivers follow laws, else None [s].
     summary
         Facts by name, as in the JSON. Swing and stroke, the critical factor of friction and
         which reactions of a motion are unique are computed when they are read.
-    condition : (n,) array
-        Condition number of the worst block; near a limit rates lose that many digits.
     fault
         What is wrong with the answer, None when nothing is.
-    parameters, table
-        Of a study, whose rows are sets of parameters: name -> (n,), path -> (n, ...).
-    time : (n,) array
-        The times of the poses where the drivers follow laws, else None [s].
-    efforts
-        Of a task of reactions: torque or force conjugate to each driver, (n,) by its name;
-        ``parts`` has further ones by word: uncoupled, static, inertial.
-    solutions
-        All solutions of the poses that have several.
-    data
-        Of a sensitivity: values, derivatives and what tolerances do, by path and name.
-    motions
-        Of a synthesis: how its designs move, by the text of their problems; not in the JSON.
-    scalars, work
-        Of a motion: energy, kinetic, potential [J] and drift (the largest gap of a constraint over
-        a length of the mechanism), (n,) each; work since t = 0 by load [J].
-    unique
-        Where constraints are superfluous: unique directions of a joint's reaction, the values
-        along them, the frame of the directions.
     """
 
     problem: str
@@ -72,27 +66,28 @@ class Result:
     points: Named = field(default_factory=lambda: Named("point", {}))
     joints: Named = field(default_factory=lambda: Named("joint", {}))
     outputs: Named = field(default_factory=lambda: Named("output", {}))
-    centres: Series = field(default_factory=lambda: Series({}))
-    status: Any = None
+    status: Texts = field(default_factory=lambda: np.zeros(0, dtype=str))
     bound: Series = field(default_factory=lambda: Series({}))
-    condition: Any = None
-    labels: tuple[tuple[str, ...], ...] | None = None
+    condition: Floats | None = None
     events: tuple[dict[str, Any], ...] = ()
-    checks: dict[str, Any] = field(default_factory=dict)
     summary: Summary = field(default_factory=Summary)
     fault: str | None = None
     definition: Task | None = None
-    parameters: dict[str, Any] = field(default_factory=dict)
-    table: dict[str, Any] = field(default_factory=dict)
-    time: Any = None
-    efforts: Series = field(default_factory=lambda: Series({}))
-    parts: dict[str, Series] = field(default_factory=dict)
-    solutions: tuple[dict[str, Any], ...] = ()
-    unique: Summary = field(default_factory=Summary)
-    data: dict[str, Any] = field(default_factory=dict)
-    motions: Mapping[str, Any] = field(default_factory=dict, repr=False)
-    scalars: Series = field(default_factory=lambda: Series({}))
-    work: Series = field(default_factory=lambda: Series({}))
+    time: Floats | None = None
+
+    centres = efforts = scalars = work = Series({})
+    parts = parameters = table = data = checks = NOTHING
+    labels = cast("tuple[tuple[str, ...], ...]", ())
+    solutions = cast("tuple[dict[str, Any], ...]", ())
+    unique = Summary()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.summary, Summary):
+            object.__setattr__(self, "summary", Summary(self.summary))
+
+    def as_kind(self, kind: type[R], **changes: Any) -> R:
+        """Return a result of another class with what this one has, some of it changed."""
+        return kind(**{own.name: getattr(self, own.name) for own in fields(self)} | changes)
 
     def _parts(self) -> list[tuple[str, Series]]:
         return [(f"efforts_{word}", series) for word, series in self.parts.items()]
@@ -127,7 +122,7 @@ class Result:
         content |= self.data
         if self.centres:
             content["centres"] = self.centres
-        if self.labels is not None:
+        if self.kind == "modes":
             content["labels"] = self.labels
         content["status"] = np.asarray(self.status, dtype=str)
         content["bound"] = self.bound
@@ -191,7 +186,7 @@ class Result:
 
     def _whole(self, path: str, outputs: Mapping[str, Any]) -> str:
         name, _, rest = path.partition("/")
-        if name in outputs and name not in self.__dataclass_fields__:
+        if name in outputs and name not in OWN_NAMES:
             return f"outputs/{name}/{rest or 'value'}"
         return path
 

@@ -37,7 +37,7 @@ from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
 from mechdae.model.model import FUNCTIONS
-from mechdae.results import Result, Summary
+from mechdae.results import Result, SensitivityResult, Summary
 
 SX = ca.SX
 LEVELS, FEW_LEVELS = 4, 2
@@ -65,7 +65,7 @@ class Found:
     error: dict[str, Any]
 
 
-def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
+def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityResult:
     """Return the result of a task of kind sensitivity.
 
     ``derivatives`` of the result's data holds path -> name -> array like the value.
@@ -128,7 +128,7 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> Result:
         **({"implicit": implicit} if implicit else {}),
         "status": whole.summary.get("status", {}),
     }
-    return Result(
+    return SensitivityResult(
         problem.name,
         name,
         task.kind,

@@ -17,7 +17,7 @@ from mechdae.describe.file.writing import alone
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
 from mechdae.jobs.distribute import Failure
-from mechdae.results import Result
+from mechdae.results import FINE, Result, Status
 
 OF_PARTS = (
     "swing",
@@ -96,13 +96,13 @@ def row_of(problem: Problem, name: str, outputs: Sequence[str], values: Mapping[
     try:
         result = solve(problem.with_values(values), name)
     except SolveError:
-        return Row(None, "unassembled")
+        return Row(None, Status.UNASSEMBLED)
     except InputError as error:
-        return Row(None, "unassembled", str(error.what), error)
+        return Row(None, Status.UNASSEMBLED, str(error.what), error)
     words = [str(word) for word in result.status]
     words += [word for word in ARCS if result.summary.get(f"{word}_arcs")]
-    worst = next((word for word in words if word not in ("ok", "limit")), "ok")
-    fault = str(result.fault) if worst == "ok" and result.fault is not None else ""
+    worst = next((word for word in words if word not in FINE), Status.OK)
+    fault = str(result.fault) if worst == Status.OK and result.fault is not None else ""
     row, errors = [], {}
     for path in outputs:
         if is_figure(path):

@@ -26,7 +26,7 @@ from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError,
 from mechdae.jobs.distribute import distribute
 from mechdae.jobs.executors import Processes, Supply
 from mechdae.kinematics.prepared import Setting, first_pose, prepare
-from mechdae.results import Result, Summary
+from mechdae.results import StudyResult, Summary
 from mechdae.setup.drivers import Sketch, sketched
 from mechdae.setup.drivers import plan as plan_of
 from mechdae.setup.scales import Constants
@@ -48,7 +48,7 @@ Progress = Callable[[int, int], None]
 
 def study(
     problem: Problem, name: str, task: Study, workers: int = 1, progress: Progress | None = None
-) -> Result:
+) -> StudyResult:
     """Return a result whose rows are sets of parameters.
 
     Sets that are computed one by one are spread over `workers` processes; `progress` is told how
@@ -82,7 +82,7 @@ def study(
     summary = {
         "sets": len(sets),
         "of": base_name,
-        "status": {word: status.count(word) for word in dict.fromkeys(status)},
+        "status": {str(word): status.count(word) for word in dict.fromkeys(status)},
         "units": {key: units[key] for key in names if key in units},
         "work": {"lockstep": collector.together, "one_by_one": len(sets) - collector.together},
     }
@@ -91,7 +91,7 @@ def study(
     if collector.errors:
         summary["estimated_error"] = collector.errors
     reached = any(word == "ok" for word in status)
-    return Result(
+    return StudyResult(
         problem.name,
         name,
         task.kind,

@@ -15,7 +15,7 @@ import numpy as np
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
 from mechdae.errors import MechdaeError
-from mechdae.results import Result
+from mechdae.results import FINE, Result
 from mechdae.synthesis.verify import Design
 
 TOPS, ZOOM, ROUNDS = 3, 17, 3
@@ -80,7 +80,7 @@ def _at(design: Design, task: Sweep, asked: Asked, places: Any) -> Any:
         found = design.solved_as(near)
     except MechdaeError:
         return None
-    if any(str(word) not in ("ok", "limit") for word in found.status):
+    if any(str(word) not in FINE for word in found.status):
         return None
     values = np.empty(len(places))
     values[order] = values_of(found, asked.path)[back]

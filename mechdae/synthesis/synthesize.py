@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Synthesis
-from mechdae.results import Result, Summary
+from mechdae.results import Summary, SynthesisResult
 from mechdae.synthesis.designs import FEASIBLE, Candidate, defective, designs, distinct, motions
 from mechdae.synthesis.fourbar.reach import out_of_reach
 from mechdae.synthesis.goals.base import Seed
@@ -37,7 +37,7 @@ def synthesize(
     starts: int | None = None,
     seed: int | None = None,
     run: Run = here,
-) -> Result:
+) -> SynthesisResult:
     """Return the designs of a task of synthesis, best first, each swept and certified.
 
     Parameters
@@ -110,7 +110,7 @@ def synthesize(
         if proof:
             fault, summary["status"] = f"{proof}; {fault}", "none exists"
         summary["conflicts"] = conflicts
-    return Result(
+    return SynthesisResult(
         problem.name, name, task.kind, problem.mechanism, problem.title,
         status=np.array(["rejected" if each["defects"] else "ok" for each in kept]),
         summary=Summary(summary), fault=fault, definition=task,

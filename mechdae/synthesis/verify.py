@@ -19,7 +19,7 @@ from mechdae.kinematics.sweep import sweep
 from mechdae.model.coordinates import Coordinate
 from mechdae.model.parameters import parameters_of
 from mechdae.model.space import PLANE
-from mechdae.results import Result
+from mechdae.results import FINE, Result, Status
 from mechdae.solver.solve import solve
 from mechdae.studies.sensitivity import sharp
 from mechdae.synthesis.space import Space
@@ -49,7 +49,7 @@ def sketched(problem: Problem, space: Space, d: Any, at: float | None) -> tuple[
             found = sweep(Problem(mechanism, Table({"own": task})), "own", task)
         except MechdaeError:
             continue
-        if str(found.status[0]) != "ok":
+        if found.status[0] != Status.OK:
             continue
         x = np.array([_coordinate(mechanism, found, c) for c in poses.scene.unknowns])
         if np.isfinite(x).all():
@@ -160,7 +160,7 @@ class Design:
             found = sweep(self.as_problem({"path": task}), "path", task)
         except MechdaeError as error:
             return None, [f"does not assemble: {error.what}"]
-        bad = sum(str(word) not in ("ok", "limit") for word in found.status)
+        bad = sum(str(word) not in FINE for word in found.status)
         if bad:
             return found, [f"{bad} of {len(at)} poses are not reached on one branch"]
         return found, []
@@ -199,7 +199,7 @@ class Design:
             found = sweep(self.as_problem({"turn": task}), "turn", task)
         except MechdaeError as error:
             return None, [f"does not move over its range: {error.what}"]
-        lost = [word for word in found.status if str(word) not in ("ok", "limit")]
+        lost = [word for word in found.status if str(word) not in FINE]
         if lost or (asked.full_turn and found.summary.get("limits")):
             word = "turn fully" if asked.full_turn else "run over its range"
             return found, [f"the input does not {word} on one circuit"]

@@ -34,7 +34,7 @@ def modes_text(result: Result, width: int) -> list[str]:
 
 def study_text(result: Result) -> list[str]:
     """Return a row for each set of parameters; of a path with many numbers its range."""
-    columns: list[Column] = [("status", result.status)]
+    columns: list[Column] = [("status", result.status.tolist())]
     columns += [(name, cells(array)) for name, array in result.parameters.items()]
     units = [""] * len(columns)
     for whole, array in result.table.items():

@@ -56,7 +56,7 @@ def pose_text(result: Result) -> list[str]:
 
 def poses_text(result: Result, width: int) -> list[str]:
     """Return a table with a row for each pose that is shown."""
-    columns: list[Column] = [("status", result.status)]
+    columns: list[Column] = [("status", result.status.tolist())]
     if result.time is not None:
         columns.append(("t [s]", cells(result.time)))
     for coordinate, series in result.drivers.items():

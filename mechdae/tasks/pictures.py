@@ -97,8 +97,8 @@ def _with_all_bodies(problem: Problem, name: str, mode: str | None) -> Result:
     except MechdaeError:
         whole = None
     if whole is not None and not whole.fault:
-        return replace(whole, summary={**whole.summary, "not_in_scene": outside})
+        return replace(whole, summary=whole.summary.changed(not_in_scene=outside))
     inside = with_outputs(tuple(body for body in problem.mechanism.bodies if body not in outside))
     if whole is None or whole.fault != inside.fault:
         return inside
-    return replace(whole, summary={**whole.summary, "not_in_scene": outside})
+    return replace(whole, summary=whole.summary.changed(not_in_scene=outside))

@@ -234,7 +234,7 @@ def test_uneven_poses_have_no_ticks() -> None:
 
 def study(status: list[str], values: list[float], **parameters: list[float]) -> md.Result:
     """Return a study whose numbers are given: pictures are drawn from results alone."""
-    return md.Result(
+    return md.StudyResult(
         "slider-crank",
         "map",
         "study",

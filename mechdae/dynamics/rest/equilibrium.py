@@ -26,7 +26,7 @@ from mechdae.dynamics.start import start
 from mechdae.dynamics.unique import unique
 from mechdae.errors import InputError, SolveError
 from mechdae.forces.meshes import meshed
-from mechdae.results import Named, Result, Series, Summary
+from mechdae.results import EquilibriumResult, Named, Series, Summary, statuses
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs
 
@@ -34,7 +34,7 @@ MOST = 20
 """Equilibria that are listed."""
 
 
-def equilibrium(problem: Problem, name: str, task: Equilibrium) -> Result:
+def equilibrium(problem: Problem, name: str, task: Equilibrium) -> EquilibriumResult:
     """Return the result of a task of equilibrium.
 
     Raises
@@ -213,7 +213,7 @@ def _report(
     summary: dict[str, Any],
     more: list[str],
     data: dict[str, Any],
-) -> Result:
+) -> EquilibriumResult:
     model, n = whole.model, len(x)
     observer = Observer(whole)
     still = np.zeros((1, n))
@@ -250,14 +250,14 @@ def _report(
         notes.append(f"at rest {owners} resists nothing here: what it could hold is left out")
     if notes:
         summary["notes"] = notes
-    return Result(
+    return EquilibriumResult(
         problem.name,
         name,
         task.kind,
         problem.mechanism,
         problem.title,
         outputs=Named("output", series),
-        status=np.array(["ok"], dtype="<U11"),
+        status=statuses(1),
         summary=Summary(summary),
         definition=task,
         data=data,

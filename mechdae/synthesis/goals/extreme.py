@@ -16,6 +16,7 @@ import numpy as np
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.run.batch import Batch
+from mechdae.results import FINE
 from mechdae.synthesis.extremes import largest, values_of
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
 from mechdae.synthesis.nlp import Nlp
@@ -302,7 +303,7 @@ class Extreme(Goal):
         except MechdaeError as error:
             return Worth(np.inf, np.zeros(0), [f"task {self.asked.task}: {error.what}"])
         defects = []
-        bad = [str(word) for word in found.status if str(word) not in ("ok", "limit")]
+        bad = [str(word) for word in found.status if str(word) not in FINE]
         if bad:
             defects.append(f"task {self.asked.task}: {len(bad)} poses are {bad[0]}")
         if self.bounds is None:

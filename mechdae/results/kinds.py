@@ -1,0 +1,151 @@
+"""A class of results for each kind of task: what only that kind has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from mechdae.results.later import Summary
+from mechdae.results.result import Result
+from mechdae.results.series import Series
+from mechdae.types import Floats
+
+
+def _none() -> Series:
+    return Series({})
+
+
+@dataclass(frozen=True)
+class SweepResult(Result):
+    """Poses along the drivers.
+
+    Attributes
+    ----------
+    centres
+        Instant centres (n, 2) [m] of pairs of bodies, ``crank-rocker``.
+    """
+
+    centres: Series = field(default_factory=_none)
+
+
+@dataclass(frozen=True)
+class ModesResult(Result):
+    """Assembly modes, one in each row.
+
+    Attributes
+    ----------
+    labels
+        Of each mode, one text for each group.
+    """
+
+    labels: tuple[tuple[str, ...], ...] = ()
+
+
+@dataclass(frozen=True)
+class ReactionsResult(SweepResult):
+    """Forces along a sweep.
+
+    Attributes
+    ----------
+    efforts
+        Torque or force conjugate to each driver, (n,) by its name; ``parts`` has further ones by
+        word: uncoupled, static, inertial.
+    unique
+        Where constraints are superfluous: unique directions of a joint's reaction, the values
+        along them, the frame of the directions.
+    solutions
+        All solutions of the poses that have several.
+    checks
+        Relative errors of the checks that come with forces.
+    """
+
+    efforts: Series = field(default_factory=_none)
+    parts: Mapping[str, Series] = field(default_factory=dict)
+    unique: Summary = field(default_factory=Summary)
+    solutions: tuple[dict[str, Any], ...] = ()
+    checks: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class MotionResult(Result):
+    """States of a motion under forces.
+
+    Attributes
+    ----------
+    efforts
+        Of coordinates that follow laws, (n,) by name.
+    scalars, work
+        Energy, kinetic, potential [J] and drift (the largest gap of a constraint over a length of
+        the mechanism), (n,) each; work since t = 0 by load [J].
+    unique
+        As of `ReactionsResult`.
+    checks
+        The gap of the energy balance over the energies in motion.
+    data
+        The linear system, where the task asks for it.
+    """
+
+    efforts: Series = field(default_factory=_none)
+    scalars: Series = field(default_factory=_none)
+    work: Series = field(default_factory=_none)
+    unique: Summary = field(default_factory=Summary)
+    checks: Mapping[str, Any] = field(default_factory=dict)
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class EquilibriumResult(Result):
+    """A pose at rest.
+
+    Attributes
+    ----------
+    unique, data
+        As of `MotionResult`.
+    """
+
+    unique: Summary = field(default_factory=Summary)
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StudyResult(Result):
+    """Sets of parameters, one in each row.
+
+    Attributes
+    ----------
+    parameters, table
+        Name -> (n,), path -> (n, ...).
+    """
+
+    parameters: Mapping[str, Floats] = field(default_factory=dict)
+    table: Mapping[str, Floats] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SensitivityResult(Result):
+    """Derivatives by parameters.
+
+    Attributes
+    ----------
+    data
+        Values, derivatives and what tolerances do, by path and name.
+    """
+
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SynthesisResult(Result):
+    """Designs, one in each row.
+
+    Attributes
+    ----------
+    data
+        The designs, best first.
+    motions
+        How designs move, by the text of their problems; not in the JSON.
+    """
+
+    data: Mapping[str, Any] = field(default_factory=dict)
+    motions: Mapping[str, Any] = field(default_factory=dict, repr=False)
