@@ -77,7 +77,7 @@ def powers_of(unit: str) -> Powers | None:
         return NONE
     above, _, below = unit.partition("/")
     powers = dict.fromkeys(BASES, Fraction(0))
-    for part, sign in ((above, 1), (below, -1)):
+    for part, sign in ((above, 1), (below.replace("/", " "), -1)):
         for word in part.split():
             if word == "1":
                 continue
@@ -98,9 +98,9 @@ def text_of(powers: Powers) -> str:
         return name if power == 1 else f"{name}{power}"
 
     pairs = list(zip(BASES, powers, strict=True))
-    above = [word(name, power) for name, power in reversed(pairs) if power > 0]
+    above = [word(name, power) for name, power in pairs[-1:] + pairs[:-1] if power > 0]
     below = [word(name, -power) for name, power in pairs if power < 0]
-    return "/".join([" ".join(above) or "1", *([" ".join(below)] if below else [])])
+    return "/".join([" ".join(above) or "1", *below])
 
 
 def _automatic(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
@@ -253,7 +253,7 @@ class _Reader:
         if isinstance(node, ast.BinOp):
             left, right = self.unit(node.left), self.unit(node.right)
             if isinstance(node.op, ast.Add | ast.Sub):
-                return left if isinstance(left, tuple) else right if right != "number" else left
+                return self._of_sum([left, right])
             if isinstance(node.op, ast.Pow):
                 times = node.right.value if isinstance(node.right, ast.Constant) else None
                 if isinstance(left, str) or left is None or not isinstance(times, int | float):
@@ -274,11 +274,16 @@ class _Reader:
         if word in ("asin", "acos", "atan", "atan2"):
             return powers_of("rad")
         if word in SAME:
-            return next((unit for unit in inside if isinstance(unit, tuple)), None)
+            return self._of_sum(inside)
         if word == "sqrt":
             own = inside[0]
             return tuple(power / 2 for power in own) if isinstance(own, tuple) else own
         return NONE
+
+    def _of_sum(self, units: list[Powers | str | None]) -> Powers | str | None:
+        """Return the unit of what is added up: the first that is known."""
+        known = next((unit for unit in units if isinstance(unit, tuple)), None)
+        return known or ("number" if all(unit == "number" for unit in units) else None)
 
     def _of_name(self, name: str) -> Powers | str | None:
         if name in CONSTANTS:
@@ -294,6 +299,30 @@ class _Reader:
         return powers_of(unit if not order else f"{unit}/s{order if order > 1 else ''}")
 
 
+class _Output(_Reader):
+    """Reads the unit of a named output; of a sum only where all terms agree."""
+
+    def _of_sum(self, units: list[Powers | str | None]) -> Powers | str | None:
+        kinds = {unit for unit in units if unit != "number"} or {"number"}
+        return kinds.pop() if len(kinds) == 1 else None
+
+    def _of_name(self, name: str) -> Powers | str | None:
+        if name in self.mechanism.outputs:
+            return self.unit(parse(self.mechanism.outputs[name]))
+        return super()._of_name(name)
+
+
+def output_unit(mechanism: Mechanism, output: str, rate: int = 0) -> str:
+    """Return the unit of a named output's rate of some order: ``rad``, ``m/s``, ``1``.
+
+    Empty where it is not known: parameters have no unit inside the program.
+    """
+    powers = _Output(mechanism, {}).unit(parse(mechanism.outputs[output]))
+    if not isinstance(powers, tuple):
+        return ""
+    return text_of(tuple(p - rate * (name == "s") for name, p in zip(BASES, powers, strict=True)))
+
+
 def _plain(unit: Powers | str | None) -> Powers | None:
     return NONE if unit == "number" else unit if isinstance(unit, tuple) else None
 
@@ -302,4 +331,4 @@ def _times(first: Powers, second: Powers, sign: int) -> Powers:
     return tuple(a + sign * b for a, b in zip(first, second, strict=True))
 
 
-__all__ = ["parameter_units", "powers_of", "text_of"]
+__all__ = ["output_unit", "parameter_units", "powers_of", "text_of"]

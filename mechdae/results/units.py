@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from mechdae.describe.dimensions import output_unit
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.quantity import unit_of
 
 UNITS = {
     "position": "m",
@@ -73,7 +73,7 @@ def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:
     That of a named output is empty where it does not follow from its expression.
     """
     if kind == "outputs":
-        return unit_of(mechanism, part, OUTPUT_RATES.index(name))
+        return output_unit(mechanism, part, OUTPUT_RATES.index(name))
     if kind != "drivers":
         return UNITS.get(name, "1")
     base = {"angle": "rad", "s": "1"}.get(part.rpartition(".")[2], "m")

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.describe.dimensions import output_unit
 from mechdae.describe.file import library
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.quantity import unit_of
 from mechdae.export import csv_text, save
 from mechdae.tables import table
 from mechdae.tasks.check import check
@@ -287,9 +287,9 @@ def test_expected_values_may_name_outputs() -> None:
 )
 def test_units_follow_where_they_can(text: str, unit: str) -> None:
     mechanism = crank_rocker(this=text).mechanism
-    assert unit_of(mechanism, "this") == unit
+    assert output_unit(mechanism, "this") == unit
     if unit == "m/s":
-        assert unit_of(mechanism, "this", 1) == "m/s2"
+        assert output_unit(mechanism, "this", 1) == "m/s2"
 
 
 # -- errors --------------------------------------------------------------------------------------
