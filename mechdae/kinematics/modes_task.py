@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -14,6 +13,7 @@ from mechdae.assembly.assembler import Assembler, Mode
 from mechdae.assembly.idle_freedom import settled
 from mechdae.continuation.output_bounds import output_bounds
 from mechdae.continuation.single_pose import certified
+from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Modes
 from mechdae.errors import InputError
@@ -22,10 +22,32 @@ from mechdae.kinematics.undercut import cuts
 from mechdae.model.groups import formula
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
-from mechdae.results import ModesResult, Named, Series, Summary
+from mechdae.results import ModesResult, Named, Series, Status, Summary
 from mechdae.setup.drivers import plan, sketched
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs
+from mechdae.types import Floats
+
+
+@dataclass
+class _Modes:
+    """Assembly modes of one pose: those found, those listed, and with what.
+
+    ``every`` are all that were found, ``listed`` those that are reported, ``certain`` their bounds,
+    ``y`` (n, ny) their outputs; ``u`` and ``coordinates`` those of the drivers.
+    """
+
+    assembler: Assembler
+    outputs: Outputs
+    expressions: NamedOutputs
+    coordinates: tuple[NamedCoordinate, ...]
+    u: Floats
+    every: list[Mode]
+    proven: bool
+    fault: str | None
+    listed: list[Mode]
+    certain: Any
+    y: Floats
 
 
 def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
@@ -33,15 +55,46 @@ def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
 
     ``summary`` has the count, whether it is proven, and each mode as a sketch.
     """
-    mechanism = problem.mechanism
+    found = _found(problem, task)
+    listed, certain = found.listed, found.certain
+    drivers = {
+        c.text: Series({"position": np.full(len(listed), found.u[k])})
+        for k, c in enumerate(found.coordinates)
+    }
+    tables: dict[str, Any] = found.outputs.named([found.y])
+    there = [found.y[:, found.outputs.columns(found.expressions.coordinates)]]
+    tables["outputs"], lost = found.expressions.evaluate(there, None, np.ones(len(listed), bool))
+    bounds = output_bounds(found.assembler.graphs, found.outputs, certain.constants, certain.error)
+    summary, notes = _summary(found), lost + _notes(found)
+    if notes:
+        summary["notes"] = notes
+    return ModesResult(
+        problem.name,
+        name,
+        task.kind,
+        problem.mechanism,
+        problem.title,
+        drivers=Named("driver", drivers),
+        status=np.where(certain.sure, Status.OK.value, Status.SINGULAR.value),
+        bound=Series({key: np.where(certain.sure, v, np.nan) for key, v in bounds.items()}),
+        labels=tuple(mode.labels for mode in listed),
+        summary=summary,
+        fault=found.fault,
+        definition=task,
+        **tables,
+    )
+
+
+def _found(problem: Problem, task: Modes) -> _Modes:
+    """Return the modes of the task's pose."""
     if task.mode is not None:
         raise InputError("all modes are listed, none is chosen", where="mode", hint="leave it out")
-    numbers = plan(mechanism, task)
+    numbers = plan(problem.mechanism, task)
     if numbers.values is None or len(numbers.values) != 1:
         raise InputError("assembly modes are those of one pose: give the driver as at = [value]")
     u = numbers.values[0]
-    model = Model(mechanism)
-    listed, sketch = task.outputs is not None, sketched(mechanism)
+    model = Model(problem.mechanism)
+    listed, sketch = task.outputs is not None, sketched(problem.mechanism)
 
     def build(coarse: bool) -> tuple[Assembler, Outputs, NamedOutputs]:
         the_scene = scene(model, numbers.coordinates, task.outputs, coarse)
@@ -53,23 +106,36 @@ def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
         build, lambda built: start.try_redundant(built[0], numbers)
     )
     the_scene, graphs = assembler.scene, assembler.graphs
-    everything, proven, failure = assembler.modes(u)
-    found = everything[: task.limit]
+    every, proven, failure = assembler.modes(u)
+    found = every[: task.limit]
     certain = certified(graphs, np.array([m.x for m in found]).reshape(len(found), graphs.nx), u)
     found = [replace(mode, x=x) for mode, x in zip(found, certain.x, strict=True)]
     function = ca.Function("y", [the_scene.x, the_scene.u, the_scene.model.p], [outputs.expression])
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
     y = np.array(rows).reshape(len(found), graphs.ny)
     fault = None if failure is None else str(start.not_assembled(the_scene, failure, u))
-    summary: dict[str, Any] = {
-        "count": len(everything),
-        "proven": bool(proven),
-        "formula": formula(the_scene.groups),
-        "groups": [g.name for g in the_scene.groups if assembler.labelled(g)],
-        "not_in_scene": the_scene.not_in_scene,
-        "bound": "estimated" if certain.constants.estimated else "proved",
-        "sketches": [start.as_sketch(assembler, mode, u) for mode in found],
-    }
+    return _Modes(
+        assembler,
+        outputs,
+        expressions,
+        numbers.coordinates,
+        *(u, every, bool(proven), fault, found, certain, y),
+    )
+
+
+def _summary(modes: _Modes) -> Summary:
+    """Return what there is to know of modes."""
+    assembler, found, u = modes.assembler, modes.listed, modes.u
+    the_scene = assembler.scene
+    summary = Summary(
+        count=len(modes.every),
+        proven=modes.proven,
+        formula=formula(the_scene.groups),
+        groups=[g.name for g in the_scene.groups if assembler.labelled(g)],
+        not_in_scene=the_scene.not_in_scene,
+        bound="estimated" if modes.certain.constants.estimated else "proved",
+        sketches=[start.as_sketch(assembler, mode, u) for mode in found],
+    )
     rollers = cuts(the_scene, np.array([mode.x for mode in found]), np.tile(u, (len(found), 1)))
     if rollers:  # poses that solve the equations and cannot be built
         summary["undercut"] = [
@@ -84,16 +150,14 @@ def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
         summary["free"] = names  # modes in which the group moves by itself are not counted
     if assembler.searched:
         summary["search"] = assembler.searches()
-    drivers = {
-        c.text: Series({"position": np.full(len(found), u[k])})
-        for k, c in enumerate(numbers.coordinates)
-    }
-    tables: dict[str, Any] = outputs.named([y])
-    there = [y[:, outputs.columns(expressions.coordinates)]]
-    tables["outputs"], lost = expressions.evaluate(there, None, np.ones(len(found), bool))
-    bounds = output_bounds(graphs, outputs, certain.constants, certain.error)
-    notes = list(lost)
-    unsure = [",".join(m.labels) for m, sure in zip(found, certain.sure, strict=True) if not sure]
+    return summary
+
+
+def _notes(modes: _Modes) -> list[str]:
+    """Return what there is to say of modes."""
+    notes, found, assembler = [], modes.listed, modes.assembler
+    sure = modes.certain.sure
+    unsure = [",".join(m.labels) for m, own in zip(found, sure, strict=True) if not own]
     if unsure:
         notes.append(
             f"not certified, modes meet within the rounding of the data: {', '.join(unsure)}"
@@ -104,30 +168,6 @@ def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
             f"each whole turn of bodies of group {', '.join(names)} puts bodies solved later "
             f"elsewhere: listed are modes nearest to the sketch, there may be others"
         )
-    if len(found) < len(everything):
-        notes.append(f"the first {len(found)} of {len(everything)} modes are listed")
-    if notes:
-        summary["notes"] = notes
-    return ModesResult(
-        problem.name,
-        name,
-        task.kind,
-        mechanism,
-        problem.title,
-        drivers=Named("driver", drivers),
-        status=np.where(certain.sure, "ok", "singular"),
-        bound=Series({key: np.where(certain.sure, v, np.nan) for key, v in bounds.items()}),
-        labels=tuple(mode.labels for mode in found),
-        summary=Summary(summary),
-        fault=fault,
-        definition=task,
-        **tables,
-    )
-
-
-def sketch_text(sketch: dict[str, float]) -> str:
-    """Return a mode as TOML lines."""
-    return "\n".join(f"{json.dumps(k) if '.' in k else k} = {v}" for k, v in sketch.items())
-
-
-__all__ = ["Assembler", "Mode", "modes", "sketch_text"]
+    if len(found) < len(modes.every):
+        notes.append(f"the first {len(found)} of {len(modes.every)} modes are listed")
+    return notes

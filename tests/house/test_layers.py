@@ -30,7 +30,8 @@ ROOMS = {
     "assembly": "describe errors kernels model numerics results setup",
     "continuation": "assembly errors kernels numerics setup",
     "measures": "continuation describe errors model numerics setup",
-    "kinematics": "assembly continuation describe errors kernels measures model results setup",
+    "kinematics": "assembly continuation describe errors kernels measures model results setup "
+    "types",
     "forces": "assembly continuation describe errors kernels kinematics measures model numerics "
     "results setup",
     "dynamics": "assembly describe errors forces kernels kinematics model numerics results setup",
