@@ -148,13 +148,12 @@ class Builder:
             return None
         living = [b for b in range(g.nb) if alive[b]]
         before = self._centre(living, crossing.s, state, s, known)
-        carried = self._carried(s, state, crossing.s, before)
         after = before
         serial = any(one in g.ancestors(b) for b in blocks for one in blocks if one != b)
         if action == "switch" and (serial or any(c.other is None for c in crossings)):
             action = "stop"
         switch = action == "switch"
-        guess = np.array(carried(far)[0])
+        guess = np.array(piece(s, crossing.s, _parts(state, n), before)(far)[0])
         if switch:
             known = {c.block: _taylor(c.s, c.x, c.other) for c in crossings if c.other}
             after = self._centre(living, crossing.s, state, s, known)
@@ -174,18 +173,9 @@ class Builder:
         for c in crossings:
             if not self._misses(c, moved[g.blocks[c.block].own]) <= MISS * distance:
                 return None
-        first = piece(s, crossing.s, _parts(state, n), before)
-        second = piece(crossing.s, far, after, _parts(landed, n))
-        remainder = np.zeros(n)
-        noise = np.maximum(self._noise(blocks, state, s), self._noise(blocks, landed, far))
-        for c in crossings:
-            own = g.blocks[c.block].own
-            missed = np.maximum(
-                self._missed(first, s, crossing.s, own), self._missed(second, far, crossing.s, own)
-            )
-            if c.exact and not np.all(missed <= noise[own]):
-                return None  # otherwise no pose counts: branches that only come near bend away
-            remainder[own] = missed
+        remainder = self._remainder(crossings, crossing.s, (s, state, before), (far, landed, after))
+        if remainder is None:
+            return None
         centre = [(crossing.s, self._state(before, state))]
         if switch:
             hair = 4 * np.spacing(max(abs(crossing.s), self.finder.unit))
@@ -197,6 +187,29 @@ class Builder:
             crossing.s, tuple(crossings), (places, *parts), remainder, action, bool(sense > 0)
         )
         return Bridge((*centre, (far, landed)), zone, flipped)
+
+    def _remainder(self, crossings: list[Crossing], centre: float, near: Any, far: Any) -> Any:
+        """Return by how much interpolated unknowns (nx,) may miss solved ones.
+
+        Between the nodes `near` and `far` (s, state, unknowns at the centre). None where that is
+        more than rounding at branches that cross.
+        """
+        g, n = self.graphs, self.graphs.nx
+        (s, state, before), (end, landed, after) = near, far
+        blocks = [c.block for c in crossings]
+        first = piece(s, centre, _parts(state, n), before)
+        second = piece(centre, end, after, _parts(landed, n))
+        remainder = np.zeros(n)
+        noise = np.maximum(self._noise(blocks, state, s), self._noise(blocks, landed, end))
+        for c in crossings:
+            own = g.blocks[c.block].own
+            missed = np.maximum(
+                self._missed(first, s, centre, own), self._missed(second, end, centre, own)
+            )
+            if c.exact and not np.all(missed <= noise[own]):
+                return None  # otherwise no pose counts: branches that only come near bend away
+            remainder[own] = missed
+        return remainder
 
     def _signed(self, b: int) -> bool:
         """Return whether a block's determinant changes its sign at a crossing."""
@@ -298,9 +311,6 @@ class Builder:
         ds = place - s
         return self.finder.follow(living, place, x + v * ds + a * ds * ds / 2, known)[:3]
 
-    def _carried(self, s: float, state: Any, place: float, centre: Any) -> Piece:
-        return piece(s, place, _parts(state, self.graphs.nx), centre)
-
     def _behind(self, guess: Any, s: float) -> tuple[Any, Any, Any] | None:
         """Return state, signs and Newton-Kantorovich numbers of the solution at `guess`."""
         g, n = self.graphs, self.graphs.nx
@@ -331,6 +341,3 @@ def _taylor(s: float, x: Any, branch: Branch) -> Piece:
         return x + slope * ds + bend * ds * ds / 2, slope + bend * ds, bend, np.zeros(len(x))
 
     return at
-
-
-__all__ = ["Bridge", "Builder", "Zone"]

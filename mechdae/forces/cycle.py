@@ -52,57 +52,32 @@ def cycle(
     InputError
         The task has no path to integrate along.
     """
-    places = moving.run.places
-    low, high = float(np.min(places)), float(np.max(places))
-    setting = moving.setting
-    if isinstance(moving.run.path, Legs) or low == high:
-        raise InputError("a cycle needs one driver that moves over an interval", where="cycle")
-    steps = np.sign(np.diff(places))
-    if steps.min() < 0 < steps.max():
-        word = "driver.at" if moving.by_value else "driver.times"
-        raise InputError("the poses of a cycle go one way", where=word)
-    if moving.by_value and not moving.speed:
-        raise InputError("a cycle needs a driver that moves, its speed is 0", where="driver.speed")
-    if moving.by_value and setting.plan.acceleration.any():
-        raise InputError("a cycle needs a driver of constant speed", where="driver.acceleration")
+    low, high = _interval(moving)
     if not answer.there[[0, -1]].all():
         text = "the mean powers of the cycle have no value: the motion does not go all the way"
         return {}, [text]
     state = State(statics, moving)
+    c = moving.setting.plan.coordinates[moving.setting.plan.lead]
+    word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
     unbounded = _unbounded(state, low, high)
     if unbounded is not None:
-        c = setting.plan.coordinates[setting.plan.lead]
-        word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
         text = "the cycle has no mean powers: losses grow beyond all bounds at the change point "
         return {}, [f"{text}{word} = {shown(unit, unbounded)}"]
     coupled = answer.whole is not answer.free
-    grid = np.linspace(low, high, max(SAMPLES + 1, 2 * len(places)))
+    grid = np.linspace(low, high, max(SAMPLES + 1, 2 * len(moving.run.places)))
     kinks, arcs = kinks_of(state, grid)
     figures: dict[str, Any] = {
         "jammed_arcs": arcs["jammed"], "self_locking_arcs": arcs["locking"], "kinks": kinks
     }  # fmt: skip
     if arcs["ambiguous"]:
         figures["ambiguous_arcs"] = arcs["ambiguous"]
-    faults = []
-    c = setting.plan.coordinates[setting.plan.lead]
-    word, unit = (c.text, c.unit) if moving.by_value else ("t [s]", "1")
-
-    def spans(name: str) -> str:
-        return ", ".join(" to ".join(shown(unit, end) for end in arc) for arc in arcs[name])
-
-    if arcs["jammed"]:
-        faults.append(f"the cycle has no mean powers: jammed for {word} from {spans('jammed')}")
-    if arcs["ambiguous"]:
-        text = f"several solutions for {word} from {spans('ambiguous')}"
-        if not arcs["jammed"]:
-            text += ": mean powers are those of the one that continues the motion without friction"
-        faults.append(text)
+    faults = _about_arcs(arcs, word, unit)
     panels = [low, *[k for k in kinks if low < k < high], high]
     charts = [Chart(a, b) for a, b in itertools.pairwise(panels) if b > a]
-    count = len(statics.balance.joints)
+    jammed = bool(arcs["jammed"])
 
     def powers(s: Any) -> Any:
-        return state.powers(s, coupled and not arcs["jammed"])
+        return state.powers(s, coupled and not jammed)
 
     way = high - low
     flow = np.nan_to_num(np.abs(powers(grid))).mean(axis=0) * way
@@ -113,21 +88,54 @@ def cycle(
 
     total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), gross))
     total[np.abs(total) <= ROUNDING * gross] = 0.0
-    jammed, off = bool(arcs["jammed"]), (error + EPSILON * gross) / way
+    off, count = (error + EPSILON * gross) / way, len(statics.balance.joints)
     figures |= _figures(statics, total / way, off, count, task, coupled, jammed)
     share = error / np.maximum(sizes(total), SMALL * gross) if gross else np.zeros(len(error))
-    figures["quadrature_error"] = float(share.max(initial=0.0))
+    figures["quadrature_error"] = known = float(share.max(initial=0.0))
     if not np.isfinite(total).all():
         faults.append(
             "the mean powers of the cycle have no value: a force is not finite between the poses"
         )
-    elif figures["quadrature_error"] > KNOWN:
-        share = figures["quadrature_error"]
+    elif known > KNOWN:
         faults.append(
-            f"the mean powers of the cycle are known to {share:.1g} of them only: forces grow too "
+            f"the mean powers of the cycle are known to {known:.1g} of them only: forces grow too "
             f"steeply between the poses"
         )
     return figures, faults
+
+
+def _interval(moving: Moving) -> tuple[float, float]:
+    """Return the ends of the way over which powers are integrated."""
+    places = moving.run.places
+    low, high = float(np.min(places)), float(np.max(places))
+    if isinstance(moving.run.path, Legs) or low == high:
+        raise InputError("a cycle needs one driver that moves over an interval", where="cycle")
+    steps = np.sign(np.diff(places))
+    if steps.min() < 0 < steps.max():
+        word = "driver.at" if moving.by_value else "driver.times"
+        raise InputError("the poses of a cycle go one way", where=word)
+    if moving.by_value and not moving.speed:
+        raise InputError("a cycle needs a driver that moves, its speed is 0", where="driver.speed")
+    if moving.by_value and moving.setting.plan.acceleration.any():
+        raise InputError("a cycle needs a driver of constant speed", where="driver.acceleration")
+    return low, high
+
+
+def _about_arcs(arcs: dict[str, Any], word: str, unit: str) -> list[str]:
+    """Return what is wrong with a cycle over arcs that jam or have several solutions."""
+
+    def spans(name: str) -> str:
+        return ", ".join(" to ".join(shown(unit, end) for end in arc) for arc in arcs[name])
+
+    faults = []
+    if arcs["jammed"]:
+        faults.append(f"the cycle has no mean powers: jammed for {word} from {spans('jammed')}")
+    if arcs["ambiguous"]:
+        text = f"several solutions for {word} from {spans('ambiguous')}"
+        if not arcs["jammed"]:
+            text += ": mean powers are those of the one that continues the motion without friction"
+        faults.append(text)
+    return faults
 
 
 def _unbounded(state: State, low: float, high: float) -> float | None:
