@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.continuation.interpolate import quintic
+from mechdae.continuation.path import Path
 from mechdae.kernels.run.call import Call
 from mechdae.kinematics.prepared import Run, Setting
 
@@ -36,6 +37,8 @@ def alternatives(setting: Setting, result: Run) -> Iterator[tuple[str, Callable[
 def interpolated(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, Any]]:
     """Yield interpolation between so many equal pieces; the nodes are part of the work."""
     g = setting.graphs
+    path = result.path
+    assert isinstance(path, Path)
     for count in NODES:
         nodes = np.linspace(s.min(), s.max(), count + 1)
         at_nodes = result.evaluator.at(result.path, nodes)
@@ -44,7 +47,7 @@ def interpolated(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, A
         states = []
         for place, x in zip(nodes, at_nodes.x, strict=True):
             start = np.concatenate([x, np.zeros(2 * g.nx + g.nb)])
-            states.append(result.path._step(start, float(place), 0.0)[0])
+            states.append(path.step(start, float(place), 0.0)[0])
         table = np.array(states)
         parts = [table[:, k * g.nx : (k + 1) * g.nx] for k in range(3)]
 

@@ -7,7 +7,7 @@ place outside the range is then located on the solution itself.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
@@ -16,9 +16,6 @@ from mechdae.continuation.interpolate import quintic
 from mechdae.continuation.limit_positions import Limit
 from mechdae.kernels.graphs.steps import Graphs
 
-if TYPE_CHECKING:
-    from mechdae.continuation.path import Path
-
 PIECES = 8
 """Places looked at between two nodes."""
 ZOOMS = 6
@@ -26,6 +23,18 @@ ZOOMS = 6
 ITERATIONS = 60
 SLACK = 1e-13
 """Share of the range by which rounding may put a contact outside."""
+
+
+class Nodes(Protocol):
+    """What is asked of the path whose contacts are watched."""
+
+    @property
+    def origin(self) -> tuple[float, Any]: ...
+    @property
+    def largest(self) -> float: ...
+    def arrays(self) -> tuple[Any, Any, Any, Any]: ...
+    def drivers(self, s: Any) -> Any: ...
+    def at(self, s: float) -> Any: ...
 
 
 class CurveEnds:
@@ -64,7 +73,7 @@ class CurveEnds:
         """Forget what was seen: the path begins anew."""
         self._seen.clear()
 
-    def left(self, path: Path, up: bool) -> list[Limit]:
+    def left(self, path: Nodes, up: bool) -> list[Limit]:
         """Return where contacts left their curves on the nodes added since the last call."""
         if not self.open:
             return []
@@ -104,7 +113,7 @@ class CurveEnds:
                 found.append(Limit(place, -1, self._owner[name], "end_of_curve", x, joint=name))
         return found
 
-    def _located(self, path: Path, j: int, end: float, a: float, b: float) -> float:
+    def _located(self, path: Nodes, j: int, end: float, a: float, b: float) -> float:
         """Return the path's place in [a, b] at which the contact is at `end` of its curve."""
 
         def beyond(s: float) -> float:

@@ -9,9 +9,10 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.closure import Closing
+from mechdae.continuation.any_path import AnyPath
+from mechdae.continuation.front import SMALLEST
 from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.near_change_point import ZonePoses
-from mechdae.continuation.path import SMALLEST, Path
 from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
@@ -101,7 +102,7 @@ class Evaluator:
         ]
         self.refined = 0
 
-    def at(self, path: Path, s: Any, rates: Rates = ()) -> Poses:
+    def at(self, path: AnyPath, s: Any, rates: Rates = ()) -> Poses:
         """Return the poses at path parameters `s` (n,).
 
         `rates` are speeds, accelerations and jerks (n, nd) of several drivers or of a course,
@@ -122,7 +123,7 @@ class Evaluator:
         return poses
 
     @staticmethod
-    def _stops(path: Path, s: Any) -> Any:
+    def _stops(path: AnyPath, s: Any) -> Any:
         """Return which poses are where a path stops at a change or dead point."""
         result = np.zeros(len(s), bool)
         for reach in path.reach.values():
@@ -134,7 +135,7 @@ class Evaluator:
                     result |= np.abs(s - middle) <= near / 2 + slack
         return result
 
-    def _limits(self, path: Path, s: Any) -> dict[int, list[Limit]]:
+    def _limits(self, path: AnyPath, s: Any) -> dict[int, list[Limit]]:
         """Return the poses that are limit positions, with their limits."""
         found: dict[int, list[Limit]] = {}
         for reach in path.reach.values():
@@ -148,7 +149,7 @@ class Evaluator:
         return found
 
     @staticmethod
-    def _coarse(path: Path, s: float) -> float:
+    def _coarse(path: AnyPath, s: float) -> float:
         """Return what the last bits of a place are a share of: its own, or the drivers' values."""
         u, rate, *_ = path.motion(s)
         moving = rate != 0
@@ -156,7 +157,7 @@ class Evaluator:
         return max(abs(s), path.largest, float(known))
 
     def _turn_round(
-        self, path: Path, s: Any, alive: Any, limits: dict[int, list[Limit]]
+        self, path: AnyPath, s: Any, alive: Any, limits: dict[int, list[Limit]]
     ) -> tuple[Any, dict[int, list[Limit]]]:
         """Return where the poses lie on the path, and which of them are limit positions.
 
@@ -191,7 +192,7 @@ class Evaluator:
             turns = turns + way
         return places, self._limits(path, places) if found.any() else limits
 
-    def _back(self, path: Path, arc: Arc, s: Any, places: Any) -> Any:
+    def _back(self, path: AnyPath, arc: Arc, s: Any, places: Any) -> Any:
         """Return which groups are at `s` as they are at places whole turns away, (n, groups)."""
         inner = INWARDS * (arc.last - arc.first)
         inside = np.clip(places, arc.first + inner, arc.last - inner)
@@ -199,7 +200,7 @@ class Evaluator:
         guess = path.guess(beside) if self.graphs.nx else np.zeros((len(s), 0))
         return self.returns(path, guess, s + (beside - places), beside)
 
-    def returns(self, path: Path, guess: Any, s: Any, shifted: Any) -> Any:
+    def returns(self, path: AnyPath, guess: Any, s: Any, shifted: Any) -> Any:
         """Return which groups are in the same pose at `s` and whole turns away, (n, groups).
 
         Lengths have to agree, and angles but for whole turns, those of eliminated coordinates
@@ -271,7 +272,7 @@ class Evaluator:
 
     def _solve(
         self,
-        path: Path,
+        path: AnyPath,
         s: Any,
         places: Any,
         guess: Any,
@@ -303,7 +304,7 @@ class Evaluator:
         return self._poses(s, places, results, alive, at_limit, uncertain, constants)
 
     def _converged(
-        self, path: Path, guess: Any, s: Any, places: Any, rates: Rates
+        self, path: AnyPath, guess: Any, s: Any, places: Any, rates: Rates
     ) -> tuple[list[Any], Any]:
         """Return the pose kernel's results after as many steps as needed.
 
@@ -338,7 +339,7 @@ class Evaluator:
             )
         return results, first
 
-    def _good(self, path: Path, guess: Any, results: list[Any], first: Any, places: Any) -> Any:
+    def _good(self, path: AnyPath, guess: Any, results: list[Any], first: Any, places: Any) -> Any:
         """Return which blocks are certified to be on the path's branch, (n, nb).
 
         Newton-Kantorovich from the guess, which lies in the proved neighbourhood of the path;
@@ -357,7 +358,7 @@ class Evaluator:
             good &= ~np.logical_or.reduceat(far.T, self.graphs.first, axis=0).T
         return good | self.zones.held(path, places) if path.zones else good
 
-    def _open(self, path: Path, s: Any, results: list[Any]) -> Any:
+    def _open(self, path: AnyPath, s: Any, results: list[Any]) -> Any:
         """Return which groups have an equation without unknowns that is not met, (n, groups)."""
         lost = np.zeros((len(s), len(self.groups)), bool)
         if self.closing.checks:
@@ -377,13 +378,13 @@ class Evaluator:
             lost[:, j] |= uncertain[:, b]
         self._carry(lost, alive)
 
-    def _call(self, path: Path, guess: Any, s: Any, rates: Rates, consts: Any) -> list[Any]:
+    def _call(self, path: AnyPath, guess: Any, s: Any, rates: Rates, consts: Any) -> list[Any]:
         if self.graphs.single:
             return self.pose(guess, s[:, None], consts)
         return self.pose(guess, path.drivers(s), *rates, consts)
 
     def _put_limit(
-        self, path: Path, k: int, s: float, limits: list[Limit], alive: Any, results: list[Any]
+        self, path: AnyPath, k: int, s: float, limits: list[Limit], alive: Any, results: list[Any]
     ) -> None:
         """Write the pose at a limit position: positions of all groups, rates of none."""
         g = self.graphs

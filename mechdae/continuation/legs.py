@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.across_change_point import Zone
+from mechdae.continuation.any_path import STRIDE, AnyPath, Counts, Reach, strides
 from mechdae.continuation.change_points import NODES_PER_TURN
-from mechdae.continuation.path import STRIDE, Path, Reach, strides
+from mechdae.continuation.follower import extend
+from mechdae.continuation.path import Path
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.setup.scales import Constants
 
@@ -29,7 +31,7 @@ def largest_step(d: Any, scales: Any) -> float:
     return share / length if length > share else 1.0
 
 
-class Legs(Path):
+class Legs(AnyPath):
     """A path through given drivers' values; s counts the corners, whole numbers are corners.
 
     Parameters
@@ -44,7 +46,8 @@ class Legs(Path):
 
     def __init__(self, graphs: Graphs, constants: Constants, corners: Any, scales: Any) -> None:
         nothing = np.zeros(corners.shape[1])
-        Path.__init__(self, graphs, constants, corners[0], nothing, 1.0)
+        whole = np.concatenate([constants.vector(), corners[0], nothing])
+        super().__init__(graphs, constants, whole, 1.0, Counts())
         self.corners, self.scales = corners, scales
         self.directions = np.diff(corners, axis=0)
         self.leg = Path(graphs, constants, corners[0], nothing, 1.0, self.counts, within=True)
@@ -55,7 +58,6 @@ class Legs(Path):
     def walk(self, x: Any) -> None:
         """Follow all legs from the solved pose `x` (nx,) at the first corner."""
         self.origin = (0.0, x)
-        self.leg.on_change_point = self.on_change_point
         self.leg.begin(x, 0.0)
         self.sign = self.leg.sign
         self._signs = np.repeat(self.sign[None, :], len(self.corners), axis=0)
@@ -84,8 +86,8 @@ class Legs(Path):
         lines[count:] = np.concatenate([self.corners[k + count], 0 * self.corners[0]])
         along = np.tile([0.0, 1.0], STRIDE // 2)
         states, test, det, miss = strides(self.graphs)(self._state, 0.0, along, whole)
-        alive = self._alive(self.ended)
-        good = self._good(states, test, det, miss, alive, self._signs[k])
+        alive = self.alive(self.ended)
+        good = self.good(states, test, det, miss, alive, self._signs[k])
         good = good.reshape(-1, 2).all(axis=1)[:count]
         held = count if good.all() else int(np.argmin(good))
         ends = states[1 : 2 * held : 2, : self.graphs.nx]
@@ -105,7 +107,7 @@ class Legs(Path):
         for group in self.ended:
             leg.reach[group] = Reach(self.reach[group].high, self.reach[group].high)
         leg.begin(self.nodes[k], 0.0)
-        leg.extend(1.0)
+        extend(leg, 1.0)
         self._note(leg.on_curves())
         self._grown(leg.sizes()[0])
         self._state = leg.state[-1]
@@ -125,7 +127,7 @@ class Legs(Path):
 
     def _grown(self, size: Any) -> None:
         """Enlarge the sizes of the unknowns of groups that have not ended."""
-        alive = self._alive(self.ended)
+        alive = self.alive(self.ended)
         for b, graph in enumerate(self.graphs.blocks):
             if alive[b]:
                 self._sizes[graph.own] = np.maximum(self._sizes[graph.own], size[graph.own])
@@ -150,6 +152,14 @@ class Legs(Path):
         """Return the drivers' values (n, nd) at `s` (n,)."""
         k = np.floor(s).astype(int)
         return self.corners[k] + (s - k)[:, None] * self._padded[k]
+
+    def motion(self, s: float) -> list[Any]:
+        """Return the drivers' values (nd,) at a corner; it is a pose by itself: no derivatives."""
+        u = self.drivers(np.array([s]))[0]
+        return [u, *[np.zeros(len(u))] * 3]
+
+    def rates(self, s: Any, order: int) -> tuple[Any, ...]:
+        return tuple(np.zeros((len(s), self.corners.shape[1])) for _ in range(order))
 
     def follows(self, group: int, s: Any) -> Any:
         return self.reach[group].contains(s)

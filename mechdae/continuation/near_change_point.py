@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.across_change_point import Zone
+from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.interpolate import quintic_rates
-from mechdae.continuation.path import Path
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 
@@ -46,7 +46,7 @@ class ZonePoses:
         batch: Batch = self.graphs.kept(("held", blocks), make)
         return batch
 
-    def held(self, path: Path, s: Any) -> Any:
+    def held(self, path: AnyPath, s: Any) -> Any:
         """Return which blocks are given by the expansion at a change point, (n, nb)."""
         held = np.zeros((len(s), self.graphs.nb), bool)
         index = zone_of(path.zones, s)
@@ -56,7 +56,7 @@ class ZonePoses:
 
     def write(
         self,
-        path: Path,
+        path: AnyPath,
         s: Any,
         places: Any,
         guess: Any,
@@ -95,7 +95,7 @@ class ZonePoses:
     def _write(
         self,
         blocks: frozenset[int],
-        path: Path,
+        path: AnyPath,
         s: Any,
         guess: Any,
         results: list[Any],

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.path import Path
 
@@ -76,7 +77,7 @@ class Arc:
         return np.where(met < 0, self.first, np.where(met > 0, self.last, s))
 
 
-def arc_of(path: Path) -> Arc:
+def arc_of(path: AnyPath) -> Arc:
     """Return the arc that all groups of a path reach together."""
     lows = [reach.low for reach in path.reach.values() if reach.low is not None]
     highs = [reach.high for reach in path.reach.values() if reach.high is not None]

@@ -15,6 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.continuation.follower import extend
 from mechdae.continuation.path import Path
 from mechdae.derivatives.composed import Composed, is_series
 from mechdae.describe.coordinates import coordinate_names
@@ -316,7 +317,7 @@ class _Built:
             )
             try:
                 steps.begin(x, 0.0)
-                steps.extend(1.0)
+                extend(steps, 1.0)
             except MechdaeError:  # further than is followed, or no start: not reached
                 return nothing
             if any(

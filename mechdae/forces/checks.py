@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.legs import Legs
+from mechdae.continuation.follower import extend
+from mechdae.continuation.path import Path
 from mechdae.forces.inverse_dynamics import Loaded, Statics
 from mechdae.forces.poses import Moving
 
@@ -90,7 +91,7 @@ def _panel(
     half: float,
     coupled: bool,
     several: bool,
-    extend: bool,
+    further: bool,
 ) -> float | None:
     """Return the relative error of the energy over one panel.
 
@@ -98,9 +99,9 @@ def _panel(
     `several` solutions are looked at only if asked, one by one they take long.
     """
     path = moving.run.path
-    if extend and not isinstance(path, Legs):
-        path.extend(middle + half)
-        path.extend(middle - half)
+    if further and isinstance(path, Path):
+        extend(path, middle + half)
+        extend(path, middle - half)
     nodes = np.concatenate([[middle - half], middle + half * NODES, [middle + half]])
     motion = moving.at(nodes)
     if not np.isfinite(motion.a).all():

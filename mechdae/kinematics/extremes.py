@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.interpolate import turning
 from mechdae.continuation.path import Path
@@ -82,7 +83,7 @@ class Spans:
         return {word: table for word, table in result.items() if table}
 
 
-def _shifts(path: Path, low: float, high: float) -> list[float]:
+def _shifts(path: AnyPath, low: float, high: float) -> list[float]:
     """Return by how much places of the path lie off those of [low, high] that they are."""
     arc = arc_of(path)
     if not path.graphs.turns or arc.ends == [None, None] or (arc.holds(low) and arc.holds(high)):
@@ -107,7 +108,7 @@ class Brackets:
 
 
 def _stationary(
-    evaluator: Evaluator, path: Path, nodes: Poses, columns: Any, least: Any, most: Any
+    evaluator: Evaluator, path: AnyPath, nodes: Poses, columns: Any, least: Any, most: Any
 ) -> list[tuple[int, float]]:
     """Return the stationary values that may be extreme, each with its quantity's number.
 
@@ -148,7 +149,7 @@ def _brackets(nodes: Poses, columns: Any, least: Any, most: Any) -> Brackets:
 
 
 def _at(
-    evaluator: Evaluator, path: Path, columns: Any, wanted: Brackets
+    evaluator: Evaluator, path: AnyPath, columns: Any, wanted: Brackets
 ) -> tuple[Any, Any, Any, Any]:
     """Return the places evaluated, and there the quantities with two derivatives, (k,) each."""
     order = np.argsort(wanted.s)

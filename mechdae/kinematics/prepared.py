@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from mechdae.assembly import start
 from mechdae.assembly.assembler import Assembler
 from mechdae.assembly.idle_freedom import settled
+from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.evaluate import Evaluator, Poses
-from mechdae.continuation.path import Path
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.structure import structure_of
@@ -35,6 +35,8 @@ from mechdae.setup.slips import driver_slips
 GROWTHS = 8
 SAFE = 0.75
 """Share of a divisor's least size at the nodes of a path that it may keep between them."""
+P = TypeVar("P", bound=AnyPath)
+"""A line or course, or legs."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ SHAPES: Shapes[Shape] = Shapes(lambda shape: shape.size)
 class Run:
     """Evaluated poses with the driver values and the places on the path they belong to."""
 
-    path: Path
+    path: AnyPath
     evaluator: Evaluator
     poses: Poses
     values: Any
@@ -206,13 +208,13 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
 
 
 def covered(
-    follow: Callable[[Constants], tuple[Path, Any]],
+    follow: Callable[[Constants], tuple[P, Any]],
     setting: Setting,
     span: Any,
     margin: Any,
     start: tuple[Any, Any],
     graphs: Graphs | None = None,
-) -> tuple[Path, Any]:
+) -> tuple[P, Any]:
     """Return what `follow` gives with bounds that hold for the path it found.
 
     The bounds of a sweep need the size of unknowns and drivers before they are known: they

@@ -9,10 +9,10 @@ import numpy as np
 from mechdae.assembly import start
 from mechdae.assembly.beyond_reach import assembled
 from mechdae.continuation.across_change_point import Zone
+from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.evaluate import Poses
 from mechdae.continuation.near_change_point import zone_of
 from mechdae.continuation.output_bounds import output_bounds
-from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
@@ -42,7 +42,7 @@ STOPS = {
 }
 
 
-def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[dict[str, Any]]:
+def limit_events(setting: Setting, path: AnyPath, low: float, high: float) -> list[dict[str, Any]]:
     """Return the ends of the path's groups as events, in the order of s.
 
     ``at`` is the driver's value, with several drivers the list of their values; ``time`` is
@@ -79,7 +79,7 @@ def limit_events(setting: Setting, path: Path, low: float, high: float) -> list[
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
 
 
-def _event(setting: Setting, path: Path, s: float, group: Group, inside: bool) -> dict[str, Any]:
+def _event(setting: Setting, path: AnyPath, s: float, group: Group, inside: bool) -> dict[str, Any]:
     """Return an event at `s`: the drivers' values and the time, the group and its joint."""
     at = path.drivers(np.array([s]))[0].tolist()
     event = {
@@ -96,7 +96,7 @@ def _event(setting: Setting, path: Path, s: float, group: Group, inside: bool) -
 
 
 def _crossed(
-    setting: Setting, path: Path, zone: Zone, low: float, high: float
+    setting: Setting, path: AnyPath, zone: Zone, low: float, high: float
 ) -> list[tuple[float, dict[str, Any]]]:
     """Return the change points of a zone as events, with the tangents of both branches.
 
@@ -287,7 +287,7 @@ def _status(poses: Poses) -> Any:
     return status
 
 
-def _near_crossings(setting: Setting, path: Path) -> list[str]:
+def _near_crossings(setting: Setting, path: AnyPath) -> list[str]:
     notes = []
     for zone in path.zones[:8]:
         for crossing in zone.crossings:
@@ -302,7 +302,7 @@ def _near_crossings(setting: Setting, path: Path) -> list[str]:
     return notes
 
 
-def _ambiguous(path: Path, s: Any, at_them: bool = True) -> Any:
+def _ambiguous(path: AnyPath, s: Any, at_them: bool = True) -> Any:
     """Return which places lie behind branches that come too near each other to be told apart."""
     result = np.zeros(len(s), bool)
     for zone in path.zones:
@@ -382,7 +382,7 @@ def _stopping(setting: Setting, run: Run, row: int) -> Group | None:
     return next(group for group in setting.scene.groups if group.index == end.group)
 
 
-def _left_curve(path: Path, group: Group, s: float) -> str:
+def _left_curve(path: AnyPath, group: Group, s: float) -> str:
     """Return the joint whose contact left its curve on the way to `s`, '' for none."""
     reach = path.reach[group.index]
     for end, beyond in ((reach.low, -1), (reach.high, 1)):
@@ -391,7 +391,7 @@ def _left_curve(path: Path, group: Group, s: float) -> str:
     return ""
 
 
-def _between(path: Path, a: float, b: float, default: float | None = None) -> float:
+def _between(path: AnyPath, a: float, b: float, default: float | None = None) -> float:
     """Return the end of the driver's arc between two of its values, whole turns aside."""
     low, high = min(a, b), max(a, b)
     for end in arc_of(path).ends:
@@ -460,7 +460,7 @@ def _cutting(setting: Setting, joint: str, intervals: list[dict[str, Any]]) -> s
     )
 
 
-def begins_singular(setting: Setting, path: Path, event: dict[str, Any]) -> bool:
+def begins_singular(setting: Setting, path: AnyPath, event: dict[str, Any]) -> bool:
     """Return whether the path comes no further than its first pose, which is singular."""
     alone = setting.graphs.single and event["kind"] == "dead_point"
     return alone and bool(event["at"] == path.origin[0])

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.evaluate import Evaluator
+from mechdae.continuation.follower import extend
 from mechdae.continuation.legs import Legs, largest_step
 from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.path import Path
@@ -40,9 +41,9 @@ def walked(setting: Setting, x: Any, corners: Any) -> Legs:
     """Return the proved straight legs through the drivers' values `corners` (m, nd)."""
     graphs = setting.graphs.straight
 
-    def follow(numbers: Constants) -> tuple[Path, Any]:
+    def follow(numbers: Constants) -> tuple[Legs, Any]:
         legs = Legs(graphs, numbers, corners, scales(setting))
-        legs.on_change_point = setting.on_change_point
+        legs.leg.on_change_point = setting.on_change_point
         legs.walk(x)
         return legs, legs
 
@@ -137,8 +138,8 @@ def along_a_line(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
         path = Path(setting.graphs, numbers, values[0], d, largest)
         path.on_change_point = setting.on_change_point
         path.begin(start, begin)
-        path.extend(1.0)
-        path.extend(0.0)
+        extend(path, 1.0)
+        extend(path, 0.0)
         return path, None
 
     path = covered(follow, setting, values, 0.0, (start, values[0] + begin * d))[0]

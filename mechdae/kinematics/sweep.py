@@ -8,6 +8,7 @@ import numpy as np
 
 from mechdae.continuation.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import Evaluator, into_time
+from mechdae.continuation.follower import extend
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
@@ -194,15 +195,15 @@ def cover(path: Path, evaluator: Evaluator, values: Any, is_angle: bool, corners
         return
     begin = path.origin[0]
     for place in [*[c for c in corners if c > begin], float(np.max(values))]:
-        path.extend(float(place))
+        extend(path, float(place))
     for place in [*[c for c in corners[::-1] if c < begin], float(np.min(values))]:
-        path.extend(float(place))
+        extend(path, float(place))
     arc = arc_of(path)
     if is_angle and (arc.low is None) != (arc.high is None) and not arc.holds(values).all():
         turn = TURN if arc.low is not None else -TURN
         anchor = arc.first if arc.low is not None else arc.last
         for turns in range(1, MOST_BACK + 1):
-            path.extend(anchor + turns * turn, first=True)
+            extend(path, anchor + turns * turn, first=True)
             if None not in arc_of(path).ends or _comes_back(path, evaluator, turns * turn):
                 return
 
@@ -230,22 +231,22 @@ def _assembled(
     span, most = (turn, MAX_TURNS) if turn else (length, MAX_SPANS)
     high = low = None
     for turns in range(1, most + 1):
-        path.extend(s + turns * span, first=True)
+        extend(path, s + turns * span, first=True)
         high = arc_of(path).ends[1]
         if high is not None:
             break
         closed = _closed(path) if turn else None
         if turn and closed is not None:
             turns *= _rounds(path, evaluator, turns * turn, turns, closed, notes)
-            path.extend(s + turns * span, first=True)
+            extend(path, s + turns * span, first=True)
             # whole turns from zero, or from the full turn below a sketch further away
             base = 0.0 if abs(s) <= turn else turn * np.floor(s / turn)
             grid = base + turn * turns * np.arange(count) / max(count - 1, 1)
-            path.extend(float(grid[-1]))
-            path.extend(float(grid[0]))
+            extend(path, float(grid[-1]))
+            extend(path, float(grid[0]))
             return grid, [None, None]
     for turns in range(1, (most if high is not None else 1) + 1):
-        path.extend(s - turns * span, first=True)
+        extend(path, s - turns * span, first=True)
         low = arc_of(path).ends[0]
         if low is not None:
             break

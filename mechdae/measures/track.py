@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.evaluate import Evaluator
+from mechdae.continuation.follower import extend
 from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.path import Path
@@ -121,8 +122,8 @@ class Track:
     def reach(self, low: float, high: float) -> bool:
         """Follow the path to both places; return whether its bounds still hold there."""
         if self.path.graphs.nx:
-            self.path.extend(high)
-            self.path.extend(low)
+            extend(self.path, high)
+            extend(self.path, low)
         found_x, found_u = self.path.sizes()
         known = self.path.constants
         return bool(np.all(found_x <= known.size_x) and np.all(found_u <= known.size_u))

@@ -156,15 +156,15 @@ def wrong_branch_of_a_triad(monkeypatch):
     wrong_branch(monkeypatch)
 
 
-@mutant("Path._proved", "every step counts as proved", "", (("change", 1), ("change", 3)))
+@mutant("AnyPath.proved", "every step counts as proved", "", (("change", 1), ("change", 3)))
 def every_step_certified(monkeypatch):
-    from mechdae.continuation.path import Path
+    from mechdae.continuation.any_path import AnyPath
 
-    monkeypatch.setattr(Path, "_proved", lambda self, state, test, *_: np.ones(test.shape, bool))
+    monkeypatch.setattr(AnyPath, "proved", lambda self, state, test, *_: np.ones(test.shape, bool))
 
 
 @mutant(
-    "Path._proved, Evaluator._good", "every step and every pose counts as certified",
+    "AnyPath.proved, Evaluator._good", "every step and every pose counts as certified",
     "where it cannot be", DYADS[:2],
 )  # fmt: skip
 def every_pose_certified(monkeypatch):
@@ -187,7 +187,8 @@ def plain(monkeypatch):
 
 
 @mutant(
-    "Path._proved, Evaluator._good", "Newton's method that converged is enough, whatever the sign",
+    "AnyPath.proved, Evaluator._good",
+    "Newton's method that converged is enough, whatever the sign",
     "off by", (("change", 3), ("change", 12)),
 )  # fmt: skip
 def plain_newton_continuation(monkeypatch):
@@ -195,7 +196,8 @@ def plain_newton_continuation(monkeypatch):
 
 
 @mutant(
-    "Path._proved, Evaluator._good", "Newton's method that converged is enough, whatever the sign",
+    "AnyPath.proved, Evaluator._good",
+    "Newton's method that converged is enough, whatever the sign",
     "off by", (("saddle", 1), ("saddle", 2)),
 )  # fmt: skip
 def plain_newton_continuation_of_a_triad(monkeypatch):
@@ -204,10 +206,10 @@ def plain_newton_continuation_of_a_triad(monkeypatch):
 
 def no_sign(monkeypatch):
     """Take away the sign of the determinant alone: each block's is called the right one."""
+    from mechdae.continuation.any_path import AnyPath
     from mechdae.continuation.evaluate import Evaluator
-    from mechdae.continuation.path import Path
 
-    proved, good = Path._proved, Evaluator._good
+    proved, good = AnyPath.proved, Evaluator._good
 
     def step(self, state, test, det, miss, sign):
         return proved(self, state, test, np.broadcast_to(sign, np.shape(det)), miss, sign)
@@ -217,7 +219,7 @@ def no_sign(monkeypatch):
         results[2] = path.sign_at(places)
         return good(self, path, guess, results, first, places)
 
-    monkeypatch.setattr(Path, "_proved", step)
+    monkeypatch.setattr(AnyPath, "proved", step)
     monkeypatch.setattr(Evaluator, "_good", pose)
 
 
@@ -264,13 +266,13 @@ def wrong_rates_next_to_a_change_point(monkeypatch):
 
 
 @mutant(
-    "Path._go_back", "change points are crossed from nodes next to them", "acceleration",
+    "go_back", "change points are crossed from nodes next to them", "acceleration",
     (("exact", 202631), ("exact", 203373)),
 )  # fmt: skip
 def crossed_from_too_near(monkeypatch):
-    from mechdae.continuation.path import Path
+    from mechdae.continuation import obstacles
 
-    monkeypatch.setattr(Path, "_go_back", lambda *_: [])
+    monkeypatch.setattr(obstacles, "go_back", lambda *_: [])
 
 
 # -- labels and modes ------------------------------------------------------------------------
@@ -354,6 +356,7 @@ def planet_always_back(monkeypatch):
 )
 def each_group_on_its_own_way(monkeypatch):
     from mechdae.continuation.evaluate import Evaluator
+    from mechdae.continuation.follower import extend
     from mechdae.kinematics import sweep
 
     def at(self, path, s, rates=()):
@@ -379,15 +382,15 @@ def each_group_on_its_own_way(monkeypatch):
         return poses
 
     def cover(path, evaluator, values, is_angle, corners=()):
-        path.extend(float(np.max(values)))
-        path.extend(float(np.min(values)))
+        extend(path, float(np.max(values)))
+        extend(path, float(np.min(values)))
         for group, reach in path.reach.items() if is_angle else ():
             if (reach.low is None) != (reach.high is None) and not reach.contains(values).all():
                 anchor, turn = (
                     (reach.low.s, 2 * np.pi) if reach.low is not None else
                     (reach.high.s, -2 * np.pi)
                 )  # fmt: skip
-                path.extend(anchor + turn, needed=[group])
+                extend(path, anchor + turn, needed=[group])
 
     monkeypatch.setattr(Evaluator, "at", at)
     monkeypatch.setattr(sweep, "_cover", cover)
@@ -397,17 +400,17 @@ def each_group_on_its_own_way(monkeypatch):
 
 
 def swallow(monkeypatch):
-    from mechdae.continuation.path import Path
+    from mechdae.continuation.front import Front
 
-    monkeypatch.setattr(Path, "_end", lambda self, limit, ended, up: ended.update(self.groups))
+    monkeypatch.setattr(Front, "end", lambda self, limit: self.ended.update(self.path.groups))
 
 
-@mutant("Path._end", "a limit ends the path and is not recorded", "limit", DYADS)
+@mutant("Front.end", "a limit ends the path and is not recorded", "limit", DYADS)
 def swallowed_limit(monkeypatch):
     swallow(monkeypatch)
 
 
-@mutant("Path._end", "a limit ends the path and is not recorded", "limit", TRIADS)
+@mutant("Front.end", "a limit ends the path and is not recorded", "limit", TRIADS)
 def swallowed_limit_of_a_triad(monkeypatch):
     swallow(monkeypatch)
 
@@ -425,22 +428,22 @@ def hidden_limit(monkeypatch):
 
 
 def shift(monkeypatch):
-    from mechdae.continuation.path import Path
+    from mechdae.continuation.front import Front
 
-    right = Path._end
+    right = Front.end
 
-    def wrong(self, limit, ended, up):
-        return right(self, replace(limit, s=limit.s + (1e-10 if up else -1e-10)), ended, up)
+    def wrong(self, limit):
+        return right(self, replace(limit, s=limit.s + self.sense * 1e-10))
 
-    monkeypatch.setattr(Path, "_end", wrong)
+    monkeypatch.setattr(Front, "end", wrong)
 
 
-@mutant("Path._end", "limits moved by 1e-10", "limit", DYADS)
+@mutant("Front.end", "limits moved by 1e-10", "limit", DYADS)
 def moved_limit(monkeypatch):
     shift(monkeypatch)
 
 
-@mutant("Path._end", "limits moved by 1e-10", "limit", TRIADS)
+@mutant("Front.end", "limits moved by 1e-10", "limit", TRIADS)
 def moved_limit_of_a_triad(monkeypatch):
     shift(monkeypatch)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.continuation.front import Front
 from mechdae.continuation.path import Path as Way
 from mechdae.continuation.series_steps import Expansion
 from mechdae.describe.file.load import from_dict
@@ -207,7 +208,7 @@ def test_no_pose_that_exists_is_refused():
 
 def test_the_sample_notices_without_series(monkeypatch):
     """Planted: only steps around tangents."""
-    monkeypatch.setattr(Way, "_stretched", lambda self, *rest: 0.0)
+    monkeypatch.setattr(Front, "stretched", lambda self, *rest: 0.0)
     assert figures(ONCE_REFUSED)["refused"] > 0
 
 

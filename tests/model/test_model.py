@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.continuation.follower import extend
 from mechdae.continuation.path import Path
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import Mechanism
@@ -172,7 +173,7 @@ def test_a_spatial_rssr_runs_through_the_same_model() -> None:
         start = rssr_closed(np.zeros(1), sign)
         path.s, path.state = [], []
         path.begin(start, 0.0)
-        path.extend(2 * np.pi)
+        extend(path, 2 * np.pi)
         guess = path.guess(u)
         error = np.abs(np.exp(1j * guess[:, 0]) - np.exp(1j * rssr_closed(u, sign)))
         assert error.max() < 1e-8
