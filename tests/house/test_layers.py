@@ -41,9 +41,8 @@ ROOMS = {
     "kinematics model results setup solver",
     "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
     "numerics results setup solver studies",
-    "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model numerics results "
-    "setup "
-    "solver studies synthesis",
+    "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
+    "numerics results setup solver studies synthesis",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
     "cli": "assembly bench describe draw errors export jobs results synthesis tables tasks",
 }
