@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.continuation import path as paths
+from mechdae.continuation import obstacles
 from tests.shared.mechanisms import toggle
 
 
@@ -119,12 +119,12 @@ def test_a_place_where_the_proof_ends_is_not_the_change_point(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The mistake that was there before: the check sees it."""
-    right = paths._touching
+    right = obstacles._touching
 
     def wrong(touch, s, *rest):
         return replace(right(touch, s, *rest), s=s, reached=None)
 
-    monkeypatch.setattr(paths, "_touching", wrong)
+    monkeypatch.setattr(obstacles, "_touching", wrong)
     result = swept(on_curve("2 - 0.2*s**6", -1.0))
     with pytest.raises(AssertionError):
         check(result, 0.0, 3)
