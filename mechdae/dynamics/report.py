@@ -73,6 +73,7 @@ def report(
     summary["notes"] = told
     faults = [run.fault] if run.fault else []
     faults += slack_belts(
+        setup.model,
         setup.meshes,
         lambda own: forces.reactions[own][:, 2],
         lambda slack: f", first at t = {states.t[int(np.argmax(slack))]:.6g} s",

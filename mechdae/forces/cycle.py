@@ -22,7 +22,9 @@ from mechdae.numerics.quadrature import Chart, integrate
 
 SAMPLES = 512
 """Places at which kinks are looked for, at least."""
-HALVINGS = 60
+PARTS, FEW, CUTS = 16, 4, 30
+"""Parts that an interval with a kink is cut into, next to poses that jam or have several solutions,
+which take longer; and how often that is done at most."""
 NO_POWER = 1e-9
 """Share of the losses below which the power without friction is none: idling, all is lost."""
 ROUNDING = 1e-12
@@ -281,20 +283,24 @@ def kinks_of(state: State, grid: Any) -> tuple[list[float], dict[str, list[list[
     for k in np.flatnonzero((found[1:] != found[:-1]).any(axis=1)):
         intervals.append((grid[k], grid[k + 1], found[k], found[k + 1]))
     kinks: list[tuple[float, Any, Any]] = []
-    for _ in range(HALVINGS):
+    for _ in range(CUTS):
         if not intervals:
             break
-        middles = np.array([(a + b) / 2 for a, b, _, _ in intervals])
-        signs = state.signature(middles)
+        parts = FEW if any(side[:2].any() for own in intervals for side in own[2:]) else PARTS
+        shares = np.arange(1, parts) / parts
+        places = np.array([a + (b - a) * shares for a, b, _, _ in intervals])
+        signs = state.signature(places.ravel()).reshape(*places.shape, -1)
         following = []
-        for (a, b, left, right), middle, own in zip(intervals, middles, signs, strict=True):
-            if middle in (a, b) or b - a <= 4e-16 * max(abs(a), abs(b)):
+        for (a, b, left, right), inner, own in zip(intervals, places, signs, strict=True):
+            if b - a <= 4e-16 * max(abs(a), abs(b)) or not a < inner[0] < inner[-1] < b:
                 kinks.append((b, left, right))
                 continue
-            if (own != left).any():
-                following.append((a, middle, left, own))
-            if (own != right).any():
-                following.append((middle, b, own, right))
+            ends, sides = [a, *inner, b], [left, *own, right]
+            following += [
+                (ends[k], ends[k + 1], sides[k], sides[k + 1])
+                for k in range(parts)
+                if (sides[k] != sides[k + 1]).any()
+            ]
         intervals = following[: len(grid) // 2]
     kinks += [(b, left, right) for _, b, left, right in intervals]
     kinks.sort(key=lambda kink: kink[0])

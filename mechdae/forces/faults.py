@@ -64,9 +64,10 @@ def slack(statics: Statics, answer: Answer) -> list[str]:
     def moment(name: str) -> Any:
         return answer.whole.reactions[:, statics.balance.joints.index(name), 2]
 
-    return slack_belts(
-        statics.meshes, moment, lambda own: f" at {int(own.sum())} of {len(own)} poses"
-    )
+    def when(own: Any) -> str:
+        return f" at {int(own.sum())} of {len(own)} poses"
+
+    return slack_belts(statics.scene.model, statics.meshes, moment, when)
 
 
 def failed_checks(found: dict[str, Any]) -> list[str]:

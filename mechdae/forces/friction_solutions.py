@@ -63,11 +63,12 @@ class Branches:
         The forces in symbols.
     p
         Values of the parameters.
+    stages
+        `Balance.stages` for many poses.
     """
 
-    def __init__(self, balance: Balance, p: Any) -> None:
-        self.balance, self.p = balance, p
-        self._stages = Batch(balance.stages, balance.shared)
+    def __init__(self, balance: Balance, p: Any, stages: Batch) -> None:
+        self.balance, self.p, self._stages = balance, p, stages
         self.groups: list[tuple[list[int], list[slice], list[str]]] = []
         for share in balance.shares:
             if share.feedbacks:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
@@ -11,15 +11,18 @@ import casadi as ca
 import numpy as np
 
 from mechdae.continuation.evaluate import Evaluator
+from mechdae.describe.named import TIME
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.friction_solutions import Branches, Found
-from mechdae.forces.meshes import about_meshes, meshes_along
+from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.high_precision import LONG, evaluate
-from mechdae.kernels.run.numpy_backend import straight
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.loads import Loads
+from mechdae.model.forces.meshes import Mesh
+from mechdae.model.kept import Kept
+from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
 
 SOLVED = 1e-12
@@ -116,6 +119,24 @@ class Forces:
     whole: Loaded
 
 
+@dataclass(frozen=True)
+class Kernels:
+    """What acts in a scene and its balance in symbols, kept for other numbers."""
+
+    loads: Loads
+    laws: Laws
+    meshes: dict[str, Mesh]
+    balance: Balance
+    kept: Kept = field(default_factory=Kept)
+
+
+def timed_numbers(model: Model) -> bytes:
+    """Return the numbers of a model whose loads have tables over the time: these hold them."""
+    loads = model.mechanism.loads.values()
+    timed = any(getattr(load, "coordinate", None) == TIME for load in loads)
+    return bytes(model.p_values.tobytes()) if timed else b""
+
+
 class Statics:
     """The balance of forces of a scene as arrays over poses.
 
@@ -141,14 +162,21 @@ class Statics:
     ) -> None:
         self.scene, self.evaluator, self.task = scene, evaluator, task
         model = scene.model
-        self.loads = Loads(model, turned)
-        self.length = model.mechanism.scale
-        self.meshes = meshes_along(scene, motion.q, motion.v, self.length)
-        self.laws = Laws(model, self.meshes, task.friction_radius, task.friction != "none")
-        self.balance = Balance(scene, self.loads, self.laws, self.meshes)
+        self.p, self.length = model.p_values, model.mechanism.scale
+        real = real_along(scene, motion.q, motion.v, self.length)
+        friction = task.friction != "none"
+        self._key = ("forces", real, task.friction_radius, friction, turned, timed_numbers(model))
+
+        def make() -> Kernels:
+            meshes = meshes_of(model, real)
+            loads, laws = Loads(model, turned), Laws(model, meshes, task.friction_radius, friction)
+            return Kernels(loads, laws, meshes, Balance(scene, loads, laws, meshes))
+
+        self._kernels: Kernels = scene.kept(self._key, make)
+        self.loads, self.laws = self._kernels.loads, self._kernels.laws
+        self.meshes, self.balance = self._kernels.meshes, self._kernels.balance
         self.assumptions = [*self.laws.assumptions, *about_meshes(self.meshes)]
         self.tables = [np.array(signal.load.points) for signal in self.loads.signals]
-        self.p = model.p_values
 
     @property
     def frictional(self) -> bool:
@@ -157,38 +185,40 @@ class Statics:
 
     # -- functions -------------------------------------------------------------------------
 
-    def _batch(self, function: Any) -> Batch:
-        shared = self.balance.shared
-        return Batch(function, shared, straight=lambda: straight(function, shared))
+    def _batch(self, name: str, make: Callable[[], Any]) -> Batch:
+        """Return a function of the balance for many poses, with a count of its own."""
+        kept: Batch = self._kernels.kept(name, lambda: Batch(make(), self.balance.shared))
+        return kept.counting()
 
     @cached_property
     def _slipping(self) -> Batch:
-        return Batch(self.balance.slipping, [3])
+        batch: Batch = self._kernels.kept("slipping", lambda: Batch(self.balance.slipping, [3]))
+        return batch
 
     @cached_property
     def _solve(self) -> Batch:
-        return self._batch(self.balance.solve)
+        return self._batch("solve", lambda: self.balance.solve)
 
     @cached_property
     def _quick(self) -> Batch:
-        return self._batch(self.balance.quick)
+        return self._batch("quick", lambda: self.balance.quick)
 
     @cached_property
     def _whole(self) -> Batch:
-        return self._batch(self.balance.report())
+        return self._batch("whole", self.balance.report)
 
     @cached_property
     def _free(self) -> Batch:
-        return self._batch(self.balance.report(friction=False))
+        return self._batch("free", lambda: self.balance.report(friction=False))
 
     @cached_property
     def _static(self) -> Batch:
-        return self._batch(self.balance.report(friction=False, base="static"))
+        return self._batch("static", lambda: self.balance.report(friction=False, base="static"))
 
     @cached_property
     def branches(self) -> Branches:
         """All solutions of poses where there may be none or several."""
-        return Branches(self.balance, self.p)
+        return Branches(self.balance, self.p, self._stages)
 
     # -- inputs ----------------------------------------------------------------------------
 
@@ -200,11 +230,15 @@ class Statics:
         signs = self.signs(motion)
         return [motion.q, motion.v, motion.a, t, pieces, signs, self.p, np.array([factor])]
 
-    @cached_property
+    @property
     def _abscissae(self) -> Batch:
-        at = [signal.at for signal in self.loads.signals]
-        inputs = [*self.balance.inputs[:2], self.scene.model.p]
-        return Batch(ca.Function("at", inputs, [ca.vertcat(*at)]), [2])
+        def make() -> Batch:
+            at = [signal.at for signal in self.loads.signals]
+            inputs = [*self.balance.inputs[:2], self.scene.model.p]
+            return Batch(ca.Function("at", inputs, [ca.vertcat(*at)]), [2])
+
+        batch: Batch = self._kernels.kept("abscissae", make)
+        return batch
 
     def _pieces(self, motion: Motion) -> Any:
         """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
@@ -254,12 +288,16 @@ class Statics:
                     found[timed.name.removeprefix("load ")] = lost
         return found
 
-    @cached_property
+    @property
     def _lengths(self) -> Batch:
-        own = self.loads.directions
-        results = [ca.vertcat(*[d.length for d in own]), ca.vertcat(*[d.pull for d in own])]
-        inputs = [*self.balance.inputs[:2], self.scene.model.p, self.loads.time]
-        return Batch(ca.Function("lengths", inputs, [ca.densify(r) for r in results]), [2])
+        def make() -> Batch:
+            own = self.loads.directions
+            results = [ca.vertcat(*[d.length for d in own]), ca.vertcat(*[d.pull for d in own])]
+            inputs = [*self.balance.inputs[:2], self.scene.model.p, self.loads.time]
+            return Batch(ca.Function("lengths", inputs, [ca.densify(r) for r in results]), [2])
+
+        batch: Batch = self._kernels.kept("lengths", make)
+        return batch
 
     def undirected(self, motion: Motion) -> dict[str, Any]:
         """Return the poses at which a spring pulls and has no direction, by load."""
@@ -273,14 +311,17 @@ class Statics:
 
     def unvalued(self, motion: Motion) -> dict[str, Any]:
         """Return the poses at which a load is not a finite number, by load."""
-        loads = self.loads.model.mechanism.loads
+        loads = self.scene.model.mechanism.loads
         names = [name for name, load in loads.items() if load.expressions]
         if not names:
             return {}
-        wrenches = [self.loads.wrenches[name] for name in names]
-        sums = [ca.densify(ca.sum1(ca.fabs(ca.vertcat(0, *w.values())))) for w in wrenches]
-        inputs = self.balance.inputs
-        function = Batch(ca.Function("loads", inputs, [ca.vertcat(*sums)]), self.balance.shared)
+
+        def make() -> Any:
+            wrenches = [self.loads.wrenches[name] for name in names]
+            sums = [ca.densify(ca.sum1(ca.fabs(ca.vertcat(0, *w.values())))) for w in wrenches]
+            return ca.Function("loads", self.balance.inputs, [ca.vertcat(*sums)])
+
+        function = self._batch("loads", make)
         there = np.isfinite(motion.v).all(axis=1)
         lost = ~np.isfinite(function(*self.inputs(motion))[0]) & there[:, None]
         return {name: lost[:, k] for k, name in enumerate(names) if lost[:, k].any()}
@@ -340,9 +381,12 @@ class Statics:
             return turn, np.maximum(change, turn * length)
         return spin, speed
 
-    @cached_property
+    @property
     def _exactly(self) -> Any:
         """(unknowns, drivers, rates, consts) -> sliding speeds, after a Newton step."""
+        return self.evaluator.graphs.kept(self._key, self._made_exactly)
+
+    def _made_exactly(self) -> Any:
         g = self.evaluator.graphs
         x, _, trig = g.newton(g.x, g.u)
         parts = g.rates(x, g.u, g.driven, 1, trig)
@@ -481,13 +525,16 @@ class Statics:
         model = self.scene.model
         names = [f"{name}.mesh_loss" for name in self.balance.joints]
         losses = [model.numbers[name] for name in names if name in model.numbers]
-        values = ca.Function("losses", [model.p], [ca.vertcat(0, *losses)])(self.p)
+        losses_at = self._kernels.kept(
+            "losses", lambda: ca.Function("losses", [model.p], [ca.vertcat(0, *losses)])
+        )
+        values = losses_at(self.p)
         largest = float(ca.mmax(values))
         return (1 + 1e-9) / largest if largest > 0 else np.inf
 
     @cached_property
     def _stages(self) -> Batch:
-        return self._batch(self.balance.stages)
+        return self._batch("stages", lambda: self.balance.stages)
 
     def loaded(self, inputs: Sequence[Any], sizes: Any, friction: bool = True) -> Loaded:
         """Return what acts with the sizes of friction given."""

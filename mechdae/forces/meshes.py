@@ -41,8 +41,8 @@ def meshed(model: Model, among: Iterable[str] | None = None) -> list[str]:
     return [name for name in (joints if among is None else among) if joints[name].meshes]
 
 
-def meshes_along(scene: Scene, q: Any, v: Any, length: float) -> dict[str, Mesh]:
-    """Return the gears, racks and belts of a scene; those that are real have a mesh force.
+def real_along(scene: Scene, q: Any, v: Any, length: float) -> tuple[tuple[str, bool], ...]:
+    """Return the gears, racks and belts of a scene, and whether they are real.
 
     Parameters
     ----------
@@ -55,16 +55,24 @@ def meshes_along(scene: Scene, q: Any, v: Any, length: float) -> dict[str, Mesh]
     inside = {name for group in scene.groups for name in group.joints}
     names = meshed(model, (name for name in model.mechanism.joints if name in inside))
     if not names:
-        return {}
-    tried = _tried(model, names)
+        return ()
     columns = sorted(j for group in scene.groups for j in group.columns)
-    inputs = [model.q[columns], model.velocity[columns], model.p]
-    closing, size = Batch(ca.Function("closing", inputs, _speeds(tried)), [2])(q, v, model.p_values)
+
+    def make() -> Batch:
+        inputs = [model.q[columns], model.velocity[columns], model.p]
+        return Batch(ca.Function("closing", inputs, _speeds(_tried(model, names))), [2])
+
+    closing, size = scene.kept("closing of wheels", make)(q, v, model.p_values)
     there = np.isfinite(v).all(axis=1)
     with np.errstate(invalid="ignore"):
         real = (np.abs(closing) <= REAL * size)[there].all(axis=0)
     real &= carried(model, names, q[there], columns, length)
-    return _real(tried, real)
+    return tuple(zip(names, real.tolist(), strict=True))
+
+
+def meshes_of(model: Model, real: Iterable[tuple[str, bool]]) -> dict[str, Mesh]:
+    """Return the gears, racks and belts by name; those that are real have a mesh force."""
+    return {name: Mesh(model, model.ends[name], real=one) for name, one in real}
 
 
 def meshes_beside(released: Released, q: Any, length: float) -> dict[str, Mesh]:
@@ -111,7 +119,7 @@ def meshes_beside(released: Released, q: Any, length: float) -> dict[str, Mesh]:
             # a wheel that this freedom does not move is compared with those that it does
             real &= np.abs(closing) <= REAL * np.maximum(size, length * np.abs(rates).max())
         real &= carried(model, names, place[None], range(len(place)), length)
-    return _real(tried, real)
+    return meshes_of(model, zip(names, real.tolist(), strict=True))
 
 
 def _tried(model: Model, names: Sequence[str]) -> list[Mesh]:
@@ -121,13 +129,6 @@ def _tried(model: Model, names: Sequence[str]) -> list[Mesh]:
 def _speeds(meshes: Sequence[Mesh]) -> list[Any]:
     """Return the speeds of wheels against each other, and the sizes of speeds there."""
     return [ca.vertcat(*[m.closing for m in meshes]), ca.vertcat(*[m.size for m in meshes])]
-
-
-def _real(tried: Sequence[Mesh], real: Any) -> dict[str, Mesh]:
-    return {
-        mesh.ends.joint.name: Mesh(mesh.model, mesh.ends, real=True) if one else mesh
-        for mesh, one in zip(tried, real, strict=True)
-    }
 
 
 def carried(model: Model, names: Sequence[str], q: Any, columns: Sequence[int], size: float) -> Any:
@@ -203,12 +204,14 @@ def about_meshes(meshes: dict[str, Mesh]) -> list[str]:
 
 
 def slack_belts(
-    meshes: dict[str, Mesh], moment: Callable[[str], Any], when: Callable[[Any], str]
+    model: Model, meshes: dict[str, Mesh], moment: Callable[[str], Any], when: Callable[[Any], str]
 ) -> list[str]:
     """Return belts whose slack strand would have to push.
 
     Parameters
     ----------
+    model
+        It has the values of their numbers.
     moment
         From a belt to the moments (n,) of its reaction.
     when
@@ -218,7 +221,7 @@ def slack_belts(
     for name, mesh in meshes.items():
         if not mesh.steady:
             continue
-        values = mesh.model.mechanism.values()
+        values = model.mechanism.values()
         need = np.abs(moment(name)) / (2 * (values[f"{name}.radius"] * values[f"{name}.ratio"]))
         with np.errstate(invalid="ignore"):
             slack = need > values[f"{name}.pretension"]

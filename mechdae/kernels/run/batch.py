@@ -12,7 +12,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from copy import copy
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,6 +51,7 @@ class Batch:
         self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
         self.limit = chunk
         self._kept = straight
+        self._lines: list[Straight | None] = []
         self._mapped: dict[int, Any] = {}
         self._buffers = threading.local()
         self.evaluations = 0
@@ -91,12 +91,14 @@ class Batch:
             raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
         return results
 
-    @cached_property
+    @property
     def straight(self) -> Straight | None:
-        """The NumPy form of the function, None where there is none."""
+        """The NumPy form of the function, None where there is none; copies share it."""
         if self._kept is not None:
             return self._kept()
-        return straight(self.function, sorted(self.shared))
+        if not self._lines:
+            self._lines.append(straight(self.function, sorted(self.shared)))
+        return self._lines[0]
 
     def _checked(self, i: int, array: Any) -> Any:
         shape = (self.rows_in[i],)
