@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.closure import Closing, Gap
+from mechdae.assembly.closure import Closing, Failure
 from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses
@@ -53,22 +53,6 @@ class Mode:
     @property
     def label(self) -> str:
         return ",".join(self.labels)
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A group that has no pose here, and the gap; `starts` of a search that found none.
-
-    ``at`` tells which equation of a redundant group stays open, ``free`` that none does: the
-    group has a freedom of its own.
-    """
-
-    group: Group
-    gap: float
-    infinite: bool = False
-    starts: int = 0
-    at: Gap | None = None
-    free: bool = False
 
 
 class Assembler:

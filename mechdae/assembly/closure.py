@@ -16,6 +16,7 @@ import numpy as np
 from mechdae.kernels.graphs.pose import CLOSURE
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
+from mechdae.model.groups import Group
 from mechdae.model.reduction import Block
 from mechdae.setup.scales import Constants
 
@@ -33,6 +34,22 @@ class Gap:
     unit: str
     joint: str
     superfluous: bool = True
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A group that has no pose here, and the gap; `starts` of a search that found none.
+
+    ``at`` tells which equation of a redundant group stays open, ``free`` that none does: the
+    group has a freedom of its own.
+    """
+
+    group: Group
+    gap: float
+    infinite: bool = False
+    starts: int = 0
+    at: Gap | None = None
+    free: bool = False
 
 
 class Closing:

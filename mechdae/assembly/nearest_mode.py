@@ -12,19 +12,21 @@ import heapq
 import itertools
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from mechdae.assembly.closure import Failure
+from mechdae.assembly.contacts import Contacts
+from mechdae.assembly.whole_turns import WholeTurns
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
+from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
+from mechdae.model.reduction import Scene
 from mechdae.setup.scales import driver_size
-
-if TYPE_CHECKING:
-    from mechdae.assembly.assembler import Assembler, Failure
 
 TIE = 1e-6
 """Difference of two distances over the distance, at which a sketch does not tell modes apart."""
@@ -74,6 +76,26 @@ class Nearest:
     ended: bool = False
 
 
+class Assembling(Protocol):
+    """What is asked of the assembler whose modes are compared."""
+
+    graphs: Graphs
+    scene: Scene
+    sketch: dict[str, float]
+    places: dict[NamedCoordinate, float]
+    p: Any
+    size: float
+    natural: Any
+    turns: WholeTurns
+    contacts: Contacts
+    solvers: list[Any]
+
+    def blocks_of(self, group: Group) -> list[int]: ...
+    def candidates(
+        self, group: Group, x: Any, u: Any, nearby: bool = False
+    ) -> tuple[list[Any], bool, Failure | None]: ...
+
+
 class Sketched:
     """What the sketch says about the groups of a scene, and the modes nearest to it.
 
@@ -83,7 +105,7 @@ class Sketched:
         Gives all poses of one group.
     """
 
-    def __init__(self, assembler: Assembler) -> None:
+    def __init__(self, assembler: Assembling) -> None:
         self.assembler, self.scene = assembler, assembler.scene
         self.groups = self.scene.groups
         self.stage = {body: k for k, group in enumerate(self.groups) for body in group.bodies}

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.assembly.assembler import Assembler, Failure, Mode
+from mechdae.assembly.assembler import Assembler, Mode
+from mechdae.assembly.closure import Failure
 from mechdae.assembly.nearest_mode import MOST_BEGUN
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.errors import AssemblyError, MechanismError, UnknownName

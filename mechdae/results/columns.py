@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechdae.results.units import KINDS, REACTION, UNITS, WHOLE, effort_unit
 
-if TYPE_CHECKING:
-    from mechdae.results.result import Result
-
 Column = tuple[str, str, Any]
 """Name, unit, (n,) array."""
 
 
-def columns_of(result: Result) -> Iterator[Column]:
+def columns_of(result: Any) -> Iterator[Column]:
     """Yield every scalar series of a result, time and drivers first."""
     if result.time is not None:
         yield "time", "s", result.time
