@@ -14,12 +14,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.closure import Closing, Failure
+from mechdae.assembly.closure import Closing, NoPose
 from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses
 from mechdae.assembly.least_gap import opening
-from mechdae.assembly.multistart import MOST, Found, Search
+from mechdae.assembly.multistart import MOST, BlockSearch, BlockSolutions
 from mechdae.assembly.nearest_mode import Nearest, Sketched
 from mechdae.assembly.redundant import RedundantSolver
 from mechdae.assembly.three_legs import Truss, truss
@@ -96,8 +96,8 @@ class Assembler:
         self.closing = Closing(graphs)
         self.natural = self.scene.unknowns.sizes(self.size)
         self._trusses: dict[int, Truss | None] = {}
-        self._searches: dict[int, Search] = {}
-        self.searched: dict[int, list[Found]] = {}
+        self._searches: dict[int, BlockSearch] = {}
+        self.searched: dict[int, list[BlockSolutions]] = {}
         """What searches from many starts found, by group."""
         self._blocks_of: dict[int, list[int]] = {group.index: [] for group in self.scene.groups}
         for b, graph in enumerate(graphs.blocks):
@@ -161,7 +161,7 @@ class Assembler:
     def candidates(
         self, group: Group, x: Any, u: Any, nearby: bool = False, search: bool = True,
         measured: bool = True,
-    ) -> tuple[list[Any], bool, Failure | None]:  # fmt: skip
+    ) -> tuple[list[Any], bool, NoPose | None]:  # fmt: skip
         """Return all poses of a group for solved earlier groups, and whether that is proven.
 
         With `nearby`, a group of infinitely many modes (a gear ratio that is not rational)
@@ -171,7 +171,7 @@ class Assembler:
         """
         found = [x.copy()]
         proven = True
-        failure: Failure | None = None
+        failure: NoPose | None = None
         for b in self.blocks_of(group):
             graph, solver = self.graphs.blocks[b], self.solvers[b]
             ahead = []
@@ -202,7 +202,7 @@ class Assembler:
                     if (gap > 0 or starts) and at is None and measured:
                         at = opening(solver, self.scene.model, start, u)
                         gap = at.size
-                    failure = Failure(group, gap, infinite, starts, at, free)
+                    failure = NoPose(group, gap, infinite, starts, at, free)
                 own = []
                 for solution in solutions:
                     for turned in self._turned(b, solution, start, u):
@@ -219,12 +219,12 @@ class Assembler:
         failure = missed or failure
         touching = [pose for pose in found if self.contacts.touch(group, pose, u)]
         if found and not touching:
-            failure = Failure(group, 0.0)
+            failure = NoPose(group, 0.0)
         return touching, proven, failure if not touching else None
 
     def _closed(
         self, group: Group, b: int | None, poses: list[Any], u: Any
-    ) -> tuple[list[Any], Failure | None]:
+    ) -> tuple[list[Any], NoPose | None]:
         """Return the poses at which superfluous equations hold, and the smallest gap if none.
 
         They are those of block `b`, or the group's equations without unknowns.
@@ -238,7 +238,7 @@ class Assembler:
         if closed or not left:
             return closed, None
         least = min(left, key=lambda gap: gap.size)
-        return [], Failure(group, least.size, at=least)
+        return [], NoPose(group, least.size, at=least)
 
     def _check_freedom(self, group: Group, b: int, x: Any, u: Any) -> None:
         """Raise when a group moves by itself at the pose that Newton's method finds first."""
@@ -279,7 +279,7 @@ class Assembler:
 
     def _of_truss(
         self, shape: Truss, x: Any, u: Any, nearby: bool
-    ) -> tuple[list[Any], bool, Failure | None]:
+    ) -> tuple[list[Any], bool, NoPose | None]:
         """Return all poses of a platform on three legs."""
         group = shape.group
         poses, closed = shape.solve(self.coordinates(x, u), u)
@@ -304,7 +304,7 @@ class Assembler:
                 ahead = [pose for poses in turned for pose in self._distinct(b, poses, u)]
             found += ahead
         sure = closed.proven and not any(self.endless[b] for b in self.blocks_of(group))
-        return found, sure, None if found else Failure(group, closed.gap, free=closed.free)
+        return found, sure, None if found else NoPose(group, closed.gap, free=closed.free)
 
     def _turned(self, b: int, solution: Any, x: Any, u: Any, single: bool = False) -> list[Any]:
         """Return the solution with all whole turns of its angles that gears tell apart.
@@ -396,7 +396,7 @@ class Assembler:
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         if b not in self._searches:
             sizes = self.natural[graph.own]
-            self._searches[b] = Search(solver, sizes, self.lattices[b])
+            self._searches[b] = BlockSearch(solver, sizes, self.lattices[b])
         angles = dict(zip(graph.own, solver.angle, strict=True))
         hint = [self.turns.start(i, x, u) if angle else np.nan for i, angle in angles.items()]
         z = x[graph.uses] if graph.uses else np.zeros(0)
@@ -515,7 +515,7 @@ class Assembler:
 
     # -- whole scene -----------------------------------------------------------------------
 
-    def modes(self, u: Any, limit: int | None = None) -> tuple[list[Mode], bool, Failure | None]:
+    def modes(self, u: Any, limit: int | None = None) -> tuple[list[Mode], bool, NoPose | None]:
         """Return all modes, whether the count is proven, and the group that failed last."""
         found = [Mode(np.zeros(self.graphs.nx), ())]
         proven, failure = True, None

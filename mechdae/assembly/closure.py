@@ -37,7 +37,7 @@ class Gap:
 
 
 @dataclass(frozen=True)
-class Failure:
+class NoPose:
     """A group that has no pose here, and the gap; `starts` of a search that found none.
 
     ``at`` tells which equation of a redundant group stays open, ``free`` that none does: the

@@ -44,7 +44,7 @@ CROWD = 512
 
 
 @dataclass(frozen=True)
-class Found:
+class BlockSolutions:
     """Distinct solutions ``x`` (k, n), the number of starts that led to each, and of all starts."""
 
     x: Any
@@ -52,7 +52,7 @@ class Found:
     starts: int
 
 
-class Search:
+class BlockSearch:
     """Looks for the solutions of one block.
 
     Parameters
@@ -86,7 +86,7 @@ class Search:
         results = [ca.densify(graph.F), ca.densify(ca.vec(graph.J))]
         return Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
 
-    def __call__(self, z: Any, u: Any, hint: Any, most: int = MOST) -> Found:
+    def __call__(self, z: Any, u: Any, hint: Any, most: int = MOST) -> BlockSolutions:
         """Return the solutions for given earlier unknowns and driver values.
 
         `hint` (n,) is the first start, nan where nothing is known.
@@ -104,7 +104,7 @@ class Search:
             settled = done and len(kept) == known and np.all(hits >= HITS)
             done, goal = goal, 2 * goal
             if settled or goal > most or len(kept) > CROWD:
-                return Found(kept, hits, done)
+                return BlockSolutions(kept, hits, done)
 
     def _starts(self, first: int, last: int) -> Any:
         """Return points `first` to `last` of the sequence, one row each."""

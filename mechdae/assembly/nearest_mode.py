@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mechdae.assembly.closure import Failure
+from mechdae.assembly.closure import NoPose
 from mechdae.assembly.contacts import Contacts
 from mechdae.assembly.whole_turns import WholeTurns
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, PLACE
@@ -42,7 +42,7 @@ NUDGE = 1e-6
 
 
 @dataclass(frozen=True)
-class Entry:
+class SketchNumber:
     """A number of the sketch; ``stage`` is the place of the group it is known with.
 
     ``size`` is its unit, ``turns`` tells that a whole turn of it makes no difference.
@@ -70,7 +70,7 @@ class Nearest:
     """
 
     x: Any
-    failure: Failure | None = None
+    failure: NoPose | None = None
     doubtful: list[Group] = field(default_factory=list)
     tied: list[tuple[list[int], list[Any]]] = field(default_factory=list)
     ended: bool = False
@@ -93,7 +93,7 @@ class Assembling(Protocol):
     def blocks_of(self, group: Group) -> list[int]: ...
     def candidates(
         self, group: Group, x: Any, u: Any, nearby: bool = False
-    ) -> tuple[list[Any], bool, Failure | None]: ...
+    ) -> tuple[list[Any], bool, NoPose | None]: ...
 
 
 class Sketched:
@@ -119,7 +119,7 @@ class Sketched:
         self.ended = False
         """Whether the last search ended before all modes were compared."""
 
-    def _entry(self, c: NamedCoordinate, wanted: float) -> Entry | None:
+    def _entry(self, c: NamedCoordinate, wanted: float) -> SketchNumber | None:
         """Return an entry of the sketch, None where it tells of bodies that are not solved for."""
         bodies = [body for body in self.bodies(c) if body != GROUND]
         if not bodies or not all(body in self.stage for body in bodies):
@@ -128,7 +128,7 @@ class Sketched:
         turns = c.is_angle or (c.on_curve and contacts.closed(c.part))
         value = local(self.scene, c, lambda: model.coordinate(c))
         size = driver_size(model, c, self.assembler.size)
-        return Entry(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
+        return SketchNumber(c, wanted, max(self.stage[b] for b in bodies), size, turns, value)
 
     def bodies(self, c: NamedCoordinate) -> tuple[str, ...]:
         """Return the bodies that a coordinate belongs to."""
@@ -336,13 +336,13 @@ class Sketched:
                 left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= TIE]
         return keys, lines
 
-    def _moved(self, entry: Entry, x: Any, y: Any, u: Any) -> float:
+    def _moved(self, entry: SketchNumber, x: Any, y: Any, u: Any) -> float:
         """Return by how much a coordinate differs between two poses, in its size."""
         p = self.assembler.p
         gap = entry.gap(y, u, p, True) - entry.gap(x, u, p, True)
         return math.remainder(gap, 2 * math.pi) if entry.turns else gap
 
-    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[Entry]:
+    def _telling(self, group: Group, poses: list[Any], u: Any) -> list[SketchNumber]:
         """Return angles that differ between poses, else slides, else the point that moves most."""
         mechanism = self.scene.model.mechanism
         told = {entry.coordinate for entry in self.entries}

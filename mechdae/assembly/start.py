@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from mechdae.assembly.assembler import Assembler, Mode
-from mechdae.assembly.closure import Failure
+from mechdae.assembly.closure import NoPose
 from mechdae.assembly.nearest_mode import MOST_BEGUN
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.errors import AssemblyError, MechanismError, UnknownName
 from mechdae.model.reduction import Scene
-from mechdae.setup.drivers import Plan
+from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.slips import long_length
 
 
-def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
+def sketched_pose(assembler: Assembler, plan: DriverPlan) -> tuple[Any, Any]:
     """Return driver values (nd,) and unknowns (nx,) of the assembled sketch.
 
     Raises
@@ -47,7 +47,7 @@ def sketched_pose(assembler: Assembler, plan: Plan) -> tuple[Any, Any]:
     return u, found.x
 
 
-def try_redundant(assembler: Assembler, plan: Plan) -> None:
+def try_redundant(assembler: Assembler, plan: DriverPlan) -> None:
     """Assemble the sketch of a scene with redundant groups.
 
     Raises
@@ -60,7 +60,7 @@ def try_redundant(assembler: Assembler, plan: Plan) -> None:
 
 
 def doubts(
-    assembler: Assembler, plan: Plan, x: Any, u: Any, slips: Sequence[str] = ()
+    assembler: Assembler, plan: DriverPlan, x: Any, u: Any, slips: Sequence[str] = ()
 ) -> list[str]:
     """Return what looks like a slip of the pen: degrees without a suffix, a far-off sketch.
 
@@ -95,7 +95,7 @@ def doubts(
     return notes
 
 
-def start_values(plan: Plan) -> Any:
+def start_values(plan: DriverPlan) -> Any:
     """Return the drivers' values in the sketch, in their absence those of the first pose."""
     u = plan.sketch.copy()
     if np.isnan(u).any():
@@ -131,7 +131,7 @@ def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
     raise error
 
 
-def not_assembled(scene: Scene, failure: Failure, u: Any) -> AssemblyError:
+def not_assembled(scene: Scene, failure: NoPose, u: Any) -> AssemblyError:
     """Return the error for a group that has no pose at `u`."""
     group, at = failure.group, failure.at
     joint, unit = (at.joint, at.unit) if at is not None else (group.key_joint, "m")

@@ -31,7 +31,7 @@ Pose = tuple[complex, float]
 
 
 @dataclass(frozen=True)
-class Place:
+class LegPoint:
     """A point of a body; of a slot whose slide is driven, the place of its pin."""
 
     body: str
@@ -40,11 +40,11 @@ class Place:
 
 
 @dataclass(frozen=True)
-class End:
+class LegEnd:
     """Where a leg's link is joined to base or platform: a pin's two places, or a guide."""
 
-    link: Place | None = None
-    hub: Place | None = None
+    link: LegPoint | None = None
+    hub: LegPoint | None = None
     guide: Joint | None = None
 
 
@@ -53,7 +53,7 @@ class Strut:
     """A leg: a link with its ends at base and platform, a joint, or a driven point."""
 
     link: str = ""
-    ends: tuple[End, End] | None = None
+    ends: tuple[LegEnd, LegEnd] | None = None
     joint: Joint | None = None
     driven: NamedCoordinate | None = None
 
@@ -82,7 +82,7 @@ class Truss:
         self._read_drivers(scene)
         self._numbers: dict[str, complex] = {}
         self.rigid: list[Joint] = []
-        self.pins: list[set[Place]] = []
+        self.pins: list[set[LegPoint]] = []
         self.guides: list[Joint] = []
         self.higher: list[Joint] = []
         for joint in self.joints:
@@ -146,7 +146,7 @@ class Truss:
     def _struts(self, nodes: list[str], base: str, platform: str) -> list[Strut] | None:
         """Return the legs when three of them join two bodies and nothing else is there."""
         hubs = {base, platform}
-        ends: dict[str, dict[str, End]] = {node: {} for node in nodes if node not in hubs}
+        ends: dict[str, dict[str, LegEnd]] = {node: {} for node in nodes if node not in hubs}
         struts: list[Strut] = []
         for pin in self.pins:
             at = {self._node(place.body): place for place in pin}
@@ -156,7 +156,7 @@ class Truss:
             for node in at.keys() - hubs:
                 if hub in ends[node]:
                     return None
-                ends[node][hub] = End(at[node], at[hub])
+                ends[node][hub] = LegEnd(at[node], at[hub])
         for joint in self.guides:
             pair = {self._node(joint.first_body), self._node(joint.second_body)}
             if len(pair & hubs) != 1 or len(pair) != 2:
@@ -164,7 +164,7 @@ class Truss:
             (hub,), (node,) = pair & hubs, pair - hubs
             if hub in ends[node]:
                 return None
-            ends[node][hub] = End(guide=joint)
+            ends[node][hub] = LegEnd(guide=joint)
         for joint in self.higher:
             if {self._node(joint.first_body), self._node(joint.second_body)} != hubs:
                 return None
@@ -179,7 +179,7 @@ class Truss:
             struts.append(Strut(node, (joined[base], joined[platform])))
         return struts if len(struts) == 3 else None
 
-    def _repeated(self, pin: set[Place]) -> int:
+    def _repeated(self, pin: set[LegPoint]) -> int:
         """Return how many places of a pin belong to known bodies besides the first."""
         return max(sum(self._node(place.body) == GROUND for place in pin) - 1, 0)
 
@@ -191,7 +191,7 @@ class Truss:
             self._numbers[name] = float(self._value(name, lambda: self.model.numbers[name])[0])
         return self._numbers[name].real
 
-    def _local(self, place: Place) -> complex:
+    def _local(self, place: LegPoint) -> complex:
         """Return a point in its body's frame."""
         name = f"{place.body}.{place.point}"
         if name not in self._numbers:
@@ -276,7 +276,7 @@ class _Numbers:
             body, start = joint.second_body, self.placement(joint.first_body)
         self.placed[body] = _compose(start, relative)
 
-    def spot(self, place: Place) -> complex:
+    def spot(self, place: LegPoint) -> complex:
         """Return a point in the frame of its node."""
         shape = self.shape
         local = shape._local(place)
@@ -302,7 +302,7 @@ class _Numbers:
         if strut.driven is not None:
             c = strut.driven
             k = next(k for k, other in self.shape.rails if other == c)
-            point = self.spot(Place(c.part, c.point))
+            point = self.spot(LegPoint(c.part, c.point))
             return Leg(0j, point, float(self.u[k]), 1j if c.axis else 1)
         if strut.joint is not None:
             return self._higher(strut.joint)
@@ -384,10 +384,10 @@ class _Numbers:
                 yield (body, name), value
 
 
-def place(reference: str, slot: str = "") -> Place:
+def place(reference: str, slot: str = "") -> LegPoint:
     """Return the place of ``body.point``."""
     body, point = reference.split(".")
-    return Place(body, point, slot)
+    return LegPoint(body, point, slot)
 
 
 def _compose(frame: Pose, relative: Pose) -> Pose:

@@ -16,7 +16,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import split_rate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
-from mechdae.dynamics.run import Kept, Run, integrate
+from mechdae.dynamics.run import OutputStates, Run, integrate
 from mechdae.errors import MechdaeError
 
 SX = ca.SX
@@ -130,7 +130,7 @@ class RubbingWork(MotionWork):
         """Integrate with the package."""
         self.setup.tolerance = tolerance
         before, run = self.integrator.rhs, self.fresh()
-        integrate(run, Kept(), self.x, self.v)
+        integrate(run, OutputStates(), self.x, self.v)
         if run.fault:
             raise RuntimeError(run.fault)
         return MotionEnd(run.last[self.integrator.layout["x"]].copy(), self.integrator.rhs - before)

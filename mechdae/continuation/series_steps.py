@@ -20,8 +20,8 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.bounds.series import (
+    BoundedPolynomial,
     NoSeries,
-    Series,
     SeriesFunction,
     coefficients,
     inverse,
@@ -156,13 +156,13 @@ class Expansion:
         """Return F (count, n) and J (count, n, n) along a polynomial, and what they leave out."""
         graph, function = self.graphs.blocks[b], self._function(b)
         assert function is not None
-        own = [Series(c[:count, i].copy()) for i in graph.own]
-        z = [Series(c[:count, i].copy()) for i in graph.uses]
-        driven: list[Series | float] = []
+        own = [BoundedPolynomial(c[:count, i].copy()) for i in graph.own]
+        z = [BoundedPolynomial(c[:count, i].copy()) for i in graph.uses]
+        driven: list[BoundedPolynomial | float] = []
         for value, rate in zip(u, d, strict=True):
             line = np.zeros(count)
             line[:2] = value, rate
-            driven.append(Series(line) if rate else float(value))
+            driven.append(BoundedPolynomial(line) if rate else float(value))
         p = self.constants.p[graph.params].tolist()
         F, J = function([own, z, driven, p])
         (f, ef), (j, ej) = coefficients(F, count), coefficients(J, count)

@@ -120,7 +120,7 @@ def figure(result: Result, path: str) -> tuple[Any, float]:
         raise InputError(f"{rest} is no series over the time", where="outputs")
     if word == "last":
         return (series[-1].tolist() if series.ndim > 1 else float(series[-1])), 0.0
-    course = Course(result.time, *_with_rates(result, whole, series))
+    course = SeriesBetween(result.time, *_with_rates(result, whole, series))
     if word == "settling":
         return _settling(course)
     if word == "peak":
@@ -144,7 +144,7 @@ def _with_rates(result: Result, path: str, series: Any) -> tuple[Any, Any]:
     return flat, np.array(rates)
 
 
-class Course:
+class SeriesBetween:
     """A series between its states.
 
     Parameters
@@ -195,7 +195,9 @@ def _lagrange(t: Any, y: Any, at: float) -> Any:
     return total
 
 
-def _extreme(course: Course, size: Callable[[Any], float], sense: int) -> tuple[float, float]:
+def _extreme(
+    course: SeriesBetween, size: Callable[[Any], float], sense: int
+) -> tuple[float, float]:
     """Return the largest (sense 1) or smallest size over the time, and its error."""
     sizes = sense * np.array([size(y) for y in course.y])
     k = int(np.argmax(sizes))
@@ -219,7 +221,7 @@ def _extreme(course: Course, size: Callable[[Any], float], sense: int) -> tuple[
     return sense * best, error
 
 
-def _settling(course: Course) -> tuple[float, float]:
+def _settling(course: SeriesBetween) -> tuple[float, float]:
     """Return the time after which the distance from the last value stays within the band."""
     last = course.y[-1]
     far = np.linalg.norm(course.y - last, axis=1)

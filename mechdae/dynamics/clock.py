@@ -49,7 +49,7 @@ GRAIN = 1e-3
 
 
 @dataclass(frozen=True)
-class Stretch:
+class StepLimit:
     """Times up to ``end`` over which steps have one limit; what follows begins at ``resume``.
 
     ``bends`` tells that forces or laws have another form from there on.
@@ -79,7 +79,7 @@ class Clock:
         self.setup, self.end = setup, setup.end
         self.tables = setup.loads.timed
         self._tempo, self._gaps = self._expressions(x, v, more or [])
-        self._stretches: list[Stretch] = []
+        self._stretches: list[StepLimit] = []
         self._until = 0.0
         self._begun = 0.0
 
@@ -126,17 +126,17 @@ class Clock:
 
     # -- stretches -----------------------------------------------------------------------------
 
-    def stretch(self, t: float) -> Stretch:
+    def stretch(self, t: float) -> StepLimit:
         """Return the stretch that begins at, or holds, a time."""
         if not self.varies:
-            return Stretch(self.end, self.end, self._limit(np.inf))
+            return StepLimit(self.end, self.end, self._limit(np.inf))
         while True:
             for k, own in enumerate(self._stretches):
                 if t < own.end:
                     del self._stretches[:k]
                     return own
             if self._until >= self.end:
-                return Stretch(self.end, self.end, self._limit(np.inf))
+                return StepLimit(self.end, self.end, self._limit(np.inf))
             self._look(max(t, self._until))
 
     def _limit(self, longest: float) -> float:
@@ -166,15 +166,15 @@ class Clock:
             marks.append((until, until, False))
         if until >= self.end:
             marks.append((self.end, self.end, False))
-        found: list[Stretch] = []
+        found: list[StepLimit] = []
         for before, after, bend in sorted(set(marks)):
             longest = next((own for end, own in limits if before <= end), limits[-1][1])
             if found and before <= found[-1].resume:  # within rounding of the one before
                 if bend and not found[-1].bends:
                     last = found.pop()
-                    found.append(Stretch(min(last.end, before), after, last.longest, True))
+                    found.append(StepLimit(min(last.end, before), after, last.longest, True))
                 continue
-            found.append(Stretch(before, after, self._limit(longest), bend))
+            found.append(StepLimit(before, after, self._limit(longest), bend))
         self._stretches, self._until = found, until
 
     # -- cells ---------------------------------------------------------------------------------
@@ -290,7 +290,7 @@ class Clock:
         found = np.abs([self._laws(t, self.setup.pieces_at(t)) for t in times.tolist()])
         return np.where(np.isfinite(found), found, 0.0).max(axis=0)
 
-    def impact(self, stretch: Stretch) -> str | None:
+    def impact(self, stretch: StepLimit) -> str | None:
         """Return what is wrong with the laws of time where they bend, None where they are smooth.
 
         Their speeds are the same on both sides: else there is an impact.

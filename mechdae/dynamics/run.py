@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.clock import Clock, Stretch
+from mechdae.dynamics.clock import Clock, StepLimit
 from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import Growth, stalled
 from mechdae.dynamics.equations import Setup
@@ -93,7 +93,7 @@ class Run:
 
 
 @dataclass
-class Kept:
+class OutputStates:
     """States of output as they are found: time, x, v, works, signs."""
 
     rows: list[tuple[Any, Any, Any, Any, Any]] = field(default_factory=list)
@@ -115,7 +115,7 @@ class Kept:
         return tuple(np.concatenate(parts) for parts in zip(*self.rows, strict=True))
 
 
-def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
+def integrate(run: Run, kept: OutputStates, x: Any, v: Any) -> None:
     """Integrate a run from its start; keep the states of output."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     lay = integrator.layout
@@ -152,7 +152,9 @@ def integrate(run: Run, kept: Kept, x: Any, v: Any) -> None:
     _rest(run, kept, state, signs)
 
 
-def _stretched(run: Run, kept: Kept, state: Any, signs: Any, stretch: Stretch) -> Cut | None:
+def _stretched(
+    run: Run, kept: OutputStates, state: Any, signs: Any, stretch: StepLimit
+) -> Cut | None:
     """Integrate over a stretch of time; return where the motion does not go on as it did."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     for nodes in integrator.steps(state, signs, stretch.end, stretch.longest):
@@ -210,7 +212,7 @@ def _resumed(run: Run, state: Any, signs: Any, t: float) -> tuple[Any, Any]:
     return found, signs
 
 
-def _rest(run: Run, kept: Kept, state: Any, signs: Any) -> None:
+def _rest(run: Run, kept: OutputStates, state: Any, signs: Any) -> None:
     """Keep the states of a mechanism that rests until the end."""
     setup, lay = run.setup, run.integrator.layout
     last = state.copy()
@@ -225,7 +227,7 @@ def _rest(run: Run, kept: Kept, state: Any, signs: Any) -> None:
         kept.add(ahead, x, v, w, signs)
 
 
-def _keep(kept: Kept, nodes: Nodes, integrator: Integrator, times: Any) -> None:
+def _keep(kept: OutputStates, nodes: Nodes, integrator: Integrator, times: Any) -> None:
     """Keep the states of output inside accepted steps."""
     lay, states = integrator.layout, nodes.states
     if len(states) < 2:

@@ -19,8 +19,8 @@ from mechdae.dynamics.equations import Setup, idle, setup
 from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.report import report
-from mechdae.dynamics.rest.linear_system import Linear, State
-from mechdae.dynamics.run import Kept, Run, integrate
+from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
+from mechdae.dynamics.run import OutputStates, Run, integrate
 from mechdae.dynamics.start import Start, start
 from mechdae.errors import InputError, UnavailableError
 from mechdae.forces.meshes import about_meshes, meshes_beside
@@ -116,14 +116,14 @@ def _linear(problem: Problem, task: Motion) -> dict[str, Any]:
     J = np.array(kernel.place(t, states.x[k], states.v[k], run.setup.loose)[1])
     basis = freedoms(J, kernel.sizes)
     names = [c.text for c in start_values(problem.mechanism, task.start, "start")]
-    state = State(t, states.x[k], states.v[k], states.a[k], states.lam[k])
-    return Linear(run.setup, state, basis, names, task.inputs, task.outputs).told()
+    state = LinearisedState(t, states.x[k], states.v[k], states.a[k], states.lam[k])
+    return LinearSystem(run.setup, state, basis, names, task.inputs, task.outputs).told()
 
 
 def _integrated(run: Run, x: Any, v: Any) -> Observer:
     """Integrate a run and complete its states."""
     whole, integrator = run.setup, run.integrator
-    kept = Kept()
+    kept = OutputStates()
     integrate(run, kept, x, v)
     whole.pieces = whole.pieces_at(0.0)
     _keep_last(kept, run)
@@ -148,7 +148,7 @@ def _energy(observer: Observer, x: Any, v: Any) -> float:
     return float(kinetic[0] + sum(own[0] for own in stores.values()))
 
 
-def _keep_last(kept: Kept, run: Run) -> None:
+def _keep_last(kept: OutputStates, run: Run) -> None:
     """Keep the state at which a motion ended early, where it was no time of output."""
     if run.last is None:
         return
@@ -158,7 +158,7 @@ def _keep_last(kept: Kept, run: Run) -> None:
         kept.add(t, x, v, w, run.last_signs)
 
 
-def _cut(kept: Kept, run: Run) -> None:
+def _cut(kept: OutputStates, run: Run) -> None:
     """Drop the last states whose speeds do not meet the constraints: a dead point was passed."""
     setup, lay = run.setup, run.integrator.layout
     while kept.rows:
@@ -179,7 +179,7 @@ def _cut(kept: Kept, run: Run) -> None:
         run.last[lay[name]] = part[-1]
 
 
-def _states(setup: Setup, integrator: Integrator, kept: Kept, undecided: float) -> States:
+def _states(setup: Setup, integrator: Integrator, kept: OutputStates, undecided: float) -> States:
     """Return the states of output with accelerations and multipliers computed again.
 
     Those at the time ``undecided`` have none.

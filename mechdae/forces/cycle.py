@@ -18,7 +18,7 @@ from mechdae.describe.tasks.kinds import Reactions
 from mechdae.errors import InputError
 from mechdae.forces.inverse_dynamics import Forces, Statics
 from mechdae.forces.poses import Moving
-from mechdae.numerics.quadrature import Chart, integrate
+from mechdae.numerics.quadrature import Substitution, integrate
 
 SAMPLES = 512
 """Places at which kinks are looked for, at least."""
@@ -75,7 +75,7 @@ def cycle(
         figures["ambiguous_arcs"] = arcs["ambiguous"]
     faults = _about_arcs(arcs, word, unit)
     panels = [low, *[k for k in kinks if low < k < high], high]
-    charts = [Chart(a, b) for a, b in itertools.pairwise(panels) if b > a]
+    charts = [Substitution(a, b) for a, b in itertools.pairwise(panels) if b > a]
     jammed = bool(arcs["jammed"])
 
     def powers(s: Any) -> Any:

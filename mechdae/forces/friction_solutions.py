@@ -39,7 +39,7 @@ FIRST = 1 / 16
 
 
 @dataclass
-class Found:
+class FrictionSolutions:
     """Solutions at one pose: sizes (k, feedbacks), which continues from no friction.
 
     ``connected`` is its place or None; ``critical`` the factor on all coefficients of friction
@@ -75,7 +75,7 @@ class Branches:
                 laws = [balance.feedbacks[k].law for k in share.feedbacks]
                 self.groups.append((share.feedbacks, share.forms, laws))
 
-    def at(self, inputs: Sequence[Any], critical: bool = True) -> Found:
+    def at(self, inputs: Sequence[Any], critical: bool = True) -> FrictionSolutions:
         """Return the solutions at one pose; inputs are those of the balance, one row each.
 
         Without solutions the critical factor is looked for only if asked.
@@ -94,7 +94,7 @@ class Branches:
                     apart.append(0.0)
                 connected = int(np.argmin(apart))
         sizes = np.array(solutions).reshape(len(solutions), len(self.balance.feedbacks))
-        return Found(sizes, proven, connected, reached, joint)
+        return FrictionSolutions(sizes, proven, connected, reached, joint)
 
     def count(self, inputs: Sequence[Any]) -> int:
         """Return the number of solutions."""

@@ -13,7 +13,7 @@ import numpy as np
 from mechdae.continuation.evaluate import Evaluator
 from mechdae.describe.named import TIME
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.friction_solutions import Branches, Found
+from mechdae.forces.friction_solutions import Branches, FrictionSolutions
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
@@ -479,14 +479,14 @@ class Statics:
 
     def settled(
         self, inputs: Sequence[Any], there: Any, critical: bool = True
-    ) -> tuple[Forces, dict[int, Found]]:
+    ) -> tuple[Forces, dict[int, FrictionSolutions]]:
         """Return the forces with the poses settled that may have no solution or several.
 
         Only poses that are `there` (n,) are; what was found at them comes by pose. Of several
         solutions the one that continues from no friction is taken; those without one are nan.
         """
         forces = self.forces(inputs)
-        found: dict[int, Found] = {}
+        found: dict[int, FrictionSolutions] = {}
         rows = np.flatnonzero(there & ~forces.good)
         for k in rows:
             found[int(k)] = own = self.branches.at(some(inputs, slice(k, k + 1)), critical)

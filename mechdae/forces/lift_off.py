@@ -31,7 +31,7 @@ NOTHING = 1e-12
 Arc = dict[str, Any]
 
 
-class Contacts:
+class OneSidedContacts:
     """The one-sided contacts among joints of a model, as functions of coordinates and reactions."""
 
     def __init__(self, model: Model, among: Iterable[str]) -> None:
@@ -175,7 +175,7 @@ def along(
     task follows one path; along lines in the values of several drivers at the poses alone.
     """
     balance = statics.balance
-    contacts = Contacts(statics.scene.model, balance.joints)
+    contacts = OneSidedContacts(statics.scene.model, balance.joints)
     if not contacts.found:
         return [], []
     lost = [

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.forces.friction_solutions import Found
+from mechdae.forces.friction_solutions import FrictionSolutions
 from mechdae.forces.inverse_dynamics import Loaded, Motion, Statics
 
 
@@ -25,7 +25,7 @@ class Answer:
     there: Any
     jammed: Any
     ambiguous: Any
-    found: dict[int, Found]
+    found: dict[int, FrictionSolutions]
     sizes: Any
     quiet: Any
     whole: Loaded

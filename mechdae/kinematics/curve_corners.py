@@ -15,7 +15,7 @@ import numpy as np
 from mechdae.assembly.start import shown
 from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.describe.curve import PARAMETER
-from mechdae.kernels.graphs.driver_curve import Course
+from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.model.curve_contacts import Contact, place
@@ -87,7 +87,7 @@ class CurvePieces:
         self.contact, self.scene = contact, scene
         s = ca.SX.sym("s")
         known = {**scene.model.mechanism.values(), PARAMETER: s}
-        self.course = Course(s, place(contact.joint, known, FUNCTIONS))
+        self.course = DriverCurve(s, place(contact.joint, known, FUNCTIONS))
 
     def orders(self, poses: Poses, drivers: Any) -> Any:
         """Return the lowest order of the rates that have two values at each pose, (n,) ints."""

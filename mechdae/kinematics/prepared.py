@@ -26,7 +26,7 @@ from mechdae.model.groups import assur_groups
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
 from mechdae.results import Summary
-from mechdae.setup.drivers import Plan, plan, sketched
+from mechdae.setup.drivers import DriverPlan, plan, sketched
 from mechdae.setup.named_outputs import NamedOutputs, requests, time_of
 from mechdae.setup.outputs import Outputs, Request
 from mechdae.setup.scales import Constants, divisors
@@ -55,11 +55,11 @@ class Shape:
         """Estimated bytes of its kernels."""
         return size_of(self.scene.model.kept, self.scene.kept, self.graphs.kept)
 
-    def at(self, mechanism: Mechanism, plan: Plan, on_change_point: str) -> Setting:
+    def at(self, mechanism: Mechanism, plan: DriverPlan, on_change_point: str) -> Setting:
         """Return the setting of a mechanism of this structure."""
         return self.of(self.scene.model.at(mechanism), plan, on_change_point)
 
-    def of(self, model: Model, plan: Plan, on_change_point: str) -> Setting:
+    def of(self, model: Model, plan: DriverPlan, on_change_point: str) -> Setting:
         """Return the setting of a copy of the shape's model with other numbers."""
         own = self.scene.at(model)
         graphs = self.graphs.at(own)
@@ -72,7 +72,7 @@ class Shape:
 class Setting:
     """The numbers of a task with the shape they belong to: ready to be evaluated."""
 
-    plan: Plan
+    plan: DriverPlan
     scene: Scene
     outputs: Outputs
     graphs: Graphs
@@ -98,7 +98,7 @@ class Run:
     places: Any
     events: list[dict[str, Any]]
     summary: Summary
-    found: measure.Found = field(default_factory=measure.Found)
+    found: measure.Measured = field(default_factory=measure.Measured)
     spans: Spans | None = None
 
 
@@ -145,7 +145,7 @@ def prepare(
 
 def _shape(
     model: Model,
-    numbers: Plan,
+    numbers: DriverPlan,
     task: Sweep,
     more: Callable[[Scene], list[Request]] | None,
     loaded: tuple[str, ...] | None,
@@ -172,7 +172,7 @@ def _shape(
 def _again(
     shape: Shape,
     mechanism: Mechanism,
-    numbers: Plan,
+    numbers: DriverPlan,
     task: Sweep,
     loaded: Callable[[Model], Iterable[str]] | None,
 ) -> Setting | None:

@@ -21,7 +21,7 @@ from mechdae.kinematics.undercut import cuts, refined
 from mechdae.measures.measure import sorted_events
 from mechdae.model.groups import Group, formula
 from mechdae.results import FINE, LOST, Later, Named, Series, Status, SweepResult, counts, statuses
-from mechdae.setup.drivers import Plan
+from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.named_outputs import time_of
 
 SINGULAR_START = (
@@ -312,7 +312,7 @@ def _ambiguous(path: AnyPath, s: Any, at_them: bool = True) -> Any:
     return result
 
 
-def _drivers(plan: Plan, values: Any, task: Sweep) -> Named:
+def _drivers(plan: DriverPlan, values: Any, task: Sweep) -> Named:
     n = len(values)
     table = {}
     for k, c in enumerate(plan.coordinates):

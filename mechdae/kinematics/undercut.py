@@ -32,7 +32,7 @@ SETTLED = 1e-10
 
 
 @dataclass(frozen=True)
-class Cut:
+class Undercut:
     """A run of poses, first to last, in which a joint's roller cuts ``depth`` deep [m].
 
     ``ends`` are the places on the path where it begins and ends, once they are refined.
@@ -45,7 +45,7 @@ class Cut:
     ends: tuple[float, float] | None = None
 
 
-def cuts(scene: Scene, x: Any, u: Any) -> list[Cut]:
+def cuts(scene: Scene, x: Any, u: Any) -> list[Undercut]:
     """Return where rollers cut into their curves, at poses x (n, nx), u (n, nu)."""
     owners = {name for group in scene.groups for name in group.joints}
     found = []
@@ -57,11 +57,13 @@ def cuts(scene: Scene, x: Any, u: Any) -> list[Cut]:
             bad = depth > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(int), [0]])))
         for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-            found.append(Cut(name, a, b - 1, float(depth[a:b].max())))
+            found.append(Undercut(name, a, b - 1, float(depth[a:b].max())))
     return found
 
 
-def refined(scene: Scene, cut: Cut, s: Any, poses: Callable[[Any], tuple[Any, Any]]) -> Cut:
+def refined(
+    scene: Scene, cut: Undercut, s: Any, poses: Callable[[Any], tuple[Any, Any]]
+) -> Undercut:
     """Return a cut with the places where it begins and ends, which poses only enclose.
 
     Parameters

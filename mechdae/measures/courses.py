@@ -16,7 +16,7 @@ TIE = 1e-12
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ReportedScalar:
     """A scalar that is reported: ``rocker.angle``, ``guide.slide``, ``coupler.P.x``."""
 
     name: str
@@ -33,16 +33,16 @@ class Quantity:
         return self.name in (f"{self.part}.angle", f"{self.part}.slide")
 
 
-def quantities(outputs: Outputs) -> list[Quantity]:
+def quantities(outputs: Outputs) -> list[ReportedScalar]:
     """Return bodies' angles, slides and coordinates of points that a sweep reports."""
     found = []
     for entry in outputs.entries:
         if entry.name == "position":
             for axis, column in zip("xyz", entry.columns, strict=False):
-                found.append(Quantity(f"{entry.part}.{axis}", entry.part, column))
+                found.append(ReportedScalar(f"{entry.part}.{axis}", entry.part, column))
         elif entry.is_output:
             name = f"{entry.part}.{entry.name}"
-            found.append(Quantity(name, entry.part, entry.columns[0]))
+            found.append(ReportedScalar(name, entry.part, entry.columns[0]))
     return found
 
 
@@ -56,7 +56,7 @@ def travel(sample: Sample, columns: list[int]) -> Any:
 
 
 @dataclass(frozen=True)
-class Place:
+class ValueAt:
     """A value and the driver's value there."""
 
     at: float
@@ -73,16 +73,16 @@ class Place:
 class Course:
     """A quantity over the sweep: where it is stationary and what it is at the ends."""
 
-    quantity: Quantity
+    quantity: ReportedScalar
     moves: bool = False
-    stationary: list[Place] = field(default_factory=list)
-    ends: list[Place] = field(default_factory=list)
+    stationary: list[ValueAt] = field(default_factory=list)
+    ends: list[ValueAt] = field(default_factory=list)
 
     @property
-    def places(self) -> list[Place]:
+    def places(self) -> list[ValueAt]:
         return sorted([*self.stationary, *self.ends], key=lambda place: place.at)
 
-    def extreme(self, sense: int) -> Place | None:
+    def extreme(self, sense: int) -> ValueAt | None:
         """Return the greatest (1) or least (-1) value, the first one of equal ones."""
         places = self.places
         if not places:
@@ -99,7 +99,7 @@ class Course:
         return max(values) - min(values) if values else 0.0
 
 
-def courses(track: Track, wanted: list[Quantity]) -> dict[str, Course]:
+def courses(track: Track, wanted: list[ReportedScalar]) -> dict[str, Course]:
     """Return the courses of quantities by name."""
     found = {quantity.name: Course(quantity) for quantity in wanted}
     if found:
@@ -125,7 +125,7 @@ def _follow(track: Track, members: list[Course]) -> None:
             if stop.sense and last >= track.low - slack and first <= track.high + slack:
                 at = float(np.clip((first + last) / 2, track.low, track.high))
                 rest = (first, last) if stop.rests else None
-                place = Place(at, stop.value, float(stop.first), stop.sense, rest)
+                place = ValueAt(at, stop.value, float(stop.first), stop.sense, rest)
                 members[k].stationary.append(place)
     for piece in track.pieces(track.low, track.high):
         ends = np.array([piece.low, piece.high])
@@ -134,4 +134,4 @@ def _follow(track: Track, members: list[Course]) -> None:
             for s, value in zip(ends, poses.y[0][:, column], strict=True):
                 if np.isfinite(value):
                     at = float(np.clip(s + piece.shift, track.low, track.high))
-                    course.ends.append(Place(at, float(value), float(s)))
+                    course.ends.append(ValueAt(at, float(value), float(s)))

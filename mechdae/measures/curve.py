@@ -10,8 +10,8 @@ import numpy as np
 from mechdae.measures.courses import travel
 from mechdae.measures.stops import AT_REST
 from mechdae.measures.track import KNOWN, SAME, Family, Piece, Sample, Track
-from mechdae.numerics.quadrature import KRONROD, PLACES, Chart, integrate
-from mechdae.setup.outputs import Entry, Outputs
+from mechdae.numerics.quadrature import KRONROD, PLACES, Substitution, integrate
+from mechdae.setup.outputs import Outputs, ReportedQuantity
 
 CUSP = 1e-12
 """Way of the driver, in its unit, to where the velocity vanishes: nearer is there."""
@@ -61,7 +61,7 @@ def curves(track: Track, outputs: Outputs) -> tuple[dict[str, Any], list[dict[st
     return found, events
 
 
-def _beside_folds(integrand: Any, charts: list[Chart]) -> float:
+def _beside_folds(integrand: Any, charts: list[Substitution]) -> float:
     """Return what the rounding of limit positions s* does to the speeds beside them.
 
     They grow like 1/sqrt(|s - s*|): an error d of s* is one of d/(2 |s - s*|) of the speed.
@@ -76,14 +76,14 @@ def _beside_folds(integrand: Any, charts: list[Chart]) -> float:
     return off
 
 
-def _points(outputs: Outputs) -> list[Entry]:
+def _points(outputs: Outputs) -> list[ReportedQuantity]:
     return [entry for entry in outputs.entries if entry.kind == "points"]
 
 
 class _Curve:
     """The path of one point."""
 
-    def __init__(self, track: Track, entry: Entry) -> None:
+    def __init__(self, track: Track, entry: ReportedQuantity) -> None:
         self.track, self.entry = track, entry
         self.columns = list(entry.columns)
         margin = track.margin
@@ -194,7 +194,7 @@ class _Curve:
         speed = np.hypot(v[:, 0], v[:, 1])
         return float(np.where(np.isfinite(speed), speed * track.unit, track.scale).sum() * KNOWN)
 
-    def _charts(self, piece: Piece) -> list[Chart]:
+    def _charts(self, piece: Piece) -> list[Substitution]:
         """Return the intervals to integrate over: ends at limits and at stops."""
         if piece.low >= piece.high:
             return []
@@ -207,9 +207,9 @@ class _Curve:
         for a, b in itertools.pairwise(places):
             if a in folds and b in folds:
                 middle = (a + b) / 2
-                charts += [Chart(a, middle, -1), Chart(middle, b, 1)]
+                charts += [Substitution(a, middle, -1), Substitution(middle, b, 1)]
             else:
-                charts.append(Chart(a, b, -1 if a in folds else int(b in folds)))
+                charts.append(Substitution(a, b, -1 if a in folds else int(b in folds)))
         return charts
 
     def _closed(self, pieces: list[Piece], length: float) -> bool:

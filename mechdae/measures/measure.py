@@ -38,7 +38,7 @@ TURNED = "turn of "
 
 
 @dataclass
-class Found:
+class Measured:
     """Series by kind, part and name; pairs of bodies; entries of the summary; events."""
 
     series: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
@@ -86,9 +86,9 @@ def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
     return found
 
 
-def at_poses(outputs: Outputs, task: Sweep, poses: Poses, unit: float = 1.0) -> Found:
+def at_poses(outputs: Outputs, task: Sweep, poses: Poses, unit: float = 1.0) -> Measured:
     """Return the measures of single poses; `unit` is what a radian is for other drivers."""
-    found, asked = Found(), task.measures or ()
+    found, asked = Measured(), task.measures or ()
     scale = outputs.scene.model.mechanism.scale
     if "transmission" in asked:
         found.put("joints", transmission.angles(outputs, poses.y[0]))
@@ -111,7 +111,7 @@ def along_path(
     evaluator: Evaluator,
     path: Path,
     values: Any,
-    found: Found,
+    found: Measured,
     moving: int,
 ) -> None:
     """Add the measures of the whole sweep of the driver that moves to `found`."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.measures.courses import Quantity, travel
+from mechdae.measures.courses import ReportedScalar, travel
 from mechdae.measures.stops import AT_REST, stops
 from mechdae.measures.track import SAME, TURN, Piece, Track
 
@@ -15,7 +15,7 @@ CLOSED = 1e-9
 """Share of its size within which a quantity is back after a turn."""
 
 
-def time_ratios(track: Track, wanted: list[Quantity]) -> dict[str, dict[str, Any]]:
+def time_ratios(track: Track, wanted: list[ReportedScalar]) -> dict[str, dict[str, Any]]:
     """Return ``time_ratio``, ``return_angle`` and, where there is none, ``no_time_ratio``.
 
     Keys below are bodies and joints. The ratio is the longer stroke's driver angle over the
@@ -34,7 +34,7 @@ def time_ratios(track: Track, wanted: list[Quantity]) -> dict[str, dict[str, Any
     return {word: table for word, table in found.items() if table}
 
 
-def _ratio(track: Track, quantity: Quantity) -> float | str | None:
+def _ratio(track: Track, quantity: ReportedScalar) -> float | str | None:
     """Return the driver's angle of the shorter stroke, the reason why not, None at rest."""
     if not track.is_angle:
         return "the driver does not turn"

@@ -39,7 +39,7 @@ POLISH = 12
 
 
 @dataclass(frozen=True)
-class Solutions:
+class DistinctSolutions:
     """Distinct solutions in the order in which they were found.
 
     ``x`` (m, q) and ``t`` (m, k) are the unknowns, ``residual`` (m,) the largest row, ``hits``
@@ -76,7 +76,7 @@ def solve_all(
     iterations: int = 300,
     enough: int | None = None,
     batch: int = BATCH,
-) -> Solutions:
+) -> DistinctSolutions:
     """Return the distinct isolated real solutions that starts lead to.
 
     Parameters
@@ -118,7 +118,7 @@ def solve_all(
         if enough is not None and len(found.x) >= enough:
             break
     m, q, k = len(found.x), x.shape[1], t.shape[1]
-    return Solutions(
+    return DistinctSolutions(
         np.reshape(found.x, (m, q)), np.reshape(found.t, (m, k)), np.array(found.residual),
         np.array(found.hits, int), drawn, work, converged,
     )  # fmt: skip

@@ -32,7 +32,7 @@ SHRINKS = 0.2
 
 
 @dataclass(frozen=True)
-class Chart:
+class Substitution:
     """An interval [low, high] over t in [0, 1]; quadratic at an end where rates are infinite."""
 
     low: float
@@ -52,7 +52,7 @@ class Chart:
 
 def integrate(
     function: Callable[[Any], Any],
-    charts: list[Chart],
+    charts: list[Substitution],
     size: Callable[[Any], Any],
     gross: Callable[[Any], Any] | None = None,
 ) -> tuple[Any, Any]:

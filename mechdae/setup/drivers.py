@@ -18,14 +18,14 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import DEFAULT_POSES, Driven, Driver, Sweep
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.kernels.graphs.driver_curve import Course
+from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.setup.laws import Timing, interval, timing
 
 MAX_POSES = 2_000_000
 
 
 @dataclass(frozen=True)
-class Plan:
+class DriverPlan:
     """Driver values of a task.
 
     ``values`` is (n, nd), None for the whole assembled arc; ``named`` tells that the file
@@ -47,7 +47,7 @@ class Plan:
     acceleration: Any
     jerk: Any
     sketch: Any
-    course: Course | None = None
+    course: DriverCurve | None = None
     moving: int | None = None
     held: Any = None
     timing: Timing | None = None
@@ -68,7 +68,7 @@ class Plan:
         return self.values[0] if self.values is not None else self.held
 
 
-def plan(mechanism: Mechanism, task: Driven) -> Plan:
+def plan(mechanism: Mechanism, task: Driven) -> DriverPlan:
     """Return the plan of a task.
 
     Raises
@@ -112,7 +112,7 @@ def plan(mechanism: Mechanism, task: Driven) -> Plan:
     named = any(drivers[k].at is not None for k in moving or range(len(drivers)))
     lead = moving[0] if moving else 0
     rates = (speed, acceleration, jerk)
-    numbers = Plan(coordinates, values, poses, named, *rates, sketch, lead=lead)
+    numbers = DriverPlan(coordinates, values, poses, named, *rates, sketch, lead=lead)
     if len(moving) == 1:
         k = moving[0]
         held = np.array([np.nan if j == k else column[0] for j, column in enumerate(columns)])
@@ -120,7 +120,7 @@ def plan(mechanism: Mechanism, task: Driven) -> Plan:
         if len(drivers) > 1:
             s = ca.SX.sym("s")
             u = ca.vertcat(*[s if j == k else value for j, value in enumerate(held.tolist())])
-            numbers = replace(numbers, moving=k, course=Course(s, u, coordinates[k].is_angle))
+            numbers = replace(numbers, moving=k, course=DriverCurve(s, u, coordinates[k].is_angle))
     return numbers
 
 
@@ -131,11 +131,11 @@ def _by_laws(
     poses: int,
     known: Mapping[str, float],
     sketch: Any,
-) -> Plan:
+) -> DriverPlan:
     """Return the plan of drivers that follow laws of time, others held."""
     t = timing(drivers, poses, known)
     named = any(driver.times is not None for driver in drivers)
-    return Plan(
+    return DriverPlan(
         coordinates,
         t.values,
         len(t.times),

@@ -12,7 +12,7 @@ import numpy as np
 from mechdae.describe.expression import build, evaluate
 from mechdae.describe.tasks.kinds import Driver
 from mechdae.errors import InputError, MechdaeError
-from mechdae.kernels.graphs.driver_curve import FINITE, Course
+from mechdae.kernels.graphs.driver_curve import FINITE, DriverCurve
 from mechdae.model.model import FUNCTIONS
 
 SAMPLES = 1025
@@ -32,7 +32,7 @@ class Timing:
     acceleration that is nan.
     """
 
-    course: Course
+    course: DriverCurve
     times: Any
     values: Any
     speed: Any
@@ -58,7 +58,7 @@ def timing(drivers: Sequence[Driver], count: int, known: Mapping[str, float]) ->
     """
     times = _times(drivers, count, known)
     t = ca.SX.sym("t")
-    course = Course(t, ca.vertcat(*[_expression(driver, t, known) for driver in drivers]))
+    course = DriverCurve(t, ca.vertcat(*[_expression(driver, t, known) for driver in drivers]))
     values, speed, acceleration, jerk, rough = _at_poses(course, times)
     _refuse_jumps(course, times)
     corners = _corners(course, times)
@@ -104,7 +104,7 @@ def _expression(driver: Driver, t: Any, known: Mapping[str, float]) -> Any:
         raise problem.inside("law") from None
 
 
-def _at_poses(course: Course, times: Any) -> tuple[Any, Any, Any, Any, Any]:
+def _at_poses(course: DriverCurve, times: Any) -> tuple[Any, Any, Any, Any, Any]:
     """Return u, u', u'', u''' at the times, and which poses lie on a corner of u or u'.
 
     At the first and the last of the times the rates are those of the inner side.
@@ -144,7 +144,7 @@ def _refuse_times(times: Any, values: Any, rates: Any) -> None:
     raise InputError(f"the law has no finite value or rate at t = {bad[0]:.6g}", where="law")
 
 
-def _corners(course: Course, times: Any) -> Any:
+def _corners(course: DriverCurve, times: Any) -> Any:
     """Return the times strictly between the first and the last at which a switch turns."""
     first, last = float(times.min()), float(times.max())
     if not course.switches.numel() or first == last:
@@ -162,7 +162,7 @@ def _corners(course: Course, times: Any) -> Any:
     return np.array(sorted(found - {first, last}))
 
 
-def _refuse_jumps(course: Course, times: Any) -> None:
+def _refuse_jumps(course: DriverCurve, times: Any) -> None:
     """Raise where a law has a pole, leaves its domain or jumps: a driver moves continuously."""
     span = float(np.ptp(times))
     a, b = (grid := _grid(times))[:-1], grid[1:]
@@ -197,7 +197,7 @@ def _refuse_jumps(course: Course, times: Any) -> None:
             _refuse_place(low)
 
 
-def _refuse_cuts(course: Course, grid: Any) -> None:
+def _refuse_cuts(course: DriverCurve, grid: Any) -> None:
     """Raise where an atan2 passes its cut and the law jumps with it."""
     sides = course.cuts(grid)
     size = np.max(np.abs(course.sampled(grid)[0]), axis=0) + 1e-300

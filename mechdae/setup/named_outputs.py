@@ -22,7 +22,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.model.kept import Kept
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.results import OUTPUT_RATES, Named, Series
-from mechdae.setup.drivers import Plan
+from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.outputs import Request
 
 SX = ca.SX
@@ -200,7 +200,7 @@ class NamedOutputs:
         return known
 
 
-def time_of(numbers: Plan, values: Any = None) -> Any:
+def time_of(numbers: DriverPlan, values: Any = None) -> Any:
     """Return the time of each pose (n,), None for a task that has none.
 
     Laws give the times; where one driver moves with constant speed it is the time since the

@@ -30,7 +30,7 @@ Request = tuple[str, Any, tuple[str, ...]]
 
 
 @dataclass(frozen=True)
-class Entry:
+class ReportedQuantity:
     """One reported quantity: where it goes, its scalars and the bodies it depends on."""
 
     kind: str  # bodies, points or joints; hidden, for other quantities
@@ -68,7 +68,7 @@ class Outputs:
 
     def __init__(self, scene: Scene, hidden: Iterable[Request] = ()) -> None:
         self.scene = scene
-        self.entries: list[Entry] = []
+        self.entries: list[ReportedQuantity] = []
         self._scalars: list[Any] = []
         model, chosen = scene.model, scene.selection
         self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
@@ -108,9 +108,9 @@ class Outputs:
         scalars = ca.vertsplit(ca.SX(value))
         self._scalars += scalars
         columns = tuple(range(start, start + len(scalars)))
-        self.entries.append(Entry(kind, part, name, columns, bodies))
+        self.entries.append(ReportedQuantity(kind, part, name, columns, bodies))
 
-    def groups_of(self, entry: Entry) -> set[int]:
+    def groups_of(self, entry: ReportedQuantity) -> set[int]:
         """Return the groups whose unknowns the quantity depends on."""
         return {self._group_of[body] for body in entry.bodies if body in self._group_of}
 
@@ -172,7 +172,7 @@ class Outputs:
             for kind, table in tables.items()
         }
 
-    def _coriolis(self, slide: Entry, values: list[Any]) -> Any:
+    def _coriolis(self, slide: ReportedQuantity, values: list[Any]) -> Any:
         """Return 2 omega x v_rel of the second body's point, (n, 2)."""
         guide = next((e for e in self.entries if e.part == slide.part and e.name == "guide"), None)
         n = len(values[0])

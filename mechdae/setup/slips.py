@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven
-from mechdae.setup.drivers import Plan
+from mechdae.setup.drivers import DriverPlan
 
 TIMES = 10
 """Times all other lengths together that a length looks wrong."""
@@ -21,7 +21,7 @@ TURNS = 5
 """Turns above which a whole number of radians looks like degrees."""
 
 
-def driver_slips(task: Driven, plan: Plan) -> list[str]:
+def driver_slips(task: Driven, plan: DriverPlan) -> list[str]:
     """Return notes about values of drivers that look like degrees."""
     notes = []
     for k, (driver, c) in enumerate(zip(task.all_drivers, plan.coordinates, strict=True)):

@@ -53,7 +53,7 @@ SETTLED = 1e-9
 
 
 @dataclass
-class Found:
+class PathDerivatives:
     """Values and derivatives of one path: (n, ...), by name, by pair of names.
 
     ``error`` holds estimates for differenced derivatives, by name.
@@ -96,7 +96,7 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
     series = [path for path in paths if is_series(path) and _has_series(base)]
     rest = [path for path in paths if path not in series]
     poses = None
-    found: dict[str, Found] = {}
+    found: dict[str, PathDerivatives] = {}
     if isinstance(base, Sweep) and series:
         poses = _Poses(literal, base, series, names)
         found = poses.found(task.order)
@@ -219,7 +219,7 @@ def numbers(
 
 def _at_rest(
     problem: Problem, base: Equilibrium, names: list[str], paths: list[str]
-) -> dict[str, Found]:
+) -> dict[str, PathDerivatives]:
     """Return values and derivatives of the paths of an equilibrium that have exact ones."""
     implicit = Implicit(problem, base, names)
     found = {}
@@ -233,7 +233,7 @@ def _at_rest(
             first = {name: np.ravel(slope) for name, slope in first.items()}
         elif of_pose:
             value, first = value[None, :], {name: slope[None, :] for name, slope in first.items()}
-        found[path] = Found(value, first, {}, {})
+        found[path] = PathDerivatives(value, first, {}, {})
     return found
 
 
@@ -286,7 +286,7 @@ class _Poses:
     def _last(self) -> list[Any]:
         return [] if self.slopes is None else [self.slopes, self.bends]
 
-    def found(self, order: int) -> dict[str, Found]:
+    def found(self, order: int) -> dict[str, PathDerivatives]:
         """Return values and derivatives."""
         composed, shared = self.composed(), [len(self.inputs)]
 
@@ -309,7 +309,7 @@ class _Poses:
                     start = (j * k + i) * rows
                     own = second[:, start + span.start : start + span.stop]
                     pairs[f"{names[i]},{names[j]}"] = _flat(own)
-            found[path] = Found(_flat(values[:, span]), by_name, pairs, {})
+            found[path] = PathDerivatives(_flat(values[:, span]), by_name, pairs, {})
         return found
 
     def sampled(self, sets: Any) -> dict[str, Any]:
@@ -406,7 +406,7 @@ def _driver_rows(driver: Driver, n: int, symbolic: Any) -> tuple[Any, Any, Any]:
 def _differenced(
     problem: Problem, base: str, path: str, names: list[str], order: int, whole: Any,
     levels: int = LEVELS, sizes: Mapping[str, float] | None = None,
-) -> Found:  # fmt: skip
+) -> PathDerivatives:  # fmt: skip
     values = problem.mechanism.values()
     middle = _number(whole, path)
     first: dict[str, Any] = {}
@@ -427,7 +427,7 @@ def _differenced(
         first[name], error[name] = _extrapolated(ones)
         if order == 2:
             second[f"{name},{name}"] = _extrapolated(twos)[0]
-    return Found(middle, first, second, error)
+    return PathDerivatives(middle, first, second, error)
 
 
 def _extrapolated(column: list[Any]) -> tuple[Any, Any]:
@@ -469,7 +469,7 @@ def _spread(
     poses: _Poses | None,
     rest: list[str],
     names: list[str],
-    found: dict[str, Found],
+    found: dict[str, PathDerivatives],
     tolerances: dict[str, float],
 ) -> dict[str, Any]:
     """Return what tolerances do to each path, three ways side by side.

@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.assembly.nearest_mode import Entry, told_apart
+from mechdae.assembly.nearest_mode import SketchNumber, told_apart
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Setting
@@ -143,7 +143,7 @@ class OwnModes:
         return total
 
     def _gaps(
-        self, n: int, entry: Entry, x: Any, p: Any, sketches: Sequence[Sketch], sizes: Any
+        self, n: int, entry: SketchNumber, x: Any, p: Any, sketches: Sequence[Sketch], sizes: Any
     ) -> Any:
         if n not in self._values:
             self._values[n] = Batch(entry.value.function)
@@ -156,7 +156,7 @@ class OwnModes:
         return gap - 2 * np.pi * np.round(gap / (2 * np.pi)) if entry.turns else gap
 
 
-def wanted_by(sketch: Sketch, entry: Entry) -> float:
+def wanted_by(sketch: Sketch, entry: SketchNumber) -> float:
     """Return what a sketch says of a coordinate."""
     c = entry.coordinate
     return sketch.angles[c.part] if c.kind == "body angle" else sketch.places[c]

@@ -40,7 +40,7 @@ KEPT = 4
 
 
 @dataclass(frozen=True)
-class Row:
+class SetRow:
     """What a set gives: a value for each path (None: not assembled), its status.
 
     ``fault`` is what else is wrong with it; ``refused`` that the set is no valid mechanism;
@@ -69,7 +69,7 @@ def text_of(problem: Problem, name: str, task: Task) -> str:
     return alone(problem.mechanism, {name: task})
 
 
-def computed(work: Sets) -> list[Row] | Failure:
+def computed(work: Sets) -> list[SetRow] | Failure:
     """Return the rows of some sets; a path that does not exist ends the study."""
     try:
         problem = _problem(work.text)
@@ -83,7 +83,9 @@ def _problem(text: str) -> Problem:
     return from_dict(tomllib.loads(text))
 
 
-def row_of(problem: Problem, name: str, outputs: Sequence[str], values: Mapping[str, float]) -> Row:
+def row_of(
+    problem: Problem, name: str, outputs: Sequence[str], values: Mapping[str, float]
+) -> SetRow:
     """Return the row of one set of parameters.
 
     Raises
@@ -96,9 +98,9 @@ def row_of(problem: Problem, name: str, outputs: Sequence[str], values: Mapping[
     try:
         result = solve(problem.with_values(values), name)
     except SolveError:
-        return Row(None, Status.UNASSEMBLED)
+        return SetRow(None, Status.UNASSEMBLED)
     except InputError as error:
-        return Row(None, Status.UNASSEMBLED, str(error.what), error)
+        return SetRow(None, Status.UNASSEMBLED, str(error.what), error)
     words = [str(word) for word in result.status]
     words += [word for word in ARCS if result.summary.get(f"{word}_arcs")]
     worst = next((word for word in words if word not in FINE), Status.OK)
@@ -110,7 +112,7 @@ def row_of(problem: Problem, name: str, outputs: Sequence[str], values: Mapping[
         else:
             value = _missing_ok(result, path)
         row.append(_numbers(value, path))
-    return Row(row, worst, fault, errors=errors)
+    return SetRow(row, worst, fault, errors=errors)
 
 
 def _numbers(value: Any, path: str) -> Any:

@@ -32,7 +32,7 @@ from mechdae.setup.drivers import plan as plan_of
 from mechdae.setup.scales import Constants
 from mechdae.studies.lockstep import Lockstep
 from mechdae.studies.set_modes import OwnModes
-from mechdae.studies.sets import OF_PARTS, Row, Sets, computed, row_of, text_of
+from mechdae.studies.sets import OF_PARTS, SetRow, Sets, computed, row_of, text_of
 
 MAX_SETS = 200_000
 MAX_NUMBERS = 50_000_000
@@ -213,7 +213,7 @@ class _Collector:
         left = [k for k in range(len(self.sets)) if rows[k] is None]
         done = len(self.sets) - len(left)
 
-        def take(k: int, own: Row) -> None:
+        def take(k: int, own: SetRow) -> None:
             nonlocal done
             done += 1
             rows[k], status[k] = own.values, own.status
@@ -235,7 +235,7 @@ class _Collector:
         if len(self.refused) == len(self.sets):
             raise self.refused[min(self.refused)]
 
-    def _spread(self, left: list[int], take: Callable[[int, Row], None]) -> None:
+    def _spread(self, left: list[int], take: Callable[[int, SetRow], None]) -> None:
         """Compute sets in processes, a few at a time."""
         size = min(MOST, max(1, len(left) // (SHARES * self.workers)))
         portions = [left[i : i + size] for i in range(0, len(left), size)]
@@ -245,7 +245,7 @@ class _Collector:
             for i, portion in enumerate(portions)
         }
 
-        def landed(i: int, found: list[Row]) -> None:
+        def landed(i: int, found: list[SetRow]) -> None:
             for k, own in zip(portions[i], found, strict=True):
                 take(k, own)
 

@@ -17,7 +17,7 @@ from mechdae.synthesis.design_motion import PATH, DesignMotion
 from mechdae.synthesis.exchange import exchanged
 from mechdae.synthesis.fourbar.cognates import are_cognates
 from mechdae.synthesis.fourbar.starts import FourBarStarts
-from mechdae.synthesis.goals.path_generation import Visits
+from mechdae.synthesis.goals.path_generation import VisitsGoal
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.search import Search
@@ -63,7 +63,7 @@ class Candidate:
 
 
 @dataclass
-class Group:
+class EqualOptima:
     """Optima with one objective: the best of them, how many there are, and all of them."""
 
     best: Candidate
@@ -71,13 +71,13 @@ class Group:
     others: list[Candidate]
 
 
-def distinct(candidates: list[Candidate]) -> list[Group]:
+def distinct(candidates: list[Candidate]) -> list[EqualOptima]:
     """Return one group for each objective, best first."""
-    found: list[Group] = []
+    found: list[EqualOptima] = []
     for candidate in sorted(candidates, key=lambda c: c.found.objective):
         own = next((g for g in reversed(found) if _alike(g.best, candidate)), None)
         if own is None:
-            found.append(Group(candidate, 1, []))
+            found.append(EqualOptima(candidate, 1, []))
         else:
             own.hits += 1
             own.others.append(candidate)
@@ -95,7 +95,7 @@ def _alike(first: Candidate, second: Candidate) -> bool:
 
 
 def designs(
-    search: Search, problems: Sequence[Nlp], found: list[Group]
+    search: Search, problems: Sequence[Nlp], found: list[EqualOptima]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return the designs that hold in their sweeps, and those that do not with the reasons."""
     kept: list[dict[str, Any]] = []
@@ -170,12 +170,14 @@ def _one(search: Search, first: dict[str, Any], second: dict[str, Any]) -> bool:
     return bool(near.all() and np.array_equal(one[count:], other[count:]))
 
 
-def _by_angle(search: Search, problems: Sequence[Nlp], exact: list[Group]) -> list[Group]:
+def _by_angle(
+    search: Search, problems: Sequence[Nlp], exact: list[EqualOptima]
+) -> list[EqualOptima]:
     """Return exact four-bars by their least transmission angle over the turn."""
     d = ca.SX.sym("d", len(search.space.names))
     cosines = ca.Function("cosines", [d], [search.space.cosines(d)])
 
-    def largest(group: Group) -> float:
+    def largest(group: EqualOptima) -> float:
         own = group.best
         values = problems[own.kind].read(own.found.z)["d"]
         at = np.concatenate([values, np.atleast_1d(own.given["choice"])])
@@ -187,7 +189,7 @@ def _by_angle(search: Search, problems: Sequence[Nlp], exact: list[Group]) -> li
 def _zero(search: Search) -> bool:
     """Whether nothing tells designs without an error apart but rounding."""
     own = [goal for goal in search.goals if not goal.exact]
-    return all(isinstance(goal, Visits) for goal in own)
+    return all(isinstance(goal, VisitsGoal) for goal in own)
 
 
 def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
@@ -197,20 +199,22 @@ def _rank(search: Search, design: dict[str, Any]) -> tuple[bool, float, float]:
     """
     value = design["objective"] * search.sense
     lead = search.lead
-    exact = isinstance(lead, Visits) and lead.exact
+    exact = isinstance(lead, VisitsGoal) and lead.exact
     least = MET if exact else ROUNDING if _zero(search) else 0.0
     if abs(value) <= least * search.objective_unit:
         value = 0.0
     return bool(design["defects"]), value, -(design["transmission_angle_min"] or 0.0)
 
 
-def cognates_among(search: Search, problems: Sequence[Nlp], group: Group) -> list[dict[str, float]]:
+def cognates_among(
+    search: Search, problems: Sequence[Nlp], group: EqualOptima
+) -> list[dict[str, float]]:
     """Return the dimensions of Roberts' cognates of a group's best four-bar, as they were found.
 
     They trace the same coupler curve, and so have the same objective.
     """
     lead = search.lead
-    if not isinstance(lead, Visits) or lead.asked.is_motion or not search.space.single_loop:
+    if not isinstance(lead, VisitsGoal) or lead.asked.is_motion or not search.space.single_loop:
         return []
     starts = FourBarStarts(search.space, lead.asked.what)
     if not starts.fits:
@@ -236,7 +240,7 @@ def defective(search: Search) -> list[dict[str, Any]]:
     """Return the solutions of an exact goal that do not move through their targets, and why."""
     lead = search.lead
     found = []
-    for drawn, faults in (lead.defective or []) if isinstance(lead, Visits) else []:
+    for drawn, faults in (lead.defective or []) if isinstance(lead, VisitsGoal) else []:
         free = len(search.space.box)
         values = {"d": drawn.d[:free]}
         given = {"choice": drawn.d[free:]}

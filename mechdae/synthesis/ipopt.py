@@ -81,7 +81,7 @@ class Optimum:
         return self.status in INFEASIBLE
 
 
-class Solver:
+class NlpSolver:
     """An NLP min f(z; p) with bounds on z and g, built once.
 
     Parameters

@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.synthesis.ipopt import Optimum, Solver
+from mechdae.synthesis.ipopt import NlpSolver, Optimum
 
 SX = ca.SX
 MET = 1e-7
@@ -174,23 +174,23 @@ class Nlp:
         found = whole(Z, P, *numbers)
         return Z, P, list(found) if isinstance(found, tuple) else [found]
 
-    def _made(self, objective: Any, g: Any, more: Any = None, **how: bool) -> Solver:
+    def _made(self, objective: Any, g: Any, more: Any = None, **how: bool) -> NlpSolver:
         z, p, (f, rows) = self._over([SX(objective), SX(g)], more)
         how["approximate"] = how.get("approximate", False) or bool(self._outside)
-        return Solver(z, p, f, rows, **how)
+        return NlpSolver(z, p, f, rows, **how)
 
     # -- solving -----------------------------------------------------------------------------
 
     @cached_property
-    def _solver(self) -> Solver:
+    def _solver(self) -> NlpSolver:
         return self._made(self.objective, self.g)
 
     @cached_property
-    def _polisher(self) -> Solver:
+    def _polisher(self) -> NlpSolver:
         return self._made(self.objective / self._rest, self.g, polish=True, approximate=self.rough)
 
     @cached_property
-    def _approximate(self) -> Solver:
+    def _approximate(self) -> NlpSolver:
         return self._made(self.objective, self.g, approximate=True)
 
     def solve(self, z0: Any, given: Mapping[str, Any]) -> Optimum:
@@ -254,7 +254,7 @@ class Nlp:
     # -- what cannot be met ------------------------------------------------------------------
 
     @cached_property
-    def _elastic(self) -> tuple[Solver, Any]:
+    def _elastic(self) -> tuple[NlpSolver, Any]:
         loose = [i for i, word in enumerate(self.words) if word not in STIFF]
         slack = SX.sym("slack", 2 * len(loose))
         spread = SX.zeros(len(self.words), 2 * len(loose))

@@ -27,7 +27,7 @@ SAME = 1e-9
 """Share below which a number did not change."""
 
 
-class Run:
+class TaskRun:
     """A task with all numbers that are asked of it.
 
     Parameters
@@ -137,7 +137,7 @@ class Outcome:
         The task, and the path below it.
     """
 
-    def __init__(self, run: Run, path: str) -> None:
+    def __init__(self, run: TaskRun, path: str) -> None:
         self.run, self.path, self.names = run, path, run.names
         self.here = run.here[path]
 

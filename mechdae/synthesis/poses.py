@@ -24,7 +24,7 @@ SINE = "sine of "
 """Prefix of the asked value that is the sine of a dyad's transmission angle."""
 
 
-class Poses:
+class FreePoses:
     """Poses of a mechanism over free parameters.
 
     Parameters

@@ -18,16 +18,16 @@ from mechdae.errors import InputError, UnknownName
 from mechdae.model.model import Model
 from mechdae.synthesis.goals.base import Drawn, Goal, Seed
 from mechdae.synthesis.goals.dynamic import Dynamic
-from mechdae.synthesis.goals.extreme import Extreme, quantity_of
+from mechdae.synthesis.goals.extreme import ExtremeGoal, quantity_of
 from mechdae.synthesis.goals.function import Function
-from mechdae.synthesis.goals.path_generation import Visits as VisitsGoal
-from mechdae.synthesis.goals.rocker import Rocker as RockerGoal
-from mechdae.synthesis.goals.straight import Straight
+from mechdae.synthesis.goals.path_generation import VisitsGoal
+from mechdae.synthesis.goals.rocker import RockerGoal
+from mechdae.synthesis.goals.straight import StraightGoal
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.outcome import Outcome, Run
-from mechdae.synthesis.poses import Poses
+from mechdae.synthesis.outcome import Outcome, TaskRun
+from mechdae.synthesis.poses import FreePoses
 from mechdae.synthesis.quantity import Quantity
-from mechdae.synthesis.space import TURN, Space
+from mechdae.synthesis.space import TURN, DesignSpace
 from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.verify import sketched
 from mechdae.synthesis.watch import watched
@@ -52,7 +52,7 @@ class Search:
         self.asked: Demand = demand(problem, task)
         names = [*self.asked.free, *self.asked.choices]
         self._quantities: dict[tuple[str, str], Quantity] = {}
-        self._runs: dict[str, Run] = {}
+        self._runs: dict[str, TaskRun] = {}
         self._outcomes: list[Outcome] = []
         self.goals = [
             self._goal(goal, f"goal{k}", names) for k, (goal, _) in enumerate(self.asked.goals)
@@ -76,13 +76,13 @@ class Search:
 
         whole = [*bodies, *boxed, *held]
         outputs = [name if "." in name else f"{name}.angle" for name in dict.fromkeys(whole)]
-        poses = Poses(problem.mechanism, self.asked.driver, names, outputs, asks)
-        self.space = Space(poses, self.asked, self.size, bool(self._runs))
+        poses = FreePoses(problem.mechanism, self.asked.driver, names, outputs, asks)
+        self.space = DesignSpace(poses, self.asked, self.size, bool(self._runs))
         self.spread = Spread(self.space)
         for goal in every:
             goal.space, goal.spread = self.space, self.spread
         # a goal with targets of its own leads: starts are drawn for it, the others follow
-        self.lead = min(self.goals, key=lambda goal: isinstance(goal, Extreme | Dynamic))
+        self.lead = min(self.goals, key=lambda goal: isinstance(goal, ExtremeGoal | Dynamic))
         self.kinds = self.space.kinds
         for limit in self.asked.transmission:
             self.space.dyad(limit.between, f"{limit.place}.between")
@@ -94,7 +94,7 @@ class Search:
         if isinstance(asked, FunctionTargets):
             return Function(asked, name)
         if isinstance(asked, StraightLine):
-            return Straight(asked, name)
+            return StraightGoal(asked, name)
         if isinstance(asked, Rocker):
             return RockerGoal(asked, name)
         return self._extreme(asked, name, names)
@@ -117,7 +117,7 @@ class Search:
 
             found = abs(quantity_of(solve(self.problem, asked.task), asked))
             typical = found if np.isfinite(found) and found > 0 else 1.0
-        return Extreme(asked, name, quantity, typical, bounds)
+        return ExtremeGoal(asked, name, quantity, typical, bounds)
 
     def _outcome(self, asked: AskedExtreme, names: list[str]) -> Outcome:
         """Return a number of a motion or an equilibrium; those of one task are solved together."""
@@ -126,7 +126,7 @@ class Search:
             every += [limit.quantity for limit in self.asked.limits]
             paths = dict.fromkeys(own.path for own in every if own.task == asked.task)
             box = list(self.asked.free.values())
-            self._runs[asked.task] = Run(self.problem, asked.task, list(paths), names, box)
+            self._runs[asked.task] = TaskRun(self.problem, asked.task, list(paths), names, box)
         outcome = Outcome(self._runs[asked.task], asked.path)
         self._outcomes.append(outcome)
         return outcome
@@ -168,7 +168,7 @@ class Search:
         for goal in self.goals:
             if isinstance(goal, VisitsGoal):
                 return goal.size
-            if isinstance(goal, Straight) and goal.asked.stroke is not None:
+            if isinstance(goal, StraightGoal) and goal.asked.stroke is not None:
                 return float(goal.asked.stroke)
 
         return self.problem.mechanism.scale
@@ -183,7 +183,7 @@ class Search:
         parts = [ca.vertcat(*poses.function(x, u, d))]
         parts += [
             goal.at_pose(x, u, d)
-            for goal in [*self.goals, *self.limits] if isinstance(goal, Extreme)
+            for goal in [*self.goals, *self.limits] if isinstance(goal, ExtremeGoal)
         ]  # fmt: skip
         parts += [self.space.over_free(poses.model.point(r.point), d) for r in self.asked.regions]
         used = np.array(ca.DM(ca.jacobian_sparsity(ca.vertcat(*parts), d), 1)).any(axis=0)
@@ -209,7 +209,7 @@ class Search:
     def build(self, kind: str) -> Nlp:
         """Return the NLP of a class."""
         every = [*self.goals, *self.limits]
-        rough = any(isinstance(goal, Extreme) and goal.quantity.forces for goal in every)
+        rough = any(isinstance(goal, ExtremeGoal) and goal.quantity.forces for goal in every)
         nlp, space = Nlp(rough), self.space
         d = space.design(nlp)
         sigma = nlp.parameter("sigma", np.ones(space.poses.nb))

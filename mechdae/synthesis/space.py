@@ -18,7 +18,7 @@ from mechdae.measures.transmission import Dyad
 from mechdae.model.parameters import parameters_of
 from mechdae.synthesis.fourbar.loops import FourBar, four_bar
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.poses import Poses
+from mechdae.synthesis.poses import FreePoses
 
 SX = ca.SX
 TURN = 2 * np.pi
@@ -35,14 +35,14 @@ CLASSES = ("crank-rocker", "drag-link")
 
 
 @dataclass
-class Space:
+class DesignSpace:
     """Free parameters and the poses of all designs.
 
     ``size`` [m] makes lengths dimensionless; `outside` tells that motions or equilibria are
     asked for, on which parameters may act that no pose depends on.
     """
 
-    poses: Poses
+    poses: FreePoses
     asked: Demand
     size: float
     outside: bool = False

@@ -22,7 +22,7 @@ from mechdae.model.space import PLANE
 from mechdae.results import FINE, Result, Status
 from mechdae.solver.solve import solve
 from mechdae.studies.sensitivity import sharp
-from mechdae.synthesis.space import Space
+from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
 POSES = 721
@@ -30,7 +30,9 @@ POSES = 721
 TURN = 2 * np.pi
 
 
-def sketched(problem: Problem, space: Space, d: Any, at: float | None) -> tuple[float, Any] | None:
+def sketched(
+    problem: Problem, space: DesignSpace, d: Any, at: float | None
+) -> tuple[float, Any] | None:
     """Return driver value and unknowns (nx,) of parameters in the pose of the file's sketch.
 
     The pose is the one at `at`, or else at the sketch's own driver value, or at zero; None where
@@ -96,7 +98,7 @@ class Design:
     """
 
     problem: Problem
-    space: Space
+    space: DesignSpace
     values: Mapping[str, Any]
     given: Mapping[str, Any]
     at: Any

@@ -8,7 +8,7 @@ import numpy as np
 
 import mechdae as md
 from mechdae.synthesis.fourbar.cognates import are_cognates, cognates
-from mechdae.synthesis.fourbar.dyads import Poses, dyads, slides
+from mechdae.synthesis.fourbar.dyads import PlanePoses, dyads, slides
 from mechdae.synthesis.fourbar.freudenstein import function_starts
 from mechdae.synthesis.fourbar.linkage import faults, linkage, transmission
 from mechdae.synthesis.goals.path_generation import wound
@@ -67,7 +67,7 @@ def five_poses() -> float:
     """Both dyads of the plant are among those of five of its poses."""
     A, B, _ = plant(THETA[::2])
     turns = np.angle(B - A)
-    poses = Poses(A + 0.7 * np.exp(1j * turns), turns)
+    poses = PlanePoses(A + 0.7 * np.exp(1j * turns), turns)
     found = dyads(poses, starts=60)
     wanted = [(0j, -0.7 + 0j, LENGTHS[1]), (LENGTHS[0] + 0j, LENGTHS[2] - 0.7 + 0j, LENGTHS[3])]
     gaps = [
@@ -82,7 +82,7 @@ def four_poses() -> float:
     s, turns = np.array([0.0, 0.7, 1.1, 2.0]), np.array([0.1, 0.9, -0.4, 1.7])
     pin, normal = 0.3 - 0.5j, np.exp(0.4j)
     places = 0.6 * normal + 1j * normal * s - pin * np.exp(1j * turns)
-    found = [one for one in slides(Poses(places, turns)) if not one.moving]
+    found = [one for one in slides(PlanePoses(places, turns)) if not one.moving]
     gaps = [
         max(abs(one.point - pin), abs(abs((one.normal / normal).real) - 1),
             abs(abs(one.distance) - 0.6))

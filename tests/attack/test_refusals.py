@@ -12,8 +12,8 @@ from mechdae.continuation.path import Path as Way
 from mechdae.continuation.series_steps import Expansion
 from mechdae.describe.file.load import from_dict
 from mechdae.kernels.bounds.series import (
+    BoundedPolynomial,
     NoSeries,
-    Series,
     SeriesFunction,
     coefficients,
     inverse,
@@ -55,7 +55,7 @@ def drawn_series(rng, count=9):
     series = []
     for _ in range(3):
         c = rng.normal(size=count) * rng.uniform(0.1, 0.6) ** np.arange(count)
-        series.append(Series(c, float(rng.choice([0.0, 1e-6]))))
+        series.append(BoundedPolynomial(c, float(rng.choice([0.0, 1e-6]))))
     sine, cosine = ca.sin(x[0] + 2 * x[1]), ca.cos(x[1] - x[2] / 3)
     return x, series, sine * x[2] ** 2 - cosine * (1.5 + x[0]) + 3 * sine * cosine - x[1]
 
@@ -78,14 +78,14 @@ def test_a_forgotten_tail_is_seen(monkeypatch):
     def product(a, b):
         count = len(a.c)
         left = a.size * b.e + b.size * a.e + a.e * b.e
-        return Series(np.convolve(a.c, b.c)[:count], left)
+        return BoundedPolynomial(np.convolve(a.c, b.c)[:count], left)
 
     from mechdae.kernels.bounds import series as module
 
     whole = module._product
 
     def planted(a, b):
-        both = isinstance(a, Series) and isinstance(b, Series)
+        both = isinstance(a, BoundedPolynomial) and isinstance(b, BoundedPolynomial)
         return product(a, b) if both else whole(a, b)
 
     rng = np.random.default_rng(1)
@@ -109,11 +109,13 @@ def test_what_has_no_series():
     x = ca.SX.sym("x")
     for expression in (ca.sqrt(x), 1 / x, ca.fabs(x)):
         with pytest.raises(NoSeries):
-            SeriesFunction(ca.Function("f", [x], [expression]))([[Series(np.array([2.0, 1.0]))]])
+            SeriesFunction(ca.Function("f", [x], [expression]))(
+                [[BoundedPolynomial(np.array([2.0, 1.0]))]]
+            )
 
 
 def test_floats_and_series_side_by_side():
-    c, e = coefficients([2.0, Series(np.array([1.0, 3.0]), 0.5)], 2)
+    c, e = coefficients([2.0, BoundedPolynomial(np.array([1.0, 3.0]), 0.5)], 2)
     assert c.tolist() == [[2.0, 1.0], [0.0, 3.0]]
     assert e.tolist() == [0.0, 0.5]
 

@@ -10,7 +10,7 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.dynamics.rest.all_equilibria import Rest, Rests
-from mechdae.dynamics.rest.balance import Balance
+from mechdae.dynamics.rest.balance import EquilibriumEquations
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.errors import UnknownName
 from tests.attack import equilibria
@@ -24,7 +24,7 @@ def test_random_mechanisms_stay_on_the_sketched_mode(seed: int) -> None:
     assert equilibria.judged(seed)["faults"] == []
 
 
-def _newton_alone(self: Rests, balance: Balance, chart: Chart, x: object) -> None:
+def _newton_alone(self: Rests, balance: EquilibriumEquations, chart: Chart, x: object) -> None:
     """The mistake of old: what Newton's method happens to find, with nothing said about it."""
     self.found, self.whole = [], False
     y, lam, left, steps = balance.newton(x)

@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.dynamics.clock import Clock, Stretch
+from mechdae.dynamics.clock import Clock, StepLimit
 from mechdae.dynamics.watchers import zeros
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo
 from tests.attack import stuck
@@ -319,7 +319,7 @@ def test_bounds_over_cells_hold(name: str) -> None:
 
 
 def test_without_the_clock_a_pulse_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = lambda self, t: Stretch(self.end, self.end, np.inf)  # noqa: E731
+    whole = lambda self, t: StepLimit(self.end, self.end, np.inf)  # noqa: E731
     monkeypatch.setattr(Clock, "stretch", whole)
     result = md.solve(block("exp(-((t-3)/0.001)**2)/0.001"), "m")
     assert result.joints["G"].slide_velocity[-1] == 0.0
@@ -337,7 +337,7 @@ def _ends_alone(monkeypatch: pytest.MonkeyPatch) -> None:
 
     fitted = zeros.fitted
     monkeypatch.setattr(zeros, "fitted", ends)
-    whole = lambda self, t: Stretch(self.end, self.end, np.inf)  # noqa: E731
+    whole = lambda self, t: StepLimit(self.end, self.end, np.inf)  # noqa: E731
     monkeypatch.setattr(Clock, "stretch", whole)
 
 

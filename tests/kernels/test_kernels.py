@@ -10,7 +10,7 @@ from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import inverse
 from mechdae.kernels.run.batch import MANY, Batch
-from mechdae.kernels.run.numpy_backend import Straight
+from mechdae.kernels.run.numpy_backend import NumpyFunction
 from mechdae.kernels.run.sequence import Sequence
 
 RANDOM = np.random.default_rng(3)
@@ -36,11 +36,11 @@ def test_both_back_ends_compute_the_same() -> None:
 
 
 def test_chunks_do_not_show() -> None:
-    line = Straight(F, shared=[1])
+    line = NumpyFunction(F, shared=[1])
     line.chunk = 7
     p = np.array([0.7, 1.9])
     x = RANDOM.normal(size=(60, 3))
-    assert np.array_equal(line([x, p])[0], Straight(F, shared=[1])([x, p])[0])
+    assert np.array_equal(line([x, p])[0], NumpyFunction(F, shared=[1])([x, p])[0])
 
 
 def test_results_that_others_are_made_of() -> None:
@@ -54,7 +54,7 @@ def test_results_that_others_are_made_of() -> None:
     ]
     f = ca.Function("f", [X, P], [ca.densify(r) for r in results])
     x, p = RANDOM.normal(size=(700, 3)), np.array([0.7, 1.9])
-    line = Straight(f, shared=[1])
+    line = NumpyFunction(f, shared=[1])
     line.chunk = 64
     for _ in range(2):  # the second time in used buffers
         found = line([x, p])

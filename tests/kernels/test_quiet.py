@@ -17,7 +17,7 @@ from mechdae.synthesis import ipopt
 def overconstrained() -> None:
     """Build and solve a problem with more equations than variables."""
     x = ca.SX.sym("x")
-    solver = ipopt.Solver(x, ca.SX(0, 1), x**2, ca.vertcat(x, x - 1))
+    solver = ipopt.NlpSolver(x, ca.SX(0, 1), x**2, ca.vertcat(x, x - 1))
     zero = np.zeros(2)
     solver.solve(np.zeros(1), np.zeros(0), [-9.0], [9.0], zero, zero)
 

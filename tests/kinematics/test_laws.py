@@ -18,7 +18,7 @@ from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.schema import schema
 from mechdae.describe.file.writing import dumps
 from mechdae.export import csv_text
-from mechdae.kernels.graphs.driver_curve import FINITE, Course
+from mechdae.kernels.graphs.driver_curve import FINITE, DriverCurve
 from mechdae.kinematics.prepared import prepare
 from mechdae.model.model import FUNCTIONS
 from mechdae.tables import table
@@ -31,9 +31,9 @@ LONG = np.longdouble
 TURN = 2 * math.pi
 
 
-def course_of(text: str) -> Course:
+def course_of(text: str) -> DriverCurve:
     t = ca.SX.sym("t")
-    return Course(t, ca.SX(build(text, {"t": t}, FUNCTIONS)))
+    return DriverCurve(t, ca.SX(build(text, {"t": t}, FUNCTIONS)))
 
 
 def sweep(mechanism, *drivers: md.Driver, **keys) -> md.Result:

@@ -14,7 +14,7 @@ from mechdae.describe.file.schema import schema
 from mechdae.describe.tasks.kinds import MEASURES
 from mechdae.export import csv_text
 from mechdae.kinematics.prepared import prepare
-from mechdae.numerics.quadrature import GAUSS, KRONROD, PLACES, Chart, integrate
+from mechdae.numerics.quadrature import GAUSS, KRONROD, PLACES, Substitution, integrate
 from mechdae.tables import table
 from tests.reference.closed_forms import double_rocker_limits, four_bar, four_bar_double_rocker
 from tests.reference.jets import derivatives
@@ -536,7 +536,7 @@ def test_the_rules_of_the_quadrature() -> None:
             assert weights @ PLACES**power == pytest.approx(1 / (power + 1), rel=1e-14)
     value, error = integrate(
         lambda s: np.stack([1 / np.sqrt(1 - s), np.abs(s - 0.3)], axis=1),
-        [Chart(0, 0.5), Chart(0.5, 1, 1)],
+        [Substitution(0, 0.5), Substitution(0.5, 1, 1)],
         lambda found: found,
     )
     assert value == pytest.approx([2, (0.3**2 + 0.7**2) / 2], rel=1e-12)

@@ -16,7 +16,7 @@ from mechdae.numerics.levenberg import solve_all
 from mechdae.synthesis.fourbar.cognates import are_cognates, cognates, foci, grouped, variants
 from mechdae.synthesis.fourbar.dyads import (
     DyadRows,
-    Poses,
+    PlanePoses,
     dyads,
     inverse,
     paired,
@@ -481,7 +481,7 @@ def test_elimination_and_search_find_the_same_dyads() -> None:
     generator = np.random.default_rng(5)
     counts = []
     for _ in range(4):
-        poses = Poses(
+        poses = PlanePoses(
             generator.normal(size=5) + 1j * generator.normal(size=5),
             generator.uniform(-2, 2, 5),
         )
@@ -537,7 +537,7 @@ def test_a_planted_slider_is_found_among_four_poses() -> None:
     normal = np.exp(0.7j)
     w = 0.8 - 0.3j
     on_line = 0.6 * normal + 1j * normal * np.array([-1.0, 0.2, 0.9, 1.7])
-    poses = Poses(on_line - np.exp(1j * turns) * w, turns)
+    poses = PlanePoses(on_line - np.exp(1j * turns) * w, turns)
     found = [s for s in slides(poses) if not s.moving]
     assert len(found) == 1
     assert found[0].point == pytest.approx(w, abs=1e-12)

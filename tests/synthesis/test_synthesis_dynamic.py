@@ -12,7 +12,7 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.synthesis.outcome import Run
+from mechdae.synthesis.outcome import TaskRun
 from tests.shared.block import X0, C, M, block, course
 
 TURN = 2 * math.pi
@@ -135,15 +135,15 @@ def test_what_cannot_be_computed_is_no_value(monkeypatch: pytest.MonkeyPatch) ->
     }  # fmt: skip
     problem = rod(design=task)
     # where the task fails beyond a place, the search stays on the side where it does not
-    solved = Run.slopes
+    solved = TaskRun.slopes
 
-    def fails(self: Run, d: Any) -> Any:
+    def fails(self: TaskRun, d: Any) -> Any:
         if d[0] < 0.4:
             self._values[d.tobytes()] = {"summary/frequencies/0": math.nan}
             return {"summary/frequencies/0": np.array([math.nan])}
         return solved(self, d)
 
-    monkeypatch.setattr(Run, "slopes", fails)
+    monkeypatch.setattr(TaskRun, "slopes", fails)
     result = md.solve(problem, "design")
     assert result.data["designs"]
     for design in result.data["designs"]:
@@ -152,12 +152,12 @@ def test_what_cannot_be_computed_is_no_value(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_value_that_the_task_does_not_give_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = Run.values
+    right = TaskRun.values
 
-    def wrong(self: Run, d: Any) -> dict[str, float]:
+    def wrong(self: TaskRun, d: Any) -> dict[str, float]:
         return {path: 1.01 * value for path, value in right(self, d).items()}
 
-    monkeypatch.setattr(Run, "values", wrong)
+    monkeypatch.setattr(TaskRun, "values", wrong)
     task = {
         "kind": "synthesis", "driver": {"coordinate": "rod.angle"}, "starts": 1,
         "free": {"x": [0.05, 0.6]},

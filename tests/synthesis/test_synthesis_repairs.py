@@ -80,12 +80,12 @@ def built(monkeypatch):
 
     found = []
 
-    class Counted(nlp.Solver):
+    class Counted(nlp.NlpSolver):
         def __init__(self, *parts, **how):
             found.append(how["approximate"])
             super().__init__(*parts, **how)
 
-    monkeypatch.setattr(nlp, "Solver", Counted)
+    monkeypatch.setattr(nlp, "NlpSolver", Counted)
     return found
 
 

@@ -20,7 +20,7 @@ from mechdae.describe.loads import Load, TableLoad
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import Constraint
-from mechdae.describe.tasks.goals import Goal
+from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import NAME, Value
 
@@ -126,7 +126,11 @@ def _mechanism(mechanism: Mechanism) -> list[str]:
 
 def given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:
     """Return the kind and the fields that differ from their default, under their file keys."""
-    kind = {"kind": value.kind} if isinstance(value, Goal | Constraint | Task | Load) else {}
+    kind = (
+        {"kind": value.kind}
+        if isinstance(value, GoalDescription | Constraint | Task | Load)
+        else {}
+    )
     return kind | {
         entry.name.rstrip("_"): getattr(value, entry.name)
         for entry in fields(value)

@@ -190,7 +190,7 @@ class Box(Constraint):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ratio(Constraint):
+class RatioConstraint(Constraint):
     """The first of two parameters is at most ``max`` times the second."""
 
     of: tuple[str, ...] = key("names", doc="two parameters")
@@ -206,7 +206,7 @@ class Ratio(Constraint):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limit(Constraint):
+class LimitConstraint(Constraint):
     """A quantity of another task stays between bounds at all of its poses."""
 
     of: str = key("text", doc="TASK/PATH, a path below another task")
@@ -235,7 +235,8 @@ class Limit(Constraint):
 
 
 CONSTRAINTS: Mapping[str, type[Constraint]] = {
-    entry.kind: entry for entry in (FullTurn, TransmissionAngle, Box, Ratio, Limit)
+    entry.kind: entry
+    for entry in (FullTurn, TransmissionAngle, Box, RatioConstraint, LimitConstraint)
 }
 nest("turned", Nested("driver", {"": Turned}, "driver = { coordinate = ... }"))
 nest(

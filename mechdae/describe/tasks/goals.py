@@ -68,7 +68,7 @@ class Within:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Goal(Value):
+class GoalDescription(Value):
     """Base of the goals of a task; ``weight`` counts where there are several."""
 
     weight: Number = key("number", 1.0, unit="1")
@@ -87,7 +87,7 @@ class Goal(Value):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Visiting(Goal):
+class _Visiting(GoalDescription):
     timing: str | None = key(
         "text", None, choices=("free", "any"), doc="in order, the default, or in any order"
     )
@@ -143,7 +143,7 @@ class MotionGoal(_Visiting):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FunctionTargets(Goal):
+class FunctionTargets(GoalDescription):
     """An output coordinate is a function of the driver.
 
     Either ``function`` of x over ``range``, drawn on ``input_range`` and ``output_range``, or
@@ -223,7 +223,7 @@ class FunctionTargets(Goal):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rocker(Goal):
+class Rocker(GoalDescription):
     """A body swings, or a joint slides, to and fro between two ends; None: free."""
 
     body: str | None = key("text", None)
@@ -273,7 +273,7 @@ class Rocker(Goal):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StraightLine(Goal):
+class StraightLine(GoalDescription):
     """A point follows a straight line while the driver runs over an arc."""
 
     point: str = key("text", doc="body.point")
@@ -294,7 +294,7 @@ class StraightLine(Goal):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Extreme(Goal):
+class Extreme(GoalDescription):
     """A quantity of another task, a number or what becomes of its values over that task."""
 
     of: str = key("text", doc="TASK/PATH, a path below another task")
@@ -356,7 +356,7 @@ def known_point(mechanism: Mechanism, name: str, place: str) -> None:
 
 
 Asked = Visits | FunctionTargets | Rocker | StraightLine | Extreme
-GOALS: Mapping[str, type[Goal]] = {
+GOALS: Mapping[str, type[GoalDescription]] = {
     goal.kind: goal
     for goal in (
         PathGoal, MotionGoal, FunctionTargets, Rocker, StraightLine, Minimise, Maximise,

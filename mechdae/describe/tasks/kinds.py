@@ -10,7 +10,7 @@ from mechdae.describe.file.reading import Nested, nest, split_unit, to_si
 from mechdae.describe.loads import TimeTable
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import Constraint, Turned
-from mechdae.describe.tasks.goals import Goal
+from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 
@@ -237,8 +237,8 @@ class Synthesis(Task):
     """Dimensions that do what is asked for."""
 
     driver: Turned | None = key("turned", None)
-    goal: Goal | None = key("goal", None)
-    goals: tuple[Goal, ...] | None = key("goals", None)
+    goal: GoalDescription | None = key("goal", None)
+    goals: tuple[GoalDescription, ...] | None = key("goals", None)
     free: Table[Any] | None = key(
         "freedoms", None, doc="name -> [low, high], { ratios }, or { point, polygon or disc }"
     )

@@ -15,12 +15,12 @@ from mechdae.describe.tasks.constraints import (
     Choices,
     Constraint,
     FullTurn,
-    Limit,
-    Ratio,
+    LimitConstraint,
+    RatioConstraint,
     Region,
     TransmissionAngle,
 )
-from mechdae.describe.tasks.goals import Asked, Goal, Within, known
+from mechdae.describe.tasks.goals import Asked, GoalDescription, Within, known
 from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
 from mechdae.describe.values import evaluated
 from mechdae.errors import InputError, MechdaeError
@@ -70,14 +70,14 @@ class Demand:
         return self._of(Box)
 
     @property
-    def ratios(self) -> tuple[Ratio, ...]:
+    def ratios(self) -> tuple[RatioConstraint, ...]:
         """The ratios of parameters."""
-        return self._of(Ratio)
+        return self._of(RatioConstraint)
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[LimitConstraint, ...]:
         """The limits of quantities of other tasks."""
-        return self._of(Limit)
+        return self._of(LimitConstraint)
 
     def _of(self, kind: type[C]) -> tuple[C, ...]:
         return tuple(entry for entry in self.constraints if isinstance(entry, kind))
@@ -117,7 +117,7 @@ def demand(problem: Problem, task: Synthesis) -> Demand:
     )  # fmt: skip
 
 
-def listed_goals(task: Synthesis) -> list[tuple[Goal, str]]:
+def listed_goals(task: Synthesis) -> list[tuple[GoalDescription, str]]:
     """Return the goals of a task with their key paths."""
     if (task.goal is None) == (task.goals is None):
         raise InputError("give either 'goal' or 'goals'", where="goal")
@@ -126,7 +126,7 @@ def listed_goals(task: Synthesis) -> list[tuple[Goal, str]]:
     return [(goal, f"goals[{i}]") for i, goal in enumerate(task.goals or ())]
 
 
-def _goal(goal: Goal, within: Within, place: str) -> tuple[Asked, float]:
+def _goal(goal: GoalDescription, within: Within, place: str) -> tuple[Asked, float]:
     try:
         plain: Any = goal.evaluated(within.mechanism.parameter_values)
         asked = plain.asked(within)

@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedLocator, MaxNLocator
 from mechdae.draw import style
 from mechdae.draw.designs.found import class_name, objective_text, sense_of, title_of
 from mechdae.draw.diagram.diagram import fitted
-from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.sheet import font
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -31,7 +31,7 @@ REJECTED, LOST = "////", "xxxx"
 
 
 @dataclass(frozen=True)
-class Row:
+class Bar:
     """One bar: what it is ("design", "rejected", "further", "failed"), and what it says."""
 
     what: str
@@ -95,14 +95,14 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
         "failed": (style.GHOST, style.FAINT, LOST),
     }
     key += [Entry(words(word), area=own) for word, own in samples.items() if word in used]
-    frame = Frame(ax, 1, title_of(result), "  ·  ".join(facts), key, height=ROW * len(rows) + 10.0)
+    frame = Panels(ax, 1, title_of(result), "  ·  ".join(facts), key, height=ROW * len(rows) + 10.0)
     panel = frame.panels[0]
     _draw(frame, panel, rows, colours)
     frame.label(panel, words("hits"))
     return panel
 
 
-def rows_of(result: Any, words: Words) -> list[Row]:
+def rows_of(result: Any, words: Words) -> list[Bar]:
     """Return the rows of the census, best first; the hits of all add up to the starts."""
     summary, designs = result.summary, result.data["designs"]
 
@@ -114,7 +114,7 @@ def rows_of(result: Any, words: Words) -> list[Row]:
         return "  ·  ".join([words.number(value, 4), counted, *named, *more])
 
     rows = [
-        Row(
+        Bar(
             "rejected" if own.get("defects") else "design",
             str(k),
             own.get("class", "any"),
@@ -129,29 +129,29 @@ def rows_of(result: Any, words: Words) -> list[Row]:
     looked = len(designs) + len(summary["rejected"])
     # exact designs share the objective zero, which tells nothing about their starts
     exact = all(value == 0.0 for value, _, _ in clusters)
-    ranked: list[tuple[float, Row]] = []
+    ranked: list[tuple[float, Bar]] = []
     rest = list(clusters)
     for own in summary["rejected"]:
         value, kind, hits = _nearest(rest, own["objective"])
         hits = 1 if exact else hits
         first, *more = own["reasons"]
         text = said(value, hits, kind, f"{first}; …" if more else first)
-        ranked.append((value, Row("rejected", "\N{MULTIPLICATION SIGN}", kind, hits, text)))
+        ranked.append((value, Bar("rejected", "\N{MULTIPLICATION SIGN}", kind, hits, text)))
     for value, kind, hits in () if exact else clusters[looked:]:
         text = said(value, hits, kind, words("not reported"))
-        ranked.append((value, Row("further", "", kind, hits, text)))
+        ranked.append((value, Bar("further", "", kind, hits, text)))
     ranked.sort(key=lambda entry: entry[0] * sense_of(result))
     rows += [row for _, row in ranked]
     if len(rows) > MOST:
         left = rows[MOST - 1 :]
         hits = sum(row.hits for row in left)
-        rows = [*rows[: MOST - 1], Row("further", "…", "any", hits, words("more", len(left)))]
+        rows = [*rows[: MOST - 1], Bar("further", "…", "any", hits, words("more", len(left)))]
     lost: dict[str, int] = {}
     for run in summary["runs"]:
         if run["objective"] is None:
             lost[run["status"]] = lost.get(run["status"], 0) + 1
     rows += [
-        Row("failed", "\N{EM DASH}", "any", count, f"{count}:  {status_text(status, words)}")
+        Bar("failed", "\N{EM DASH}", "any", count, f"{count}:  {status_text(status, words)}")
         for status, count in sorted(lost.items(), key=lambda entry: -entry[1])
     ]
     return rows
@@ -189,7 +189,7 @@ def _nearest(clusters: list[tuple[float, str, int]], value: float) -> tuple[floa
     return value, kind, hits
 
 
-def _draw(frame: Frame, panel: Axes, rows: Sequence[Row], colours: Mapping[str, str]) -> None:
+def _draw(frame: Panels, panel: Axes, rows: Sequence[Bar], colours: Mapping[str, str]) -> None:
     k = frame.k
     most = max(row.hits for row in rows)
     panel.set_xlim(0.0, most / BARS)

@@ -13,14 +13,14 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
 from mechdae.draw.designs.convergence import MARKS
-from mechdae.draw.designs.found import Found, chosen, found_of, title_of
+from mechdae.draw.designs.found import DrawnDesign, chosen, found_of, title_of
 from mechdae.draw.designs.line import deviation
 from mechdae.draw.designs.output import errors_of, scale_of_errors, unit_text
 from mechdae.draw.designs.parts import divided
 from mechdae.draw.designs.paths import RING, draw_paths
 from mechdae.draw.designs.targets import Targets
 from mechdae.draw.diagram.scene import Array
-from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -70,7 +70,7 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     )
 
 
-def _key(designs: Sequence[Found], words: Words, points: bool = False) -> list[Entry]:
+def _key(designs: Sequence[DrawnDesign], words: Words, points: bool = False) -> list[Entry]:
     lines: list[dict[str, Any]] = [
         {"color": _color(k), "linestyle": "", "marker": MARKS[k % len(MARKS)], "markersize": 4.5}
         if points
@@ -83,19 +83,19 @@ def _key(designs: Sequence[Found], words: Words, points: bool = False) -> list[E
     ]
 
 
-def _head(designs: Sequence[Found], what: str, words: Words) -> tuple[str, str]:
+def _head(designs: Sequence[DrawnDesign], what: str, words: Words) -> tuple[str, str]:
     count = len(designs)
     facts = [words("compared one") if count == 1 else words("compared", count), what]
     return title_of(designs[0].result), "  ·  ".join(facts)
 
 
-def _paths(designs: Sequence[Found], goal: Visits, ax: Axes | None, words: Words) -> Axes:
+def _paths(designs: Sequence[DrawnDesign], goal: Visits, ax: Axes | None, words: Words) -> Axes:
     """Draw the paths of a point, or of a body's origin, over the targets; below, the errors."""
     wanted = np.array(goal.targets)[:, :2]
     paths = [own.path(goal.what) for own in designs]
     key = [*_key(designs, words), Entry(words("target"), line=RING)]
     title, subtitle = _head(designs, words("path of", goal.what), words)
-    frame = Frame(ax, 1, title, subtitle, key, height=HEIGHT + BELOW)
+    frame = Panels(ax, 1, title, subtitle, key, height=HEIGHT + BELOW)
     panel = frame.panels[0]
     _at_targets(designs, divided(panel, SHARE), words)
     looks = [{"color": _color(k), "linestyle": _dash(k)} for k in range(len(paths))]
@@ -103,9 +103,9 @@ def _paths(designs: Sequence[Found], goal: Visits, ax: Axes | None, words: Words
     return panel
 
 
-def _at_targets(designs: Sequence[Found], ax: Axes, words: Words) -> None:
+def _at_targets(designs: Sequence[DrawnDesign], ax: Axes, words: Words) -> None:
     """Draw the error of each design at each target."""
-    frame = Frame(ax, 1, "", "")
+    frame = Panels(ax, 1, "", "")
     panel, k = frame.panels[0], frame.k
     errors = [np.abs(np.array(own.data["errors"], float)) for own in designs]
     small, power = scale_of_errors("m", np.concatenate(errors))
@@ -127,7 +127,10 @@ def _at_targets(designs: Sequence[Found], ax: Axes, words: Words) -> None:
 
 
 def _errors(
-    designs: Sequence[Found], goal: FunctionTargets | StraightLine, ax: Axes | None, words: Words
+    designs: Sequence[DrawnDesign],
+    goal: FunctionTargets | StraightLine,
+    ax: Axes | None,
+    words: Words,
 ) -> Axes:
     """Draw the structural errors, or the deviations from the line, over the interval."""
     mechanism = designs[0].problem.mechanism
@@ -148,7 +151,7 @@ def _errors(
     points = isinstance(goal, FunctionTargets) and bool(goal.targets)
     word = words("deviation" if isinstance(goal, StraightLine) else "error")
     title, subtitle = _head(designs, word, words)
-    frame = Frame(ax, 1, title, subtitle, _key(designs, words, points), height=HEIGHT * 0.8)
+    frame = Panels(ax, 1, title, subtitle, _key(designs, words, points), height=HEIGHT * 0.8)
     panel, k = frame.panels[0], frame.k
     small, power = scale_of_errors(unit, np.concatenate([errors for _, errors in curves]))
     across = scale_of(below, [own for own, _ in curves])
@@ -170,11 +173,11 @@ def _errors(
     return panel
 
 
-def _angles(designs: Sequence[Found], goal: Rocker, ax: Axes | None, words: Words) -> Axes:
+def _angles(designs: Sequence[DrawnDesign], goal: Rocker, ax: Axes | None, words: Words) -> Axes:
     """Draw what a rocker turns or slides from its first extreme, over the driver from there."""
     driver = designs[0].asked.driver
     title, subtitle = _head(designs, goal.coordinate, words)
-    frame = Frame(ax, 1, title, subtitle, _key(designs, words), height=HEIGHT * 0.8)
+    frame = Panels(ax, 1, title, subtitle, _key(designs, words), height=HEIGHT * 0.8)
     panel, k = frame.panels[0], frame.k
     across = scale_of(coordinate(designs[0].problem.mechanism, driver).unit)
     up = scale_of(coordinate(designs[0].problem.mechanism, goal.coordinate).unit)

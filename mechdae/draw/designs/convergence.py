@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from mechdae.draw import style
 from mechdae.draw.designs.found import class_name, objective_text, sense_of, title_of
-from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
@@ -72,7 +72,7 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     if not there.all():
         key.append(Entry(words("not met", int((~there).sum())), line=cross))
     facts = [words("starts", len(runs)), words("met", int(there.sum()))]
-    frame = Frame(ax, 1, title_of(result), "  ·  ".join(facts), key, height=HEIGHT)
+    frame = Panels(ax, 1, title_of(result), "  ·  ".join(facts), key, height=HEIGHT)
     panel, k = frame.panels[0], frame.k
     panel.set_xlim(0.3, len(runs) + 0.7)
     panel.xaxis.set_major_locator(MaxNLocator(integer=True))

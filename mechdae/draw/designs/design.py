@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
 from mechdae.draw.designs import line, output
-from mechdae.draw.designs.found import TURN, Found, chosen, found_of
+from mechdae.draw.designs.found import TURN, DrawnDesign, chosen, found_of
 from mechdae.draw.designs.parts import above_and_below
 from mechdae.draw.designs.paths import draw_paths
 from mechdae.draw.designs.targets import (
@@ -24,7 +24,7 @@ from mechdae.draw.designs.targets import (
 from mechdae.draw.diagram.diagram import View, draw_pose, extent
 from mechdae.draw.diagram.scene import Array, Scene, read_scene
 from mechdae.draw.figure import new_axes
-from mechdae.draw.graphs.frame import Frame
+from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -90,7 +90,7 @@ def draw(
     return axes
 
 
-def _visits(found: Found, goal: Visits, ax: Axes | None, labels: bool, words: Words) -> Axes:
+def _visits(found: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, words: Words) -> Axes:
     """Draw the diagram at the first target, with all targets; small ones once more below."""
     scene = read_scene(found.motion)
     path = found.path(goal.what)
@@ -113,7 +113,7 @@ def _visits(found: Found, goal: Visits, ax: Axes | None, labels: bool, words: Wo
         if lower is None:
             return draw_targets(sheet, targets, words)
         draw_dots(sheet, targets)
-        frame = Frame(lower, 1, "", "")
+        frame = Panels(lower, 1, "", "")
         look = {"color": style.WHEEL}
         factor = draw_paths(
             frame, frame.panels[0], [path], [look], targets, style.ARROW, errors=True
@@ -144,7 +144,7 @@ def _share(targets: Array, spans: Array) -> float:
     return size * float((room / np.maximum(spans, 1e-300)).min())
 
 
-def _swinging(found: Found, axes: Axes, labels: bool, words: Words) -> None:
+def _swinging(found: DrawnDesign, axes: Axes, labels: bool, words: Words) -> None:
     """Draw the diagram between the extreme positions of a link, and those faintly."""
     scene = read_scene(found.motion)
     facts = [found.name(words), *found.facts(words)]
@@ -186,7 +186,9 @@ def _swinging(found: Found, axes: Axes, labels: bool, words: Words) -> None:
     draw_pose(axes, scene, found.motion, (low + high) // 2, view, style.LIGHT, words)
 
 
-def _end_of(found: Found, scene: Scene, body: str | None) -> tuple[str, str, Array, bool] | None:
+def _end_of(
+    found: DrawnDesign, scene: Scene, body: str | None
+) -> tuple[str, str, Array, bool] | None:
     """Return the link whose extremes are drawn, its point on the ground, its motion, if it turns.
 
     It is the one named, else the last one on the ground that swings or slides to and fro.

@@ -15,7 +15,7 @@ from mechdae.describe.tasks.goals import (
     Asked,
     Extreme,
     FunctionTargets,
-    Goal,
+    GoalDescription,
     Maximise,
     Rocker,
     StraightLine,
@@ -40,7 +40,7 @@ def sense_of(result: Any) -> int:
     return -1 if len(counted) == 1 and isinstance(counted[0], Maximise) else 1
 
 
-def _counted(result: Any) -> list[Goal]:
+def _counted(result: Any) -> list[GoalDescription]:
     """Return the goals that the objective is of: those that are not met exactly."""
     goals = [goal for goal, _ in listed_goals(result.definition)]
     return [g for g in goals if not isinstance(g, Rocker) and getattr(g, "measure", "") != "exact"]
@@ -76,7 +76,7 @@ def chosen(result: Any, design: int | None) -> list[int]:
 
 
 @dataclass(frozen=True)
-class Found:
+class DrawnDesign:
     """A design of a synthesis.
 
     Attributes
@@ -186,10 +186,10 @@ class Found:
         return parts
 
 
-def found_of(result: Any, index: int) -> Found:
+def found_of(result: Any, index: int) -> DrawnDesign:
     """Return a design of a result."""
     designs = result.data["designs"]
-    return Found(result, index, len(designs), designs[index])
+    return DrawnDesign(result, index, len(designs), designs[index])
 
 
 def class_name(name: str, words: Words) -> str:

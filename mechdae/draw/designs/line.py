@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 
 from mechdae.describe.tasks.goals import StraightLine
 from mechdae.draw import style
-from mechdae.draw.designs.found import Found
+from mechdae.draw.designs.found import DrawnDesign
 from mechdae.draw.designs.output import scale_of_errors, unit_text, worst_text
 from mechdae.draw.designs.parts import above_and_below
 from mechdae.draw.designs.targets import draw_path
 from mechdae.draw.diagram.diagram import View, draw_pose, extent
 from mechdae.draw.diagram.scene import Array, read_scene
-from mechdae.draw.graphs.frame import Frame
+from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.sheet import Sheet, unit
 from mechdae.draw.words import Words
@@ -24,7 +24,9 @@ SHARE = 0.3
 """Share of given axes that the deviation takes."""
 
 
-def draw(found: Found, goal: StraightLine, ax: Axes | None, labels: bool, words: Words) -> Axes:
+def draw(
+    found: DrawnDesign, goal: StraightLine, ax: Axes | None, labels: bool, words: Words
+) -> Axes:
     """Draw the diagram at the beginning of the line, and the deviation along it."""
     upper, lower = above_and_below(ax, BELOW, SHARE)
     along, errors, places = deviation(found, goal)
@@ -62,7 +64,7 @@ def draw(found: Found, goal: StraightLine, ax: Axes | None, labels: bool, words:
         overlay=overlay,
     )
     draw_pose(upper, scene, found.motion, 0, view, style.LIGHT, words)
-    frame = Frame(lower, 1, "", "")
+    frame = Panels(lower, 1, "", "")
     panel, k = frame.panels[0], frame.k
     across = scale_of("m", [along])
     panel.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
@@ -75,7 +77,7 @@ def draw(found: Found, goal: StraightLine, ax: Axes | None, labels: bool, words:
     return upper
 
 
-def deviation(found: Found, goal: StraightLine) -> tuple[Array, Array, Array]:
+def deviation(found: DrawnDesign, goal: StraightLine) -> tuple[Array, Array, Array]:
     """Return way along the line, deviation from it, and the places of the point."""
     places = found.places(found.moves.between, goal.point)
     errors = np.array(found.data["errors"], float)

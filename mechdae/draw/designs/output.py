@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.draw import style
-from mechdae.draw.designs.found import TURN, Found, title_of
+from mechdae.draw.designs.found import TURN, DrawnDesign, title_of
 from mechdae.draw.diagram.scene import Array
-from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of
 from mechdae.draw.words import Words
 
@@ -20,7 +20,7 @@ TINY = 0.1
 """Values smaller than this are shown as multiples of a power of ten."""
 
 
-def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> Axes:
+def draw(found: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Words) -> Axes:
     """Draw the output of a design over its interval; of points, over the whole sweep."""
     mechanism = found.problem.mechanism
     inputs, outputs = (coordinate(mechanism, text) for text in (found.asked.driver, goal.output))
@@ -46,7 +46,7 @@ def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> 
     else:
         asked = {"color": style.ARROW, "linewidth": 1.4, "linestyle": style.DASHES[3]}
     key = [Entry(words("of the design"), line=solid), Entry(words("wanted"), line=asked)]
-    frame = Frame(ax, 2, title_of(found.result), "  ·  ".join(facts), key)
+    frame = Panels(ax, 2, title_of(found.result), "  ·  ".join(facts), key)
     k = frame.k
     upper, lower = frame.panels
     upper.plot(across(x), up(y), color=style.SERIES[0], linewidth=1.6 * k, gid="output")
@@ -69,7 +69,7 @@ def draw(found: Found, goal: FunctionTargets, ax: Axes | None, words: Words) -> 
     return upper
 
 
-def errors_of(found: Found, goal: FunctionTargets) -> tuple[Array, Array]:
+def errors_of(found: DrawnDesign, goal: FunctionTargets) -> tuple[Array, Array]:
     """Return driver values and errors there."""
     errors = np.array(found.data["errors"], float)
     if not goal.targets:
@@ -103,7 +103,7 @@ def unit_text(scale: Scale, power: int) -> str:
 
 
 def _wanted(
-    found: Found, goal: FunctionTargets, x: Array, y: Array, errors: Array
+    found: DrawnDesign, goal: FunctionTargets, x: Array, y: Array, errors: Array
 ) -> tuple[Array, Array]:
     """Return inputs within the sweep and the outputs that are wanted there."""
     at = np.array(found.data["at"], float)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from mechdae.draw import style
 from mechdae.draw.designs.targets import Targets, enlargement
 from mechdae.draw.diagram.scene import Array
-from mechdae.draw.graphs.frame import Frame
+from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.scale import scale_of
 
@@ -34,7 +34,7 @@ RING: dict[str, Any] = {
 
 
 def draw_paths(
-    frame: Frame,
+    frame: Panels,
     panel: Axes,
     paths: Sequence[Array],
     looks: Sequence[dict[str, Any]],

@@ -9,7 +9,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, Scene
-from mechdae.draw.diagram.shapes import Gap, edges, pieces, shape_of
+from mechdae.draw.diagram.shapes import HiddenStretch, edges, pieces, shape_of
 from mechdae.draw.sheet import Sheet, normal, unit
 
 REACH = 2.5
@@ -29,20 +29,20 @@ def travel(scene: Scene, joint: Joint, pose: int, size: float) -> tuple[float, f
     return float(near.min()), float(near.max())
 
 
-def gaps_of(sheet: Sheet, scene: Scene, pose: int, size: float) -> dict[str, list[Gap]]:
+def gaps_of(sheet: Sheet, scene: Scene, pose: int, size: float) -> dict[str, list[HiddenStretch]]:
     """Return for each body the stretches of its bars hidden by blocks and slots."""
-    result: dict[str, list[Gap]] = {}
+    result: dict[str, list[HiddenStretch]] = {}
     for joint in scene.joints(pose):
         if joint.name in scene.cylinders:
             continue
         if joint.guide:
             center = sheet.at(scene.place(joint.second, pose))
             reach = style.BLOCK[0] * axis_of(scene, joint, pose)
-            gap = Gap(center - reach, center + reach)
+            gap = HiddenStretch(center - reach, center + reach)
         elif joint.slot:
             start, end = _slot_ends(sheet, scene, joint, pose, size)
             reach = style.SLOT * unit(end - start)
-            gap = Gap(start - reach, end + reach)
+            gap = HiddenStretch(start - reach, end + reach)
         else:
             continue
         result.setdefault(joint.first_body, []).append(gap)
@@ -103,7 +103,7 @@ def _draw_prismatic(
     joint: Joint,
     pose: int,
     size: float,
-    gaps: dict[str, list[Gap]],
+    gaps: dict[str, list[HiddenStretch]],
     colors: dict[str, str],
 ) -> list[tuple[Array, Array]]:
     center = sheet.at(scene.place(joint.second, pose))
@@ -185,7 +185,7 @@ def _draw_corner(sheet: Sheet, scene: Scene, joint: Joint, pose: int, center: Ar
             symbols.corner(sheet, origin, (toward, arm), f"joint-{joint.name}-corner")
 
 
-def _covered(sheet: Sheet, scene: Scene, body: str, pose: int) -> list[Gap]:
+def _covered(sheet: Sheet, scene: Scene, body: str, pose: int) -> list[HiddenStretch]:
     """Return the stretch of a moving guide that the body's own bar draws."""
     shape = shape_of(scene, body)
     if shape.kind != "bar":
@@ -194,7 +194,7 @@ def _covered(sheet: Sheet, scene: Scene, body: str, pose: int) -> list[Gap]:
         sheet.at(scene.place(f"{body}.{point}", pose))
         for point in (shape.points[0], shape.points[-1])
     )
-    return [Gap(a, b)]
+    return [HiddenStretch(a, b)]
 
 
 def guide_side(axis: Array, center: Array, middle: Array) -> Array:

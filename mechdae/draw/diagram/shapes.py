@@ -18,7 +18,7 @@ FLAT = 0.02
 
 
 @dataclass(frozen=True)
-class Shape:
+class LinkShape:
     """How a link is drawn.
 
     Parameters
@@ -37,7 +37,7 @@ class Shape:
 
 
 @dataclass(frozen=True)
-class Gap:
+class HiddenStretch:
     """A stretch of a bar that is hidden by a block or a slot, in units of the sheet."""
 
     start: Array
@@ -47,7 +47,7 @@ class Gap:
 Piece = tuple[Array, Array]
 
 
-def shape_of(scene: Scene, name: str) -> Shape:
+def shape_of(scene: Scene, name: str) -> LinkShape:
     """Return the shape of a body from its points; points on one place count once."""
     body = scene.mechanism.body(name)
     local = {point: scene.local(f"{name}.{point}") for point in body.points}
@@ -57,20 +57,20 @@ def shape_of(scene: Scene, name: str) -> Shape:
             distinct.append(point)
     if isinstance(body, Body) and body.outline is not None and len(body.outline) > 2:
         inner = tuple(point for point in distinct if point not in body.outline)
-        return Shape("polygon", tuple(body.outline), inner)
+        return LinkShape("polygon", tuple(body.outline), inner)
     if len(distinct) < 2:
-        return Shape("point", tuple(distinct))
+        return LinkShape("point", tuple(distinct))
     if len(distinct) == 2:
-        return Shape("bar", tuple(distinct))
+        return LinkShape("bar", tuple(distinct))
     places = np.array([local[point] for point in distinct])
     centered = places - places.mean(axis=0)
     _, spread, axes = np.linalg.svd(centered, full_matrices=True)
     if spread[1] <= FLAT * spread[0]:
         order = np.argsort(centered @ axes[0], kind="stable")
-        return Shape("bar", tuple(distinct[i] for i in order))
+        return LinkShape("bar", tuple(distinct[i] for i in order))
     corners = hull(places)
     inner = tuple(point for i, point in enumerate(distinct) if i not in corners)
-    return Shape("polygon", tuple(distinct[i] for i in corners), inner)
+    return LinkShape("polygon", tuple(distinct[i] for i in corners), inner)
 
 
 def hull(points: Array) -> list[int]:
@@ -93,7 +93,7 @@ def _turn(points: Array, i: int, j: int, k: int) -> float:
     return float(a[0] * b[1] - a[1] * b[0])
 
 
-def pieces(start: Array, end: Array, gaps: Iterable[Gap]) -> list[Piece]:
+def pieces(start: Array, end: Array, gaps: Iterable[HiddenStretch]) -> list[Piece]:
     """Return what is left of a bar outside the gaps that lie on it."""
     along, length = unit(end - start), float(np.hypot(*(end - start)))
     spans: list[tuple[float, float]] = [(0.0, length)]
@@ -112,7 +112,7 @@ def pieces(start: Array, end: Array, gaps: Iterable[Gap]) -> list[Piece]:
     return [(start + a * along, start + b * along) for a, b in spans]
 
 
-def edges(shape: Shape) -> list[tuple[str, str]]:
+def edges(shape: LinkShape) -> list[tuple[str, str]]:
     """Return the pairs of points that a shape connects by lines."""
     if shape.kind == "polygon":
         return list(zip(shape.points, (*shape.points[1:], shape.points[0]), strict=True))
@@ -126,7 +126,7 @@ def draw_body(
     scene: Scene,
     name: str,
     pose: int,
-    gaps: Iterable[Gap],
+    gaps: Iterable[HiddenStretch],
     color: str,
     z: float = style.Z_BAR,
     dashed: bool = False,

@@ -21,7 +21,7 @@ from mechdae.draw.graphs.abscissa import (
     key_of,
 )
 from mechdae.draw.graphs.beyond import DASH, beyond_key
-from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
@@ -117,7 +117,7 @@ def draw_all(
     if several:
         key = [Entry(name, line=_line_of(k)) for k, name in enumerate(names)] + key
     ends = [_end(line, group, names) for group in groups for line in group]
-    frame = Frame(
+    frame = Panels(
         ax,
         len(groups),
         str(results[0].title or results[0].problem),
@@ -206,7 +206,7 @@ def _cuts(axis: Abscissa, line: Line) -> list[int]:
 
 
 def _draw_panel(
-    frame: Frame,
+    frame: Panels,
     panel: Axes,
     group: list[Line],
     axes: Sequence[Abscissa],
@@ -323,7 +323,7 @@ def _last(values: Array, panel: Axes) -> float:
 
 
 def _mark(
-    frame: Frame,
+    frame: Panels,
     panel: Axes,
     places: Places,
     line: Line,

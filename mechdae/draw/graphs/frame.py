@@ -38,7 +38,7 @@ class Entry:
     line: dict[str, Any] = field(default_factory=dict)
 
 
-class Frame:
+class Panels:
     """Panels in a new figure, or in the place of given axes, with what stands around them.
 
     Parameters

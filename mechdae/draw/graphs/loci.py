@@ -13,7 +13,7 @@ from matplotlib.patches import Polygon
 from mechdae.draw import style
 from mechdae.draw.graphs.abscissa import Abscissa
 from mechdae.draw.graphs.beyond import beyond_key
-from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, with_gaps
 from mechdae.draw.graphs.scale import Scale, number
@@ -63,7 +63,7 @@ def draw_loci(
     pivots: Sequence[tuple[str, Any]] = (),
     origin: bool = False,
     peaks: bool = False,
-) -> Frame:
+) -> Panels:
     """Draw curves with equal axes, ticks, arrows and fixed pivots, `peaks` with their size."""
     chosen = ticks_of(result, axis) if ticks else None
     key = [
@@ -77,7 +77,7 @@ def draw_loci(
         key.append(Entry(chosen.step, line={"upright": True, "color": style.INK, "linewidth": 1.0}))
     clips = [_clips(axis, locus) for locus in loci]
     key += beyond_key(axis, [clip for pair in clips for clip in pair])
-    frame = Frame(ax, 1, title, subtitle, key, height=HEIGHT)
+    frame = Panels(ax, 1, title, subtitle, key, height=HEIGHT)
     panel = frame.panels[0]
     point = _limits(frame, panel, loci, clips, scale, pivots, origin)
     frame.label(panel, *words)
@@ -175,7 +175,7 @@ def _within(locus: Locus, clips: tuple[Clip | None, Clip | None]) -> Array:
 
 
 def _limits(
-    frame: Frame,
+    frame: Panels,
     panel: Axes,
     loci: Sequence[Locus],
     clips: Sequence[tuple[Clip | None, Clip | None]],
@@ -205,7 +205,7 @@ def _limits(
 
 
 def _draw(
-    frame: Frame, panel: Axes, locus: Locus, scale: Scale, k: int, point: float, few: bool
+    frame: Panels, panel: Axes, locus: Locus, scale: Scale, k: int, point: float, few: bool
 ) -> None:
     values = scale(locus.values)
     _, drawn = with_gaps(values[:, 0], values, cuts(values))
@@ -260,7 +260,7 @@ def _arrows(values: Array, point: float) -> list[tuple[Array, Array]]:
 
 
 def _ticks(
-    frame: Frame,
+    frame: Panels,
     panel: Axes,
     places: Places,
     locus: Locus,
@@ -301,7 +301,7 @@ def _ticks(
 
 
 def _peak(
-    frame: Frame,
+    frame: Panels,
     panel: Axes,
     places: Places,
     locus: Locus,
@@ -345,7 +345,7 @@ def _across(values: Array, pose: int) -> Array | None:
     return np.array([-step[1], step[0]]) / size
 
 
-def _pivot(frame: Frame, panel: Axes, places: Places, name: str, place: Any, point: float) -> None:
+def _pivot(frame: Panels, panel: Axes, places: Places, name: str, place: Any, point: float) -> None:
     """Draw a fixed pivot as a small triangle with its letter."""
     width, height = 4.5 * frame.k * point, 7.5 * frame.k * point
     corners = np.asarray(place) + np.array([[0.0, 0.0], [width, -height], [-width, -height]])

@@ -12,7 +12,7 @@ from mechdae.draw import style
 from mechdae.draw.graphs import polar as polar_diagram
 from mechdae.draw.graphs.abscissa import abscissa_of, arcs_of, draw_axis, events_of, key_of
 from mechdae.draw.graphs.curves import axis_label, subtitle_of
-from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.errors import InputError
 
@@ -83,7 +83,7 @@ def draw(
         line = {"color": style.INK, "linewidth": 1.3, "linestyle": style.DASHED}
         key = [Entry("all, without feedback of friction on reactions", line=line), *key]
     labels = [_label(result, name) for name, _ in layers]
-    frame = Frame(ax, 1, str(result.title or result.problem), subtitle_of(result), key, labels)
+    frame = Panels(ax, 1, str(result.title or result.problem), subtitle_of(result), key, labels)
     panel, x = frame.panels[0], axis.shown
     order = np.argsort(x, kind="stable")
     base = np.zeros(len(x))

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from mechdae.draw import style
 from mechdae.draw.graphs.curves import subtitle_of
-from mechdae.draw.graphs.frame import Entry, Frame
+from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.draw.sheet import font
@@ -183,7 +183,9 @@ def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
     bad = _bad(first.status)
     key = [Entry(word, area=style.ARCS[word]) for word in bad]
     labels = [plane.label for plane in planes] if len(planes) > 1 else []
-    frame = Frame(ax, 1, str(result.title or result.problem), _subtitle(result, first), key, labels)
+    frame = Panels(
+        ax, 1, str(result.title or result.problem), _subtitle(result, first), key, labels
+    )
     panel = frame.panels[0]
     panel.set_xlim(float(x.min()), float(x.max()))
     for word in bad:
@@ -232,7 +234,7 @@ def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
     key = [Entry(lost.get(word, word), area=style.ARCS[word]) for word in bad]
     if locked:
         key.append(Entry(LOCK_TEXT, area=style.ARCS[LOCKED]))
-    frame = Frame(
+    frame = Panels(
         ax,
         1,
         str(result.title or result.problem),
@@ -369,7 +371,7 @@ def _hatch(panel: Axes, x: Array, y: Array, there: Any, grid: Any, word: str) ->
 
 
 def _contours(
-    frame: Frame,
+    frame: Panels,
     panel: Axes,
     xs: Array,
     ys: Array,
@@ -403,7 +405,7 @@ def _contours(
         text.set_zorder(4)
 
 
-def _lock(frame: Frame, panel: Axes, xs: Array, ys: Array, table: Array) -> None:
+def _lock(frame: Panels, panel: Axes, xs: Array, ys: Array, table: Array) -> None:
     """Hatch where an efficiency is below zero."""
     edge = style.ARCS[LOCKED][1]
     masked = np.ma.masked_invalid(table)
@@ -418,7 +420,7 @@ def _lock(frame: Frame, panel: Axes, xs: Array, ys: Array, table: Array) -> None
     )
 
 
-def _bar(frame: Frame, levels: Array, colors: Any) -> None:
+def _bar(frame: Panels, levels: Array, colors: Any) -> None:
     """Draw the scale of values to the right of the panel."""
     k = frame.k
     x0, y0, width, height = frame.box
@@ -455,7 +457,7 @@ def _widened(values: Array) -> tuple[float, float]:
     return float(values.min()) - room, float(values.max()) + room
 
 
-def _equal(frame: Frame, panel: Axes, x: Array, y: Array, tight: bool) -> None:
+def _equal(frame: Panels, panel: Axes, x: Array, y: Array, tight: bool) -> None:
     """Give both coordinates of a place one scale."""
     low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
     if not tight:

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
-from mechdae.draw.graphs.frame import Frame
+from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.series import Array
 from mechdae.draw.sheet import font, ink
 
@@ -20,7 +20,7 @@ class Places:
     The limits of the panel are to be final.
     """
 
-    def __init__(self, frame: Frame, panel: Axes) -> None:
+    def __init__(self, frame: Panels, panel: Axes) -> None:
         self.frame, self.panel = frame, panel
         extent = panel.get_window_extent()
         self.corner = np.array([extent.x0, extent.y0])

@@ -27,7 +27,7 @@ from mechdae.draw.sheet import normal
 ZERO = np.zeros(2)
 
 
-class Balance:
+class BodyForces:
     """The forces on the bodies in one pose of a result of kind reactions."""
 
     def __init__(self, result: Any, scene: Scene, pose: int) -> None:
@@ -200,13 +200,13 @@ def loaded_bodies(mechanism: Mechanism) -> tuple[set[str], set[str]]:
 
 def force_plans(result: Any, scene: Scene, pose: int) -> list[Plan]:
     """Return the force polygon of each group in one pose, the last group first."""
-    balance = Balance(result, scene, pose)
+    balance = BodyForces(result, scene, pose)
     groups = groups_of(result, scene)
     plans = [_polygon(balance, k, name, bodies) for k, (name, bodies) in enumerate(groups)]
     return plans[::-1]
 
 
-def _polygon(balance: Balance, index: int, group: str, bodies: tuple[str, ...]) -> Plan:
+def _polygon(balance: BodyForces, index: int, group: str, bodies: tuple[str, ...]) -> Plan:
     word, title = f"force-{index}", f"Forces on {group}" if group else "Forces"
     ordered = sorted(bodies, key=lambda body: body not in balance.loaded)
     rows = [(body, *part) for body in ordered for part in balance.parts(body, bodies)]
@@ -230,7 +230,7 @@ def _polygon(balance: Balance, index: int, group: str, bodies: tuple[str, ...]) 
 
 
 def _inner(
-    balance: Balance, word: str, bodies: tuple[str, ...], corners: dict[str, Array], size: float
+    balance: BodyForces, word: str, bodies: tuple[str, ...], corners: dict[str, Array], size: float
 ) -> Iterator[Arrow]:
     """Yield the inner reaction of a dyad: it closes the forces of either link."""
     joints = balance.scene.mechanism.joints.values()

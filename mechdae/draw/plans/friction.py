@@ -18,7 +18,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, Scene
 from mechdae.draw.plans.board import caption, draw_arrow, heading, scale_text, smallest, write
-from mechdae.draw.plans.forces import Balance
+from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.motion import written_letter
 from mechdae.draw.plans.vectors import Arrow, round_up
 from mechdae.draw.sheet import Sheet, arc, normal, unit
@@ -61,7 +61,7 @@ class Pin:
 
 def pins_of(result: Any, scene: Scene, pose: int) -> list[Pin]:
     """Return the pins with friction whose reaction is known in that pose and not zero."""
-    balance, found = Balance(result, scene, pose), []
+    balance, found = BodyForces(result, scene, pose), []
     plain = getattr(result.definition, "friction_radius", "") == "article"
     for joint in scene.mechanism.joints.values():
         f = scene.numbers.get(f"{joint.name}.friction", 0.0)

@@ -26,7 +26,7 @@ from mechdae.draw.plans.board import (
     smallest,
     write,
 )
-from mechdae.draw.plans.forces import Balance
+from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.motion import motion_plan
 from mechdae.draw.plans.vectors import CLOSED, Arrow, End, Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink, normal
@@ -95,7 +95,7 @@ def lever(result: Any, scene: Scene, pose: int) -> Lever:
     )
     sides = tuple((turned(a), turned(b)) for a, b in plan.sides)
     whole = Plan("lever", "Zhukovsky's lever", "v", "m/s", arrows, ends, sides, gap=plan.gap)
-    balance = Balance(result, scene, pose)
+    balance = BodyForces(result, scene, pose)
     wheels = [j.name for j in scene.mechanism.joints.values() if j.meshes]
     if wheels:
         raise UnavailableError(
@@ -109,7 +109,7 @@ def lever(result: Any, scene: Scene, pose: int) -> Lever:
     return Lever(whole, tuple(forces), lost)
 
 
-def _on(balance: Balance, body: str) -> Iterator[Applied]:
+def _on(balance: BodyForces, body: str) -> Iterator[Applied]:
     """Yield what acts on a body from outside the mechanism, and of inertia, on the lever."""
     if not balance.rates.has(body, "acceleration"):
         return
@@ -138,7 +138,7 @@ def _on(balance: Balance, body: str) -> Iterator[Applied]:
             yield from _couple(balance, body, "load", "torque", moment, "P")
 
 
-def _acting(balance: Balance, body: str, force: Array, moment: float) -> Array:
+def _acting(balance: BodyForces, body: str, force: Array, moment: float) -> Array:
     """Return the point of a body nearest to its origin that its load acts through."""
     origin = np.array(balance.scene.origins[body][balance.pose])
     size = float(force @ force)
@@ -149,7 +149,7 @@ def _acting(balance: Balance, body: str, force: Array, moment: float) -> Array:
 
 
 def _couple(
-    balance: Balance, body: str, kind: str, word: str, moment: float, letter: str
+    balance: BodyForces, body: str, kind: str, word: str, moment: float, letter: str
 ) -> Iterator[Applied]:
     """Yield two forces at the images of two points of a body that stand for a couple."""
     spin = balance.rates.spins[body][0]

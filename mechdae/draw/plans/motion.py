@@ -43,7 +43,7 @@ class Spot:
 
 
 @dataclass
-class Chain:
+class StepsBetween:
     """The steps from one end to another."""
 
     steps: list[Arrow] = field(default_factory=list)
@@ -165,7 +165,7 @@ class _Builder:
                 small.insert(0, rf"{self.pole}_{self.symbol}" if self.pole in taken else self.pole)
             yield End(gid, r",\,".join(small), place)
 
-    def _inner(self, chain: Chain) -> Iterator[End]:
+    def _inner(self, chain: StepsBetween) -> Iterator[End]:
         """Yield the letters n and k at the ends of normal and Coriolis steps."""
         steps = [step for step in chain.steps if step.length > STILL * self.size]
         for step in steps[:-1]:
@@ -175,7 +175,7 @@ class _Builder:
 
     # -- chains ----------------------------------------------------------------------------
 
-    def _chains(self, body: str, group: tuple[str, ...]) -> Iterator[Chain]:
+    def _chains(self, body: str, group: tuple[str, ...]) -> Iterator[StepsBetween]:
         """Yield the chains of one body: to where it meets its group, and along its sliders."""
         own = [spot for spot in self.spots if spot.body == body]
         if not own:
@@ -222,7 +222,7 @@ class _Builder:
                 return set(place.bodies) - {spot.body}
         return set()
 
-    def _turned(self, base: Spot, spot: Spot) -> Chain:
+    def _turned(self, base: Spot, spot: Spot) -> StepsBetween:
         """Return the chain from one point of a body to another."""
         arm = spot.position - base.position
         names = f"{spot.letter} {base.letter}"
@@ -237,7 +237,7 @@ class _Builder:
             ]
         return self._chain(base, spot, parts, names, gid)
 
-    def _slid(self, under: Spot) -> Chain:
+    def _slid(self, under: Spot) -> StepsBetween:
         """Return the chain between a slider's point and the guide's point under it."""
         joint = self._joint(under)
         second = Spot(
@@ -287,8 +287,8 @@ class _Builder:
 
     def _chain(
         self, start: Spot, end: Spot, parts: list[tuple[str, str, Array]], names: str, gid: str
-    ) -> Chain:
-        chain, here = Chain(), start.value
+    ) -> StepsBetween:
+        chain, here = StepsBetween(), start.value
         symbol = self.symbol
         terms = []
         for kind, mark, vector in parts:

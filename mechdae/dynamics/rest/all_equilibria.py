@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.rest.balance import ACCEPTED, SOLVED, Balance, stability
+from mechdae.dynamics.rest.balance import ACCEPTED, SOLVED, EquilibriumEquations, stability
 from mechdae.dynamics.rest.chart import Chart
 
 NEAR = 0.35
@@ -76,7 +76,7 @@ class Rests:
         Whether all circuits of the modes at the sketch were followed to their ends.
     """
 
-    def __init__(self, balance: Balance, chart: Chart, x: Any) -> None:
+    def __init__(self, balance: EquilibriumEquations, chart: Chart, x: Any) -> None:
         self.balance, self.chart, self.x = balance, chart, x
         self.sizes = balance.sizes
         self.angle = balance.setup.released.coordinates.turns

@@ -31,7 +31,7 @@ CLOSED = 1e-12
 CLOSINGS = 12
 
 
-class Balance:
+class EquilibriumEquations:
     """Equations of equilibrium of a setup as arrays.
 
     Attributes

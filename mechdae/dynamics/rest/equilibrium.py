@@ -18,9 +18,9 @@ from mechdae.dynamics.equations import Setup, as_motion, idle, setup
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.report import Whole, evaluated, with_reactions
 from mechdae.dynamics.rest.all_equilibria import Rest, Rests
-from mechdae.dynamics.rest.balance import Balance
+from mechdae.dynamics.rest.balance import EquilibriumEquations
 from mechdae.dynamics.rest.chart import Chart
-from mechdae.dynamics.rest.linear_system import Linear, State
+from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.rest.small_motions import small_motions
 from mechdae.dynamics.start import start
 from mechdae.dynamics.unique import unique
@@ -76,10 +76,10 @@ def _linear(found: AtRest, task: Equilibrium) -> dict[str, Any]:
     """Return the linear system of small motions."""
     rest, n = found.rest, found.balance.n
     still = np.zeros(n)
-    state = State(0.0, rest.x, still, still, rest.lam / found.balance.gaps)
+    state = LinearisedState(0.0, rest.x, still, still, rest.lam / found.balance.gaps)
     names = [*(task.free or ()), *found.listed["mode_coordinates"]]
     whole = found.balance.setup
-    return Linear(whole, state, found.basis, names, task.inputs, task.outputs).told()
+    return LinearSystem(whole, state, found.basis, names, task.inputs, task.outputs).told()
 
 
 @dataclass
@@ -90,7 +90,7 @@ class AtRest:
     natural sizes; ``listed`` is what the summary says about all equilibria.
     """
 
-    balance: Balance
+    balance: EquilibriumEquations
     rest: Rest
     basis: Any
     along: list[Any]
@@ -108,7 +108,7 @@ def at_rest(problem: Problem, task: Equilibrium) -> AtRest:
         As `equilibrium`.
     """
     whole, x = _prepared(problem, task)
-    balance = Balance(whole)
+    balance = EquilibriumEquations(whole)
     rest, listed, notes = _chosen(balance, task, x)
     _, J, phi, K, C, M = balance.at(rest.x, rest.lam)
     basis = balance.freedoms(J)
@@ -125,7 +125,9 @@ def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
     return whole, begin.q[whole.released.free]
 
 
-def _chosen(balance: Balance, task: Equilibrium, x: Any) -> tuple[Rest, dict[str, Any], list[str]]:
+def _chosen(
+    balance: EquilibriumEquations, task: Equilibrium, x: Any
+) -> tuple[Rest, dict[str, Any], list[str]]:
     """Return the equilibrium that is meant, what there is to say about all, and notes."""
     closed = balance.closed(x)
     x = x if closed is None else closed

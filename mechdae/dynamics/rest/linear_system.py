@@ -38,7 +38,7 @@ CLOSES = 1e-8
 
 
 @dataclass(frozen=True)
-class State:
+class LinearisedState:
     """Where a mechanism is linearised: time, free coordinates, rates, accelerations."""
 
     t: float
@@ -57,7 +57,7 @@ class _Input:
     driver: int | None = None
 
 
-class Linear:
+class LinearSystem:
     """The linear system at a state.
 
     Parameters
@@ -82,7 +82,7 @@ class Linear:
     def __init__(
         self,
         setup: Setup,
-        state: State,
+        state: LinearisedState,
         basis: Any,
         names: list[str],
         inputs: Sequence[str] | None,

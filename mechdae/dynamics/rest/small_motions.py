@@ -14,7 +14,7 @@ import numpy as np
 from mechdae.describe.tasks.kinds import Equilibrium
 from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.dynamics.equations import Setup
-from mechdae.dynamics.rest.balance import NEUTRAL, Balance
+from mechdae.dynamics.rest.balance import NEUTRAL, EquilibriumEquations
 from mechdae.errors import InputError, SingularMassError
 
 SETTLED = math.log(50)
@@ -22,7 +22,7 @@ SETTLED = math.log(50)
 
 
 def small_motions(
-    balance: Balance, task: Equilibrium, x: Any, basis: Any, along: list[Any]
+    balance: EquilibriumEquations, task: Equilibrium, x: Any, basis: Any, along: list[Any]
 ) -> dict[str, Any]:
     """Return eigenvalues of the small motions with frequencies, damping and shapes."""
     M, C, K = along

@@ -24,7 +24,7 @@ ROUNDING = 4e-15
 
 
 @dataclass(frozen=True)
-class Found:
+class LocatedEvent:
     """A crossing at a state; ``rises`` tells its direction."""
 
     crossing: Event
@@ -39,7 +39,7 @@ class Crossings:
     def __init__(self, setup: Setup, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.wanted = crossings(setup.problem.mechanism, setup.task)
-        self.found: list[Found] = []
+        self.found: list[LocatedEvent] = []
 
     @cached_property
     def expressions(self) -> list[Any]:
@@ -91,12 +91,12 @@ class Crossings:
             )
 
         looker = Looker(self.integrator, nodes, value)
-        found: list[Found] = []
+        found: list[LocatedEvent] = []
         for sign in changes(lay, nodes, values):
             crossing = self.wanted[sign.which]
             for state, before in looker.states(sign):
                 if crossing.direction != ("down" if before < 0 else "up"):
-                    found.append(Found(crossing, state, before < 0, signs))
+                    found.append(LocatedEvent(crossing, state, before < 0, signs))
         found.sort(key=lambda entry: float(lay.of(entry.state, "t")))
         stop = next((k for k, entry in enumerate(found) if entry.crossing.stop), None)
         self.found += found if stop is None else found[: stop + 1]

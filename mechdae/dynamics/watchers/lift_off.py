@@ -14,7 +14,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.watchers.zeros import Looker, changes, fitted, inside
-from mechdae.forces.lift_off import Contacts, sentence
+from mechdae.forces.lift_off import OneSidedContacts, sentence
 from mechdae.kernels.run.batch import Batch
 
 TIMES = 40
@@ -26,7 +26,7 @@ class Lifting:
 
     def __init__(self, setup: Setup, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
-        self.contacts = Contacts(setup.model, setup.model.mechanism.joints)
+        self.contacts = OneSidedContacts(setup.model, setup.model.mechanism.joints)
         self.observer = Observer(setup) if self.contacts.found else None
         self.found: list[dict[str, Any]] = []
         self._open: dict[int, dict[str, Any]] = {}

@@ -19,7 +19,7 @@ class NoSeries(Exception):
     """The function holds an operation that is not known here."""
 
 
-class Series:
+class BoundedPolynomial:
     """A polynomial with coefficients ``c`` (k,) and a bound ``e`` of the error for 0 <= t <= 1."""
 
     __slots__ = ("__dict__", "c", "e")
@@ -33,7 +33,7 @@ class Series:
         return float(np.abs(self.c).sum())
 
     @cached_property
-    def waves(self) -> tuple[Series, Series]:
+    def waves(self) -> tuple[BoundedPolynomial, BoundedPolynomial]:
         """Sine and cosine.
 
         The coefficients left out are bounded by those of exp of the absolute coefficients.
@@ -50,7 +50,7 @@ class Series:
             most[k] = steep[k:0:-1] @ most[:k] / k
         whole = np.exp(min(self.size - abs(self.c[0]), 700.0))
         left = max(whole - most.sum(), 0.0) + self.e
-        return Series(sine, left), Series(cosine, left)
+        return BoundedPolynomial(sine, left), BoundedPolynomial(cosine, left)
 
 
 Value = Any
@@ -58,48 +58,48 @@ Value = Any
 
 
 def _sum(a: Value, b: Value) -> Value:
-    if not isinstance(a, Series):
+    if not isinstance(a, BoundedPolynomial):
         a, b = b, a
-    if not isinstance(a, Series):
+    if not isinstance(a, BoundedPolynomial):
         return a + b
-    if isinstance(b, Series):
-        return Series(a.c + b.c, a.e + b.e)
+    if isinstance(b, BoundedPolynomial):
+        return BoundedPolynomial(a.c + b.c, a.e + b.e)
     c = a.c.copy()
     c[0] += b
-    return Series(c, a.e)
+    return BoundedPolynomial(c, a.e)
 
 
 def _product(a: Value, b: Value) -> Value:
-    if not isinstance(a, Series):
+    if not isinstance(a, BoundedPolynomial):
         a, b = b, a
-    if not isinstance(a, Series):
+    if not isinstance(a, BoundedPolynomial):
         return a * b
-    if not isinstance(b, Series):
-        return Series(a.c * b, a.e * abs(b))
+    if not isinstance(b, BoundedPolynomial):
+        return BoundedPolynomial(a.c * b, a.e * abs(b))
     count = len(a.c)
     full = np.convolve(a.c, b.c)
     left = float(np.abs(full[count:]).sum())
     if a.e or b.e:
         left += a.size * b.e + b.size * a.e + a.e * b.e
-    return Series(full[:count], left)
+    return BoundedPolynomial(full[:count], left)
 
 
 def _negative(a: Value) -> Value:
-    return Series(-a.c, a.e) if isinstance(a, Series) else -a
+    return BoundedPolynomial(-a.c, a.e) if isinstance(a, BoundedPolynomial) else -a
 
 
 def _quotient(a: Value, b: Value) -> Value:
-    if isinstance(b, Series):
+    if isinstance(b, BoundedPolynomial):
         raise NoSeries
     return _product(a, 1 / b)
 
 
 def _sine(a: Value) -> Value:
-    return a.waves[0] if isinstance(a, Series) else np.sin(a)
+    return a.waves[0] if isinstance(a, BoundedPolynomial) else np.sin(a)
 
 
 def _cosine(a: Value) -> Value:
-    return a.waves[1] if isinstance(a, Series) else np.cos(a)
+    return a.waves[1] if isinstance(a, BoundedPolynomial) else np.cos(a)
 
 
 _OPERATIONS: dict[int, Callable[..., Value]] = {
@@ -163,7 +163,7 @@ def coefficients(values: Sequence[Value], count: int) -> tuple[Any, Any]:
     """Return coefficients (count, k) and errors (k,) of floats and series."""
     c, e = np.zeros((count, len(values))), np.zeros(len(values))
     for i, value in enumerate(values):
-        if isinstance(value, Series):
+        if isinstance(value, BoundedPolynomial):
             c[:, i], e[i] = value.c, value.e
         else:
             c[0, i] = value

@@ -22,7 +22,7 @@ FINITE = 1e50
 """What is larger was not bounded: a pole, the end of a domain."""
 
 
-class Course:
+class DriverCurve:
     """A curve u(s) in the drivers' values.
 
     Parameters

@@ -27,9 +27,9 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import PLACE
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inverse, norm, placed
-from mechdae.kernels.graphs.driver_curve import Course
+from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.call import Call
-from mechdae.kernels.run.numpy_backend import Straight, straight
+from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.reduction import Scene
 
@@ -67,7 +67,7 @@ class PoseGraphs:
         scene: Scene,
         outputs: Any,
         derivatives: int = 2,
-        course: Course | None = None,
+        course: DriverCurve | None = None,
         lines: bool = False,
     ) -> None:
         self.scene, self.outputs, self.derivatives = scene, outputs, derivatives
@@ -264,7 +264,7 @@ class PoseGraphs:
         return ca.Function("pose", inputs, results, OPTIONS)
 
     @kept_property
-    def straight_pose(self) -> Straight | None:
+    def straight_pose(self) -> NumpyFunction | None:
         """`pose` as a straight line of NumPy operations; the last input is shared."""
         return straight(self.pose, [self.pose.n_in() - 1])
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.kernels.run.numpy_backend import Straight, straight
+from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 
 CHUNK = 512
 MANY = 512
@@ -43,7 +43,7 @@ class Batch:
         function: Any,
         shared: Sequence[int] = (),
         chunk: int = CHUNK,
-        straight: Callable[[], Straight | None] | None = None,
+        straight: Callable[[], NumpyFunction | None] | None = None,
     ) -> None:
         self.function = function
         self.shared = set(shared)
@@ -92,7 +92,7 @@ class Batch:
         return results
 
     @property
-    def straight(self) -> Straight | None:
+    def straight(self) -> NumpyFunction | None:
         """The NumPy form of the function, None where there is none; copies share it."""
         if self._kept is not None:
             return self._kept()

@@ -47,7 +47,7 @@ _WRITERS = {**_UFUNCS, **{code: into(pair[1]) for code, pair in LOGIC.items()}}
 """Operations that write it where they are told to."""
 
 
-class Straight:
+class NumpyFunction:
     """Evaluates an SX function with dense vector inputs and outputs for many poses.
 
     Parameters
@@ -215,6 +215,6 @@ class Straight:
         return [result.T for result in results]
 
 
-def straight(function: Any, shared: Sequence[int] = ()) -> Straight | None:
+def straight(function: Any, shared: Sequence[int] = ()) -> NumpyFunction | None:
     """Return the NumPy form of a function, None where there is none."""
-    return Straight(function, shared) if Straight.supports(function) else None
+    return NumpyFunction(function, shared) if NumpyFunction.supports(function) else None

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from mechdae.synthesis.fourbar.linkage import Linkage, joints, linkage, swapped
-from mechdae.synthesis.fourbar.projection import Start
+from mechdae.synthesis.fourbar.projection import StartingFourBar
 
 SAME = 1e-7
 """Relative difference below which invariants agree."""
 
 
-def foci(design: Start) -> Any:
+def foci(design: StartingFourBar) -> Any:
     """Return the fixed pivots A0, B0, C0 (3,) of the four-bar and its cognates, complex."""
     ground = design.lengths[0] * np.exp(1j * design.turn)
     z = design.point / design.lengths[2]
@@ -81,7 +81,7 @@ def invariants(pivot: Any, other: Any, crank: Any, coupler: Any, rocker: Any, po
     return np.concatenate([complexes.real, complexes.imag, ratios.sum(axis=1)[:, None]], axis=1)
 
 
-def are_cognates(one: Start, other: Start, tolerance: float = SAME) -> bool:
+def are_cognates(one: StartingFourBar, other: StartingFourBar, tolerance: float = SAME) -> bool:
     """Whether two four-bars trace the same coupler curve as cognates of each other.
 
     A four-bar is a cognate of itself, and of itself driven at its other pivot.
@@ -89,7 +89,7 @@ def are_cognates(one: Start, other: Start, tolerance: float = SAME) -> bool:
     return len(grouped([one, other], tolerance)) == 1
 
 
-def grouped(designs: Iterable[Start], tolerance: float = SAME) -> list[list[int]]:
+def grouped(designs: Iterable[StartingFourBar], tolerance: float = SAME) -> list[list[int]]:
     """Return the indices of designs in groups of cognates, in the order of first appearance."""
     designs = list(designs)
     if not designs:

@@ -29,7 +29,7 @@ LEAST = 1e-6
 
 
 @dataclass(frozen=True)
-class Poses:
+class PlanePoses:
     """Places (k,) complex of the moving plane's origin, and its turns (k,) [rad]."""
 
     places: Any
@@ -46,7 +46,7 @@ class Poses:
 
 
 @dataclass(frozen=True)
-class Dyad:
+class GuidingLink:
     """A link between the fixed ``pivot`` and the ``pin`` of the moving plane, complex."""
 
     pivot: complex
@@ -68,7 +68,7 @@ class Slide:
     moving: bool
 
 
-def poses_of(values: Any) -> Poses:
+def poses_of(values: Any) -> PlanePoses:
     """Return poses from rows x, y, turn, checked."""
     rows = np.asarray(values, float)
     if rows.ndim != 2 or rows.shape[1] != 3 or not np.isfinite(rows).all():
@@ -79,17 +79,17 @@ def poses_of(values: Any) -> Poses:
         turned = abs(np.exp(1j * rows[i, 2]) - np.exp(1j * rows[j, 2]))
         if i < j and abs(places[i] - places[j]) <= 1e-12 * size and turned < 1e-12:
             raise InputError(f"poses {i + 1} and {j + 1} are the same", where="poses")
-    return Poses(places, rows[:, 2])
+    return PlanePoses(places, rows[:, 2])
 
 
 def dyads(
-    poses: Poses,
+    poses: PlanePoses,
     given: Mapping[str, float] | None = None,
     *,
     starts: int = STARTS,
     seed: int = 0,
     iterations: int = 200,
-) -> tuple[Dyad, ...]:
+) -> tuple[GuidingLink, ...]:
     """Return all real dyads RR that the search finds, the shortest first.
 
     Parameters
@@ -112,7 +112,7 @@ def dyads(
     found = []
     for d in rows.whole(search.x):
         pivot, pin = complex(d[0], d[1]) * size + middle, complex(d[2], d[3]) * size
-        found.append(Dyad(pivot, pin, float(np.sqrt(d[4])) * size))
+        found.append(GuidingLink(pivot, pin, float(np.sqrt(d[4])) * size))
     return tuple(sorted(found, key=lambda dyad: dyad.length))
 
 
@@ -158,7 +158,7 @@ class DyadRows:
         return self.whole(x)[:, 4] > LEAST**2
 
 
-def slides(poses: Poses) -> tuple[Slide, ...]:
+def slides(poses: PlanePoses) -> tuple[Slide, ...]:
     """Return the sliding dyads PR and RP of four poses."""
     if len(poses.turns) != 4:
         raise InputError(
@@ -172,12 +172,12 @@ def slides(poses: Poses) -> tuple[Slide, ...]:
     return tuple(found)
 
 
-def inverse(poses: Poses) -> Poses:
+def inverse(poses: PlanePoses) -> PlanePoses:
     """Return the poses of the fixed plane as seen from the moving one."""
-    return Poses(-poses.places / poses.rotations, -poses.turns)
+    return PlanePoses(-poses.places / poses.rotations, -poses.turns)
 
 
-def _in_line(poses: Poses) -> list[tuple[complex, complex]]:
+def _in_line(poses: PlanePoses) -> list[tuple[complex, complex]]:
     """Return points whose four places are in line, with the normals of the lines.
 
     n . (p_j - p_1 + (R_j - R_1) w) = 0 for j = 2, 3, 4 is linear in w; that its three rows fit is
@@ -221,7 +221,7 @@ def _directions(cubic: Any) -> list[float]:
     return sorted(float(angle % np.pi) for angle in angles)
 
 
-def paired(poses: Poses, found: Sequence[Dyad]) -> tuple[Linkage, ...]:
+def paired(poses: PlanePoses, found: Sequence[GuidingLink]) -> tuple[Linkage, ...]:
     """Return the four-bars of two dyads, each driven at each of its pivots.
 
     The coupler point is the origin of the moving plane. Pairs that share a pivot or a pin are no
@@ -239,7 +239,7 @@ def paired(poses: Poses, found: Sequence[Dyad]) -> tuple[Linkage, ...]:
     return tuple(made)
 
 
-def _scale(poses: Poses) -> tuple[complex, float]:
+def _scale(poses: PlanePoses) -> tuple[complex, float]:
     """Return the middle of the places and their size."""
     middle = complex(poses.places.mean())
     size = float(np.sqrt(np.mean(np.abs(poses.places - middle) ** 2)))
@@ -251,7 +251,7 @@ def _scaled(given: Mapping[str, float], middle: complex, size: float) -> dict[st
     return {name: (value - shift.get(name, 0.0)) / size for name, value in given.items()}
 
 
-def _check(poses: Poses, given: Mapping[str, float]) -> None:
+def _check(poses: PlanePoses, given: Mapping[str, float]) -> None:
     k = len(poses.turns)
     for name, value in given.items():
         if name not in UNKNOWNS:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.errors import InputError, UnknownName
-from mechdae.numerics.levenberg import Rows, Solutions, solve_all
+from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
 from mechdae.synthesis.fourbar.cognates import invariants, variants
 from mechdae.synthesis.fourbar.linkage import Linkage, faults, linkage, transmission
 
@@ -43,7 +43,7 @@ class Exact:
     """
 
     designs: tuple[Linkage, ...]
-    search: Solutions
+    search: DistinctSolutions
 
     def mechanisms(self, full_turn: bool = True) -> tuple[Linkage, ...]:
         """Return the designs and their cognates that move without fault, best first.

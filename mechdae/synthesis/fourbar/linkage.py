@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.synthesis.fourbar.projection import Start
+from mechdae.synthesis.fourbar.projection import StartingFourBar
 
 TURN = 2 * np.pi
 LEAST = 1e-12
@@ -19,13 +19,13 @@ LEAST = 1e-12
 
 
 @dataclass(frozen=True)
-class Linkage(Start):
+class Linkage(StartingFourBar):
     """A start whose poses are exact.
 
-    Beyond `Start`: ``branches`` (k,) signs of sin(theta4 - theta3) at the poses, ``branch`` is
-    their common sign or 0; ``sense`` is the sense in which the crank visits the poses in order,
-    or 0 where neither does; ``frame`` the direction of the line from crank to rocker pin in the
-    moving plane, where poses have one.
+    Beyond `StartingFourBar`: ``branches`` (k,) signs of sin(theta4 - theta3) at the poses,
+    ``branch`` is their common sign or 0; ``sense`` is the sense in which the crank visits the
+    poses in order, or 0 where neither does; ``frame`` the direction of the line from crank to
+    rocker pin in the moving plane, where poses have one.
     """
 
     branches: Any

@@ -19,7 +19,7 @@ DISTANT = 0.15
 
 
 @dataclass(frozen=True)
-class Start:
+class StartingFourBar:
     """A four-bar with its poses: lengths (4,), pivot, turn of the ground, coupler point (2,).
 
     ``turns`` (k,) are angles of the crank from the ground line, ``sense`` the sense in which it
@@ -71,7 +71,7 @@ def screened(
     mode: str,
     frame: tuple[complex, float] | None = None,
     limits: Any = None,
-) -> list[Start]:
+) -> list[StartingFourBar]:
     """Return the best mutually distant starts.
 
     Parameters
@@ -150,7 +150,7 @@ def screened(
         if not near:
             kept.append(int(n))
     return [
-        Start(
+        StartingFourBar(
             lengths[n], complex(pivot[n]), float(turn[n]), complex(point[n]), theta2[n],
             theta3[n], theta4[n], int(branch[n]), int(sense[n]), float(f[n]),
         )

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.synthesis.goals.path_generation import Visits
+from mechdae.synthesis.goals.path_generation import VisitsGoal
 from mechdae.synthesis.search import Search
 
 SX = ca.SX
@@ -26,7 +26,7 @@ def out_of_reach(search: Search) -> str:
     stuck = _never_turns(search)
     if stuck:
         return stuck
-    if not isinstance(lead, Visits) or not lead.exact or lead.asked.is_motion or loop is None:
+    if not isinstance(lead, VisitsGoal) or not lead.exact or lead.asked.is_motion or loop is None:
         return ""
     if lead.asked.what.split(".")[0] != loop.coupler or space.asked.choices:
         return ""

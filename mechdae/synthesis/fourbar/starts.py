@@ -8,8 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.synthesis.fourbar.projection import Start, closed_loop, screened
-from mechdae.synthesis.space import Space
+from mechdae.synthesis.fourbar.projection import StartingFourBar, closed_loop, screened
+from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
 
@@ -25,7 +25,7 @@ class FourBarStarts:
         ``body.point`` that visits the targets, or the body that takes poses.
     """
 
-    def __init__(self, space: Space, point: str) -> None:
+    def __init__(self, space: DesignSpace, point: str) -> None:
         assert space.loop is not None
         self.space, self.point, self.loop = space, point, space.loop
 
@@ -37,7 +37,7 @@ class FourBarStarts:
     def screened(
         self, targets: Any, generator: Any, samples: int, count: int, kind: str, timing: str,
         steps: Any,
-    ) -> list[Start]:  # fmt: skip
+    ) -> list[StartingFourBar]:  # fmt: skip
         """Return the best mutually distant starts of a Grashof class."""
         ordered = {"absolute": self._absolute(steps), "steps": steps}
         return screened(
@@ -45,11 +45,11 @@ class FourBarStarts:
             self._fixed_frame(), self.limits(),
         )  # fmt: skip
 
-    def posed(self, start: Start) -> tuple[Any, Any, Any, Any]:
+    def posed(self, start: StartingFourBar) -> tuple[Any, Any, Any, Any]:
         """Return the parameters of a start, its driver values, unknowns (k, nx) and branch."""
         return self.placed(start, self._fitted(start))
 
-    def placed(self, start: Start, d: Any) -> tuple[Any, Any, Any, Any]:
+    def placed(self, start: StartingFourBar, d: Any) -> tuple[Any, Any, Any, Any]:
         """Return given parameters with the driver values, unknowns and branch of a start."""
         crank, coupler, rocker, _ = np.array(self._angles(d)).ravel()
         absolute = {
@@ -67,11 +67,11 @@ class FourBarStarts:
         """Return the length of the ground line at the values of the file."""
         return float(np.array(self._geometry(self.space.middle)[0]).ravel()[0])
 
-    def described(self, d: Any) -> Start:
+    def described(self, d: Any) -> StartingFourBar:
         """Return the four-bar of given parameters, without poses."""
         v = np.array(self._geometry(d)[0]).ravel()
         nothing = np.zeros(0)
-        return Start(
+        return StartingFourBar(
             v[:4], complex(v[4], v[5]), float(np.arctan2(v[7], v[6])), complex(v[8], v[9]),
             nothing, nothing, nothing, 1, 1, 0.0,
         )  # fmt: skip
@@ -82,19 +82,19 @@ class FourBarStarts:
         turn = float(np.arctan2(value[7], value[6]))
         point = complex(value[8], value[9])
         nothing = np.zeros(0)
-        start = Start(
+        start = StartingFourBar(
             lengths, complex(value[4], value[5]), turn, point, nothing, nothing, nothing, 1, 1, 0.0
         )
         return self._fitted(start)
 
-    def closed(self, start: Any, turns: Any) -> Start:
+    def closed(self, start: Any, turns: Any) -> StartingFourBar:
         """Return the poses of a four-bar of given lengths at angles of its crank."""
         value = np.array(self._geometry(self.space.middle)[0]).ravel()
         turn = float(np.arctan2(value[7], value[6]))
         r = start.lengths
         ratios = np.array([[r[0] / r[1], r[2] / r[1], r[3] / r[1]]])
         couplers, rockers = closed_loop(ratios, turns[None, :], np.array([start.branch]))
-        return Start(
+        return StartingFourBar(
             r, complex(value[4], value[5]), turn, 0j, turns, couplers[0], rockers[0],
             start.branch, start.sense, start.residual,
         )  # fmt: skip
@@ -151,12 +151,17 @@ class FourBarStarts:
         ends = [np.array(self._geometry(d)[0]).ravel()[:4] for d in self.space.box.T]
         return np.stack([np.minimum(*ends), np.maximum(*ends)], axis=1)
 
-    def _fitted(self, start: Start, steps: int = 12) -> Any:
+    def _fitted(self, start: StartingFourBar, steps: int = 12) -> Any:
         """Return the free parameters that make the four-bar of a start, as nearly as they can."""
         return self.fitted(start, 0.0, steps)[0]
 
     def fitted(
-        self, start: Start, frame: float, steps: int = 30, tries: int = 0, met: float = 0.0
+        self,
+        start: StartingFourBar,
+        frame: float,
+        steps: int = 30,
+        tries: int = 0,
+        met: float = 0.0,
     ) -> tuple[Any, float]:
         """Return the free parameters of a start, and by how much they miss it [m].
 

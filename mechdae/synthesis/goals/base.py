@@ -10,7 +10,7 @@ import numpy as np
 
 from mechdae.model.model import Model
 from mechdae.synthesis.nlp import Nlp
-from mechdae.synthesis.space import Space
+from mechdae.synthesis.space import DesignSpace
 
 if TYPE_CHECKING:
     from mechdae.synthesis.starts.spread import Spread
@@ -75,7 +75,7 @@ class Goal:
     unit = 1.0
     sense = 1
     exact = False
-    space: Space
+    space: DesignSpace
     spread: Spread
 
     def bodies(self) -> tuple[str, ...]:

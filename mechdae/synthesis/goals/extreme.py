@@ -33,7 +33,7 @@ NEAR = 2e-3
 """Share by which a limit may be missed between its nodes."""
 
 
-class Extreme(Goal):
+class ExtremeGoal(Goal):
     """A quantity that is smallest or largest, or (as a limit) stays between bounds.
 
     Parameters

@@ -43,7 +43,7 @@ EXACT = 1e-9
 """Error of an exact target, relative to the spread of the targets."""
 
 
-class Visits(Goal):
+class VisitsGoal(Goal):
     """A point's places or a body's poses."""
 
     def __init__(self, asked: Asked, name: str) -> None:

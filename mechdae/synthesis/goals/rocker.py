@@ -32,7 +32,7 @@ LEAST = 1e-3
 """Least way between the ends, and least part of a turn of a stroke, where they are free."""
 
 
-class Rocker(Goal):
+class RockerGoal(Goal):
     """Way and time ratio; they are met exactly, so that other goals choose among designs.
 
     With a ``sense`` of 1 or -1 one of them, ``word``, is as small or as large as it can be

@@ -34,7 +34,7 @@ LEAST = 0.05
 """Least stroke in sizes of the mechanism: a point that stays is no line."""
 
 
-class Straight(Goal):
+class StraightGoal(Goal):
     """A point on a straight line.
 
     The variables are where the driver starts, the direction of the line, its distance from

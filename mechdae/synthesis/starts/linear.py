@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.batch import Batch
-from mechdae.synthesis.space import Space
+from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
 NOTHING = 1e-12
@@ -29,7 +29,7 @@ class Linear:
         Their places among the free parameters.
     """
 
-    def __init__(self, space: Space, what: str) -> None:
+    def __init__(self, space: DesignSpace, what: str) -> None:
         self.space = space
         poses = space.poses
         n, nd = len(space.box), len(space.names)

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.batch import Batch
-from mechdae.synthesis.space import Space
+from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
 NOTHING = 1e-9
@@ -35,7 +35,7 @@ class Similar:
         point along and across a direction of its body; None where there are none.
     """
 
-    def __init__(self, space: Space, what: str) -> None:
+    def __init__(self, space: DesignSpace, what: str) -> None:
         self.space, self.what = space, what
         poses = space.poses
         nd = len(space.names)

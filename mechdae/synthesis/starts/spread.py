@@ -15,7 +15,7 @@ import numpy as np
 
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.numpy_backend import straight
-from mechdae.synthesis.space import Space
+from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
 FIRST, NEXT = 14, 4
@@ -33,7 +33,7 @@ APART = 0.03
 class Spread:
     """Random designs of a mechanism with their poses."""
 
-    def __init__(self, space: Space) -> None:
+    def __init__(self, space: DesignSpace) -> None:
         self.space, self.poses = space, space.poses
 
     @cached_property
