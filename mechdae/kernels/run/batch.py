@@ -51,7 +51,7 @@ class Batch:
         self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
         self.limit = chunk
         self._kept = straight
-        self._lines: list[Straight | None] = []
+        self._lines: list[NumpyFunction | None] = []
         self._mapped: dict[int, Any] = {}
         self._buffers = threading.local()
         self.evaluations = 0
