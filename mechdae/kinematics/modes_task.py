@@ -10,21 +10,18 @@ import numpy as np
 
 from mechdae.assembly import start
 from mechdae.assembly.assembler import Assembler, Mode
-from mechdae.assembly.idle_freedom import settled
 from mechdae.continuation.output_bounds import output_bounds
 from mechdae.continuation.single_pose import certified
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Modes
+from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
 from mechdae.errors import InputError
-from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.undercut import cuts
 from mechdae.model.groups import formula
-from mechdae.model.model import Model
-from mechdae.model.reduction import scene
 from mechdae.results import ModesResult, Named, Series, Status, Summary
-from mechdae.setup.drivers import plan, sketched
-from mechdae.setup.named_outputs import NamedOutputs, requests
+from mechdae.setup.drivers import plan
+from mechdae.setup.named_outputs import NamedOutputs
 from mechdae.setup.outputs import Outputs
 from mechdae.types import Floats
 
@@ -93,24 +90,19 @@ def _found(problem: Problem, task: Modes) -> _Modes:
     if numbers.values is None or len(numbers.values) != 1:
         raise InputError("assembly modes are those of one pose: give the driver as at = [value]")
     u = numbers.values[0]
-    model = Model(problem.mechanism)
-    listed, sketch = task.outputs is not None, sketched(problem.mechanism)
-
-    def build(coarse: bool) -> tuple[Assembler, Outputs, NamedOutputs]:
-        the_scene = scene(model, numbers.coordinates, task.outputs, coarse)
-        expressions = NamedOutputs(model, the_scene.selection.named, 0, listed=listed, time=False)
-        outputs = Outputs(the_scene, requests(model, list(expressions.rates)))
-        return Assembler(Graphs(the_scene, outputs.expression, 0), sketch), outputs, expressions
-
-    assembler, outputs, expressions = settled(
-        build, lambda built: start.try_redundant(built[0], numbers)
-    )
+    held = [
+        Driver(c.text, at=(float(value),), speed=0.0)
+        for c, value in zip(numbers.coordinates, u, strict=True)
+    ]
+    setting = prepare(problem, Sweep(drivers=tuple(held), outputs=task.outputs, derivatives=0))
+    assembler, outputs, expressions = setting.assembler, setting.outputs, setting.expressions
     the_scene, graphs = assembler.scene, assembler.graphs
     every, proven, failure = assembler.modes(u)
     found = every[: task.limit]
     certain = certified(graphs, np.array([m.x for m in found]).reshape(len(found), graphs.nx), u)
     found = [replace(mode, x=x) for mode, x in zip(found, certain.x, strict=True)]
-    function = ca.Function("y", [the_scene.x, the_scene.u, the_scene.model.p], [outputs.expression])
+    inputs = [the_scene.x, the_scene.u, the_scene.model.p]
+    function = graphs.kept("outputs", lambda: ca.Function("y", inputs, [outputs.expression]))
     rows = [np.array(function(mode.x, u, assembler.p)).ravel() for mode in found]
     y = np.array(rows).reshape(len(found), graphs.ny)
     fault = None if failure is None else str(start.not_assembled(the_scene, failure, u))
