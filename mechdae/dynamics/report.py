@@ -20,7 +20,7 @@ from mechdae.dynamics.run import Run
 from mechdae.forces.meshes import slack_belts
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.model import Model
-from mechdae.results import MotionResult, Named, Series, Status, Summary, statuses
+from mechdae.results import Event, MotionResult, Named, Series, Status, Summary, events_of, statuses
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs
 
@@ -235,7 +235,7 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
     return summary
 
 
-def _events(run: Run) -> tuple[dict[str, Any], ...]:
+def _events(run: Run) -> tuple[Event, ...]:
     lay = run.integrator.layout
     found: list[dict[str, Any]] = [
         {"kind": "singular", "code": "S1", "at": t, "time": t, "rank_drop": drop}
@@ -253,7 +253,7 @@ def _events(run: Run) -> tuple[dict[str, Any], ...]:
     found += run.stiffness.events() + run.lifting.events()
     found += [run.ends] if run.ends is not None else []
     found.sort(key=lambda entry: float(entry["at"]))
-    return tuple(entry | {"in_range": True} for entry in found)
+    return events_of(entry | {"in_range": True} for entry in found)
 
 
 def _faults(run: Run, balance: float) -> list[str]:

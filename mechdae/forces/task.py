@@ -42,6 +42,7 @@ from mechdae.results import (
     Summary,
     SweepResult,
     counts,
+    events_of,
 )
 
 SINGULAR = 1e12
@@ -157,7 +158,7 @@ def _with_forces(
         solutions=tuple(solutions_of(setting, statics, answer, unique)),
         checks=found,
         summary=summary,
-        events=tuple(sorted_events([*result.events, *lifted], setting.plan.lead)),
+        events=events_of(sorted_events([*result.events, *lifted], setting.plan.lead)),
         fault="; ".join(faults) or None,
     )
 

@@ -20,7 +20,19 @@ from mechdae.kinematics.prepared import Run, Setting
 from mechdae.kinematics.undercut import cuts, refined
 from mechdae.measures.measure import sorted_events
 from mechdae.model.groups import Group, formula
-from mechdae.results import FINE, LOST, Later, Named, Series, Status, SweepResult, counts, statuses
+from mechdae.results import (
+    FINE,
+    LOST,
+    Event,
+    Later,
+    Named,
+    Series,
+    Status,
+    SweepResult,
+    counts,
+    events_of,
+    statuses,
+)
 from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.named_outputs import time_of
 
@@ -250,12 +262,12 @@ def _undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[di
     return events, intervals
 
 
-def _in_order(setting: Setting, run: Run, events: list[dict[str, Any]]) -> tuple[Any, ...]:
+def _in_order(setting: Setting, run: Run, events: list[dict[str, Any]]) -> tuple[Event, ...]:
     """Return events in the order of the motion; along lines they are in that order."""
     graphs = run.path.graphs
     if not (graphs.single or graphs.course):
-        return tuple(events)
-    return tuple(sorted_events(events, setting.plan.lead))
+        return events_of(events)
+    return events_of(sorted_events(events, setting.plan.lead))
 
 
 def _modes_at_start(setting: Setting, run: Run) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -166,6 +167,6 @@ def _once(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return list(reversed(found.values()))
 
 
-def sorted_events(events: list[dict[str, Any]], moving: int = 0) -> list[dict[str, Any]]:
+def sorted_events(events: Iterable[Mapping[str, Any]], moving: int = 0) -> list[Mapping[str, Any]]:
     """Return events in the order of time, or of the driver that moves."""
     return sorted(events, key=lambda e: float(e.get("time", np.ravel(e["at"])[moving])))

@@ -1,5 +1,6 @@
 """Read-only arrays with names and units, the same content as the JSON."""
 
+from mechdae.results.events import Event, events_of
 from mechdae.results.kinds import (
     EquilibriumResult,
     ModesResult,
@@ -25,6 +26,7 @@ __all__ = [
     "REACTION",
     "UNITS",
     "EquilibriumResult",
+    "Event",
     "Later",
     "ModesResult",
     "MotionResult",
@@ -39,6 +41,7 @@ __all__ = [
     "SweepResult",
     "SynthesisResult",
     "counts",
+    "events_of",
     "plain",
     "statuses",
 ]

@@ -14,6 +14,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import UnknownName
 from mechdae.results.columns import columns_of
+from mechdae.results.events import Event
 from mechdae.results.later import Later, Summary
 from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import Named, Series
@@ -47,6 +48,8 @@ class Result:
         length (n,) [m] and angle (n,) [rad]: distance to the exact solution at most.
     condition : (n,) array
         Condition number of the worst block; near a limit rates lose that many digits.
+    events
+        What happens along the way, in its order.
     time : (n,) array
         The times of the poses where the drivers follow laws, else None [s].
     summary
@@ -69,7 +72,7 @@ class Result:
     status: Texts = field(default_factory=lambda: np.zeros(0, dtype=str))
     bound: Series = field(default_factory=lambda: Series({}))
     condition: Floats | None = None
-    events: tuple[dict[str, Any], ...] = ()
+    events: tuple[Event, ...] = ()
     summary: Summary = field(default_factory=Summary)
     fault: str | None = None
     definition: Task | None = None

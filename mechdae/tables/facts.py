@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result
+from mechdae.results import Event, Result
 from mechdae.tables.force_facts import force_facts
 from mechdae.tables.text import MOST, driver_value, moves, noises, quantity, zero
 
@@ -78,7 +78,7 @@ def facts_text(result: Result, width: int) -> list[str]:
     return lines
 
 
-def _happens(event: dict[str, Any], noise: dict[str, float]) -> str:
+def _happens(event: Event, noise: dict[str, float]) -> str:
     """Return what an event is about."""
     if event["kind"] == "stationary":
         kind = "angle" if event["of"].endswith(".angle") else "length"

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from mechdae.results import Result
+from mechdae.results import Event, Result
 
 ENDS = {
     "stiff": "load {load} is stiff (S6), its rate is {rate:.3g} 1/s",
@@ -90,7 +88,7 @@ def _freedoms(count: int) -> str:
     return "1 freedom" if count == 1 else f"{count} freedoms"
 
 
-def _event(event: dict[str, Any]) -> str:
+def _event(event: Event) -> str:
     place = f"t = {event['time']:.12g} s"
     if event["kind"] == "singular":
         what = (
