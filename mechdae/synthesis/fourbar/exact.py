@@ -18,6 +18,7 @@ import numpy as np
 
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
+from mechdae.numerics.linear_fits import linear_fit
 from mechdae.synthesis.fourbar.cognates import invariants, variants
 from mechdae.synthesis.fourbar.linkage import Linkage, faults, linkage, transmission
 
@@ -186,9 +187,7 @@ class PathRows:
         q = self.targets - pivot[:, None]
         p = q * np.exp(-1j * t)
         A = np.stack([2 * p.real, 2 * p.imag, np.ones_like(t)], axis=2)
-        N = np.einsum("nki,nkj->nij", A, A) + 1e-9 * np.eye(3)
-        right = np.einsum("nki,nk->ni", A, np.abs(q) ** 2)
-        found = np.linalg.solve(N, right[:, :, None])[:, :, 0]
+        found = linear_fit(A, np.abs(q) ** 2, least=1e-9)
         return found[:, 0] + 1j * found[:, 1]
 
     def _arms(self, d: Any, t: Any) -> tuple[Any, Any, Any]:

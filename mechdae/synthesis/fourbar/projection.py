@@ -13,7 +13,10 @@ from typing import Any
 
 import numpy as np
 
-CLASSES = ("crank-rocker", "drag-link")
+from mechdae.numerics.linear_fits import linear_fit
+
+RIDGE = 1e-12
+"""Damping for each target, of coordinates of order one."""
 DISTANT = 0.15
 """Starts differ by this much in the logarithm of a ratio."""
 
@@ -104,32 +107,7 @@ def screened(
         theta2 = sense[:, None] * spacings(generator, count, k, False)
     theta3, theta4 = closed_loop(r, theta2, branch)
     e2, e3 = np.exp(1j * theta2), np.exp(1j * theta3)
-    if frame is None:
-        A = np.stack([np.ones_like(e2), e2, e3], axis=2)
-        N = np.einsum("nki,nkj->nij", A.conj(), A)
-        N[:, range(3), range(3)] += 1e-12 * k
-        b = np.einsum("nki,k->ni", A.conj(), P)
-        solution = np.linalg.solve(N, b[:, :, None])[:, :, 0]
-        left = np.einsum("nki,ni->nk", A, solution) - P
-        pivot, alpha, beta = solution.T
-        turn = np.angle(alpha)
-        size = np.abs(alpha)
-        point = beta * np.exp(-1j * turn)
-    else:
-        origin, fixed = frame
-        Q = (P - origin) * np.exp(-1j * fixed)
-        columns = np.stack([e2, e3, 1j * e3], axis=2)
-        A = np.concatenate([columns.real, columns.imag], axis=1)
-        b = np.concatenate([Q.real, Q.imag])
-        N = np.einsum("nki,nkj->nij", A, A)
-        N[:, range(3), range(3)] += 1e-12 * k
-        solution = np.linalg.solve(N, np.einsum("nki,k->ni", A, b)[:, :, None])[:, :, 0]
-        left = np.einsum("nki,ni->nk", A, solution) - b
-        size = solution[:, 0]
-        point = solution[:, 1] + 1j * solution[:, 2]
-        pivot = np.full(count, origin)
-        turn = np.full(count, fixed)
-    f = np.sum(np.abs(left) ** 2, axis=1)
+    size, turn, pivot, point, f = _placed(P, e2, e3, frame)
     lengths = np.stack([r[:, 0] * size, size, r[:, 1] * size, r[:, 2] * size], axis=1)
     rank = np.where((size > 0) & np.isfinite(f), f, np.inf)
     if limits is not None:
@@ -137,10 +115,43 @@ def screened(
         beyond = np.maximum(lengths - high, 0) + np.maximum(low - lengths, 0)
         spread = np.sum(np.abs(P - P.mean()) ** 2)
         rank = rank + spread * np.sum((beyond / np.maximum(high, 1e-300)) ** 2, axis=1)
-    order = np.argsort(rank, kind="stable")
+    return [
+        StartingFourBar(
+            lengths[n], complex(pivot[n]), float(turn[n]), complex(point[n]), theta2[n],
+            theta3[n], theta4[n], int(branch[n]), int(sense[n]), float(f[n]),
+        )
+        for n in _distant(rank, np.log(r), branch, keep)
+    ]  # fmt: skip
+
+
+def _placed(
+    P: Any, e2: Any, e3: Any, frame: tuple[complex, float] | None
+) -> tuple[Any, Any, Any, Any, Any]:
+    """Return sizes, turns, pivots and coupler points (n,) that fit best, and sums of squares."""
+    count, k = e2.shape
+    if frame is None:
+        A, b = np.stack([np.ones_like(e2), e2, e3], axis=2), P
+        solution = linear_fit(A, b, least=RIDGE * k)
+        pivot, alpha, beta = solution.T
+        size, turn = np.abs(alpha), np.angle(alpha)
+        point = beta * np.exp(-1j * turn)
+    else:
+        origin, fixed = frame
+        Q = (P - origin) * np.exp(-1j * fixed)
+        columns = np.stack([e2, e3, 1j * e3], axis=2)
+        A = np.concatenate([columns.real, columns.imag], axis=1)
+        b = np.concatenate([Q.real, Q.imag])
+        solution = linear_fit(A, b, least=RIDGE * k)
+        size, point = solution[:, 0], solution[:, 1] + 1j * solution[:, 2]
+        pivot, turn = np.full(count, origin), np.full(count, fixed)
+    left = np.einsum("nki,ni->nk", A, solution) - b
+    return size, turn, pivot, point, np.sum(np.abs(left) ** 2, axis=1)
+
+
+def _distant(rank: Any, logs: Any, branch: Any, keep: int) -> list[int]:
+    """Return the best samples that are distant from each other, `keep` at most."""
     kept: list[int] = []
-    logs = np.log(r)
-    for n in order:
+    for n in np.argsort(rank, kind="stable"):
         if not np.isfinite(rank[n]) or len(kept) == keep:
             break
         near = [
@@ -149,13 +160,7 @@ def screened(
         ]  # fmt: skip
         if not near:
             kept.append(int(n))
-    return [
-        StartingFourBar(
-            lengths[n], complex(pivot[n]), float(turn[n]), complex(point[n]), theta2[n],
-            theta3[n], theta4[n], int(branch[n]), int(sense[n]), float(f[n]),
-        )
-        for n in kept
-    ]  # fmt: skip
+    return kept
 
 
 def closed_loop(r: Any, theta2: Any, branch: Any) -> tuple[Any, Any]:

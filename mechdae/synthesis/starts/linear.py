@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.batch import Batch
+from mechdae.numerics.linear_fits import linear_fit
 from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
@@ -83,11 +84,9 @@ class Linear:
         # columns of a dense Jacobian lie one after another
         A = slopes.reshape(n, k, m, self.width).transpose(0, 1, 3, 2)[:, :, :2]
         gap = targets[None, :, :2] - places[..., :2]
-        w = np.asarray(weights)[None, :, None]
-        N = np.einsum("nkwi,nkwj->nij", A * w[..., None], A)
-        size = np.maximum(np.trace(N, axis1=1, axis2=2), 1e-300)[:, None, None]
-        b = np.einsum("nkwi,nkw->ni", A, gap * w)
-        step = np.linalg.solve(N + RIDGE * size * np.eye(m), b[:, :, None])[:, :, 0]
+        w = np.sqrt(np.asarray(weights))[None, :, None]
+        rows = (A * w[..., None]).reshape(n, -1, m)
+        step = linear_fit(rows, (gap * w).reshape(n, -1), ridge=RIDGE)
         low, high = self.space.box[self.places].T
         new = d.copy()
         new[:, self.places] = np.clip(d[:, self.places] + step, low, high)

@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.batch import Batch
+from mechdae.numerics.linear_fits import linear_fit
 from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
@@ -197,10 +198,7 @@ class Similar:
         P = (targets[:, 0] + 1j * targets[:, 1]) * np.sqrt(weights)
         stacked = np.concatenate([A.real, A.imag], axis=1)
         b = np.concatenate([P.real, P.imag])
-        N = np.einsum("nki,nkj->nij", stacked, stacked)
-        size = np.trace(N, axis1=1, axis2=2)[:, None, None] + 1e-300
-        N = N + RIDGE * size * np.eye(N.shape[1])
-        c = np.linalg.solve(N, np.einsum("nki,k->ni", stacked, b)[:, :, None])[:, :, 0]
+        c = linear_fit(stacked, b, ridge=RIDGE)
         alpha = c[:, start] + (1j * c[:, start + 1] if self.turn is not None else 0j)
         grown = np.abs(alpha) if self.turn is not None else c[:, start]
         new, poses = d.copy(), x.copy()
