@@ -15,7 +15,8 @@ _HOMES = {
     "UnavailableError SolveError AssemblyError IndeterminateFrictionError "
     "InconsistentStartError InfeasibleMotionError SingularMassError",
     "mechdae.describe.mechanism": "Mechanism Ground Body",
-    "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt Distance Curve",
+    "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt FrictionWheel "
+    "Distance Curve",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
     "Study Sensitivity",

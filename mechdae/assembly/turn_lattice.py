@@ -171,11 +171,10 @@ def _equations(scene: Scene, inside: Sequence[str]) -> tuple[list[str], list[lis
         elif joint.wheels == 1:
             sums.append(_sum((first, one), (carrier, -one)))
         elif joint.meshes:
-            ratio = rational(values[f"{name}.ratio"])
+            ratio = rational(joint.turn_ratio(values))
             if ratio is None:
                 sums += [_sum((body, one), (carrier, -one)) for body in (first, second)]
                 continue
-            ratio = -ratio if getattr(joint, "crossed", False) else ratio
             sums.append(_sum((second, ratio), (carrier, 1 - ratio), (first, -one)))
     for driver in scene.drivers:
         if driver.kind == "body angle":

@@ -48,6 +48,8 @@ class Joint(Value):
     """How many of its bodies roll: their unwrapped angles are in its equation."""
     pivots: ClassVar[tuple[str, ...]] = ()
     """Numbers that never vanish, by which its equation may be solved for an angle."""
+    held_by: ClassVar[str] = ""
+    """The number that is a force, which has to be large enough: a pretension."""
     strands: ClassVar[bool] = False
     """Its forces run in two strands instead of acting where wheels touch."""
     rim: ClassVar[bool] = False
@@ -99,6 +101,31 @@ class Joint(Value):
     def meshes(self) -> bool:
         """Wheels that drive each other or something else."""
         return self.wheels > 0
+
+    @property
+    def sense(self) -> int:
+        """1 of wheels that turn in one sense by their numbers, -1 of those that do not."""
+        return 1
+
+    @property
+    def loaded(self) -> bool:
+        """Its bodies are loaded by a force that its own numbers give."""
+        return bool(self.held_by) and getattr(self, self.held_by) is not None
+
+    def turn_ratio(self, values: Mapping[str, float]) -> float:
+        """Return (w1 - wc) / (w2 - wc) of two wheels, by the mechanism's numbers."""
+        return self.sense * values[f"{self.name}.ratio"]
+
+    def needed(self, values: Mapping[str, float], moment: Any) -> Any:
+        """Return how large the force has to be that it is held by, for moments (n,) on the second.
+
+        The moments of its reaction about the second point; nothing where none is needed.
+        """
+        raise NotImplementedError
+
+    def gives_way(self, where: str, force: float) -> str:
+        """Return what is said where that force is too small, and what would do."""
+        raise NotImplementedError
 
     @property
     def normal_force(self) -> bool:
@@ -166,6 +193,8 @@ NOT_NEGATIVE = (
     "roller_radius",
     "mesh_loss",
     "pretension",
+    "press",
+    "adhesion",
 )
 
 
@@ -369,8 +398,19 @@ class Belt(Joint):
     lower: ClassVar[bool] = False
     wheels: ClassVar[int] = 2
     pivots: ClassVar[tuple[str, ...]] = ("ratio",)
+    held_by: ClassVar[str] = "pretension"
     strands: ClassVar[bool] = True
     rim: ClassVar[bool] = True
+
+    @property
+    def sense(self) -> int:
+        return -1 if self.crossed else 1
+
+    def needed(self, values: Mapping[str, float], moment: Any) -> Any:
+        return abs(moment) / (2 * (values[f"{self.name}.radius"] * values[f"{self.name}.ratio"]))
+
+    def gives_way(self, where: str, force: float) -> str:
+        return f"belt {self.name} goes slack{where}: pretension of {force:.6g} N at least is needed"
 
     def check(self, values: Mapping[str, float]) -> None:
         super().check(values)
@@ -380,6 +420,63 @@ class Belt(Joint):
             )
         if values.get("radius", 1.0) <= 0:
             raise MechanismError("radius must be above 0", where=f"joints.{self.name}.radius")
+
+
+@dataclass(frozen=True)
+class FrictionWheel(Joint):
+    """Two round wheels pressed together that roll on each other, from outside or inside.
+
+    radius (angle of the first - carrier - phase) = -+ second_radius (angle of the second -
+    carrier), plus for ``contact = "internal"``. It can transmit ``adhesion`` times ``press``.
+    """
+
+    radius: Number = key("number", doc="of the first wheel, m", unit="m")
+    second_radius: Number = key("number", doc="of the second wheel, m", unit="m")
+    carrier: str | None = key("name", None)
+    contact: str = key("text", "external", choices=("external", "internal"))
+    phase: Number = key("number", 0.0, doc="rad", unit="rad")
+    press: Number | None = key("number", None, doc="force that presses them together, N", unit="N")
+    adhesion: Number | None = key("number", None, doc="coefficient of adhesion", unit="1")
+
+    kind: ClassVar[str] = "friction-wheel"
+    lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 2
+    pivots: ClassVar[tuple[str, ...]] = ("radius", "second_radius")
+    held_by: ClassVar[str] = "press"
+    rim: ClassVar[bool] = True
+
+    @property
+    def sense(self) -> int:
+        return 1 if self.contact == "internal" else -1
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        for entry in self.pivots:
+            if values[entry] <= 0:
+                raise MechanismError(f"{entry} is not above 0", where=f"joints.{self.name}.{entry}")
+        if self.contact == "internal" and values["radius"] == values["second_radius"]:
+            raise MechanismError(
+                "a wheel inside another one is smaller", where=f"joints.{self.name}.second_radius"
+            )
+        if "adhesion" in values and not values.get("press"):
+            raise MechanismError(
+                "adhesion needs the force that presses the wheels together",
+                where=f"joints.{self.name}.press",
+                hint="press = ... [N]",
+            )
+
+    def turn_ratio(self, values: Mapping[str, float]) -> float:
+        return self.sense * values[f"{self.name}.second_radius"] / values[f"{self.name}.radius"]
+
+    def needed(self, values: Mapping[str, float], moment: Any) -> Any:
+        most = values.get(f"{self.name}.adhesion", math.inf) * values[f"{self.name}.second_radius"]
+        return abs(moment) / most if most else abs(moment) * math.inf
+
+    def gives_way(self, where: str, force: float) -> str:
+        return (
+            f"friction wheels {self.name} slip{where}: they must be pressed together with "
+            f"{force:.6g} N at least"
+        )
 
 
 @dataclass(frozen=True)
@@ -481,6 +578,17 @@ def follows_curve(joint: Joint) -> TypeGuard[Curve]:
 
 JOINTS: dict[str, type[Joint]] = {
     joint.kind: joint
-    for joint in (Revolute, Prismatic, PinInSlot, Weld, Gear, Rack, Belt, Distance, Curve)
+    for joint in (
+        Revolute,
+        Prismatic,
+        PinInSlot,
+        Weld,
+        Gear,
+        Rack,
+        Belt,
+        FrictionWheel,
+        Distance,
+        Curve,
+    )
 }
 SPATIAL = ("cylindrical", "spherical", "universal", "planar", "screw", "spatial")

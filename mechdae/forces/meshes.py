@@ -206,7 +206,7 @@ def about_meshes(meshes: dict[str, Mesh]) -> list[str]:
 def slack_belts(
     model: Model, meshes: dict[str, Mesh], moment: Callable[[str], Any], when: Callable[[Any], str]
 ) -> list[str]:
-    """Return belts whose slack strand would have to push.
+    """Return belts whose slack strand would have to push, and friction wheels that slip.
 
     Parameters
     ----------
@@ -221,13 +221,10 @@ def slack_belts(
     for name, mesh in meshes.items():
         if not mesh.steady:
             continue
-        values = model.mechanism.values()
-        need = np.abs(moment(name)) / (2 * (values[f"{name}.radius"] * values[f"{name}.ratio"]))
+        joint, values = model.mechanism.joints[name], model.mechanism.values()
+        need = joint.needed(values, moment(name))
         with np.errstate(invalid="ignore"):
-            slack = need > values[f"{name}.pretension"]
+            slack = need > values[f"{name}.{joint.held_by}"]
         if slack.any():
-            found.append(
-                f"belt {name} goes slack{when(slack)}: pretension of {np.nanmax(need):.6g} N at "
-                "least is needed"
-            )
+            found.append(joint.gives_way(when(slack), float(np.nanmax(need))))
     return found

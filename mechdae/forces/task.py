@@ -84,7 +84,7 @@ def loaded_bodies(model: Model) -> Iterable[str]:
     """Return the bodies that forces act on or come from."""
     found = {*Loads(model).bodies, *massive(model)}
     for joint in model.mechanism.joints.values():
-        if getattr(joint, "pretension", None) is not None:
+        if joint.loaded:
             found |= set(joint.bodies)
     return found
 

@@ -98,9 +98,17 @@ def rack(ends: Ends) -> Rows:
 def belt(ends: Ends) -> Rows:
     """+-ratio (theta2 - thetac) + phase - (theta1 - thetac) = 0; minus when crossed."""
     carrier = ends.carrier_angle
-    sense = -1 if getattr(ends.joint, "crossed", False) else 1
-    turned = sense * ends.number("ratio") * (ends.second.angle - carrier) + ends.number("phase")
+    ratio = ends.joint.sense * ends.number("ratio")
+    turned = ratio * (ends.second.angle - carrier) + ends.number("phase")
     return [("belt", turned - (ends.first.angle - carrier), "rad")]
+
+
+def friction_wheel(ends: Ends) -> Rows:
+    """r1 (theta1 - thetac - phase) -+ r2 (theta2 - thetac) = 0, second less first."""
+    carrier, sense = ends.carrier_angle, ends.joint.sense
+    first = ends.number("radius") * (ends.first.angle - carrier - ends.number("phase"))
+    second = sense * ends.number("second_radius") * (ends.second.angle - carrier)
+    return [("contact", second - first, "m")]
 
 
 def curve(ends: Ends) -> Rows:
@@ -125,6 +133,7 @@ RESIDUALS: dict[str, tuple[Callable[[Ends], Rows], ...]] = {
     "gear": (gear,),
     "rack": (rack,),
     "belt": (belt,),
+    "friction-wheel": (friction_wheel,),
     "curve": (curve,),
 }
 

@@ -68,6 +68,12 @@ def test_residuals_by_hand() -> None:
     assert residual(bar) == pytest.approx([(gap @ gap - 0.36) / 1.2], abs=1e-15)
     gear = md.Gear("J", "a.O", "b.Q", ratio=-1.5, phase=0.2)
     assert residual(gear) == pytest.approx([-1.5 * Q[5] + 0.2 - Q[2]], abs=1e-15)
+    for contact, sense in (("external", -1), ("internal", 1)):
+        wheels = md.FrictionWheel(
+            "J", "a.O", "b.Q", radius=0.3, second_radius=0.45, contact=contact, phase=0.2
+        )
+        rolled = sense * 0.45 * Q[5] - 0.3 * (Q[2] - 0.2)
+        assert residual(wheels) == pytest.approx([rolled], abs=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def circles(scene: Scene, joint: Joint, pose: int) -> list[tuple[str, Array, flo
         return [(joint.first, first, radius)]
     if not joint.wheels:
         return []
-    distance, ratio = float(np.hypot(*(second - first))), scene.numbers[f"{joint.name}.ratio"]
+    distance, ratio = float(np.hypot(*(second - first))), joint.turn_ratio(scene.numbers)
     radii = belt_radii(distance, ratio) if joint.strands else pitch_radii(distance, ratio)
     if radii is None:
         return []
@@ -88,7 +88,7 @@ def draw_wheels(
             draw = symbols.rim if joint.rim else symbols.pitch_circle
             draw(sheet, center, radius, f"joint-{joint.name}-{joint.kind}", color)
             if body in fixed:
-                inner = scene.numbers.get(f"{joint.name}.ratio", -1.0) > 0
+                inner = joint.wheels == 2 and (joint.strands or joint.turn_ratio(scene.numbers) > 0)
                 symbols.fixed_rim(sheet, center, radius, 1.0 if inner else -1.0)
             else:
                 _draw_spoke(sheet, scene, body, center, radius, pose, color)
@@ -128,7 +128,7 @@ def _draw_belt(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> None:
     along, distance = unit(b - a), float(np.hypot(*(b - a)))
     if distance == 0.0:
         return
-    other = -r2 if getattr(joint, "crossed", False) else r2
+    other = joint.sense * r2
     sine = (r1 - other) * sheet.metre / distance
     if abs(sine) >= 1:
         return

@@ -35,7 +35,7 @@ SX = ca.SX
 
 
 class Mesh:
-    """The forces of one gear, rack or belt.
+    """The forces of one gear, rack, belt or pair of friction wheels.
 
     Attributes
     ----------
@@ -81,12 +81,7 @@ class Mesh:
         push it.
         """
         tangent = ca.tan(self.number("pressure_angle"))
-        gap = velocity(self.model, self.second, place) - velocity(self.model, self.first, place)
-        self.closing = ca.sqrt(ca.sumsqr(gap))
-        arm = ca.sqrt(ca.sumsqr(place - self.ends.p1))
-        self.size = ca.fabs(self.turning) * arm + ca.sqrt(
-            ca.sumsqr(velocity(self.model, self.second, place))
-        )
+        self._rolls(place)
         self._drives = self._sense
         if self.real:
             force = pair(self.model, self.first, self.second, place, along)
@@ -128,7 +123,7 @@ class Mesh:
             return
         r1 = numbers[f"{name}.radius"]
         r2 = r1 * self.number("ratio")
-        other = -r2 if getattr(self.ends.joint, "crossed", False) else r2
+        other = self.ends.joint.sense * r2
         gap = self.ends.gap
         distance = ca.sqrt(ca.sumsqr(gap))
         centres = gap / distance
@@ -156,6 +151,31 @@ class Mesh:
         else:
             self.apart = times(0.5, both)
 
+    def friction_wheel(self) -> None:
+        """Contact P = O1 +- r1 (O2 - O1) / |O2 - O1|, where the wheels have one speed."""
+        first, second = self.number("radius"), self.number("second_radius")
+        gap, sense = self.ends.gap, self.ends.joint.sense
+        centres = gap / ca.sqrt(ca.sumsqr(gap))
+        side = ca.sign(first - second) if sense > 0 else SX(1)
+        place = self.ends.p1 + side * first * centres
+        self._rolls(place)
+        if not self.real:
+            return
+        force = pair(self.model, self.first, self.second, place, left(centres))
+        self.tangential, self.column = side, times(side, force)
+        if self.ends.joint.loaded:
+            press = -sense * self.number("press") * centres
+            self.steady = pair(self.model, self.first, self.second, place, press)
+
+    def _rolls(self, place: Any) -> None:
+        """Set the speed of the wheels against each other where they touch, and its size."""
+        gap = velocity(self.model, self.second, place) - velocity(self.model, self.first, place)
+        self.closing = ca.sqrt(ca.sumsqr(gap))
+        arm = ca.sqrt(ca.sumsqr(place - self.ends.p1))
+        self.size = ca.fabs(self.turning) * arm + ca.sqrt(
+            ca.sumsqr(velocity(self.model, self.second, place))
+        )
+
     def lost(self, loss: Any, side: int, sign: Any) -> tuple[Any, Wrench]:
         """Return arm and generalised force of the loss per unit of tangential force.
 
@@ -179,4 +199,9 @@ class Mesh:
         return share * per, add(drag, back)
 
 
-KINDS = {"gear": Mesh.gear, "rack": Mesh.rack, "belt": Mesh.belt}
+KINDS = {
+    "gear": Mesh.gear,
+    "rack": Mesh.rack,
+    "belt": Mesh.belt,
+    "friction-wheel": Mesh.friction_wheel,
+}

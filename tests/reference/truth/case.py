@@ -449,7 +449,7 @@ class Case:
         geared = [
             {a, b, keys.get("carrier", "ground")}
             for (kind, *_, keys), (a, b) in zip(self.joints, ends, strict=True)
-            if kind in ("gear", "belt", "rack")
+            if kind in ("gear", "belt", "rack", "friction-wheel")
         ]
         for (kind, name, first, second, keys), (a, b) in zip(self.joints, ends, strict=True):
             if kind in ("prismatic", "weld") and any(len(g & together[a]) > 1 for g in geared):
@@ -475,5 +475,6 @@ def element_data(element):
 JOINTS = {
     "revolute": md.Revolute, "prismatic": md.Prismatic, "slot": md.PinInSlot,
     "distance": md.Distance, "gear": md.Gear, "weld": md.Weld, "rack": md.Rack, "belt": md.Belt,
+    "friction-wheel": md.FrictionWheel,
 }  # fmt: skip
 __all__ = ["DRIVERS", "FOLD", "Case", "Doubtful", "Element", "End"]

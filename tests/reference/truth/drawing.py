@@ -27,6 +27,8 @@ FAMILIES = {
     "parallel": 0.0,  # elements side by side on the crank, drawn only where they are asked for
 }
 DYADS = ("rrr", "rrr", "rrp", "rpr", "bar", "prp", "rpp")
+ROLLS = 0.8
+"""Of the number by which the ratio of a gear is drawn: above, friction wheels of that ratio."""
 GEARS = ("gear", "gear", "belt", "planet", "rack", "pinion", "weld")
 LEGS = ("link", "link", "bar", "slide", "slot", "rail", "groove")
 
@@ -367,8 +369,15 @@ class Drawer:
                     * rng.choice([-1, 1])
                 )
                 keys["ratio"] = data["ratio"]
-            self.joint("gear", a, b, **keys)
-            if kind == "gear":
+            rolls = kind == "gear" and drawn > ROLLS and data["ratio"] != 1.0
+            if rolls:  # radii whose quotient is the ratio to the last bit
+                contact = "internal" if keys.pop("ratio") > 0 else "external"
+                keys |= {"radius": 0.0625, "second_radius": 0.0625 * abs(data["ratio"])}
+                self.joint("friction-wheel", a, b, contact=contact, **keys)
+                data["word"] = f"friction wheel {contact}"
+            else:
+                self.joint("gear", a, b, **keys)
+            if kind == "gear" and not rolls:
                 data["word"] = "gear internal" if data["ratio"] > 0 else "gear external"
         return self.done("gear", 0, data, self.uses(on, (carrier,), (other,)))
 
