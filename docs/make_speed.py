@@ -1,8 +1,8 @@
 """Writes ``docs/speed-and-error.md`` from ``docs/data/bench.json``.
 
 Usage: ``python -m benchmarks --out docs/data && python docs/make_speed.py``; with ``--check``
-nothing is written and the exit code tells whether the page is up to date. ``bench.json`` holds what was
-measured on one machine; its numbers are not measured again by tests.
+nothing is written and the exit code tells whether the page is up to date. ``bench.json`` holds
+what was measured on one machine; its numbers are not measured again by tests.
 """
 
 from __future__ import annotations

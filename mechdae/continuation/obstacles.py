@@ -156,7 +156,8 @@ def go_back(front: Front, place: float) -> list[tuple[float, Any]]:
     """
     path, sense = front.path, front.sense
     ends = [end.s for r in path.reach.values() for end in (r.low, r.high) if end is not None]
-    marks = [path.began, path.origin[0], *ends, *[s for z in path.zones for s in z.nodes[0]]]
+    zone = next((own for own in reversed(path.zones) if own.up == front.up), None)  # the farthest
+    marks = [path.began, path.origin[0], *ends, *(zone.nodes[0] if zone else ())]
     last = max(sense * mark for mark in marks if sense * (front.s - mark) >= 0)
     taken: list[tuple[float, Any]] = []
     while sense * (front.s - place) > 0 and sense * front.s > last:

@@ -83,10 +83,11 @@ def limit_events(setting: Setting, path: AnyPath, low: float, high: float) -> li
                 event |= {"order": limit.order, "range": list(limit.within), "gap": limit.gap}
             found.append((limit.s, event))
     found += [pair for zone in path.zones for pair in _crossed(setting, path, zone, low, high)]
-    for s, event in found:
+    doubtful = _ambiguous(path, np.array([s for s, _ in found]), at_them=False).tolist()
+    for (s, event), unsure in zip(found, doubtful, strict=True):
         if not arc.holds(s):
             event["reached"] = False
-        if _ambiguous(path, np.array([s]), at_them=False)[0]:
+        if unsure:
             event["ambiguous"] = True
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
 

@@ -148,8 +148,8 @@ def _followed(
     """Seek optima again whose poses do not follow from each other, where another is better.
 
     An optimum may have poses a whole turn from their neighbours, as far from their targets; and
-    where no start meets all constraints, poses of a sound design beyond a branch. The poses that follow
-    from one of them are the start then.
+    where no start meets all constraints, poses of a sound design beyond a branch. The poses that
+    follow from one of them are the start then.
     """
     none = not any(found.violation <= FEASIBLE for found in optima)
     for i, (kind, start) in enumerate(jobs):

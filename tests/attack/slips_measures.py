@@ -142,7 +142,7 @@ SLIPS = [
         "return min(stroke, TURN - stroke)",
         "return stroke",
         strokes,
-        SUITE + "test_time_ratio_of_slider_cranks_and_quick_returns",
+        "attack/test_slips.py::test_nothing_is_off_without_a_slip",
     ),
     Slip(
         "measures.dwell:_Finder._mean",
@@ -219,7 +219,7 @@ SLIPS = [
         "track.sense * float(area)",
         "float(area)",
         curve,
-        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+        SUITE + "test_measures_do_not_depend_on_the_poses_nor_on_the_direction",
     ),
     Slip(
         "measures.centres:Planes.centre",

@@ -211,7 +211,7 @@ SLIPS = [
         "(r1 - r2) ** 2, (r1 + r2) ** 2",
         "r1**2 - r2**2, r1**2 + r2**2",
         angles,
-        SUITE + "test_burmester_public_case",
+        SUITE + "test_the_one_viable_nine_point_four_bar",
     ),
     Slip(
         "synthesis.fourbar.linkage:visited",
@@ -281,21 +281,21 @@ SLIPS = [
         "least[:, :-1]",
         "least[:, 1:]",
         visits,
-        "synthesis/test_synthesis_planted.py::test_minimax_and_least_squares_each_win_by_their_measure",
+        "synthesis/test_synthesis_planted.py::test_path_of_a_four_bar",
     ),
     Slip(
         "synthesis.goals.path_generation:wound",
         "int(np.argmax(gaps)) + 1",
         "int(np.argmax(gaps))",
         visits,
-        "synthesis/test_synthesis_planted.py::test_targets_in_any_order",
+        "attack/test_slips.py::test_nothing_is_off_without_a_slip",
     ),
     Slip(
         "synthesis.goals.straight:lines_of",
         "(low + high) / 2, (high - low) / 2",
         "(low + high) / 2, high - low",
         lines,
-        "synthesis/test_synthesis_planted.py::test_straight_line_is_no_worse_than_the_plant",
+        "attack/test_slips.py::test_nothing_is_off_without_a_slip",
     ),
     Slip(
         "synthesis.goals.path_generation:Visits.worth",
@@ -309,6 +309,6 @@ SLIPS = [
         'e["min"]',
         'e["max"]',
         path,
-        "synthesis/test_synthesis_planted.py::test_transmission_angle_alone",
+        "synthesis/test_synthesis.py::test_path_cases_reach_their_bar_without_defects",
     ),
 ]

@@ -17,8 +17,8 @@ def problem_of(text):
 
 
 SAMPLE = (0, 1, 2, 3, 4, 5, 67, 136, 156)
-"""One seed of each family of ``slider_dyads.py``; poses that leap by a turn, the other mode of the first
-dyad, poses beyond their branch. Many of them: the script itself."""
+"""One seed of each family of ``slider_dyads.py``; poses that leap by a turn, the other mode of the
+first dyad, poses beyond their branch. Many of them: the script itself."""
 
 
 @pytest.mark.parametrize("seed", SAMPLE)

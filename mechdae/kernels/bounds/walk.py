@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
@@ -71,6 +72,10 @@ ARRAYS = {
 }
 
 
+_LISTS: WeakKeyDictionary[Any, list[tuple[int, list[int], list[int], float]]] = WeakKeyDictionary()
+"""Instructions of functions that are still in use."""
+
+
 def symbolic(code: int, *values: Any) -> Any:
     """Return the SX scalar of one operation; faster than operators and functions of SX."""
     return ca.SX.binary(code, *values) if len(values) == 2 else ca.SX.unary(code, *values)
@@ -95,18 +100,34 @@ def replay(
     """
     work: dict[int, Any] = {}
     results: list[list[Any]] = [[None] * function.numel_out(i) for i in range(function.n_out())]
-    for k in range(function.n_instructions()):
-        code = function.instruction_id(k)
-        into, out_of = function.instruction_output(k), function.instruction_input(k)
+    for code, into, out_of, number in _instructions(function):
         if code == ca.OP_INPUT:
             work[into[0]] = inputs[out_of[0]][out_of[1]]
         elif code == ca.OP_CONST:
-            work[into[0]] = constant(function.instruction_constant(k))
+            work[into[0]] = constant(number)
         elif code == ca.OP_OUTPUT:
             results[into[0]][into[1]] = work[out_of[0]]
         else:
             work[into[0]] = operation(code, [work[i] for i in out_of])
     return results
+
+
+def _instructions(function: Any) -> list[tuple[int, list[int], list[int], float]]:
+    """Return code, places written, places read and number of each instruction; asked for once."""
+    known = _LISTS.get(function)
+    if known is None:
+        known = [
+            (
+                code,
+                function.instruction_output(k),
+                function.instruction_input(k),
+                function.instruction_constant(k) if code == ca.OP_CONST else 0.0,
+            )
+            for k in range(function.n_instructions())
+            for code in [function.instruction_id(k)]
+        ]
+        _LISTS[function] = known
+    return known
 
 
 def with_trig(expressions: list[Any], angles: Any, sines: Any, cosines: Any) -> list[Any]:

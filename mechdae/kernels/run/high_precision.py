@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from decimal import Context, Decimal, localcontext
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -55,6 +56,7 @@ def exactly(value: Any) -> Decimal:
     return value if isinstance(value, Decimal) else Decimal(float(value))
 
 
+@lru_cache(maxsize=1024)
 def _cos(a: Decimal) -> Decimal:
     a = a.remainder_near(2 * PI)
     total, term, k = Decimal(0), Decimal(1), 0
