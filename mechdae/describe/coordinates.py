@@ -84,10 +84,10 @@ def unit_of(mechanism: Mechanism, text: str) -> str | None:
         kind = KINDS[mechanism.joints[text].usual]
         return None if kind is PLACE else kind.unit
     try:
-        found = coordinate(mechanism, f"{text}.angle" if text in mechanism.bodies else text)
+        result = coordinate(mechanism, f"{text}.angle" if text in mechanism.bodies else text)
     except MechdaeError:
         return None
-    return None if found.on_curve else found.unit
+    return None if result.on_curve else result.unit
 
 
 def coordinate_names(mechanism: Mechanism) -> list[str]:
@@ -125,8 +125,10 @@ def selection(
     UnknownName
         Nothing of that name, with the nearest ones.
     """
-    own = {n: [f"{n}.{point}" for point in body.points] for n, body in mechanism.bodies.items()}
-    every = {point: None for points in own.values() for point in points}
+    points_of = {
+        n: [f"{n}.{point}" for point in body.points] for n, body in mechanism.bodies.items()
+    }
+    every = {point: None for points in points_of.values() for point in points}
     joints = {n: j for n, j in mechanism.joints.items() if forces or j.coordinates}
     if outputs is None:
         whole = (tuple(mechanism.bodies), tuple(every), tuple(joints))
@@ -139,21 +141,21 @@ def selection(
             points.append(text)
         elif text in mechanism.bodies:
             bodies.append(text)
-            points += own[text]
+            points += points_of[text]
         elif text in joints:
             chosen.append(text)
         elif text not in mechanism.outputs:
             try:
-                found = coordinate(mechanism, text)
+                result = coordinate(mechanism, text)
             except UnknownName:
                 names = [*every, *mechanism.bodies, *joints, *coordinate_names(mechanism)]
                 names += mechanism.outputs
                 raise UnknownName("output", text, names) from None
-            if found.kind == "body angle":
-                bodies.append(found.part)
-            elif found.kind == "point":
-                points.append(f"{found.part}.{found.point}")
+            if result.kind == "body angle":
+                bodies.append(result.part)
+            elif result.kind == "point":
+                points.append(f"{result.part}.{result.point}")
             else:
-                chosen.append(found.part)
+                chosen.append(result.part)
     named = [text for text in outputs if text in mechanism.outputs]
     return Selection(*(tuple(dict.fromkeys(items)) for items in (bodies, points, chosen, named)))

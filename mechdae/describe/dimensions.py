@@ -49,8 +49,8 @@ def parameter_units(mechanism: Mechanism, tasks: Iterable[Task] = ()) -> dict[st
 
     ``m``, ``rad``, ``1``, ``rad/s``, ``kg m2``, ``N/m``.
     """
-    own = {name: powers_of(unit) for name, unit in _automatic(mechanism)}
-    uses = [(number, own[name]) for name, number in mechanism.numbers() if name in own]
+    automatic = {name: powers_of(unit) for name, unit in _automatic(mechanism)}
+    uses = [(number, automatic[name]) for name, number in mechanism.numbers() if name in automatic]
     uses += list(_loads(mechanism))
     for task in tasks:
         uses += list(_drivers(mechanism, task))
@@ -65,8 +65,8 @@ def parameter_units(mechanism: Mechanism, tasks: Iterable[Task] = ()) -> dict[st
             if turn >= ROUNDS and isinstance(number, str):
                 # last, for numbers in an expression may have units of their own
                 reader.learn(name, reader.unit(parse(number)), weak=True)
-    found = {name: text_of(powers) for name, powers in own.items() if powers is not None}
-    return found | {name: text_of(powers) for name, powers in known.items() if powers is not None}
+    units = {name: text_of(powers) for name, powers in automatic.items() if powers is not None}
+    return units | {name: text_of(powers) for name, powers in known.items() if powers is not None}
 
 
 def powers_of(unit: str) -> Powers | None:
@@ -207,8 +207,8 @@ class _Reader:
                 inside = NONE
             elif word in SAME:
                 units = [self.unit(argument) for argument in node.args]
-                told = [unit for unit in units if isinstance(unit, tuple)]
-                inside = told[0] if told else powers if word != "atan2" else None
+                known = [unit for unit in units if isinstance(unit, tuple)]
+                inside = known[0] if known else powers if word != "atan2" else None
             elif word == "sqrt" and powers is not None:
                 inside = tuple(2 * power for power in powers)
             for argument in node.args:
@@ -218,9 +218,9 @@ class _Reader:
         """Tell the sides of a sum, a difference or a power."""
         if not isinstance(node.op, ast.Pow):
             units = (powers, self.unit(node.left), self.unit(node.right))
-            told = [unit for unit in units if isinstance(unit, tuple)]
+            known = [unit for unit in units if isinstance(unit, tuple)]
             for side in (node.left, node.right):
-                self._tell(side, told[0] if told else None, weak or powers is None)
+                self._tell(side, known[0] if known else None, weak or powers is None)
             return
         times = node.right.value if isinstance(node.right, ast.Constant) else None
         base = None
@@ -276,8 +276,8 @@ class _Reader:
         if word in SAME:
             return self._of_sum(inside)
         if word == "sqrt":
-            own = inside[0]
-            return tuple(power / 2 for power in own) if isinstance(own, tuple) else own
+            first = inside[0]
+            return tuple(power / 2 for power in first) if isinstance(first, tuple) else first
         return NONE
 
     def _of_sum(self, units: list[Powers | str | None]) -> Powers | str | None:

@@ -111,12 +111,12 @@ def dotted(node: ast.AST) -> str:
 
 def names_in(text: str) -> set[str]:
     """Return the (dotted) names that the expression uses, ``pi`` excepted."""
-    found: set[str] = set()
+    result: set[str] = set()
 
     def walk(node: ast.AST) -> None:
         name = dotted(node)
         if name:
-            found.add(name)
+            result.add(name)
         elif isinstance(node, ast.Call):
             for argument in node.args:
                 walk(argument)
@@ -125,7 +125,7 @@ def names_in(text: str) -> set[str]:
                 walk(child)
 
     walk(parse(text))
-    return found - set(CONSTANTS)
+    return result - set(CONSTANTS)
 
 
 def build(text: str, names: Mapping[str, Any], functions: Mapping[str, Callable[..., Any]]) -> Any:

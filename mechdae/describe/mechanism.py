@@ -351,10 +351,10 @@ def _check_sketch(mechanism: Mechanism) -> None:
     """Raise for a coordinate that is sketched twice, once by the name of its body or joint."""
     for name in mechanism.sketch:
         joint = mechanism.joints.get(name)
-        own = "angle" if joint is None else joint.usual
-        if f"{name}.{own}" in mechanism.sketch:
+        usual = "angle" if joint is None else joint.usual
+        if f"{name}.{usual}" in mechanism.sketch:
             raise MechanismError(
-                f"{name} and {name}.{own} are the same coordinate",
+                f"{name} and {name}.{usual} are the same coordinate",
                 where=f"sketch.{name}",
                 hint="delete one of them",
             )

@@ -47,16 +47,16 @@ def reactions_of(mechanism: Mechanism, output: str) -> list[str]:
 
 def names_of(mechanism: Mechanism, output: str) -> set[str]:
     """Return the names a named output uses, those of the outputs it refers to included."""
-    found: set[str] = set()
+    result: set[str] = set()
     front, seen = [output], {output}
     while front:
         for name in names_in(mechanism.outputs[front.pop()]):
             if name not in mechanism.outputs:
-                found.add(name)
+                result.add(name)
             elif name not in seen:
                 seen.add(name)
                 front.append(name)
-    return found
+    return result
 
 
 def coordinates_of(mechanism: Mechanism, output: str) -> dict[str, int]:

@@ -40,17 +40,17 @@ def structure_of(mechanism: Mechanism, free: frozenset[str] = frozenset()) -> Ha
 def _joint(joint: Joint, mechanism: Mechanism) -> Hashable:
     """Return what a joint is but for its numbers."""
     numbers = dict(joint.numbers())
-    own = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in (*numbers, "range"))
+    rest = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in (*numbers, "range"))
     if not follows_curve(joint):
-        return (joint.kind, own)
+        return (joint.kind, rest)
     values = mechanism.values()
-    return (joint.kind, own, span(joint, values), joint.closed and repeats(joint, values))
+    return (joint.kind, rest, span(joint, values), joint.closed and repeats(joint, values))
 
 
 def _load(load: Load) -> Hashable:
     """Return what a load is but for its numbers; those of expressions and tables are part of it."""
     numbers = {name.partition(".")[0] for name, _ in load.numbers()}
-    own: list[Any] = [getattr(load, e.name) for e in fields(load) if e.name not in numbers]
+    rest: list[Any] = [getattr(load, e.name) for e in fields(load) if e.name not in numbers]
     texts = [
         number
         for entry in fields(load)
@@ -58,4 +58,4 @@ def _load(load: Load) -> Hashable:
         for number in getattr(load, entry.name)
         if isinstance(number, str)
     ]
-    return (load.kind, tuple(own), tuple(texts), getattr(load, "points", None))
+    return (load.kind, tuple(rest), tuple(texts), getattr(load, "points", None))

@@ -185,10 +185,10 @@ def _several(value: Any, size: int) -> tuple[tuple[Number, ...], ...]:
             raise InputError(f"{size} numbers are needed, here are {len(items)}")
         return numbers(items)
 
-    found = tuple(each(sequence(value), row))
-    if len(found) < 2:
-        raise InputError(f"2 at least are needed, here are {len(found)}")
-    return found
+    result = tuple(each(sequence(value), row))
+    if len(result) < 2:
+        raise InputError(f"2 at least are needed, here are {len(result)}")
+    return result
 
 
 def rows(value: Any) -> tuple[tuple[float, float], ...]:
@@ -200,10 +200,10 @@ def rows(value: Any) -> tuple[tuple[float, float], ...]:
             raise InputError("plain numbers are needed, not expressions")
         return first, second
 
-    found = tuple(each(sequence(value), row))
-    if len(found) < 2:
+    result = tuple(each(sequence(value), row))
+    if len(result) < 2:
         raise InputError("two rows at least are needed")
-    return found
+    return result
 
 
 def names(value: Any) -> tuple[str, ...]:
@@ -226,15 +226,15 @@ def numbers_by_coordinate(value: Any) -> Table[Number]:
 
 def start(value: Any) -> Table[Number]:
     """Return coordinate -> number; dotted keys may be nested tables."""
-    found: dict[str, Number] = {}
+    result: dict[str, Number] = {}
     for entry, item in _flat(value, ""):
-        if entry in found:
+        if entry in result:
             raise InputError("the coordinate is given twice", where=entry)
         try:
-            found[entry] = number(item)
+            result[entry] = number(item)
         except MechdaeError as problem:
             raise problem.inside(entry) from None
-    return Table(found)
+    return Table(result)
 
 
 def _flat(table: Any, before: str) -> Iterator[tuple[str, Any]]:
@@ -249,20 +249,20 @@ def _flat(table: Any, before: str) -> Iterator[tuple[str, Any]]:
 
 def samples(value: Any) -> Table[tuple[Number, ...]]:
     """Return name -> numbers, one at least."""
-    found = entries(value, numbers, check=text)
-    for entry, items in found.items():
+    result = entries(value, numbers, check=text)
+    for entry, items in result.items():
         if not items:
             raise InputError("a list of numbers is needed", where=entry)
-    return Table(found)
+    return Table(result)
 
 
 def grid(value: Any) -> Table[tuple[Number, ...]]:
     """Return name -> (from, to, count)."""
-    found = entries(value, numbers, check=text)
-    for entry, items in found.items():
+    result = entries(value, numbers, check=text)
+    for entry, items in result.items():
         if len(items) != 3:
             raise InputError("[from, to, count] is needed", where=entry)
-    return Table(found)
+    return Table(result)
 
 
 def reference(value: Any) -> str:

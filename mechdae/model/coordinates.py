@@ -76,9 +76,9 @@ class Coordinates(tuple[Coordinate, ...]):
 
     def of_kind(self, kind: CoordinateKind) -> Any:
         """Return which are of a kind, (n,) booleans."""
-        found = np.array([c.kind is kind for c in self], bool)
-        found.flags.writeable = False
-        return found
+        result = np.array([c.kind is kind for c in self], bool)
+        result.flags.writeable = False
+        return result
 
     @cached_property
     def turns(self) -> Any:

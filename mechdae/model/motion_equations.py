@@ -185,24 +185,24 @@ class Released:
     @cached_property
     def losses(self) -> dict[str, list[tuple[int, Any]]]:
         """By joint its places among the sizes, and the power lost per unit of each."""
-        found: dict[str, list[tuple[int, Any]]] = {}
+        result: dict[str, list[tuple[int, Any]]] = {}
         for j, own in enumerate(self.rubbing.feedbacks):
             if own.friction:
-                found.setdefault(own.joint, []).append((j, self.moved(own.rate)))
-        return found
+                result.setdefault(own.joint, []).append((j, self.moved(own.rate)))
+        return result
 
     def moved(self, absolute: Any) -> Any:
         """Return an expression over (q, v, t) as one over (x, v, t)."""
         model = self.model
-        found = SX(absolute)
+        result = SX(absolute)
         if self.loads.signals:
             pieces = ca.vertcat(*[signal.piece for signal in self.loads.signals])
             values = [
                 ca.vertcat(signal.at, _broken_line(signal), 0) for signal in self.loads.signals
             ]
-            found = ca.substitute(found, pieces, ca.vertcat(*values))
+            result = ca.substitute(result, pieces, ca.vertcat(*values))
         inputs = [model.q, model.velocity, model.acceleration, self.t, model.p, self.signs]
-        function = ca.Function("moved", inputs, [found])
+        function = ca.Function("moved", inputs, [result])
         at = [self.q, self.qd, self.bias, self.t, model.p, self.signs]
         return function(*at)
 
@@ -250,10 +250,10 @@ class Released:
     @cached_property
     def stores(self) -> dict[str, Any]:
         """Potential energies by load: gravity, springs without time in their numbers."""
-        model, found = self.model, {}
+        model, result = self.model, {}
         for name, load in model.mechanism.loads.items():
             if isinstance(load, Spring) and self._constant(load):
-                found[name] = self._strain(load)
+                result[name] = self._strain(load)
         if "gravity" in self.loads.wrenches:
             g = ca.vertcat(*[model.numbers[f"gravity.{axis}"] for axis in "xy"])
             total = SX(0)
@@ -261,8 +261,8 @@ class Released:
                 if f"{body}.mass" in model.numbers:
                     place = model.frame(body).point(model.center(body))
                     total -= model.numbers[f"{body}.mass"] * ca.dot(g, place)
-            found["gravity"] = total
-        return {name: self.moved(expression) for name, expression in found.items()}
+            result["gravity"] = total
+        return {name: self.moved(expression) for name, expression in result.items()}
 
     def _constant(self, load: Spring) -> bool:
         """Return whether a spring's numbers depend on parameters alone."""
@@ -281,7 +281,7 @@ class Released:
     @cached_property
     def powers(self) -> dict[str, Any]:
         """Powers that are no rate of a stored energy, by load."""
-        found: dict[str, Any] = {}
+        result: dict[str, Any] = {}
         for name, wrench in self.loads.wrenches.items():
             if name == "gravity":
                 continue
@@ -291,8 +291,8 @@ class Released:
                 if not _damped(load):
                     continue
                 total = self._damping_power(load)
-            found[name] = self.moved(total)
-        return found
+            result[name] = self.moved(total)
+        return result
 
     def _damping_power(self, load: Spring) -> Any:
         """Return the power of a spring's damper, <= 0."""

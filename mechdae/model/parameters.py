@@ -22,9 +22,9 @@ def parameters_of(model: Model, names: Sequence[str], values: Any) -> Any:
     UnknownName
         A name that is no entry of p.
     """
-    own = dict(zip(names, ca.vertsplit(values), strict=True)) if len(names) else {}
+    changed = dict(zip(names, ca.vertsplit(values), strict=True)) if len(names) else {}
     known = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
-    for name in own:
+    for name in changed:
         if name not in known:
             raise UnknownName("parameter", name, known)
     numbers = model.mechanism.parameters
@@ -33,8 +33,8 @@ def parameters_of(model: Model, names: Sequence[str], values: Any) -> Any:
     def value(name: str) -> Any:
         if name not in done:
             number = numbers.get(name)
-            if name in own:
-                done[name] = own[name]
+            if name in changed:
+                done[name] = changed[name]
             elif isinstance(number, str):
                 others = {other: value(other) for other in names_in(number)}
                 done[name] = SX(build(number, others, FUNCTIONS))

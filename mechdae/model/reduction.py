@@ -205,7 +205,7 @@ def reduce(scene: Scene) -> None:
         for name, joint in model.mechanism.joints.items()
         for entry in joint.pivots
     ]
-    found: list[Any] = []
+    result: list[Any] = []
     pending: list[tuple[int, list[Any], list[Equation]]] = []
     for group in scene.groups:
         rows = scene.expression(ca.vertcat(*[scene.rows[i].expression for i in group.rows]))
@@ -221,10 +221,10 @@ def reduce(scene: Scene) -> None:
         scene.checks += [Check(group.index, *row) for row in without if not row[0].is_zero()]
         for unknowns, own in split(rest, left):
             pending.append((group.index, unknowns, own))
-            found += unknowns
-    scene.x = ca.vertcat(*found) if found else SX(0, 1)
-    scene.unknowns = Coordinates(c for c in map(model.of_symbol, found) if c)
-    place = {symbol.element_hash(): i for i, symbol in enumerate(found)}
+            result += unknowns
+    scene.x = ca.vertcat(*result) if result else SX(0, 1)
+    scene.unknowns = Coordinates(c for c in map(model.of_symbol, result) if c)
+    place = {symbol.element_hash(): i for i, symbol in enumerate(result)}
     start = 0
     for index, unknowns, own in pending:
         x = tuple(range(start, start + len(unknowns)))

@@ -81,13 +81,13 @@ def _overdetermined(pattern: Any, body_of: list[str], touched: list[set[str]]) -
     over = rowperm[: coarse_rows[2]]
     for j in colperm[: coarse_cols[1]]:
         rows_for[body_of[j]] |= set(over)
-    found, front = set[str](), [name for i in over for name in touched[i]]
+    result, front = set[str](), [name for i in over for name in touched[i]]
     while front:
         name = front.pop()
-        if name not in found:
-            found.add(name)
+        if name not in result:
+            result.add(name)
             front += [other for i in rows_for[name] for other in touched[i]]
-    return found
+    return result
 
 
 def _anywhere(model: Model, rows: Sequence[Row]) -> list[dict[int, float]]:
@@ -193,16 +193,16 @@ class _Cutter:
     def sets(self, coarse: bool) -> list[set[str]]:
         """Return the groups that the bodies are made of, in solve order."""
         left, known = set(self.order), set[str]()
-        found = []
+        result = []
         while left:
             one = self._nearest(left, known) or set(left)
             if coarse and not any(self.links[i].driver for i in self._inside(one, known)):
                 one = set(left)
             one = self._with_alternatives(one, left, known)
-            found.append(one)
+            result.append(one)
             known |= one
             left -= one
-        return self._with_bodies([one & set(self.real) for one in found])
+        return self._with_bodies([one & set(self.real) for one in result])
 
     def _with_bodies(self, sets: list[set[str]]) -> list[set[str]]:
         """Return the sets with places on curves between solved bodies put to those bodies.
@@ -245,23 +245,23 @@ class _Cutter:
     def _moving(self, bodies: set[str], known: set[str]) -> list[set[str]]:
         """Return the connected determined sets that would not stand still."""
         left = self._determined(bodies, known)
-        found = []
+        result = []
         while left:
             one = self._connected(min(left, key=self.order.__getitem__), left, known)
             left -= one
             if self._moves(one, known):
-                found.append(one)
-        return found
+                result.append(one)
+        return result
 
     def _connected(self, start: str, inside: set[str], known: set[str]) -> set[str]:
-        found, front = {start}, [start]
+        result, front = {start}, [start]
         while front:
             for i in self.of_body[front.pop()]:
                 if self.links[i].bodies <= inside | known:
-                    new = (self.links[i].bodies & inside) - found
-                    found |= new
+                    new = (self.links[i].bodies & inside) - result
+                    result |= new
                     front += new
-        return found
+        return result
 
     def _moves(self, bodies: set[str], known: set[str]) -> bool:
         links = [self.links[i] for i in self._inside(bodies, known)]
@@ -282,12 +282,12 @@ class _Cutter:
             sets = self._moving(bodies, known)
             return next((one for one in sets if keep is None or keep in one), set())
 
-        found = within(pool)
+        result = within(pool)
         early = set(first)
-        for name in sorted(found, key=lambda n: (n not in early, -self.order[n])):
-            if name != keep and name in found:
-                found = within(found - {name}) or found
-        return found
+        for name in sorted(result, key=lambda n: (n not in early, -self.order[n])):
+            if name != keep and name in result:
+                result = within(result - {name}) or result
+        return result
 
     def _nearest(self, left: set[str], known: set[str]) -> set[str]:
         """Return a smallest moving set as near to the solved bodies as there is one."""

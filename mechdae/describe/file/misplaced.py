@@ -41,9 +41,9 @@ def explain(data: Mapping[str, Any], error: MechdaeError) -> None:
         task = data["tasks"][place[1]]
         kind = TASKS.get(str(task.get("kind")))
         if kind is not None and split_unit(key)[0] in keys_of(kind):
-            header, own = ".".join(place), ".".join(place[:2])
+            header, section = ".".join(place), ".".join(place[:2])
             error.hint = (
-                f"'{key}' is a key of [{own}]; below the header [{header}] it belongs to that: "
+                f"'{key}' is a key of [{section}]; below the header [{header}] it belongs to that: "
                 "move it above"
             )
 
@@ -67,10 +67,10 @@ def _is_table(data: Any, place: list[str]) -> bool:
 
 def _tables_with(data: Mapping[str, Any], key: str, depth: int = 0) -> list[list[str]]:
     """Return the paths of tables that hold a key."""
-    found = []
+    result = []
     for name, value in data.items():
         if isinstance(value, Mapping) and depth < MOST:
             if key in value and not isinstance(value[key], Mapping):
-                found.append([name])
-            found += [[name, *rest] for rest in _tables_with(value, key, depth + 1)]
-    return found
+                result.append([name])
+            result += [[name, *rest] for rest in _tables_with(value, key, depth + 1)]
+    return result

@@ -125,12 +125,12 @@ def check_suffix(key: str, unit: str | None) -> None:
     base, suffix = split_unit(key)
     if not suffix or suffix in suffixes(unit):
         return
-    own = "plain numbers" if unit == "1" else f"in {unit}"
+    meaning = "plain numbers" if unit == "1" else f"in {unit}"
     fitting = [f"{base}{other}" for other in suffixes(unit)]
     raise InputError(
         f"the unit '{suffix}' does not fit '{base}'",
         where=key,
-        hint=f"{' or '.join([base, *fitting])}; values without a suffix are {own}",
+        hint=f"{' or '.join([base, *fitting])}; values without a suffix are {meaning}",
     )
 
 

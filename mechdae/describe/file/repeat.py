@@ -58,8 +58,8 @@ class Pattern:
 
     def data(self) -> dict[str, Any]:
         """Return the tables as the parser of TOML gives them."""
-        found: dict[str, Any] = _thawed(self.tables)
-        return found
+        result: dict[str, Any] = _thawed(self.tables)
+        return result
 
     def problem(self, name: str) -> Any:
         """Return the problem as the pattern alone describes it."""

@@ -65,7 +65,7 @@ def with_time_tables(tasks: Table[Task], folder: Path) -> Table[Task]:
     InputError
         With the key path of the driver.
     """
-    found = dict(tasks)
+    result = dict(tasks)
     for name, task in tasks.items():
         drivers: Any = getattr(task, "drivers", None) or ()
         if not any(driver.table is not None and driver.table.file for driver in drivers):
@@ -80,9 +80,9 @@ def with_time_tables(tasks: Table[Task], folder: Path) -> Table[Task]:
             except MechdaeError as problem:
                 raise problem.inside(f"tasks.{name}.drivers[{i}].table") from None
             read.append(changed)
-        own: Any = task
-        found[name] = replace(own, drivers=tuple(read))
-    return Table(found) if any(found[n] is not task for n, task in tasks.items()) else tasks
+        changed_task: Any = task
+        result[name] = replace(changed_task, drivers=tuple(read))
+    return Table(result) if any(result[n] is not task for n, task in tasks.items()) else tasks
 
 
 def _tables(mechanism: Mechanism, tasks: Mapping[str, Task]) -> Iterator[tuple[str, Any]]:

@@ -56,10 +56,10 @@ def check_units(mechanism: Mechanism, tasks: Mapping[str, Task], data: Mapping[s
         tables += [(f"drivers[{k}]", item) for k, item in enumerate(task.get("drivers", ()))]
         for place, table in tables:
             for word in table:
-                own = unit_of(mechanism, table["coordinate"])
+                unit = unit_of(mechanism, table["coordinate"])
                 key = split_unit(word)[0]
                 try:
-                    if own is not None and key in RATES:
-                        check_suffix(word, f"{own}{RATES[key]}")
+                    if unit is not None and key in RATES:
+                        check_suffix(word, f"{unit}{RATES[key]}")
                 except MechdaeError as error:
                     raise error.inside(f"tasks.{name}.{place}") from None

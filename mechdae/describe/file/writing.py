@@ -55,16 +55,16 @@ def _with_rows(task: Task) -> Task:
     drivers: Any = getattr(task, "drivers", None) or ()
     if not any(driver.table is not None and driver.table.file for driver in drivers):
         return task
-    found = []
+    written = []
     for driver in drivers:
         table = driver.table
         if table is not None and table.file is not None:
             rows = replace(table, file=None, columns=None, rows=table.points)
-            found.append(replace(driver, table=rows))
+            written.append(replace(driver, table=rows))
         else:
-            found.append(driver)
-    own: Any = task
-    return replace(own, drivers=tuple(found))  # type: ignore[no-any-return]
+            written.append(driver)
+    changed: Any = task
+    return replace(changed, drivers=tuple(written))  # type: ignore[no-any-return]
 
 
 def dumps(problem: Problem) -> str:

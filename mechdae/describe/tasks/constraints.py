@@ -59,7 +59,7 @@ class Region(Value):
                 f"3 at least are needed, here are {len(self.polygon)}", where="polygon"
             )
 
-    def asked(self, within: Within) -> Region:
+    def checked(self, within: Within) -> Region:
         """Return the region of plain numbers, corners counter-clockwise."""
         points = [f"{GROUND}.{name}" for name in within.mechanism.ground.points]
         known(self.point, points, "point of the ground", "point")
@@ -95,10 +95,10 @@ def _freedom(value: Any) -> Any:
         return value
     if isinstance(value, Mapping):
         return read(Region if "point" in value else Choices, value, "")
-    found = numbers(value)
-    if len(found) != 2:
-        raise InputError(f"[low, high] is needed, here are {len(found)} numbers")
-    return found
+    result = numbers(value)
+    if len(result) != 2:
+        raise InputError(f"[low, high] is needed, here are {len(result)} numbers")
+    return result
 
 
 def _freedoms(value: Any) -> Table[Any]:
@@ -231,7 +231,7 @@ class LimitConstraint(Constraint):
             raise InputError("'min' or 'max' is needed")
         if self.bounds[0] > self.bounds[1]:
             raise InputError("'min' is above 'max'")
-        Minimise(of=self.of, reduce=self.reduce).asked(within)
+        Minimise(of=self.of, reduce=self.reduce).checked(within)
 
 
 CONSTRAINTS: Mapping[str, type[Constraint]] = {

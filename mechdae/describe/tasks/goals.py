@@ -1,6 +1,6 @@
 """Goals of a synthesis: what a mechanism must do, as it is described and as it is searched for.
 
-A description is checked against the mechanism by ``asked``, which returns the goal with plain
+A description is checked against the mechanism by ``checked``, which returns the goal with plain
 numbers [SI, rad]; errors have the key path.
 """
 
@@ -75,7 +75,7 @@ class GoalDescription(Value):
 
     kind: ClassVar[str] = ""
 
-    def asked(self, within: Within) -> Asked:
+    def checked(self, within: Within) -> Asked:
         """Return what is searched for, of a goal with plain numbers.
 
         Raises
@@ -123,7 +123,7 @@ class PathGoal(_Visiting):
 
     kind: ClassVar[str] = "path"
 
-    def asked(self, within: Within) -> Visits:
+    def checked(self, within: Within) -> Visits:
         known_point(within.mechanism, self.point, "point")
         return self._visits(self.point, "targets")
 
@@ -137,7 +137,7 @@ class MotionGoal(_Visiting):
 
     kind: ClassVar[str] = "motion"
 
-    def asked(self, within: Within) -> Visits:
+    def checked(self, within: Within) -> Visits:
         known(self.body, within.mechanism.bodies, "body", "body")
         return self._visits(self.body, "poses")
 
@@ -184,7 +184,7 @@ class FunctionTargets(GoalDescription):
         """Return the function at a place of its range."""
         return evaluate(str(self.function), {"x": x})
 
-    def asked(self, within: Within) -> FunctionTargets:
+    def checked(self, within: Within) -> FunctionTargets:
         known(self.input or within.driver, [within.driver], "coordinate", "input")
         try:
             output = coordinate(within.mechanism, self.output).text
@@ -195,8 +195,8 @@ class FunctionTargets(GoalDescription):
         starts = {word: self._start(within, word) for word in ("input_start", "output_start")}
         if self.targets is not None:
             # targets are values of the coordinates themselves, unless a start says otherwise
-            own = zip(starts, self.targets[0], strict=True)
-            starts |= {word: first for word, first in own if starts[word] is None}
+            firsts = zip(starts, self.targets[0], strict=True)
+            starts |= {word: first for word, first in firsts if starts[word] is None}
         else:
             self._check_range()
         return replace(self, output=output, **starts)
@@ -249,7 +249,7 @@ class Rocker(GoalDescription):
         """The way between its ends [rad or m]."""
         return self.stroke if self.slides else self.swing
 
-    def asked(self, within: Within) -> Rocker:
+    def checked(self, within: Within) -> Rocker:
         if self.slides and (self.body is not None or self.swing is not None):
             raise InputError(
                 "give 'body' and 'swing' of what turns, or 'joint' and 'stroke' of what slides"
@@ -284,7 +284,7 @@ class StraightLine(GoalDescription):
     kind: ClassVar[str] = "straight-line"
     nodes: ClassVar[int] = 61
 
-    def asked(self, within: Within) -> StraightLine:
+    def checked(self, within: Within) -> StraightLine:
         if not 0 < abs(self.arc) <= 2 * math.pi:
             raise InputError("an arc within a turn is needed", where="arc")
         if self.stroke is not None and self.stroke <= 0:
@@ -312,7 +312,7 @@ class Extreme(GoalDescription):
         """The slash path below it."""
         return self.of.partition("/")[2]
 
-    def asked(self, within: Within) -> Extreme:
+    def checked(self, within: Within) -> Extreme:
         tasks = [*within.sampled, *within.single]
         known(self.task, tasks, "sweep, reactions, motion or equilibrium task", "of")
         if not self.path:

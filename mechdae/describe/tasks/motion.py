@@ -38,18 +38,18 @@ def start_values(
         With the key path.
     """
     known = mechanism.parameter_values
-    found: dict[NamedCoordinate, float] = {}
+    result: dict[NamedCoordinate, float] = {}
     for name, value in (table or {}).items():
         try:
             base = name.removesuffix(RATES[0]) if key == "start_speed" else name
             c = named_coordinate(mechanism, base)
-            if c in found:
+            if c in result:
                 raise InputError("the coordinate is given twice")
             unknown_name([value], known)
-            found[c] = evaluate(value, known)
+            result[c] = evaluate(value, known)
         except MechdaeError as problem:
             raise problem.inside(f"{key}.{name}") from None
-    return found
+    return result
 
 
 def crossings(mechanism: Mechanism, task: Motion) -> list[Event]:
@@ -60,7 +60,7 @@ def crossings(mechanism: Mechanism, task: Motion) -> list[Event]:
     InputError, UnknownName
         With the key path.
     """
-    found = []
+    result = []
     for i, event in enumerate(task.events or ()):
         try:
             text = event.coordinate
@@ -70,10 +70,10 @@ def crossings(mechanism: Mechanism, task: Motion) -> list[Event]:
             if any(split_rate(used)[1] > 1 for used in names_in(text)):
                 raise InputError("events do not depend on accelerations", where="coordinate")
             plain = event.evaluated(mechanism.parameter_values)
-            found.append(replace(plain, coordinate=text, name=event.name or text))
+            result.append(replace(plain, coordinate=text, name=event.name or text))
         except MechdaeError as problem:
             raise problem.inside(f"events[{i}]") from None
-    return found
+    return result
 
 
 def check_motion(mechanism: Mechanism, task: Motion) -> None:

@@ -129,7 +129,7 @@ def listed_goals(task: Synthesis) -> list[tuple[GoalDescription, str]]:
 def _goal(goal: GoalDescription, within: Within, place: str) -> tuple[Asked, float]:
     try:
         plain: Any = goal.evaluated(within.mechanism.parameter_values)
-        asked = plain.asked(within)
+        asked = plain.checked(within)
         if plain.weight <= 0:
             raise InputError("a weight is positive", where="weight")
     except MechdaeError as error:
@@ -163,7 +163,7 @@ def _freedoms(
         place = f"free.{name}"
         try:
             if isinstance(entry, Region):
-                regions.append(entry.evaluated(values).asked(within))
+                regions.append(entry.evaluated(values).checked(within))
                 continue
             known(name, mechanism.values(), "parameter", "")
             if isinstance(mechanism.parameters.get(name), str):

@@ -120,12 +120,12 @@ class Laws:
     def of(self, name: str) -> list[Feedback]:
         """Return the feedbacks of a joint."""
         ends = self.model.ends[name]
-        found: list[Feedback] = []
+        result: list[Feedback] = []
         if name in self.meshes:
-            found += self._mesh(ends, self.meshes[name])
+            result += self._mesh(ends, self.meshes[name])
         elif self.friction and ends.joint.kind in LAWS and self._rubs(name):
-            found += LAWS[ends.joint.kind](self, ends)
-        return found
+            result += LAWS[ends.joint.kind](self, ends)
+        return result
 
     def _given(self, name: str, entry: str) -> bool:
         number = self.model.numbers.get(f"{name}.{entry}")
@@ -195,12 +195,12 @@ class Laws:
         if not self._given(name, "pin_radius"):
             return [self._along(ends, ca.vertcat(SX(1), SX(-1)), ends.axis(), ends.p2)]
         r = self.model.numbers.get(f"{name}.pin_radius", SX(0))
-        found = []
+        result = []
         for side in (1, -1):  # the multiplier is minus the normal force on the pin
             place = ends.p2 - side * r * ends.normal()
             forms = ca.vertcat(SX(0), SX(-side))
-            found.append(self._along(ends, forms, ends.axis(), place))
-        return found
+            result.append(self._along(ends, forms, ends.axis(), place))
+        return result
 
     def curve(self, ends: Ends) -> list[Feedback]:
         """F = f |N| along the tangent at the place of contact."""
@@ -216,12 +216,12 @@ class Laws:
 
     def _mesh(self, ends: Ends, mesh: Mesh) -> list[Feedback]:
         name = ends.joint.name
-        found = []
+        result = []
         if mesh.apart:
             forms = ca.vertcat(mesh.tangential, -mesh.tangential)
-            found.append(Feedback(name, "largest", forms, mesh.apart, SX(0), friction=False))
+            result.append(Feedback(name, "largest", forms, mesh.apart, SX(0), friction=False))
         if not (self.friction and self._given(name, "mesh_loss")):
-            return found
+            return result
         loss = self.factor * self.model.numbers[f"{name}.mesh_loss"]
         slip = self._slip(name, mesh.rubbing, "rad")
         for side in (1, -1):
@@ -229,10 +229,10 @@ class Laws:
             rising, falling = (mesh.lost(loss, side, SX(sign))[0] for sign in (1, -1))
             forms = ca.vertcat(SX(0), side * mesh.tangential)
             rate = arm * ca.fabs(mesh.rubbing)
-            found.append(
+            result.append(
                 Feedback(name, "largest", forms, column, rate, True, rising, falling, slip)
             )
-        return found
+        return result
 
 
 def tangent_of(ends: Ends) -> Any:

@@ -41,11 +41,11 @@ def times(factor: Any, wrench: Wrench) -> Wrench:
 def gradients(column: Any, symbols: Any) -> list[Wrench]:
     """Return the gradient of each entry of a column, by position in `symbols`."""
     jacobian = ca.jacobian(column, symbols)
-    found: list[Wrench] = [{} for _ in range(jacobian.shape[0])]
+    result: list[Wrench] = [{} for _ in range(jacobian.shape[0])]
     triplet = zip(*jacobian.sparsity().get_triplet(), jacobian.nonzeros(), strict=True)
     for i, j, entry in triplet:
-        found[i][j] = entry
-    return found
+        result[i][j] = entry
+    return result
 
 
 def push(model: Model, body: str, place: Any, force: Any) -> Wrench:

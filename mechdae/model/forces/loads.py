@@ -216,10 +216,10 @@ class Loads:
         shift = self._number(load, "shift")
         period = None if load.period is None else self._number(load, "period")
         p, values = self.model.p, self.model.p_values
-        found = Timed(f"load {load.name}", load, self.time, shift, period, p, values)
-        self.timed.append(found)
+        result = Timed(f"load {load.name}", load, self.time, shift, period, p, values)
+        self.timed.append(result)
         self.uses_time.append(load.name)
-        return found
+        return result
 
     def _placed(self, load: TableLoad, value: Any) -> Wrench:
         """Return the force or the torque of a table's value."""

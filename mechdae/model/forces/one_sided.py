@@ -39,7 +39,7 @@ class OneSided:
 
 def one_sided(model: Model, among: Iterable[str]) -> list[OneSided]:
     """Return the contacts among some joints that are declared one-sided."""
-    found = []
+    result = []
     for name in among:
         joint = model.mechanism.joints[name]
         side = getattr(joint, "one_sided", None)
@@ -50,8 +50,8 @@ def one_sided(model: Model, among: Iterable[str]) -> list[OneSided]:
         form = sign * FORMS[joint.kind](ends)
         tilts = getattr(joint, "contact_length", None) is not None
         half = ends.number("contact_length") / 2 if tilts else None
-        found.append(OneSided(name, "N m" if joint.kind == "gear" else "N", form, half))
-    return found
+        result.append(OneSided(name, "N m" if joint.kind == "gear" else "N", form, half))
+    return result
 
 
 def _across(ends: Ends) -> Any:

@@ -57,10 +57,10 @@ class Timed:
     ) -> None:
         self.name = name
         numbers = ca.vertcat(SX(shift), SX(0) if period is None else SX(period))
-        found = np.array(ca.Function("numbers", [p], [ca.densify(numbers)])(p_values)).ravel()
-        self.shift = float(found[0])
+        result = np.array(ca.Function("numbers", [p], [ca.densify(numbers)])(p_values)).ravel()
+        self.shift = float(result[0])
         X, Y = (np.array(column, float) for column in zip(*table.points, strict=True))
-        self.period = self._period(table, X, period, float(found[1]))
+        self.period = self._period(table, X, period, float(result[1]))
         if self.period is not None and self.period > X[-1] - X[0]:
             X, Y = np.append(X, X[0] + self.period), np.append(Y, Y[0])
         elif self.period is not None:
@@ -110,15 +110,15 @@ class Timed:
         if self.period is None:
             times = self.shift + self.X
             return list(times[(times > begin) & (times < end)][:most].tolist())
-        found: list[float] = []
+        result: list[float] = []
         turn = math.floor((begin - self.shift - self.X[0]) / self.period)
-        while len(found) < most:
+        while len(result) < most:
             times = self.shift + turn * self.period + self.X[:-1]
             if times[0] >= end:
                 break
-            found += times[(times > begin) & (times < end)].tolist()
+            result += times[(times > begin) & (times < end)].tolist()
             turn += 1
-        return found[:most]
+        return result[:most]
 
     def jumps(self, knot: float) -> bool:
         """Return whether the table jumps at a row."""
