@@ -161,7 +161,7 @@ class BlockSolver:
     def _unwinds(self) -> bool:
         """Return whether the equations change by turns that leave all bodies where they are."""
         turned = [j for j in range(self.n) if self.angle[j] and self.turns[j]]
-        if not turned or self.graph.redundant:
+        if not turned or self.graph.redundant or self.graph.turns_alone:
             return False
         rng = np.random.default_rng(1)
         x = rng.uniform(-1, 1, self.n) * np.where(self.angle, 3.0, self.size)

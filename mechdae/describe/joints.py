@@ -9,10 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any, ClassVar, TypeGuard
 
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import MechanismError
+
+
+@cache
+def _number_keys(kind: type[Joint]) -> tuple[str, ...]:
+    """Return the keys of a kind of joint that hold numbers."""
+    return tuple(entry.name for entry in fields(kind) if entry.metadata["kind"] == "number")
 
 
 @dataclass(frozen=True)
@@ -157,10 +164,10 @@ class Joint(Value):
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
         """Yield the joint's numbers with the last part of their automatic name."""
-        for entry in fields(self):
-            value = getattr(self, entry.name)
-            if entry.metadata["kind"] == "number" and value is not None:
-                yield entry.name, value
+        for name in _number_keys(type(self)):
+            value = getattr(self, name)
+            if value is not None:
+                yield name, value
 
     def with_number(self, entry: str, number: Number) -> Joint:
         """Return the joint with one of its numbers replaced."""

@@ -121,6 +121,13 @@ class Mechanism:
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
         """Yield every number with its automatic name; of loads, those that are no expressions."""
+        yield from self._numbers
+
+    @cached_property
+    def _numbers(self) -> tuple[tuple[str, Number], ...]:
+        return tuple(self._listed())
+
+    def _listed(self) -> Iterator[tuple[str, Number]]:
         parts: list[tuple[str, Body | Ground]] = [(GROUND, self.ground), *self.bodies.items()]
         for name, body in parts:
             for point, position in body.points.items():

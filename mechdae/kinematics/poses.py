@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.assembly.start import sketched_pose
 from mechdae.continuation.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import Evaluator, Poses, in_time
 from mechdae.continuation.path import Path
@@ -66,7 +67,10 @@ class Posed:
         self.setting = setting = prepare(problem, task)
         if not setting.graphs.single:
             raise InputError("poses are given for a single driver, by its value", where="task")
-        u, x = first_pose(setting, task)
+        if task.mode is None:
+            u, x = sketched_pose(setting.assembler, setting.plan)
+        else:
+            u, x = first_pose(setting, task)
         self._begin, self._x = float(u[0]), x
         self.evaluator = Evaluator(setting.graphs, setting.outputs)
         self._low = self._high = self._begin

@@ -99,8 +99,9 @@ class Shapes(Generic[T]):
             return list(self._last.values())
 
     def clear(self) -> None:
-        """Forget everything that nobody else holds."""
+        """Forget everything; who holds a structure keeps it, but it is not found again."""
         with self._lock:
+            self._living.clear()
             self._last.clear()
             self._sizes.clear()
 

@@ -10,6 +10,7 @@ from mechdae.describe.coordinate_kinds import PLACE
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.call import Call
 from mechdae.model.curve_contacts import Contact
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
@@ -57,12 +58,17 @@ class Constants:
                 turned_by = (4 * np.pi + 2 * largest) if contact.closed else 0.2 * np.pi
                 size_x[i] = max(map(abs, contact.range)) + turned_by * contact.unit
         self.size_x, self.size_u = np.asarray(size_x, float), np.abs(np.asarray(size_u, float))
-        self.boxes = boxes(graphs)
+        self.boxes = boxes_of(graphs)
         self.floors, self.measured = self._floors(measured)
         self.estimated = self.measured or graphs.floors.pieces
         sizes = (self.size_x, self.size_u, self.p)
-        values = graphs.constants(*sizes, self.scale, self.floors, *self.boxes)
-        self.kappa, self.rho, self.mu = (np.array(value).max(axis=1) for value in values)
+        if graphs.contacts:
+            values = graphs.constants(*sizes, self.scale, self.floors, *self.boxes)
+            self.kappa, self.rho, self.mu = (np.array(value).max(axis=1) for value in values)
+        else:
+            call: Call = graphs.kept("constants", lambda: Call(graphs.constants))
+            boxes = (part.ravel() for part in self.boxes)
+            self.kappa, self.rho, self.mu = call(*sizes, self.scale, self.floors, *boxes)
 
     def _floors(self, measured: Any) -> tuple[Any, bool]:
         """Return the floors, and whether they had to be measured."""
@@ -82,7 +88,7 @@ class Constants:
         return np.concatenate([self.p, [self.scale], self.kappa, self.rho, grain, self.floors])
 
 
-def boxes(graphs: Graphs) -> tuple[Any, Any]:
+def boxes_of(graphs: Graphs) -> tuple[Any, Any]:
     """Return boxes of the contacts' places, (nc, k) lower and upper bounds, all ranges in all.
 
     A bound over a whole curve at once is wide; the largest of those over its parts is not.

@@ -65,13 +65,14 @@ def cases() -> list[Case]:
     """Return what is measured."""
     four = md.load("four-bar-crank-rocker")
     solver = md.Solver(four, "turn")
+    kept = md.Solver(four, "turn")
     near = float(np.radians(61.0))
 
     def pose(share: float) -> Any:
         return solver.poses({"b": 0.12 * (1 + share)}, near)["points/coupler.P/position"]
 
     def again(share: float) -> Any:
-        return solver.poses({}, near + share)["points/coupler.P/position"]
+        return kept.poses({}, near + share)["points/coupler.P/position"]
 
     def repeated(share: float) -> Any:
         return md.solve(four, "turn", set={"b": 0.12 * (1 + share)})

@@ -65,6 +65,8 @@ class BlockGraph:
         sines, cosines = SX.sym("sin", angles.numel()), SX.sym("cos", angles.numel())
         parts = [F, self.J, self.Fz, -self.drift, -(self.second + pushed)]
         F, J, Fz, r1, r2 = with_trig(parts, angles, sines, cosines)
+        self.turns_alone = not ca.depends_on(F, angles)
+        """Whether angles are in the equations by their sines and cosines only."""
         at = [xb, z, u, p, sines, cosines]
         self._value = ca.Function("value", at, [F, J, Fz])
         self._dense = Call(ca.Function("value", at, [ca.densify(part) for part in (F, J, Fz)]))

@@ -76,7 +76,7 @@ class BoundGraphs(PoseGraphs):
                 rounding += square @ size[0] + self._data(graph.F, graph.p, moving, size, box)
             rhos.append(ROUNDOFF * norm(rounding / r))
             mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
-        results = [column(kappas), column(rhos), column(mus)]
+        results = [ca.densify(column(parts)) for parts in (kappas, rhos, mus)]
         inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
         return ca.Function("constants", inputs, results)
 
