@@ -35,12 +35,16 @@ class OutputBounds:
     """Bounds on outputs from those on the unknowns, by |dy/dx| bounded for a whole path."""
 
     def __init__(self, graphs: Graphs, outputs: Outputs, constants: Constants) -> None:
-        slope, rounding = graphs.output_bounds(
-            constants.size_x, constants.size_u, constants.p, constants.floors, *constants.boxes
-        )
-        count = constants.boxes[0].shape[1]
-        self.rounding = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
-        self.rows = _rows(slope, graphs.ny, graphs.nx)
+        sizes = (constants.size_x, constants.size_u, constants.p, constants.floors)
+        if graphs.contacts:
+            slope, rounding = graphs.output_bounds(*sizes, *constants.boxes)
+            count = constants.boxes[0].shape[1]
+            self.rounding = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
+            at, values = slope.sparsity().get_triplet(), slope.nonzeros()
+        else:
+            *at, call = graphs.output_slopes
+            values, self.rounding = call(*sizes, *(part.ravel() for part in constants.boxes))
+        self.rows = _rows(*at, values, graphs.ny, graphs.nx)
 
     def largest(self, error: Any, columns: list[int]) -> Any:
         """Return the largest bound of some columns at each pose, (n,); `error` is (n, nx)."""
@@ -53,10 +57,10 @@ Row = tuple[tuple[int, ...], tuple[float, ...]]
 """The columns and values of a sparse row."""
 
 
-def _rows(matrix: Any, count: int, width: int) -> list[Row]:
-    """Return the rows of a sparse casadi matrix; the largest entries of several side by side."""
+def _rows(rows: Any, columns: Any, values: Any, count: int, width: int) -> list[Row]:
+    """Return the rows of a sparse matrix; the largest entries of several side by side."""
     entries: list[dict[int, float]] = [{} for _ in range(count)]
-    for i, j, value in zip(*matrix.sparsity().get_triplet(), matrix.nonzeros(), strict=True):
+    for i, j, value in zip(rows, columns, np.asarray(values).tolist(), strict=True):
         column = j % width
         entries[i][column] = max(value, entries[i].get(column, 0.0))
     return [(tuple(row), tuple(row.values())) for row in entries]

@@ -13,6 +13,7 @@ from mechdae.kernels.bounds.intervals import enclosure
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed
 from mechdae.kernels.graphs.pose import PoseGraphs
+from mechdae.kernels.run.call import Call
 from mechdae.model.kept import kept_property
 
 SX = ca.SX
@@ -148,6 +149,17 @@ class BoundGraphs(PoseGraphs):
         shaped = ca.reshape(slope, rows.numel(), self.nx)
         inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
         return ca.Function("check_bounds", inputs, [ca.densify(shaped), ROUNDOFF * rounding])
+
+    @kept_property
+    def output_slopes(self) -> tuple[list[int], list[int], Call]:
+        """`output_bounds` in one buffer: rows and columns of the slopes, what gives both."""
+        function = self.output_bounds
+        at = function.sx_in()
+        slope, rounding = function(*at)
+        entries = ca.vertcat(SX(0, 1), *slope.nonzeros())
+        results = [ca.densify(entries), ca.densify(rounding)]
+        rows, columns = slope.sparsity().get_triplet()
+        return rows, columns, Call(ca.Function("slopes", at, results))
 
     @kept_property
     def output_bounds(self) -> Any:
