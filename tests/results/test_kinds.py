@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import fields
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -56,4 +57,10 @@ def test_a_status_is_its_text() -> None:
     assert np.isin(status, FINE).tolist() == [True, False, True]
     assert counts(status) == {"ok": 2, "unassembled": 1}
     assert json.dumps(plain({Status.OK: status})) == '{"ok": ["ok", "unassembled", "ok"]}'
-    assert all(word.sentence for word in Status)
+
+
+def test_the_documentation_has_the_sentences() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
+    table = text.partition("### Statuses")[2].partition("\n```")[0]
+    rows = [f"| `{word}` | {word.sentence} |" for word in Status]
+    assert [line for line in table.splitlines() if line.startswith("| `")] == rows
