@@ -47,6 +47,12 @@ FINER = 0.5
 """The same where the sweep looks between the nodes of the NLP: what it finds is reported."""
 KEEPS = 1e-7
 """By how much a transmission angle may be below its limit in the sweep of a design [rad]."""
+SMOOTH = "Solve_Succeeded"
+"""IPOPT's word where a gradient vanishes."""
+KINK = (
+    "the search ended where the goal changes no more but its gradient does not vanish, as at "
+    "critical damping: with several free parameters others on the same kink may be better"
+)
 SILENT = ("closure", "target", "error", "deviation", "peak", "least", "stroke", "straight on",
           "swing", "end of the swing")  # fmt: skip
 """Constraints that state a goal, not a limit with a price."""
@@ -302,6 +308,8 @@ def _judged(
         "hits": hits,
         "problem": dumps(design.as_problem({**design.others, PATH: task})),
     }
+    if nlp.bent and found.status != SMOOTH:
+        result["note"] = KINK
     if len(search.goals) > 1:
         result["goals"] = [float(worth.value) for worth in worths]
     return result

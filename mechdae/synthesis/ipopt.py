@@ -41,6 +41,16 @@ APPROXIMATE: dict[str, Any] = {
     "ipopt.hessian_approximation": "limited-memory",
     "ipopt.max_iter": 200,
 }
+BENT: dict[str, Any] = {
+    "ipopt.limited_memory_update_type": "sr1",
+    "ipopt.acceptable_tol": 1e8,
+    "ipopt.acceptable_obj_change_tol": 1e-8,
+    "ipopt.acceptable_iter": 3,
+    "ipopt.acceptable_constr_viol_tol": 1e-9,
+    "ipopt.acceptable_compl_inf_tol": 1e-6,
+}
+"""Where the objective bends down, and may have kinks, at which no gradient vanishes: the end is
+where it changes no more."""
 SOLVED = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 EXHAUSTED = ("Maximum_Iterations_Exceeded", "Maximum_CpuTime_Exceeded")
 INFEASIBLE = ("Infeasible_Problem_Detected",)
@@ -92,13 +102,16 @@ class NlpSolver:
         With the settings of a last solve from a point that is nearly optimal.
     approximate
         Second derivatives from the last gradients: where exact ones cost much or mislead.
+    bent
+        With kinks: the end is where the objective changes no more.
     """
 
     def __init__(
-        self, z: Any, p: Any, f: Any, g: Any, polish: bool = False, approximate: bool = False
-    ) -> None:
+        self, z: Any, p: Any, f: Any, g: Any, polish: bool = False, approximate: bool = False,
+        bent: bool = False,
+    ) -> None:  # fmt: skip
         options = {**SETTINGS, **(POLISH if polish else {})}
-        options |= APPROXIMATE if approximate else {}
+        options |= {**(APPROXIMATE if approximate else {}), **(BENT if bent else {})}
         options["expand"] = not isinstance(z, ca.MX)
         with quiet():
             self._solver = ca.nlpsol("nlp", "ipopt", {"x": z, "p": p, "f": f, "g": g}, options)

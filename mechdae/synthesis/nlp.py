@@ -174,10 +174,15 @@ class Nlp:
         found = whole(Z, P, *numbers)
         return Z, P, list(found) if isinstance(found, tuple) else [found]
 
+    @property
+    def bent(self) -> bool:
+        """Whether there may be kinks: numbers of motions and equilibria have them."""
+        return bool(self._outside)
+
     def _made(self, objective: Any, g: Any, more: Any = None, **how: bool) -> NlpSolver:
         z, p, (f, rows) = self._over([SX(objective), SX(g)], more)
         how["approximate"] = how.get("approximate", False) or bool(self._outside)
-        return NlpSolver(z, p, f, rows, **how)
+        return NlpSolver(z, p, f, rows, bent=self.bent, **how)
 
     # -- solving -----------------------------------------------------------------------------
 

@@ -21,6 +21,8 @@ def designs_text(result: Result, width: int) -> list[str]:
     for rank, design in enumerate(designs, 1):
         sizes = [together(f"{k} = {v:.9g}") for k, v in design["parameters"].items()]
         lines += fact(f"design {rank}", ", ".join(sizes), width)
+        if design.get("note"):
+            lines += fact("note", design["note"], width)
         if design.get("active"):
             prices = [together(_price(*entry)) for entry in design["active"].items()]
             lines += fact("active", ", ".join(prices), width)

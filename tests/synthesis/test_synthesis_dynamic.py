@@ -12,8 +12,8 @@ import pytest
 import mechdae as md
 from mechdae.describe.file.load import from_dict
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.synthesis.outcome import TaskRun
-from tests.shared.block import X0, C, M, block, course
+from mechdae.synthesis.outcome import Outcome, TaskRun
+from tests.shared.block import X0, C, K, M, block, course
 
 TURN = 2 * math.pi
 
@@ -217,3 +217,46 @@ def test_a_sweep_and_an_equilibrium_in_one_problem() -> None:
     w = TURN * 0.55
     x = (9.81 - math.sqrt(9.81**2 - 4 * w**4 * 0.12)) / (2 * w * w)
     assert best(from_dict(data))["parameters"]["x"] == pytest.approx(x, rel=1e-7)
+
+
+def settling(c: float, k: float = K) -> tuple[float, list[float]]:
+    """Return the time until 2 % are left of the block's slowest motion, and its derivatives."""
+    d, w = c / (2 * M), (c / (2 * M)) ** 2 - k / M
+    rate, slopes = d, [1 / (2 * M), 0.0]
+    if w > 0:
+        root = math.sqrt(w)
+        rate, slopes = d - root, [(1 - d / root) / (2 * M), 1 / (2 * M * root)]
+    time = math.log(50) / rate
+    return time, [-time / rate * slope for slope in slopes]
+
+
+def test_critical_damping_is_found_at_the_kink(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The least settling time, by closed form in the search, by the task in the verification."""
+    seen: set[tuple[float, ...]] = set()
+
+    def value(self: Outcome, d: Any) -> float:
+        seen.add(tuple(np.ravel(d).tolist()))
+        return settling(*np.ravel(d).tolist())[0]
+
+    def gradient(self: Outcome, d: Any) -> Any:
+        return np.array(settling(*np.ravel(d).tolist())[1][: np.size(d)])
+
+    monkeypatch.setattr(Outcome, "value", value)
+    monkeypatch.setattr(Outcome, "gradient", gradient)
+    goal = {"kind": "minimise", "of": "rest/summary/settling_time"}
+    found = md.solve(block(design=wanted(goal, {"c": [0.5, 60]}, starts=3)), "design")
+    design = found.data["designs"][0]
+    assert design["parameters"]["c"] == pytest.approx(2 * math.sqrt(K * M), rel=1e-7)
+    assert design["objective"] == pytest.approx(settling(2 * math.sqrt(K * M))[0], rel=1e-6)
+    assert "kink" in design["note"]
+    assert len(seen) < 3 * 500
+    # beyond it the goal bends down to its bound, which has a gradient
+    design = md.solve(block(design=wanted(goal, {"c": [21, 60]})), "design").data["designs"][0]
+    assert design["parameters"]["c"] == pytest.approx(21, rel=1e-9)
+    assert "note" not in design
+    # damped as little as the file is, its spring does not matter: elsewhere it does
+    free = {"c": [0.5, 60], "k": [10, 90]}
+    design = md.solve(block(design=wanted(goal, free)), "design").data["designs"][0]
+    assert "kink" in design["note"]
+    c, k = (design["parameters"][name] for name in "ck")
+    assert design["objective"] == pytest.approx(settling(c, k)[0], rel=1e-6)
