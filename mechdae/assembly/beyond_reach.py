@@ -1,4 +1,4 @@
-"""Whether a mechanism assembles where no motion from its sketch leads to."""
+"""Whether a pose exists that no motion from the sketch reaches."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def assembles(assembler: Assembler, u: Any) -> bool | None:
 
 
 def assembled(assembler: Assembler, values: Any, rows: Any) -> dict[int, bool | None]:
-    """Return by number which of the poses `rows` assemble, some of them where they are many.
+    """Return the numbers of the poses `rows` that can be assembled; of many, a sample is tried.
 
     `values` (n, nd) are the drivers' values.
     """

@@ -1,4 +1,4 @@
-"""Whether the superfluous equations of redundant groups hold, and by how much they are open.
+"""Whether the superfluous equations of redundant groups hold, and how large their gaps are.
 
 Blocks with more equations than unknowns are checked by the kernels themselves, pose by pose
 (see `Graphs.rates`); here are the equations left without unknowns, and the figures of both.

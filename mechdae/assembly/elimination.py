@@ -159,7 +159,7 @@ class BlockSolver:
         return bool(miss <= ROLLS * np.abs(value).max() and abs(slope) > 1e3 * miss)
 
     def _unwinds(self) -> bool:
-        """Return whether the equations change by turns that leave all bodies where they are."""
+        """Return whether whole turns, which move no body, change the equations."""
         turned = [j for j in range(self.n) if self.angle[j] and self.turns[j]]
         if not turned or self.graph.redundant or self.graph.turns_alone:
             return False

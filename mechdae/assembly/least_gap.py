@@ -1,4 +1,4 @@
-"""By how much a group that does not close stays open: the least its equations can come to."""
+"""The smallest gap of a group that cannot be closed."""
 
 from __future__ import annotations
 

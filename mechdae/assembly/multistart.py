@@ -178,7 +178,7 @@ class BlockSearch:
         return (np.abs(gap) / self.scale).max(axis=1) < self._reach(y)
 
     def _reach(self, y: Any) -> float:
-        """Return how far from a solution no other one is, or none can be told from it.
+        """Return the distance from a solution within which there is no other distinguishable one.
 
         Newton and Kantorovich: there is none within 1/(beta kappa); what is nearer than the
         rounding of the solution itself is the same.

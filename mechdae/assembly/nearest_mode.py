@@ -137,7 +137,7 @@ class Sketched:
         return joints[c.part].bodies if own_joint else (c.part,)
 
     def _parts(self) -> list[list[int]]:
-        """Return places of groups whose poses, and what the sketch says, hang together."""
+        """Return sets of groups that depend on each other by their poses or by the sketch."""
         at = {group.index: k for k, group in enumerate(self.groups)}
         block = {i: at[graph.group] for graph in self.scene.blocks for i in graph.x}
         leader = list(range(len(self.groups)))
@@ -175,7 +175,7 @@ class Sketched:
         return result
 
     def _part(self, part: list[int], result: Nearest, u: Any) -> None:
-        """Go on from `result` with the nearest mode of groups that hang together."""
+        """Continue `result` by the nearest mode of groups that depend on each other."""
         order = itertools.count()
         begun = [(0.0, 0.0, next(order), 0.0, 0, result.x)]  # the first two tell what is next
         found: list[tuple[float, Any]] = []
@@ -233,7 +233,7 @@ class Sketched:
         return sum(entry.gap(x, u, p) ** 2 for entry in self.entries if entry.stage == stage)
 
     def _unwound(self, part: list[int], x: Any, u: Any) -> float:
-        """Return how far bodies that gears hang on are from the sketch, with whole turns [rad]."""
+        """Return how far geared bodies are from the sketch, whole turns included [rad]."""
         geared = self.assembler.turns.geared
         own = [e for e in self.entries if e.stage in part and e.coordinate.kind == "body angle"]
         gaps = [e.gap(x, u, self.assembler.p, True) for e in own if e.coordinate.part in geared]
@@ -380,6 +380,6 @@ def _key(c: NamedCoordinate) -> str:
 
 
 def told_apart(one: Any, other: Any) -> Any:
-    """Return whether a sum of squares is more than that of another mode, told apart by it."""
+    """Return whether a mode is farther from the sketch than another, by more than rounding."""
     far, near = np.sqrt(one), np.sqrt(other)
     return far - near > TIE * near + ROUNDING

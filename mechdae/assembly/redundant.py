@@ -208,7 +208,7 @@ class RedundantSolver(BlockSolver):
 
 
 def _undecided(result: Solutions) -> bool:
-    """Return whether roots may be there that were not told apart: a fold of the step."""
+    """Return whether there may be roots so close that they were taken for one."""
     return not len(result.x) and not result.proven
 
 

@@ -69,7 +69,7 @@ class Lattice:
         return best
 
     def classes(self, periods: Sequence[float]) -> Any:
-        """Return vectors of turns (k, n), one for each class that is told apart, or None.
+        """Return vectors of turns (k, n), one for each class that differs from the others, or None.
 
         They are made of `periods` [rad], 0 for what does not turn; None: more than `MOST`.
         """

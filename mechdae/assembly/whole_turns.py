@@ -1,4 +1,4 @@
-"""Whole turns of bodies that gears hang on: which sketched angle decides, what modes are called.
+"""Whole turns of geared bodies: which sketched angle decides them, how the modes are named.
 
 The equations of gears, belts and racks hold unwrapped angles, so poses that differ by whole
 turns of a body may be different modes. All other equations take such turns away: of a block
@@ -43,7 +43,7 @@ class WholeTurns:
         """Sketched bodies whose unwrapped angles are in an equation."""
 
     def _told(self, i: int) -> list[tuple[str, Local]]:
-        """Return sketched bodies that gears hang on and that turn like angle `i`, own body first.
+        """Return the sketched geared bodies that turn like angle `i`, its own body first.
 
         With each comes its angle as a function of a pose.
         """

@@ -1,4 +1,4 @@
-"""What is asked of a certified path, whatever it leads along: one line, a course, or many legs."""
+"""The interface of all certified paths: along one line, a curve, or several legs."""
 
 from __future__ import annotations
 

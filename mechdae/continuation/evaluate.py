@@ -241,7 +241,7 @@ class Evaluator:
         return result
 
     def _carry(self, lost: Any, kept: Any) -> None:
-        """Take groups that are `lost` (n, groups) from those `kept`, with all that hang on them."""
+        """Take groups that are `lost` (n, groups) from those `kept`, and what depends on them."""
         for j, group in enumerate(self.graphs.scene.groups):
             for other in group.after:
                 lost[:, j] |= lost[:, self.place[other]]

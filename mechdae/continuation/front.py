@@ -1,4 +1,4 @@
-"""One end of a path at which it is followed: proved steps, and what groups go no further."""
+"""One end of a path: its proved steps, and the groups that can be followed no further."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The way of all that hangs on a fold into it: along sigma, in which nothing is singular.
+"""How later groups are followed into a fold of an earlier one: by sigma, in which all is regular.
 
 Next to the fold of a block, s = s* + c sigma^2, the rates of later blocks with respect to s have
 no bound, and a step in s is not proved however short it is. With sigma as the parameter the

@@ -110,7 +110,7 @@ def _approach(front: Front, limit: Limit, rest: float) -> bool:
 
 
 def _into(front: Front, limit: Limit) -> bool:
-    """Record a fold to which all that hangs on it leads from the front; return whether it does."""
+    """Record a fold that all later groups can be followed into; return whether they can."""
     path = front.path
     hanging = path.hanging(limit.group) - front.ended
     blocks = [b for b, group in enumerate(path.block_group) if group in hanging]

@@ -1,4 +1,4 @@
-"""Units of parameters, found from where a problem uses them.
+"""Units of parameters and of named outputs, from where and how a problem uses them.
 
 Inside the program numbers are SI without a unit. A parameter that is the length of a link
 somewhere is in metres, one in ``cos(...)`` in radians, the speed of a driver in rad/s.

@@ -131,7 +131,7 @@ class Joint(Value):
         raise NotImplementedError
 
     def gives_way(self, where: str, force: float) -> str:
-        """Return what is said where that force is too small, and what would do."""
+        """Return the message about a force that is too small, and the remedy."""
         raise NotImplementedError
 
     @property

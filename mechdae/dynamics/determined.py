@@ -1,4 +1,4 @@
-"""The reactions of a motion, and what is unique of them: looked for when one is read."""
+"""The reactions of a motion and which of them are unique, computed when one is read."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why a motion ends early: dead points of laws, steps of nothing, speeds without bound."""
+"""Why a motion ends early: dead points of laws, steps that shrink to zero, speeds without bound."""
 
 from __future__ import annotations
 

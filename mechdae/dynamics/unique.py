@@ -23,12 +23,12 @@ from mechdae.numerics.null_space import ZERO, equilibrated_null_space
 
 @dataclass
 class Unique:
-    """What is unique of a motion.
+    """Which reactions of a motion are unique.
 
     ``lost`` (n, joints) tells the states at which a joint's reaction is not unique as a whole,
     ``multipliers`` (rows,) those that are unique at the end, ``dependent`` the equations that
-    depend on each other for good, ``joints`` what is of the others as `Result.unique` has it,
-    ``summary`` and ``notes`` what there is to say.
+    always depend on each other, ``joints`` the unique parts of the other reactions in the form
+    of `Result.unique`; ``summary`` and ``notes`` go to the result.
     """
 
     lost: Any

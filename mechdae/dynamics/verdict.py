@@ -1,4 +1,4 @@
-"""What is said where the laws of dry friction do not tell how a motion goes on."""
+"""Messages for motions whose continuation the laws of dry friction do not determine."""
 
 from __future__ import annotations
 

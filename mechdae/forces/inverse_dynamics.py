@@ -480,10 +480,10 @@ class Statics:
     def settled(
         self, inputs: Sequence[Any], there: Any, critical: bool = True
     ) -> tuple[Forces, dict[int, FrictionSolutions]]:
-        """Return the forces with the poses settled that may have no solution or several.
+        """Return the forces, and all solutions of friction at poses with none or several.
 
-        Only poses that are `there` (n,) are; what was found at them comes by pose. Of several
-        solutions the one that continues from no friction is taken; those without one are nan.
+        Only poses that are `there` (n,) are examined. Of several solutions the one that
+        continues from no friction is taken; poses without a solution are nan.
         """
         forces = self.forces(inputs)
         found: dict[int, FrictionSolutions] = {}

@@ -1,4 +1,4 @@
-"""Forces at the poses of a sweep, all solutions where there may be none or several."""
+"""Forces at the poses of a sweep; all solutions where friction may have none or several."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Many computations spread over processes, whatever they are."""
+"""Any computations spread over processes."""

@@ -1,4 +1,4 @@
-"""Many pieces of work, each done once whatever happens to the processes that do it."""
+"""Many pieces of work, each done once even when a process that does it dies."""
 
 from __future__ import annotations
 

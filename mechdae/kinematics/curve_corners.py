@@ -1,4 +1,4 @@
-"""Rates at the corners of curves: none is claimed that has two values.
+"""Rates at the corners of curves: where there are two values, none is reported.
 
 Where a curve is made of pieces (`min`, `max`, `abs`) or closes with another derivative than it
 begins with, a derivative of some order jumps. A pose whose contact is there within its error
@@ -60,7 +60,7 @@ def _named(setting: Setting, run: Run, rows: Any) -> str:
 
 
 def _hide(evaluator: Evaluator, poses: Poses, group: int, order: Any) -> Any:
-    """Write nan over rates of what hangs on a group; return the numbers of poses that lost any."""
+    """Write nan over rates that depend on a group; return the numbers of those poses."""
     after = evaluator.graphs.scene.hanging(group)
     columns = np.array(
         [

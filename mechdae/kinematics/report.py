@@ -316,7 +316,7 @@ def _near_crossings(setting: Setting, path: AnyPath) -> list[str]:
 
 
 def _ambiguous(path: AnyPath, s: Any, at_them: bool = True) -> Any:
-    """Return which places lie behind branches that come too near each other to be told apart."""
+    """Return which places lie behind branches that come too near each other to be distinguished."""
     result = np.zeros(len(s), bool)
     for zone in path.zones:
         if not all(crossing.exact for crossing in zone.crossings):

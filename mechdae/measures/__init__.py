@@ -1,1 +1,1 @@
-"""What designers read off a sweep; one module for each measure, nothing unless asked for."""
+"""What designers read off a sweep: one module for each measure, computed only on request."""

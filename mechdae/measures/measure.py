@@ -1,4 +1,4 @@
-"""From the names a task lists under ``measures`` to what is computed."""
+"""Computes the measures that a task lists."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Coordinates as values: whose they are, their symbol, unit, period and natural size."""
+"""Coordinates as values: owner, symbol, unit, period and natural size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames of bodies: all that a residual may know of how a body is placed.
+"""Frames of bodies: everything that a residual may use of a body's place.
 
 A frame is a position vector r and a rotation matrix R of casadi symbols, with the
 coordinates it is made of. Joint residuals use points ``r + R s`` and directions ``R d``

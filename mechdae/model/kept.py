@@ -1,4 +1,4 @@
-"""What is built once for a structure and shared by all of its numbers: kernels, mostly."""
+"""What is built once for a structure and shared by all its numbers, such as kernels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a pose is worth: its status, and what that means."""
+"""The statuses of poses and what they mean."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def statuses(count: int, status: Status = Status.OK) -> Any:
 
 
 def counts(status: Iterable[str]) -> dict[str, int]:
-    """Return how many there are of each status that there is."""
+    """Return the number of poses of each status."""
     array = np.asarray(status, dtype=str)
     found = {str(word): int(np.count_nonzero(array == word.value)) for word in Status}
     return {word: count for word, count in found.items() if count}

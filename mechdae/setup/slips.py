@@ -1,4 +1,4 @@
-"""What looks like a slip of the pen: degrees without a suffix, millimetres taken for metres."""
+"""Likely typing mistakes: degrees without a suffix, millimetres taken for metres."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def driver_slips(task: Driven, plan: DriverPlan) -> list[str]:
 
 
 def long_length(mechanism: Mechanism) -> str:
-    """Return what is said about a length that dwarfs all others together, empty if none does."""
+    """Return a message about a length that dwarfs all others together, else an empty text."""
     sizes = sorted(_lengths(mechanism), key=lambda item: item[0], reverse=True)
     sizes = [item for item in sizes if item[0] > 0]
     if len(sizes) < LEAST:

@@ -77,7 +77,7 @@ class Lockstep:
         return self._poses(numbers, consts, sign, kept, places, states, values)
 
     def begin(self, numbers: Sequence[Constants], x: Any, s: float) -> Starts:
-        """Return where lanes come to by Newton's method from one pose of the first lane.
+        """Return what Newton's method gives for each lane from one pose of the first.
 
         ``sure`` (k, nb) tells which blocks come to a pose on the same side of each dyad.
         """

@@ -60,7 +60,7 @@ class OwnModes:
         return len(found) == len(self.modes) and sum(map(len, found)) <= MOST + len(found)
 
     def _modes(self, part: list[int]) -> list[Any] | None:
-        """Return poses of the whole mechanism with each mode of groups that hang together."""
+        """Return poses of the whole mechanism, one for each mode of dependent groups."""
         a, found = self.assembler, [self.x]
         for k in part:
             group = self.scene.groups[k]

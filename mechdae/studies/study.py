@@ -56,8 +56,8 @@ def study(
 
     ``parameters`` holds the sets, ``table`` one array (sets, ...) for each path in `outputs`;
     ``status`` is ok for sets in which all poses are, else the first other status; sets whose
-    cycle jams or has several solutions between the poses are not ok either. What else is wrong
-    with sets that are ok (a slack belt) is under ``faults`` in the summary.
+    cycle jams or has several solutions between the poses are not ok either. Other faults
+    of sets that are ok (a slack belt) are under ``faults`` in the summary.
 
     Raises
     ------
@@ -254,7 +254,7 @@ class _Collector:
 
     @property
     def _sweep(self) -> Sweep:
-        """The task, of which `_in_series` told that it is a sweep."""
+        """The task, which is a sweep where `_in_series` is true."""
         assert isinstance(self.task, Sweep)
         return self.task
 

@@ -1,4 +1,4 @@
-"""How a design moves, for what looks at it later: sweeps made when they are read, each once."""
+"""The motions of a design: sweeps that are computed once, when they are first read."""
 
 from __future__ import annotations
 

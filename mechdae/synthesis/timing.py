@@ -1,4 +1,4 @@
-"""When a given curve comes nearest to its targets: the best times of all, not those found near.
+"""When a given curve comes nearest to its targets: the globally best times.
 
 An optimum of the NLP has times that cannot be moved a little; a target may still be nearer to
 another stretch of the curve. Over places all along the curve the best times in order are found

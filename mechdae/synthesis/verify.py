@@ -1,4 +1,4 @@
-"""A design seen by the certified kinematics alone, before anything is said about it."""
+"""Verification of a design by the certified kinematics, before it is reported."""
 
 from __future__ import annotations
 

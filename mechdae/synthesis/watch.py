@@ -1,4 +1,4 @@
-"""Transmission angles over a turn: poses of the NLP stand where they are least."""
+"""Transmission angles over a turn: the NLP has poses where they are least."""
 
 from __future__ import annotations
 

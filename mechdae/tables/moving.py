@@ -1,4 +1,4 @@
-"""Which columns of a motion are shown first: what moves, the output with its rates before all."""
+"""Which columns of a motion are shown first: the output with its rates, then what moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happened to a key that TOML puts into another table than its author meant.
+"""Explains errors about keys that TOML puts into another table than their author meant.
 
 A line belongs to the last header above it. A key of the whole file that stands below the first
 header, or one of a task below a header of its own, is read as a key of that table.

@@ -41,7 +41,7 @@ def sense_of(result: Any) -> int:
 
 
 def _counted(result: Any) -> list[GoalDescription]:
-    """Return the goals that the objective is of: those that are not met exactly."""
+    """Return the goals in the objective: those that are not met exactly."""
     goals = [goal for goal, _ in listed_goals(result.definition)]
     return [g for g in goals if not isinstance(g, Rocker) and getattr(g, "measure", "") != "exact"]
 

@@ -249,7 +249,7 @@ def driver_names(result: Any) -> list[str]:
 
 
 def _cylinders(mechanism: Mechanism, drivers: list[str]) -> Iterator[str]:
-    """Yield the driven guides whose two links hang on one pin each, at the guide's points."""
+    """Yield the driven guides whose two links have one pin each, at the guide's points."""
     for joint in mechanism.joints.values():
         if not joint.guide or f"{joint.name}.slide" not in drivers:
             continue

@@ -159,7 +159,7 @@ class Arrangement:
         return int(self._rows[i][pick])
 
     def _look(self, rungs: dict[int, int]) -> None:
-        """Find out what so many more places cost, and those after them that might be cheaper."""
+        """Compute the cost of so many more places, and of later ones that might be cheaper."""
         first = self._table.shape[1]
         while rungs:
             members = list(rungs)
@@ -228,7 +228,7 @@ class Arrangement:
         self.picks[i], self._restless[i] = pick, True
 
     def _push(self, order: Sequence[int]) -> None:
-        """Put labels that came off badly at their best places, where that pays for all."""
+        """Put labels with bad places at their best ones, where the sum of all costs falls."""
         for i in order:
             fixed = self.ladders[i].fixed
             best = int(np.round(fixed, 9).argmin())

@@ -151,7 +151,7 @@ def _acting(balance: BodyForces, body: str, force: Array, moment: float) -> Arra
 def _couple(
     balance: BodyForces, body: str, kind: str, word: str, moment: float, letter: str
 ) -> Iterator[Applied]:
-    """Yield two forces at the images of two points of a body that stand for a couple."""
+    """Yield a couple on a body as two forces at the images of two of its points."""
     spin = balance.rates.spins[body][0]
     points = [f"{body}.{name}" for name in balance.scene.mechanism.bodies[body].points]
     if not spin or not moment or not np.isfinite(moment):

@@ -167,7 +167,7 @@ class EquilibriumEquations:
         return None
 
     def settled(self, x: Any, kept: Callable[[Any], bool]) -> Any:
-        """Return the pose that the mechanism comes to when it is let go slowly, None for none.
+        """Return the pose in which the mechanism comes to rest from here, or None.
 
         It follows the forces, in steps of |K|^-1, as far as the assembly mode goes.
         """

@@ -1,4 +1,4 @@
-"""On which assembly mode a pose of a released mechanism is, told by some of its coordinates.
+"""The assembly mode of a pose of a released mechanism, decided by some of its coordinates.
 
 With as many independent coordinates as there are freedoms named as drivers, the modes are those
 that a task of kind `modes` with these drivers counts. Where no group's Jacobian changes its sign

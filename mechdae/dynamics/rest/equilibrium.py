@@ -128,7 +128,7 @@ def _prepared(problem: Problem, task: Equilibrium) -> tuple[Setup, Any]:
 def _chosen(
     balance: EquilibriumEquations, task: Equilibrium, x: Any
 ) -> tuple[Rest, dict[str, Any], list[str]]:
-    """Return the equilibrium that is meant, what there is to say about all, and notes."""
+    """Return the equilibrium that the task means, facts about all of them, and notes."""
     closed = balance.closed(x)
     x = x if closed is None else closed
     _, J, _ = balance.light(x)

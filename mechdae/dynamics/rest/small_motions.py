@@ -105,7 +105,7 @@ def _placements(whole: Setup, x: Any) -> Any:
 
 
 def told(whole: Setup, task: Equilibrium, x: Any, count: int) -> tuple[list[str], Any]:
-    """Return the names and gradients of the coordinates that shapes are told in."""
+    """Return the names and gradients of the coordinates in which shapes are given."""
     if task.free is None:
         return [], None
     coordinates = [named_coordinate(whole.problem.mechanism, name) for name in task.free]

@@ -1,4 +1,4 @@
-"""Where inside accepted steps the laws of friction stop to give one acceleration.
+"""Where inside accepted steps the laws of friction cease to give a unique acceleration.
 
 The coupling of friction is looked at inside steps too where it is strong; the first state without
 one solution is found by repeating the step with other sizes.

@@ -1,4 +1,4 @@
-"""Tables of loads and curves of joints that end before a motion does: beyond there is nothing."""
+"""Ends of load tables and of curves that a motion reaches: beyond them nothing is defined."""
 
 from __future__ import annotations
 

@@ -229,7 +229,7 @@ class Sticking:
     def _turned(
         self, t: float, x: Any, v: Any, sides: Any, rest: list[int], along: Any
     ) -> tuple[Any, list[int]]:
-        """Return sides with those of slips that turn round whatever friction does, and the others.
+        """Return the sides of slips, those reversed that turn round for any friction.
 
         No freedom moves them at this pose, so that what they do next depends on speeds alone: where
         a rocker turns all that hangs on it does.
@@ -389,7 +389,7 @@ class Sticking:
         return first
 
     def _watched(self, sides: Any, shared: bool) -> list[tuple[int, str]]:
-        """Return what is watched: slips with what happens to them where it falls below zero."""
+        """Return what is watched, and what happens to a slip where it falls below zero."""
         found: list[tuple[int, str]] = []
         locked = np.flatnonzero(sides == 0).tolist()
         for k, side in enumerate(sides.tolist()):

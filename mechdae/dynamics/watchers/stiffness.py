@@ -1,4 +1,4 @@
-"""Forces that make an explicit method creep: found by its steps, named by their slopes."""
+"""Forces that force tiny steps on an explicit method, found by its steps and their slopes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What no four-bar within its bounds can do: targets beyond the reach of its links.
+"""Targets that no four-bar within the bounds can reach.
 
 The coupler point is no further from the crank's pivot than crank and coupler point together
 are long, and two of its places no further apart than twice that. Where this fails for the

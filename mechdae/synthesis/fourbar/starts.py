@@ -1,4 +1,4 @@
-"""Starts of a four-bar in the parameters of the user's mechanism, whatever he calls them."""
+"""Starts of a four-bar in the parameters of the user's mechanism."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all goals share: variables and an objective in an NLP, starts, what a design is worth."""
+"""What all goals share: variables and an objective in an NLP, starts, the value of a design."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What another process is told about a start, and what it does with it.
+"""One start of a synthesis as it is sent to another process and computed there.
 
 The message is small and plain, so that any executor can carry it: the problem as the text of
 a problem file, the name of the task, the values of the start. A process builds the NLP of each

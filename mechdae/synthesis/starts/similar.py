@@ -106,7 +106,7 @@ class Similar:
         return None
 
     def _lengths(self) -> Any:
-        """Return the parameters that enlarge the mechanism: all that are no angles, or none."""
+        """Return the parameters that enlarge the mechanism: all but the angles, or none."""
         n = len(self.space.box)
         chosen = ~self.space.periodic
         for x, u, d in self._samples:

@@ -143,7 +143,7 @@ class Spread:
         return np.hstack([free, choices[np.arange(count) % len(choices)]])
 
     def turning(self, d: Any, kind: str) -> Any:
-        """Return which designs are of a Grashof class, all where there is none."""
+        """Return which designs are of a Grashof class; all of them where no class is asked for."""
         space = self.space
         if not kind or space.loop is None:
             return np.ones(len(d), bool)
