@@ -23,6 +23,7 @@ from mechdae.kernels.graphs.singular import crossing, jets
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
+from mechdae.numerics.hermite import upper_coefficients
 from mechdae.setup.scales import Constants
 
 NODES_PER_TURN = 128
@@ -465,15 +466,7 @@ def piece(a: float, b: float, at_a: Any, at_b: Any) -> Piece:
     h = b - a
     (x0, v0, a0), (x1, v1, a1) = at_a, at_b
     v0, v1, a0, a1 = v0 * h, v1 * h, a0 * h * h, a1 * h * h
-    rise = x1 - x0
-    c = [
-        x0,
-        v0,
-        a0 / 2,
-        10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
-        -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
-        6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0),
-    ]
+    c = [x0, v0, a0 / 2, *upper_coefficients(x1 - x0, v0, v1, a0, a1)]
 
     def at(s: float) -> tuple[Any, Any, Any, Any]:
         t = (s - a) / h

@@ -15,12 +15,14 @@ import numpy as np
 from mechdae.continuation.interpolate import quintic
 from mechdae.continuation.limit_positions import Limit
 from mechdae.kernels.graphs.steps import Graphs
+from mechdae.numerics.roots import root_between
 
 PIECES = 8
 """Places looked at between two nodes."""
 ZOOMS = 6
 """Times that the surroundings of a largest value are looked at more closely."""
-ITERATIONS = 60
+CLOSE = 4e-16
+"""Distance of two places that is rounding, over them or the largest step."""
 SLACK = 1e-13
 """Share of the range by which rounding may put a contact outside."""
 
@@ -123,26 +125,9 @@ class CurveEnds:
         fa, fb = beyond(a), beyond(b)
         if fa * fb > 0:
             return a if abs(fa) < abs(fb) else b
-        for _ in range(ITERATIONS):
-            if fa == 0 or abs(b - a) <= 4e-16 * max(abs(a), abs(b), path.largest):
-                return a
-            if fb == 0:
-                return b
-            # secant, kept from creeping by a step across the middle
-            c = b - fb * (b - a) / (fb - fa)
-            middle = (a + b) / 2
-            fc = beyond(c)
-            if (fc > 0) == (fa > 0):
-                a, fa = c, fc
-            else:
-                b, fb = c, fc
-            if min(a, b) < middle < max(a, b):
-                fm = beyond(middle)
-                if (fm > 0) == (fa > 0):
-                    a, fa = middle, fm
-                else:
-                    b, fb = middle, fm
-        return a if abs(fa) < abs(fb) else b
+        return root_between(
+            beyond, a, b, (fa, fb), lambda place: CLOSE * max(abs(place), path.largest)
+        )
 
 
 def _first_beyond(

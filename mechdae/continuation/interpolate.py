@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.limit_positions import Limit
+from mechdae.numerics.hermite import upper_coefficients
 
 CACHED = 32_768
 """Numbers of an array that stays in the cache of the processor."""
@@ -32,9 +33,7 @@ def quintic_rates(S: Any, X: Any, V: Any, A: Any, s: Any, orders: int = 2) -> li
     x0, x1 = X[:-1], X[1:]
     v0, v1, a0, a1 = V[:-1] * h, V[1:] * h, A[:-1] * h * h, A[1:] * h * h
     rise = x1 - x0
-    c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1
-    c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1
-    c5 = 6 * rise - 3 * (v0 + v1) + 0.5 * (a1 - a0)
+    c3, c4, c5 = upper_coefficients(rise, v0, v1, a0, a1)
     pieces = [np.ascontiguousarray(c.T) for c in (c5, c4, c3, 0.5 * a0, v0, x0)]
     width = h[k, 0]
     t = (s - S[k]) / width
@@ -59,10 +58,7 @@ def turning(h: Any, y0: Any, v0: Any, a0: Any, y1: Any, v1: Any, a1: Any) -> tup
     The rates at both ends of a piece have opposite signs; all arguments are (k,) arrays.
     """
     c1, c2, rise = v0 * h, a0 * h * h / 2, y1 - y0
-    d1, d2 = v1 * h, a1 * h * h
-    c3 = 10 * rise - 6 * c1 - 4 * d1 - 3 * c2 + d2 / 2
-    c4 = -15 * rise + 8 * c1 + 7 * d1 + 3 * c2 - d2
-    c5 = 6 * rise - 3 * (c1 + d1) - c2 + d2 / 2
+    c3, c4, c5 = upper_coefficients(rise, c1, v1 * h, 2 * c2, a1 * h * h)
     t = v0 / (v0 - v1)
     for _ in range(6):
         rate = c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5)))

@@ -16,6 +16,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Task
 from mechdae.errors import InputError, UnknownName
+from mechdae.numerics.roots import halved
 from mechdae.results import Result
 
 FIGURES = {
@@ -232,12 +233,10 @@ def _settling(course: SeriesBetween) -> tuple[float, float]:
     i = int(outside[-1])
     found = []
     for coarse in (False, True):
-        low, high = course.t[i], course.t[i + 1]
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2
-            if float(np.linalg.norm(course(i, middle, coarse) - last)) > band:
-                low = middle
-            else:
-                high = middle
+
+        def beyond(t: float, coarse: bool = coarse) -> bool:
+            return float(np.linalg.norm(course(i, t, coarse) - last)) > band
+
+        low, high = halved(beyond, course.t[i], course.t[i + 1])
         found.append((low + high) / 2)
     return float(found[0]), float(abs(found[0] - found[1]))

@@ -18,6 +18,7 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo, signals
+from mechdae.numerics.roots import halved
 
 SX = ca.SX
 SMOOTH = 1e-6
@@ -254,8 +255,7 @@ class Clock:
         """Return the times right before and behind the place where a gap changes its side."""
         left, grain = self._side(j, low), float(np.spacing(GRAIN * self.end))
         first, last = low, high
-        while high - low > grain and low < (middle := (low + high) / 2) < high:
-            low, high = (middle, high) if self._side(j, middle) == left else (low, middle)
+        low, high = halved(lambda t: self._side(j, t) == left, low, high, grain)
         apart = APART * max(float(np.spacing(abs(high))), grain)
         return max(low - apart, first), min(high + apart, last)
 

@@ -14,13 +14,13 @@ import numpy as np
 from mechdae.dynamics.equations import Setup
 from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.null_space import freedoms
+from mechdae.numerics.roots import halved
 
 RESTS = 10.0
 """Speed, over the slope speed, below which a pair is one that would stick."""
 MOST = 64
 """States that are looked at."""
 RANK = 1e-9
-BISECTIONS = 60
 
 
 class Creep:
@@ -86,10 +86,7 @@ class Creep:
         top = RESTS * float(np.max(self.setup.widths[slow] / np.maximum(per, 1e-300)))
         if not (pushed(top) < 0 < pushed(-top)):
             return  # it slides
-        low, high = -top, top
-        for _ in range(BISECTIONS):
-            middle = (low + high) / 2
-            low, high = (middle, high) if pushed(middle) > 0 else (low, middle)
+        _, high = halved(lambda speed: pushed(speed) > 0, -top, top)
         speeds, _, _, least, largest, _ = self._at(self._values, t, x, high * way, loose)
         for j in slow.tolist():
             limit = float(largest[j] if speeds[j] < 0 else -least[j])

@@ -14,6 +14,7 @@ from mechdae.dynamics.verdict import NoWay
 from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
+from mechdae.numerics.roots import root_between
 
 LEAST = 1e-13
 """Step, as a share of the whole time, below which the integration gives up."""
@@ -23,8 +24,6 @@ STILL = 1e-6
 """Share of the frequency without dry friction below which a state counts as at rest."""
 STAGES = 12
 """Right-hand sides of a trial step."""
-ROOT = 80
-"""Steps that are repeated for an event at most."""
 CLOSE = 4e-16
 """How near an event is met, as a share of the time and of the step."""
 
@@ -247,32 +246,14 @@ class Integrator:
         h, first = high[0], value(low[1])
         if first == 0:
             return low[1]
-        # inverse quadratic interpolation where it is safe, else bisection (Chandrupatla 1997)
-        one, two = high, low
-        (f1, f2), three, f3 = (value(one[1]), first), one, 0.0
-        share = f1 / (f1 - f2) if f1 != f2 else 0.5
-        for _ in range(ROOT):
-            near = CLOSE * max(abs(float(one[1][0])), h) / abs(two[0] - one[0])
-            best = one if abs(f1) < abs(f2) else two
-            if min(abs(f1), abs(f2)) == 0 or near > 0.5:
-                break
-            size = one[0] + min(max(share, near), 1 - near) * (two[0] - one[0])
-            found = (size, self.stepped(state, size, signs))
-            here = value(found[1])
-            if (here < 0) == (f1 < 0):
-                three, f3 = one, f1
-            else:
-                three, f3, two, f2 = two, f2, one, f1
-            one, f1 = found, here
-            share = _share(one[0], two[0], three[0], f1, f2, f3)
-        return best[1]
+        states = dict((low, high))
 
+        def at(size: float) -> float:
+            states[size] = self.stepped(state, size, signs)
+            return value(states[size])
 
-def _share(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> float:
-    """Return where between a and b the parabola through three values vanishes, else the middle."""
-    if fb == fc or fa in (fc, fb):
-        return 0.5
-    place, height = (a - b) / (c - b), (fa - fb) / (fc - fb)
-    if not (height**2 < place and (1 - height) ** 2 < 1 - place):
-        return 0.5
-    return fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        def grain(size: float) -> float:
+            return CLOSE * max(abs(float(states[size][0])), h)
+
+        ends = (first, value(high[1]))
+        return states[root_between(at, low[0], h, ends, grain)]

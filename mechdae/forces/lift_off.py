@@ -22,8 +22,8 @@ from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.one_sided import one_sided
 from mechdae.model.model import Model
+from mechdae.numerics.roots import halved
 
-HALVINGS = 60
 SHARES = 80
 """Steps of the search for the strongest pull in an arc, each to two thirds."""
 NOTHING = 1e-12
@@ -135,13 +135,7 @@ def _edge(own: Callable[[Any], Any], s: Any, f: Any, outer: int, inner: int) -> 
     a, b = float(s[outer]), float(s[inner])
     if not np.isfinite(f[outer]):
         return b
-    for _ in range(HALVINGS):
-        middle = (a + b) / 2
-        if middle in (a, b):
-            break
-        holds = float(own(np.array([middle]))[0]) >= 0
-        a, b = (middle, b) if holds else (a, middle)
-    return b
+    return halved(lambda place: float(own(np.array([place]))[0]) >= 0, a, b)[1]
 
 
 def _least(own: Callable[[Any], Any], s: Any, f: Any, first: int, end: int) -> Arc:

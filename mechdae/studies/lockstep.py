@@ -17,6 +17,7 @@ import numpy as np
 from mechdae.continuation.evaluate import H_LIMIT, Evaluator
 from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Setting
+from mechdae.numerics.hermite import upper_coefficients
 from mechdae.setup.scales import Constants
 from mechdae.studies.set_modes import Starts
 
@@ -206,15 +207,7 @@ def _quintic(S: Any, parts: list[Any], s: Any) -> Any:
     i = np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
     h = np.diff(S)[i][:, None]
     t = (s - S[i])[:, None] / h
-    t2, t3 = t * t, t * t * t
-    t4, t5 = t3 * t, t3 * t2
-    a, b = 10 * t3 - 15 * t4 + 6 * t5, -6 * t3 + 8 * t4 - 3 * t5
-    c, d = -4 * t3 + 7 * t4 - 3 * t5, (t2 - 3 * t3 + 3 * t4 - t5) / 2
-    e = (t3 - 2 * t4 + t5) / 2
-    left, right = i, i + 1
-    return (
-        X[:, left]
-        + a * (X[:, right] - X[:, left])
-        + h * ((t + b) * V[:, left] + c * V[:, right])
-        + h * h * (d * A[:, left] + e * A[:, right])
-    )
+    x0, v0, a0 = X[:, i], V[:, i] * h, A[:, i] * h * h
+    x1, v1, a1 = X[:, i + 1], V[:, i + 1] * h, A[:, i + 1] * h * h
+    c3, c4, c5 = upper_coefficients(x1 - x0, v0, v1, a0, a1)
+    return x0 + t * (v0 + t * (a0 / 2 + t * (c3 + t * (c4 + t * c5))))

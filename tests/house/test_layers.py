@@ -35,10 +35,10 @@ ROOMS = {
     "forces": "assembly continuation describe errors kernels kinematics measures model numerics "
     "results setup",
     "dynamics": "assembly describe errors forces kernels kinematics model numerics results setup",
-    "derivatives": "continuation describe errors forces kinematics model results setup",
+    "derivatives": "continuation describe errors forces kinematics model numerics results setup",
     "solver": "describe dynamics errors forces kinematics results",
     "studies": "assembly continuation derivatives describe dynamics errors forces jobs kernels "
-    "kinematics model results setup solver",
+    "kinematics model numerics results setup solver",
     "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
     "numerics results setup solver studies",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
