@@ -7,7 +7,8 @@ derivatives up to the second order too. Calls with other values stay on the sket
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
@@ -22,6 +23,7 @@ from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.structure import structure_of
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
 from mechdae.describe.values import names
@@ -107,7 +109,16 @@ def function(
     literal = whole.with_values(
         {name: values[name] for name in numbers if _is_text(mechanism, name)}
     )
-    return _Built(literal, base, inputs, numbers, outputs).function()
+    key = (
+        structure_of(literal.mechanism),
+        tuple(literal.mechanism.values().items()),
+        tuple(literal.mechanism.sketch.items()),
+        *(base, tuple(inputs), tuple(outputs)),
+    )
+    with _MAKING:
+        if key not in _MADE:
+            _MADE[key] = _Built(literal, base, inputs, numbers, outputs).function()
+        return _MADE[key][0]
 
 
 def _problem(problem: Problem | Mechanism | str | FilePath) -> Problem:
@@ -228,8 +239,8 @@ class _Built:
         self.composed = Composed(self.setting, paths, names, self.statics)
         self.parameters = ca.Function("p", [self.composed.free], [self.composed.p])
 
-    def function(self) -> Any:
-        """Return the casadi function."""
+    def function(self) -> tuple[Any, _Guess]:
+        """Return the casadi function, and the callback that it needs."""
         composed, plan = self.composed, self.setting.plan
         symbols = {name: MX.sym(_plain(name)) for name in self.inputs}
         coordinates = [c.text for c in plan.coordinates]
@@ -256,8 +267,7 @@ class _Built:
         made = ca.Function(
             "mechanism", list(symbols.values()), results, [_plain(n) for n in symbols], names
         )
-        _KEPT.append(callback)
-        return made
+        return made, callback
 
     def _forces(self, guess: Any, u: Any, du: Any, ddu: Any, free: Any) -> tuple[Any, ...]:
         """Return pieces of tables, signs, sizes of friction, and whether there is a solution."""
@@ -363,8 +373,10 @@ class _Built:
         return x
 
 
-_KEPT: list[Any] = []
-"""Callbacks live as long as the process: casadi graphs hold bare pointers to them."""
+_MADE: dict[Hashable, tuple[Any, Any]] = {}
+"""Functions with their callbacks, by what they compute. casadi graphs hold bare pointers to these,
+so they live as long as the process; the same function is made once."""
+_MAKING = threading.RLock()
 
 
 def _whole_path(mechanism: Mechanism, path: str) -> str:

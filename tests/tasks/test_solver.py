@@ -209,3 +209,11 @@ def test_memory_is_flat() -> None:
     for k in range(30):
         solver(b=0.12 + 1e-6 * k)
     assert [len(shape.graphs.kept.values()) for shape in SHAPES.values()] == before
+
+
+def test_functions_are_made_once() -> None:
+    arguments = ("four-bar-crank-rocker", ["crank.angle", "b"], ["points/coupler.P/position"])
+    first = md.function(*arguments)
+    assert md.function(*arguments) is first
+    other = md.load("four-bar-crank-rocker").with_values({"a": 0.041})
+    assert md.function(other, *arguments[1:]) is not first
