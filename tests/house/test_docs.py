@@ -198,7 +198,7 @@ def test_problems_named_exist() -> None:
 @pytest.mark.parametrize(
     ("page", "least"),
     [("docs/python.md", 8), ("docs/measures.md", 1), ("docs/sensitivity.md", 2),
-     ("docs/synthesis.md", 4)],
+     ("docs/solver.md", 2), ("docs/synthesis.md", 4)],
 )  # fmt: skip
 def test_python_blocks_run_and_print_what_is_shown(page, least, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -2,9 +2,9 @@
 
     python tests/scripts/solver_bars.py --out docs/data/solver.json --page docs/solver.md
 
-Every round takes each case once and the yardstick (the closed form of the four-bar in NumPy, same
-number of poses) next to it; what is told are medians over the rounds, in milliseconds of the
-processor and as multiples of the yardstick. Each call of a case has a value of a dimension that
+Every round takes each case in turn, three calls, and the yardstick (the closed form of the four-bar
+in NumPy, same number of poses) next to it; what is told are medians over the rounds, in milliseconds
+of the processor and as multiples of the yardstick. Each call of a case has a value of a dimension that
 no call had before. The error is the largest difference from `md.solve` with nothing kept, relative
 to the largest of its series.
 """
@@ -19,6 +19,7 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -115,12 +116,13 @@ def measured(rounds: int) -> dict[str, Any]:
         case.call(0.0)
     for _ in range(rounds):
         for case in every:
-            share += STEP
             angles = np.linspace(0.0, 2 * np.pi, max(case.poses, 1))
-            case.beside.append(
-                statistics.median(timed(lambda t=angles: yardstick(t)) for _ in "abc")
-            )
-            case.times.append(timed(lambda c=case, s=share: c.call(s)))
+            case.beside.append(statistics.median(timed(partial(yardstick, angles)) for _ in "abc"))
+            own = []
+            for _ in range(3):
+                share += STEP
+                own.append(timed(partial(case.call, share)))
+            case.times.append(statistics.median(own))
     rows = []
     for case in every:
         row = {"case": case.name, "poses": case.poses, "bar_ms": case.bar}
@@ -131,7 +133,7 @@ def measured(rounds: int) -> dict[str, Any]:
             share += STEP
             warm = case.call(share)
             SHAPES.clear()
-            row["cold_ms"] = round(timed(lambda c=case, s=share: c.fresh(s)), 1)
+            row["cold_ms"] = round(timed(partial(case.fresh, share)), 1)
             row["error"] = gap(warm, case.fresh(share))
         rows.append(row)
     return {
