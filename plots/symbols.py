@@ -102,9 +102,11 @@ def distance(sheet: Sheet, c: np.ndarray) -> None:
     symbols.pin(sheet, b, "distance-pin")
 
 
-def wheel(sheet: Sheet, c: np.ndarray, radius: float, angle: float, color: str) -> None:
+def wheel(
+    sheet: Sheet, c: np.ndarray, radius: float, angle: float, color: str, teeth: bool = True
+) -> None:
     """Draw a wheel with its spoke."""
-    symbols.pitch_circle(sheet, c, radius, "gear", color)
+    (symbols.pitch_circle if teeth else symbols.rim)(sheet, c, radius, "gear", color)
     end = c + radius * np.array([np.cos(angle), np.sin(angle)])
     sheet.line([c, end], color=color, width=style.THIN, z=style.Z_MARK)
     symbols.dot(sheet, end, "spoke", color)
@@ -140,6 +142,12 @@ def belt(sheet: Sheet, c: np.ndarray) -> None:
     for middle, radius in ((a, r1), (b, r2)):
         symbols.rim(sheet, middle, radius, "pulley")
         symbols.pin(sheet, middle, "pulley-pin")
+
+
+def friction_wheels(sheet: Sheet, c: np.ndarray) -> None:
+    for middle, radius, angle in ((c - 15 * X, 20.0, 0.9), (c + 18 * X, 13.0, 2.4)):
+        wheel(sheet, middle, radius, angle, style.WHEEL, teeth=False)
+        symbols.pin(sheet, middle, "wheel-pin")
 
 
 def cam(sheet: Sheet, c: np.ndarray) -> None:
@@ -272,6 +280,7 @@ CELLS: dict[str, Draw] = {
     "carrier, planet and\na fixed ring": ring,
     "rack and pinion": rack,
     "belt on two pulleys": belt,
+    "friction wheels:\ntwo rims, touching": friction_wheels,
     "cam and roller": cam,
     "pin in a curved groove": groove,
     "driver that turns": driver,

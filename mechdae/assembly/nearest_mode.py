@@ -357,7 +357,7 @@ class Sketched:
             coordinate(mechanism, f"{body}.{point}.{axis}")
             for body in group.bodies
             for point in mechanism.bodies[body].points
-            for axis in mechanism.AXES[: mechanism.dimension]
+            for axis in mechanism.axes
         ]
         for every in (angles, slides, points):
             entries = [self._entry(c, 0.0) for c in every if c not in told]

@@ -58,7 +58,7 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
             return NamedCoordinate(text, "body angle", parts[0])
         points = mechanism.bodies[parts[0]].points
         if len(parts) == 3 and parts[1] in points:
-            axis = Mechanism.AXES[: mechanism.dimension].find(parts[2])
+            axis = mechanism.axes.find(parts[2])
             if axis >= 0 and len(parts[2]) == 1:
                 return NamedCoordinate(text, "point", parts[0], parts[1], axis)
     elif parts[0] in mechanism.joints and len(parts) == 2:
@@ -96,7 +96,7 @@ def coordinate_names(mechanism: Mechanism) -> list[str]:
     for name, body in mechanism.bodies.items():
         names.append(f"{name}.angle")
         for point in body.points:
-            names += [f"{name}.{point}.{axis}" for axis in Mechanism.AXES[: mechanism.dimension]]
+            names += [f"{name}.{point}.{axis}" for axis in mechanism.axes]
     for name, joint in mechanism.joints.items():
         names += [f"{name}.{word}" for word in sorted(joint.coordinates)]
     return names

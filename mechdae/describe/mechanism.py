@@ -86,6 +86,11 @@ class Mechanism:
 
     AXES: ClassVar[str] = "xyz"
 
+    @property
+    def axes(self) -> str:
+        """The axes of its space."""
+        return self.AXES[: self.dimension]
+
     def __post_init__(self) -> None:
         from mechdae.describe import values
 
@@ -175,7 +180,7 @@ class Mechanism:
         for place, points in _all_points(self):
             name = place.removeprefix("bodies.")
             if len(points) > 1:
-                for axis in self.AXES[: self.dimension]:
+                for axis in self.axes:
                     places = [values[f"{name}.{point}.{axis}"] for point in points]
                     spans.append(max(places) - min(places))
         for name, joint in self.joints.items():
@@ -412,8 +417,7 @@ def _check_link(
 ) -> None:
     """Raise for a link whose two pins (point -> joint) fall on one point."""
     place = {
-        point: tuple(values[f"{name}.{point}.{axis}"] for axis in "xyz"[: mechanism.dimension])
-        for point in pins
+        point: tuple(values[f"{name}.{point}.{axis}"] for axis in mechanism.axes) for point in pins
     }
     for first, second in ((a, b) for a in pins for b in pins if a < b):
         if place[first] == place[second]:

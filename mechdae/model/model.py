@@ -171,7 +171,7 @@ class Model:
     def local(self, reference: str) -> Any:
         """Return ``body.point`` (or ``body.center``) in the body's frame, from its anchor."""
         body = reference.split(".")[0]
-        axes = "xyz"[: self.mechanism.dimension]
+        axes = self.mechanism.axes
         anchor = self.anchor(body)
         return ca.vertcat(
             *[
@@ -193,7 +193,7 @@ class Model:
     def local_origin(self, body: str) -> Any:
         """Return the origin of a body in its frame, from its anchor."""
         anchor = self.anchor(body)
-        axes = "xyz"[: self.mechanism.dimension]
+        axes = self.mechanism.axes
         return ca.vertcat(*[-self.numbers[f"{body}.{anchor}.{a}"] if anchor else 0 for a in axes])
 
     def origin(self, body: str) -> Any:

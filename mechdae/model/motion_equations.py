@@ -255,7 +255,7 @@ class Released:
             if isinstance(load, Spring) and self._constant(load):
                 result[name] = self._strain(load)
         if "gravity" in self.loads.wrenches:
-            g = ca.vertcat(*[model.numbers[f"gravity.{axis}"] for axis in "xy"])
+            g = ca.vertcat(*[model.numbers[f"gravity.{axis}"] for axis in model.space.axes])
             total = SX(0)
             for body in model.mechanism.bodies:
                 if f"{body}.mass" in model.numbers:

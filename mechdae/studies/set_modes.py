@@ -169,7 +169,7 @@ def _size_of(setting: Setting) -> Any:
     spans = [ca.SX(0)]
     parts: list[tuple[str, Any]] = [("ground", mechanism.ground), *mechanism.bodies.items()]
     for name, body in parts:
-        for axis in "xyz"[: mechanism.dimension] if len(body.points) > 1 else "":
+        for axis in mechanism.axes if len(body.points) > 1 else "":
             places = [ca.SX(model.numbers[f"{name}.{point}.{axis}"]) for point in body.points]
             spans.append(ca.mmax(ca.vertcat(*places)) - ca.mmin(ca.vertcat(*places)))
     for name, joint in mechanism.joints.items():

@@ -91,3 +91,29 @@ def test_another_radius_of_one_structure() -> None:
         mechanism = pair().with_values({"touch.radius": radius})
         turned = forces(mechanism, 0.0, 1.5).bodies["large"].angle
         assert turned[1] == pytest.approx(-1.5 * radius / R2, rel=1e-12)
+
+
+def test_a_motion_rolls_and_slips_are_told() -> None:
+    """M = (I1 + I2 (r1/r2)^2) alpha, and what turns the second wheel is T r2 = I2 alpha r1/r2."""
+    moment, first, second = 2.0, 0.01, 0.5
+    base = pair(press=40.0)
+    mechanism = md.Mechanism(
+        ground=base.ground,
+        bodies=[
+            md.Body("small", {"O": (0, 0)}, inertia=first),
+            md.Body("large", {"Q": (0, 0)}, inertia=second),
+        ],
+        joints=list(base.joints.values()),
+        loads=[md.Torque("drive", "small", moment)],
+        sketch={"small": 0.0},
+    )
+    task = md.Motion(until=1.0, poses=3)
+    result = md.solve(md.Problem(mechanism, {"run": task}), "run")
+    rolled = R1 / R2
+    alpha = moment / (first + second * rolled**2)
+    assert result.bodies["small"].angular_velocity[-1] == pytest.approx(alpha, rel=1e-9)
+    tangential = second * alpha * rolled / R2
+    assert np.abs(result.joints["touch"].reaction[-1, 2]) == pytest.approx(
+        tangential * R2, rel=1e-9
+    )
+    assert f"with {tangential / 0.25:.6g} N at least" in result.fault

@@ -16,6 +16,7 @@ from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.rest.balance import NEUTRAL, EquilibriumEquations
 from mechdae.errors import InputError, SingularMassError
+from mechdae.model.space import PLANE
 
 SETTLED = math.log(50)
 """Time, in those of the slowest small motion, after which 2 % of it are left."""
@@ -70,7 +71,7 @@ def small_motions(
                 "bodies": {
                     body: {
                         word: [float(z.real), float(z.imag)]
-                        for word, z in zip(("x", "y", "angle"), row, strict=True)
+                        for word, z in zip(PLANE.twist, row, strict=True)
                     }
                     for body, row in zip(whole.problem.mechanism.bodies, bodies, strict=True)
                 },

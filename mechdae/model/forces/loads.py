@@ -234,7 +234,7 @@ class Loads:
         """Return the weights of all bodies that have a mass."""
         if self.model.mechanism.gravity is None:
             return {}
-        g = ca.vertcat(*[self.model.numbers[f"gravity.{axis}"] for axis in "xy"])
+        g = ca.vertcat(*[self.model.numbers[f"gravity.{axis}"] for axis in self.model.space.axes])
         parts = []
         for body in self.model.mechanism.bodies:
             if f"{body}.mass" in self.model.numbers:
