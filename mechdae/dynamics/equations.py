@@ -21,6 +21,7 @@ from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.smooth_friction import Smooth
 from mechdae.kernels.graphs.stepper import Stepper
+from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.dry_friction import Rubbing
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
@@ -110,6 +111,16 @@ class Setup:
         """Return the pieces of tables over the time that hold right behind a time."""
         found = [table.piece(t) for table in self.loads.timed]
         return np.concatenate(found) if found else np.zeros(0)
+
+    def sided(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return inputs (n, k) of dry friction with the signs that smoothed friction has."""
+        if not self.smooth:
+            return signs
+        kernel: Any = self.kernel
+        sides = Batch(kernel.sides, [], straight=lambda: None)
+        found = signs.copy()
+        found[:, : self.rubbing.count] = sides(t, x, v, signs)[0]
+        return found
 
     def renewed(self, signs: Any) -> Any:
         """Return inputs of dry friction with the pieces of tables that hold now."""

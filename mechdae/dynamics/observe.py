@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -28,6 +29,15 @@ class States:
     lam: Any
     w: Any
     signs: Any
+
+
+def alike(patterns: Any, rows: Any = None) -> Iterator[tuple[Any, Any]]:
+    """Yield each pattern (n, k) among some rows with the rows that have it."""
+    rows = np.arange(len(patterns)) if rows is None else rows
+    while len(rows):
+        same = (patterns[rows] == patterns[rows[0]]).all(axis=1)
+        yield patterns[rows[0]], rows[same]
+        rows = rows[~same]
 
 
 class Observer:
@@ -103,11 +113,8 @@ class Observer:
         self.kernel.scale(float(s.t[0]), s.x[0], s.v[0], self.setup.loose)
         rates = Batch(self.kernel.rhs, [3], straight=lambda: None)
         lam = np.full((len(s.t), self.kernel.inner), np.nan)
-        rest = np.flatnonzero(np.isfinite(s.a).all(axis=1))
-        while len(rest):
-            same = (s.signs[rest] == s.signs[rest[0]]).all(axis=1)
-            rows, rest = rest[same], rest[~same]
-            lam[rows] = rates(s.t[rows, None], s.x[rows], s.v[rows], s.signs[rows[0]])[1]
+        for signs, rows in alike(s.signs, np.flatnonzero(np.isfinite(s.a).all(axis=1))):
+            lam[rows] = rates(s.t[rows, None], s.x[rows], s.v[rows], signs)[1]
         return replace(s, lam=lam)
 
     @cached_property

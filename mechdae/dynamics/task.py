@@ -17,14 +17,13 @@ from mechdae.dynamics.creep import Creep
 from mechdae.dynamics.endings import check_dead_start, feasible
 from mechdae.dynamics.equations import Setup, idle, setup
 from mechdae.dynamics.integrate import Integrator
-from mechdae.dynamics.observe import Observer, States
+from mechdae.dynamics.observe import Observer, States, alike
 from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.run import OutputStates, Run, integrate
 from mechdae.dynamics.start import Start, start
 from mechdae.errors import InputError, UnavailableError
 from mechdae.forces.meshes import about_meshes, meshes_beside
-from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
 
@@ -190,16 +189,7 @@ def _states(setup: Setup, integrator: Integrator, kept: OutputStates, undecided:
     a, lam = np.empty_like(x), np.empty((len(t), setup.kernel.inner))
     lost = t == undecided
     a[lost], lam[lost] = np.nan, np.nan
-    rest = np.flatnonzero(~lost)
-    while len(rest):
-        same = (signs[rest] == signs[rest[0]]).all(axis=1)
-        rows = rest[same]
-        a[rows], lam[rows] = integrator.rates(t[rows, None], x[rows], v[rows], signs[rows[0]])
-        rest = rest[~same]
+    for own, rows in alike(signs, np.flatnonzero(~lost)):
+        a[rows], lam[rows] = integrator.rates(t[rows, None], x[rows], v[rows], own)
     integrator.rhs += len(t)
-    if setup.smooth:
-        kernel: Any = setup.kernel
-        smooth = Batch(kernel.sides, [], straight=lambda: None)
-        signs = signs.copy()
-        signs[:, : setup.rubbing.count] = smooth(t[:, None], x, v, signs)[0]
-    return States(t, x, v, a, lam, w, signs)
+    return States(t, x, v, a, lam, w, setup.sided(t[:, None], x, v, signs))

@@ -7,14 +7,13 @@ holds a locked pair is one more multiplier.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from mechdae.dynamics.observe import Observer, States
+from mechdae.dynamics.observe import Observer, States, alike
 from mechdae.forces.uniqueness import ForceColumns, Stressed, directions, shared_bodies
 from mechdae.model.forces.generalised import Wrench, gradients
 from mechdae.model.model import Model
@@ -110,7 +109,7 @@ def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> 
     found = Unique(np.tile(lost, (n, 1)), known, dependent)
     if always.lost and reactions:
         _describe(found, observer.model, always, q, reactions)
-    for locked, rows in _alike(s.signs[:, slips : 2 * slips] > 0):
+    for locked, rows in alike(s.signs[:, slips : 2 * slips] > 0):
         if not locked.any():
             continue
         own, lost, known = holding.left(q, rows[np.isin(rows, there)], locked)
@@ -133,15 +132,6 @@ def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> 
 def _least(left: Stressed, name: str) -> int:
     """Return how many directions of a joint's reaction are unique."""
     return min(map(len, left.spaces[name]))
-
-
-def _alike(patterns: Any) -> Iterator[tuple[Any, Any]]:
-    """Yield each pattern of locks with the states that have it."""
-    rows = np.arange(len(patterns))
-    while len(rows):
-        same = (patterns[rows] == patterns[rows[0]]).all(axis=1)
-        yield patterns[rows[0]], rows[same]
-        rows = rows[~same]
 
 
 def _describe(

@@ -84,13 +84,7 @@ class Crossings:
         def values(t: Any, x: Any, v: Any) -> Any:
             return self.values(t, x, v, signs)
 
-        def value(state: Any, which: int) -> float:
-            t, x, v = (lay.of(state, name) for name in ("t", "x", "v"))
-            return float(
-                self.values(np.reshape(t, (1, 1)), x[None, :], v[None, :], signs)[0, which]
-            )
-
-        looker = Looker(self.integrator, nodes, value)
+        looker = Looker(self.integrator, nodes, values)
         found: list[LocatedEvent] = []
         for sign in changes(lay, nodes, values):
             crossing = self.wanted[sign.which]

@@ -15,7 +15,6 @@ from mechdae.dynamics.integrate import Integrator, Nodes
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.watchers.zeros import Looker, changes, fitted, inside
 from mechdae.forces.lift_off import OneSidedContacts, sentence
-from mechdae.kernels.run.batch import Batch
 
 TIMES = 40
 """Steps of the search for the strongest pull, each to two thirds."""
@@ -36,12 +35,7 @@ class Lifting:
         observer, setup = self.observer, self.setup
         assert observer is not None
         a, lam = self.integrator.rates(t, x, v, signs)
-        rows = np.broadcast_to(signs, (len(x), len(signs)))
-        if setup.smooth:
-            kernel: Any = setup.kernel
-            rows = rows.copy()
-            sides = Batch(kernel.sides, [], straight=lambda: None)
-            rows[:, : setup.rubbing.count] = sides(t, x, v, rows)[0]
+        rows = setup.sided(t, x, v, np.broadcast_to(signs, (len(x), len(signs))))
         states = observer.complete(States(t[:, 0], x, v, a, lam, np.zeros((len(x), 0)), rows))
         q = observer.absolute(states)[0]
         return self.contacts.holding(q, observer.reactions(states, q, observer.multipliers(states)))
@@ -55,11 +49,7 @@ class Lifting:
         def values(t: Any, x: Any, v: Any) -> Any:
             return self.holding(t, x, v, signs)
 
-        def value(state: Any, which: int) -> float:
-            t, x, v = (lay.of(state, name) for name in ("t", "x", "v"))
-            return float(values(np.reshape(t, (1, 1)), x[None, :], v[None, :])[0, which])
-
-        looker = Looker(self.integrator, nodes, value)
+        looker = Looker(self.integrator, nodes, values)
         turns: list[tuple[float, int, bool]] = []
         for sign in changes(lay, nodes, values):
             for state, before in looker.states(sign):

@@ -104,11 +104,12 @@ class Sticking:
         """Return speeds, rates, holding forces, least and largest ones, (n, k) each, misses."""
         return self._values(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs)
 
-    def _jacobians(self, t: float, x: Any, v: Any) -> tuple[Any, Any]:
+    def _along(self, t: float, x: Any, v: Any) -> Any:
+        """Return the speeds (slips, freedoms) that the freedoms give slips, over natural sizes."""
         k = self.kernel
         J, C = self._locking(np.array([[t]]), x[None, :], v[None, :], self.setup.loose)
         J, C = J[0].reshape(k.n, k.m).T, C[0].reshape(k.n, self.k).T
-        return J, C
+        return (C * k.sizes) @ freedoms(J, k.sizes) / self._sizes()[:, None]
 
     def _sizes(self) -> Any:
         """Return natural sizes of the slips."""
@@ -186,9 +187,7 @@ class Sticking:
         """Return sides for the way to go on with some slips at rest."""
         if not rest:
             return sides
-        J, C = self._jacobians(t, x, v)
-        basis = freedoms(J, self.kernel.sizes)
-        along = (C * self.kernel.sizes) @ basis / self._sizes()[:, None]
+        along = self._along(t, x, v)
         moved = np.linalg.norm(along, axis=1) > RANK
         sides, rest = self._turned(t, x, v, sides, rest, along)
         if not rest:
@@ -324,8 +323,7 @@ class Sticking:
         t = np.ravel(t)
         sides = self.sides(signs).copy()
         locked = np.flatnonzero(sides == 0)
-        J, C = self._jacobians(float(t[0]), x[0], v[0])
-        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes)
+        along = self._along(float(t[0]), x[0], v[0])
         ways, worst = np.sign(along[locked, 0]), np.full(len(t), -np.inf)
         free = self.values(t, x, v, self.setup.loose)[1][:, locked]
         size = np.max(np.abs(free / self._sizes()[locked]), axis=1, initial=0.0)
@@ -343,8 +341,7 @@ class Sticking:
     def unique(self, t: float, x: Any, v: Any, signs: Any) -> bool:
         """Return whether the forces of locked slips are unique."""
         locked = np.flatnonzero(self.sides(signs) == 0)
-        J, C = self._jacobians(t, x, v)
-        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
+        along = self._along(t, x, v)
         return bool(np.linalg.matrix_rank(along[locked], RANK) == len(locked))
 
     def look(self, nodes: Nodes) -> Cut | None:
@@ -370,12 +367,9 @@ class Sticking:
                 return Turn(states[0], k, word in ("below", "above"), True)
         self._faster(t, x, v, signs)
 
-        def value(state: Any, which: int) -> float:
-            at = (np.reshape(lay.of(state, "t"), (1, 1)), lay.of(state, "x"), lay.of(state, "v"))
-            one = self._functions(watched[which : which + 1], signs)
-            return float(one(at[0], at[1][None, :], at[2][None, :])[0, 0])
-
-        looker = Looker(self.integrator, nodes, value)
+        looker = Looker(
+            self.integrator, nodes, values, lambda k: self._functions(watched[k : k + 1], signs)
+        )
         first: Turn | None = None
         row = 0
         for sign in changes(lay, nodes, values, falls=True):
@@ -466,6 +460,5 @@ class Sticking:
         if setup.laws or setup.loads.uses_time or not self.k:
             return False
         locked = np.flatnonzero(self.sides(signs) == 0)
-        J, C = self._jacobians(t, x, v)
-        along = (C * self.kernel.sizes) @ freedoms(J, self.kernel.sizes) / self._sizes()[:, None]
+        along = self._along(t, x, v)
         return bool(np.linalg.matrix_rank(along[locked], RANK) == along.shape[1])

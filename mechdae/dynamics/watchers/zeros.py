@@ -192,16 +192,28 @@ class Looker:
         Of the motion.
     nodes
         Accepted steps.
-    value
-        (state, which) -> value of a function.
+    values
+        (t (n, 1), x, v) -> (n, k), or some of them only, by `some`.
     """
 
     def __init__(
-        self, integrator: Integrator, nodes: Nodes, value: Callable[[Any, int], float]
+        self,
+        integrator: Integrator,
+        nodes: Nodes,
+        values: Callable[[Any, Any, Any], Any],
+        some: Callable[[int], Callable[[Any, Any, Any], Any]] | None = None,
     ) -> None:
-        self.integrator, self.nodes, self.value = integrator, nodes, value
+        self.integrator, self.nodes, self.values, self.some = integrator, nodes, values, some
         self.lay = integrator.layout
         self._known: dict[tuple[int, float], Any] = {}
+
+    def value(self, state: Any, which: int) -> float:
+        """Return a function at a state."""
+        t, x, v = (self.lay.of(state, name) for name in ("t", "x", "v"))
+        at = (np.reshape(t, (1, 1)), x[None, :], v[None, :])
+        if self.some is not None:
+            return float(self.some(which)(*at)[0, 0])
+        return float(self.values(*at)[0, which])
 
     def _step(self, row: int) -> tuple[Any, float]:
         states = self.nodes.states
