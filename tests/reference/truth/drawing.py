@@ -27,7 +27,7 @@ FAMILIES = {
     "parallel": 0.0,  # elements side by side on the crank, drawn only where they are asked for
 }
 DYADS = ("rrr", "rrr", "rrp", "rpr", "bar", "prp", "rpp")
-ROLLS = 0.8
+ROLLS = 0.6
 """Of the number by which the ratio of a gear is drawn: above, friction wheels of that ratio."""
 GEARS = ("gear", "gear", "belt", "planet", "rack", "pinion", "weld")
 LEGS = ("link", "link", "bar", "slide", "slot", "rail", "groove")
