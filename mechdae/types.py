@@ -13,6 +13,8 @@ Points = NDArray[np.float64]
 """Points or vectors of the plane, (n, 2)."""
 Flags = NDArray[np.bool_]
 """Yes or no, one for each pose."""
+Integers = NDArray[np.int_]
+"""Places of rows or columns."""
 Texts = NDArray[np.str_]
 """Texts, one for each pose."""
 Reactions = NDArray[np.float64]

@@ -10,6 +10,7 @@ import numpy as np
 from mechdae.dynamics.observe import Observer, States
 from mechdae.dynamics.unique import Unique, dependence_note, unique
 from mechdae.results import Later, Series, Summary
+from mechdae.types import Floats, Reactions
 
 
 class Determined:
@@ -21,15 +22,15 @@ class Determined:
         Absolute coordinates at the states.
     """
 
-    def __init__(self, observer: Observer, states: States, q: Any) -> None:
+    def __init__(self, observer: Observer, states: States, q: Floats) -> None:
         self.setup = observer.setup
         self.joints = list(self.setup.model.mechanism.joints)
         self._later = Later(lambda: self._found(observer, states, q))
 
     @staticmethod
-    def _found(observer: Observer, states: States, q: Any) -> dict[str, Any]:
+    def _found(observer: Observer, states: States, q: Floats) -> dict[str, Any]:
         multipliers = observer.multipliers(states)
-        reactions: dict[str, Any] = observer.reactions(states, q, multipliers)
+        reactions: dict[str, Reactions] = observer.reactions(states, q, multipliers)
         sole = unique(observer, states, q, reactions)
         for k, own in enumerate(reactions.values()):
             own[sole.lost[:, k]] = np.nan
@@ -42,9 +43,9 @@ class Determined:
         return found
 
     @property
-    def reactions(self) -> dict[str, Any]:
+    def reactions(self) -> dict[str, Reactions]:
         """Reactions (n, 3) by joint."""
-        found: dict[str, Any] = self._later.parts()["reactions"]
+        found: dict[str, Reactions] = self._later.parts()["reactions"]
         return found
 
     def series(self) -> dict[str, Later]:

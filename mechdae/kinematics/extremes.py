@@ -14,6 +14,7 @@ from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
 from mechdae.results import Later, Summary
 from mechdae.setup.outputs import Outputs
+from mechdae.types import Flags, Floats, Integers
 
 ITERATIONS = 6
 NEAR = 1e-4
@@ -59,7 +60,7 @@ class Spans:
         return Summary(swing=self.later, stroke=self.later)
 
     def _found(
-        self, evaluator: Evaluator, path: Path, places: list[float], positions: Any, alive: Any
+        self, evaluator: Evaluator, path: Path, places: list[float], positions: Floats, alive: Flags
     ) -> dict[str, dict[str, float]]:
         """Return ``swing`` [rad] by body and ``stroke`` [m] by joint, those that there are."""
         before = evaluator.pose.evaluations, evaluator.refined
@@ -96,10 +97,10 @@ def _shifts(path: AnyPath, low: float, high: float) -> list[float]:
 class Brackets:
     """Intervals [a, b] in which the rate of a quantity changes its sign, a guess `s` in each."""
 
-    entry: Any
-    a: Any
-    b: Any
-    s: Any
+    entry: Integers
+    a: Floats
+    b: Floats
+    s: Floats
 
     def take(self, rows: Any, s: Any = None) -> Brackets:
         """Return some of the brackets, with other guesses."""
@@ -108,7 +109,12 @@ class Brackets:
 
 
 def _stationary(
-    evaluator: Evaluator, path: AnyPath, nodes: Poses, columns: Any, least: Any, most: Any
+    evaluator: Evaluator,
+    path: AnyPath,
+    nodes: Poses,
+    columns: Integers,
+    least: Floats,
+    most: Floats,
 ) -> list[tuple[int, float]]:
     """Return the stationary values that may be extreme, each with its quantity's number.
 
@@ -132,7 +138,7 @@ def _stationary(
     return found
 
 
-def _brackets(nodes: Poses, columns: Any, least: Any, most: Any) -> Brackets:
+def _brackets(nodes: Poses, columns: Integers, least: Floats, most: Floats) -> Brackets:
     """Return the brackets of stationary values that may be the largest or the smallest."""
     y, rate, bend = (values[:, columns] for values in nodes.y[:3])
     rate = np.where(nodes.alive.all(axis=1)[:, None], rate, np.nan)
@@ -149,8 +155,8 @@ def _brackets(nodes: Poses, columns: Any, least: Any, most: Any) -> Brackets:
 
 
 def _at(
-    evaluator: Evaluator, path: AnyPath, columns: Any, wanted: Brackets
-) -> tuple[Any, Any, Any, Any]:
+    evaluator: Evaluator, path: AnyPath, columns: Integers, wanted: Brackets
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Return the places evaluated, and there the quantities with two derivatives, (k,) each."""
     order = np.argsort(wanted.s)
     s = wanted.s[order]

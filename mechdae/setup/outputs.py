@@ -15,6 +15,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.results import Named, Series
+from mechdae.types import Floats, Points, Sym
 
 RATES = {
     "angle": ("angle", "angular_velocity", "angular_acceleration", "angular_jerk"),
@@ -103,7 +104,7 @@ class Outputs:
         if joint.turns:
             self._add("joints", name, "angle", ends.second.angle - ends.first.angle, bodies)
 
-    def _add(self, kind: str, part: str, name: str, value: Any, bodies: tuple[str, ...]) -> None:
+    def _add(self, kind: str, part: str, name: str, value: Sym, bodies: tuple[str, ...]) -> None:
         start = len(self._scalars)
         scalars = ca.vertsplit(ca.SX(value))
         self._scalars += scalars
@@ -142,7 +143,7 @@ class Outputs:
         known = [f"{head}/{part}/{name}" for entry in own for name in RATES[entry.name]]
         raise UnknownName("path", path, known)
 
-    def named(self, values: list[Any], extra: Tables | None = None) -> dict[str, Named]:
+    def named(self, values: list[Floats], extra: Tables | None = None) -> dict[str, Named]:
         """Return bodies, points and joints from the arrays y, y', ... (n, ny), as views of them.
 
         `extra` has further series: kind, part, name -> array.
@@ -172,7 +173,7 @@ class Outputs:
             for kind, table in tables.items()
         }
 
-    def _coriolis(self, slide: ReportedQuantity, values: list[Any]) -> Any:
+    def _coriolis(self, slide: ReportedQuantity, values: list[Floats]) -> Points:
         """Return 2 omega x v_rel of the second body's point, (n, 2)."""
         guide = next((e for e in self.entries if e.part == slide.part and e.name == "guide"), None)
         n = len(values[0])

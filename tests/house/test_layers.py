@@ -26,7 +26,7 @@ ROOMS = {
     "tables": "results",
     "draw": "describe errors results",
     "jobs": "errors",
-    "setup": "describe errors kernels model results",
+    "setup": "describe errors kernels model results types",
     "assembly": "describe errors kernels model numerics results setup",
     "continuation": "assembly errors kernels numerics setup",
     "measures": "continuation describe errors model numerics setup",
@@ -34,7 +34,8 @@ ROOMS = {
     "types",
     "forces": "assembly continuation describe errors kernels kinematics measures model numerics "
     "results setup",
-    "dynamics": "assembly describe errors forces kernels kinematics model numerics results setup",
+    "dynamics": "assembly describe errors forces kernels kinematics model numerics results setup "
+    "types",
     "derivatives": "continuation describe errors forces kinematics model numerics results setup",
     "solver": "describe dynamics errors forces kinematics results",
     "studies": "assembly continuation derivatives describe dynamics errors forces jobs kernels "
