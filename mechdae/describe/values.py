@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from functools import partial
 from typing import Any, Self
 
 from mechdae.describe.expression import evaluate, parse
@@ -40,7 +41,7 @@ def key(
 
 WITH_UNIT = (
     "number", "expression", "law", "numbers", "pair", "pairs", "points", "free", "start",
-    "freedoms", "samples", "coordinates",
+    "freedoms", "lists", "coordinates",
 )  # fmt: skip
 """Kinds of values whose keys may end in a unit."""
 
@@ -168,22 +169,14 @@ def pair(value: Any) -> tuple[Number, ...]:
     return numbers(items)
 
 
-def pairs(value: Any) -> tuple[tuple[Number, ...], ...]:
-    """Return rows of two numbers, two rows at least."""
-    return _several(value, 2)
+def numbers_in_rows(value: Any, size: int) -> tuple[tuple[Number, ...], ...]:
+    """Return rows of as many numbers or expressions, two rows at least."""
 
-
-def triples(value: Any) -> tuple[tuple[Number, ...], ...]:
-    """Return rows of three numbers, two rows at least."""
-    return _several(value, 3)
-
-
-def _several(value: Any, size: int) -> tuple[tuple[Number, ...], ...]:
     def row(item: Any) -> tuple[Number, ...]:
-        items = sequence(item)
+        items = numbers(item)
         if len(items) != size:
             raise InputError(f"{size} numbers are needed, here are {len(items)}")
-        return numbers(items)
+        return items
 
     result = tuple(each(sequence(value), row))
     if len(result) < 2:
@@ -247,21 +240,12 @@ def _flat(table: Any, before: str) -> Iterator[tuple[str, Any]]:
             yield before + text(entry), item
 
 
-def samples(value: Any) -> Table[tuple[Number, ...]]:
+def lists_by_name(value: Any) -> Table[tuple[Number, ...]]:
     """Return name -> numbers, one at least."""
     result = entries(value, numbers, check=text)
-    for entry, items in result.items():
-        if not items:
-            raise InputError("a list of numbers is needed", where=entry)
-    return Table(result)
-
-
-def grid(value: Any) -> Table[tuple[Number, ...]]:
-    """Return name -> (from, to, count)."""
-    result = entries(value, numbers, check=text)
-    for entry, items in result.items():
-        if len(items) != 3:
-            raise InputError("[from, to, count] is needed", where=entry)
+    empty = next((entry for entry, items in result.items() if not items), None)
+    if empty is not None:
+        raise InputError("a list of numbers is needed", where=empty)
     return Table(result)
 
 
@@ -340,8 +324,8 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "flag": flag,
     "numbers": numbers,
     "pair": pair,
-    "pairs": pairs,
-    "triples": triples,
+    "pairs": partial(numbers_in_rows, size=2),
+    "triples": partial(numbers_in_rows, size=3),
     "rows": rows,
     "names": names,
     "points": points,
@@ -349,8 +333,8 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "table": numbers_by_name,
     "coordinates": numbers_by_coordinate,
     "start": start,
-    "samples": samples,
-    "grid": grid,
+    "lists": lists_by_name,
+    "grid": lists_by_name,
     "reference": reference,
     "free": free,
 }

@@ -142,7 +142,7 @@ def _column(word: str, items: Any, known: Mapping[str, float]) -> list[float]:
     values = [evaluate(item, dict(known)) for item in items]
     if word == "samples":
         return values
-    if values[2] != int(values[2]) or values[2] < 1:
+    if len(values) != 3 or values[2] != int(values[2]) or values[2] < 1:
         raise InputError("[from, to, count] is needed, count a whole number above 0")
     count = int(values[2])
     return [values[0]] if count == 1 else np.linspace(values[0], values[1], count).tolist()

@@ -13,9 +13,11 @@ from typing import Any
 import pytest
 
 from mechdae.describe.file import library
+from mechdae.describe.file.reading import split_unit
 from mechdae.describe.file.schema import schema
 from mechdae.describe.tasks.constraints import CONSTRAINTS
 from mechdae.describe.tasks.goals import GOALS
+from tests.shared.paths import DOCS
 
 TYPES = {"object": dict, "array": list, "string": str, "boolean": bool, "integer": int}
 KNOWN = {
@@ -154,6 +156,24 @@ def test_goals_freedoms_and_constraints(task: str, good: bool) -> None:
     rule = described()["properties"]["tasks"]
     table = {"design": {"kind": "synthesis", **tomllib.loads(task)}}
     assert (not list(faults(table, rule))) == good, list(faults(table, rule))
+
+
+def keys_of(rule: Any) -> Iterator[str]:
+    """Yield all keys that a schema describes."""
+    for key, inside in rule.get("properties", {}).items():
+        yield key
+        yield from keys_of(inside)
+    rest = [rule.get("items"), rule.get("additionalProperties"), *rule.get("oneOf", ())]
+    for part in rest:
+        if isinstance(part, dict):
+            yield from keys_of(part)
+
+
+def test_every_key_is_documented() -> None:
+    pages = ("problem-file", "joints", "forces", "motion", "synthesis", "sensitivity")
+    text = " ".join((DOCS / f"{page}.md").read_text(encoding="utf-8") for page in pages)
+    for key in set(keys_of(described())):
+        assert re.search(rf"`[^`]*\b{split_unit(key)[0]}\b", text), key
 
 
 def test_every_kind_of_goal_and_constraint_is_described() -> None:

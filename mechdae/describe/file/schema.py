@@ -60,7 +60,7 @@ _KINDS: dict[str, dict[str, Any]] = {
         "additionalProperties": {"oneOf": [*NUMBER["oneOf"], {"type": "object"}]},
     },
     "coordinates": {"type": "object", "additionalProperties": NUMBER},
-    "samples": {
+    "lists": {
         "type": "object",
         "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 1},
     },

@@ -260,7 +260,7 @@ class Study(Task):
         "grid", None, doc="name -> [from, to, count]; all combinations"
     )
     samples: Mapping[str, Sequence[Number]] | None = key(
-        "samples", None, doc="name -> [values], as many for each name"
+        "lists", None, doc="name -> [values], as many for each name"
     )
     of: str | None = key("text", None, doc="the sweep, motion or equilibrium repeated")
     outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
