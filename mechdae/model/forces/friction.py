@@ -120,11 +120,12 @@ class Laws:
     def of(self, name: str) -> list[Feedback]:
         """Return the feedbacks of a joint."""
         ends = self.model.ends[name]
+        law = LAWS.get(ends.joint.kind)
         result: list[Feedback] = []
         if name in self.meshes:
             result += self._mesh(ends, self.meshes[name])
-        elif self.friction and ends.joint.kind in LAWS and self._rubs(name):
-            result += LAWS[ends.joint.kind](self, ends)
+        elif self.friction and law is not None and self._rubs(name):
+            result += law(self, ends)
         return result
 
     def _given(self, name: str, entry: str) -> bool:
@@ -251,7 +252,7 @@ def normal_form(ends: Ends) -> Any:
     The force acts on the second body, + along the left normal of guide, slot or curve.
     """
     if ends.contact is None:
-        return ca.horzcat(1, 0) if ends.joint.kind == "prismatic" else SX(1)
+        return ca.horzcat(1, 0) if ends.joint.guide else SX(1)
     normal = left(tangent_of(ends))
     return ca.horzcat(normal[0], normal[1], *([SX(0)] if ends.contact.rolls else []))
 

@@ -88,7 +88,7 @@ class Mesh:
             self.column = times(self.tangential, force)
             self.apart = pair(self.model, self.first, self.second, place, tangent * away)
             self.rubbing = spin(self.model, self.second) - spin(self.model, self.first)
-            if self.ends.joint.kind == "gear":  # w2 - w1 = (w1 - wc) (1 - ratio) / ratio
+            if self.ends.joint.wheels == 2:  # w2 - w1 = (w1 - wc) (1 - ratio) / ratio
                 ratio = self.number("ratio")
                 self._drives = self._sense * ca.sign((1 - ratio) / ratio)
             else:  # -(w1 - wc)
@@ -183,7 +183,7 @@ class Mesh:
         wheel drives, and so which power the share is of.
         """
         driven_by_second = side * sign * self._drives  # +1: the second wheel drives, -1: the first
-        if self.real and self.ends.joint.kind != "belt":
+        if self.real and not self.ends.joint.strands:
             r1, r2 = self._radii
             inside = self._inside  # -1 external, +1 internal
             ring_is_second = ca.if_else(r2 > r1, 1, -1)

@@ -50,7 +50,7 @@ def one_sided(model: Model, among: Iterable[str]) -> list[OneSided]:
         form = sign * FORMS[joint.kind](ends)
         tilts = getattr(joint, "contact_length", None) is not None
         half = ends.number("contact_length") / 2 if tilts else None
-        result.append(OneSided(name, "N m" if joint.kind == "gear" else "N", form, half))
+        result.append(OneSided(name, "N m" if joint.wheels == 2 else "N", form, half))
     return result
 
 
