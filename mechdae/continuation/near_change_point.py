@@ -90,33 +90,24 @@ class ZonePoses:
         kinds = [path.zones[k].blocks for k in own]
         for blocks in dict.fromkeys(kinds):
             here = np.array([i for i, kind in enumerate(kinds) if kind == blocks])
-            self._write(blocks, path, s, guess, results, rates, rows[here], x, v, a, error, here)
+            some = rows[here]
+            expanded = [part[here] for part in (x, v, a, error)]
+            moving = [] if self.graphs.single else [rate[some] for rate in rates]
+            found = self._solved(blocks, path, s[some], guess[some], moving, expanded)
+            for whole, new in zip(results, found, strict=True):
+                whole[some] = new
 
-    def _write(
-        self,
-        blocks: frozenset[int],
-        path: AnyPath,
-        s: Any,
-        guess: Any,
-        results: list[Any],
-        rates: Rates,
-        rows: Any,
-        x: Any,
-        v: Any,
-        a: Any,
-        error: Any,
-        here: Any,
-    ) -> None:
+    def _solved(
+        self, blocks: frozenset[int], path: AnyPath, s: Any, guess: Any, rates: Any, expanded: Any
+    ) -> list[Any]:
+        """Return the results at poses of a zone: unknowns of `blocks` by their expansion."""
         given = {i for b in blocks for i in self.graphs.blocks[b].own}
         outside = np.array([i for i in range(self.graphs.nx) if i not in given], int)
-        start = x[here]
-        start[:, outside] = guess[np.ix_(rows, outside)]
-        u = path.drivers(s[rows])
-        moving = [] if self.graphs.single else [rate[rows] for rate in rates]
-        consts, function = path.constants.vector(), self._function(blocks)
+        start, *own = expanded
+        start[:, outside] = guess[:, outside]
+        u, consts, function = path.drivers(s), path.constants.vector(), self._function(blocks)
         for _ in range(PASSES):
-            part = function(start, u, *moving, consts, v[here], a[here], error[here])
+            part = function(start, u, *rates, consts, *own)
             start = part[0]
         part[3][~np.isfinite(part[3])] = np.inf
-        for whole, new in zip(results, part, strict=True):
-            whole[rows] = new
+        return part

@@ -147,8 +147,26 @@ class _Starter:
         MechanismError
             Bodies without an angle in the sketch can be placed in several ways.
         """
-        guess = np.zeros(self.n)
-        unknown = []
+        guess, loose = self._guess()
+        found, nearest = self._closed(guess, loose)
+        if len(found) != 1:
+            grouped = self._by_groups()
+            if grouped is not None:
+                found = [grouped]
+        if not found:
+            raise self._not_assembled(nearest)
+        if len(found) > 1:
+            bodies = list(dict.fromkeys(self.r.coordinates[i].owner for i in loose))
+            raise MechanismError(
+                "does not tell which assembly mode is meant",
+                where="sketch",
+                hint=f"add {', '.join(f'{body}_deg' for body in bodies)} to [sketch]",
+            )
+        return found[0]
+
+    def _guess(self) -> tuple[Any, list[int]]:
+        """Return what the sketch says of coordinates, and constrained ones that it leaves out."""
+        guess, unknown = np.zeros(self.n), []
         known, angles = self.places, self.drawn.angles
         on_curves = {c.part: value for c, value in known.items() if c.on_curve}
         for i, own in enumerate(self.r.coordinates):
@@ -160,36 +178,27 @@ class _Starter:
             elif own.kind is ANGLE:
                 guess[i] = angles.get(own.owner, 0.0)
                 unknown += [] if own.owner in angles else [i]
-        loose = self._loose(unknown)
+        held = set(self.r.J.sparsity().get_col()) if unknown and self.m else set()
+        return guess, [i for i in unknown if i in held]
+
+    def _closed(self, guess: Any, loose: list[int]) -> tuple[list[Any], Any]:
+        """Return closed poses from a guess with `loose` turned about, and the nearest to one."""
         found: list[Any] = []
-        tried = itertools.islice(itertools.product(CORNERS, repeat=len(loose)), GUESSES)
-        worst: tuple[float, Any] = (np.inf, guess)
-        for corners in tried:
+        least, nearest = np.inf, guess
+        tried = itertools.product(CORNERS, repeat=len(loose))
+        for corners in itertools.islice(tried, GUESSES):
             x = guess.copy()
             for i, corner in zip(loose, corners, strict=True):
                 x[i] += corner * self.sizes[i]
             x = self._placed(x)
-            if known:
+            if self.places:
                 x, _ = self.close(x, self._drawn_places(), short=0.5)
             x, left = self.close(x, {}, short=0.5)
-            if left < worst[0]:
-                worst = (left, x)
+            if left < least:
+                least, nearest = left, x
             if left < CLOSED and not any(self._same(x, other) for other in found):
                 found.append(x)
-        if len(found) != 1:
-            grouped = self._by_groups()
-            if grouped is not None:
-                found = [grouped]
-        if not found:
-            raise self._not_assembled(worst[1])
-        if len(found) > 1:
-            bodies = list(dict.fromkeys(self.r.coordinates[i].owner for i in loose))
-            raise MechanismError(
-                "does not tell which assembly mode is meant",
-                where="sketch",
-                hint=f"add {', '.join(f'{body}_deg' for body in bodies)} to [sketch]",
-            )
-        return found[0]
+        return found, nearest
 
     def _by_groups(self) -> Any:
         """Return the sketch assembled group by group, as a sweep does it, None if it cannot.
@@ -210,14 +219,6 @@ class _Starter:
         q = setting.assembler.coordinates(pose, u)
         x, left = self.close(np.array([q[c.key] for c in self.r.coordinates]), {})
         return x if left < CLOSED else None
-
-    def _loose(self, unknown: list[int]) -> list[int]:
-        """Return the unknown places that matter: those in a constraint."""
-        if not unknown or not self.m:
-            return []
-        pattern = self.r.J.sparsity()
-        held = set(pattern.get_col())
-        return [i for i in unknown if i in held]
 
     def _placed(self, x: Any) -> Any:
         """Return x with its lengths fitted while its angles stay."""
