@@ -15,13 +15,11 @@ class Space:
     """The space that bodies move in: its axes, and the coordinates of a free body.
 
     A twist holds the velocity of a body's anchor and its angular velocity, in the order of
-    ``twist``; a wrench a force and a moment in the same order.
+    ``twist``; force and moment of a wrench have the same order.
     """
 
     axes: str
     twist: tuple[str, ...]
-    wrench: tuple[str, ...]
-    """Units of a wrench."""
 
     @property
     def freedoms(self) -> int:
@@ -65,4 +63,4 @@ def left(direction: Any) -> Any:
     return ca.vertcat(-direction[1], direction[0])
 
 
-PLANE = Space("xy", ("x", "y", "angle"), ("N", "N", "N m"))
+PLANE = Space("xy", ("x", "y", "angle"))

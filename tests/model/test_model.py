@@ -15,6 +15,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.frames import hinge_frame
 from mechdae.model.model import Model
 from mechdae.model.reduction import scene
+from mechdae.model.space import PLANE
 from mechdae.setup.outputs import Outputs
 from mechdae.setup.scales import Constants
 
@@ -195,3 +196,18 @@ def test_unknown_coordinates_name_the_nearest() -> None:
     for text in ("rod.angel", "rod.C.z", "guide.angle", "ground.O.x", "crank", "B.slide"):
         with pytest.raises(md.InputError):
             coordinate(mechanism, text)
+
+
+def test_the_plane_moves_points_and_turns_arms() -> None:
+    """A twist moves a point like the derivative of its place; power is force times velocity."""
+    twist, rate, arm, force = ([0.3, -0.2, 1.7], [0.1, 0.4, -0.9], [0.5, 0.8], [2.0, -3.0])
+    velocity = np.array(ca.DM(PLANE.velocity(ca.DM(twist), ca.DM(arm)))).ravel()
+    assert velocity == pytest.approx([0.3 - 1.7 * 0.8, -0.2 + 1.7 * 0.5])
+    wrench = [*force, PLANE.moment(arm, force)]
+    assert np.dot(wrench, twist) == pytest.approx(np.dot(force, velocity))
+    acceleration = np.array(ca.DM(PLANE.acceleration(twist, rate, arm))).ravel()
+    turned = np.array([-0.9 * -0.8 - 1.7**2 * 0.5, -0.9 * 0.5 - 1.7**2 * 0.8])
+    assert acceleration == pytest.approx(np.array(rate[:2]) + turned)
+    energy = np.array(ca.DM(PLANE.inertia(2.0, 0.7, arm)))
+    assert twist @ energy @ twist == pytest.approx(2.0 * velocity @ velocity + 0.7 * 1.7**2)
+    assert PLANE.mobility(3, 4, 0) == 1
