@@ -15,7 +15,7 @@ import mechdae as md
 from mechdae.draw import plot, save
 from mechdae.draw.catalogue import kinds_of
 from mechdae.draw.designs import census, design, targets
-from mechdae.draw.designs.found import sense_of
+from mechdae.draw.designs.drawn_design import sense_of
 from mechdae.draw.style import SERIES
 from mechdae.draw.words import TABLE, Words
 from mechdae.errors import InputError

@@ -127,6 +127,21 @@ def test_folders_are_small() -> None:
         assert len(modules) <= MOST, folder
 
 
+OPEN = set("Crossing Event Motion Nodes Rubbing Run Scene".split())
+"""Class names that still mean several things; none may be added."""
+
+
+def test_a_class_name_means_one_thing() -> None:
+    homes: dict[str, list[str]] = {}
+    for path in FILES:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                homes.setdefault(node.name, []).append(module_of(path))
+    several = {name: found for name, found in homes.items() if len(found) > 1}
+    assert not several.keys() - OPEN, several
+    assert not OPEN - several.keys(), "these are mended: take them off the list"
+
+
 def test_no_circles() -> None:
     """Imports at run time, inside of functions too, and those for type checkers."""
     modules = {module_of(path): path for path in FILES if path.stem != "__init__"}

@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from mechdae.draw import style
-from mechdae.draw.designs.found import class_name, objective_text, sense_of, title_of
+from mechdae.draw.designs.drawn_design import class_name, objective_text, runs_of, sense_of
+from mechdae.draw.designs.parts import SEPARATOR, color_of, headed
 from mechdae.draw.diagram.diagram import fitted
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.sheet import font
 from mechdae.draw.words import Words
-from mechdae.errors import InputError
 
 SAME = 1e-5
 """Share by which objectives of one optimum may differ, as in the search."""
@@ -48,31 +48,15 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     hatched, with the first reason; those that are not reported, being too far from the best, are
     empty. The last rows are the starts that reached no optimum, by the word of the solver.
 
-    Parameters
-    ----------
-    result
-        What a task of kind synthesis gave.
-    ax
-        Axes to draw in; without it those of a new figure.
-    lang
-        Language of the words, "en" or "ru".
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
     Raises
     ------
     InputError
-        The result is of no synthesis, or no start was made.
+        No start was made.
     """
     words = Words(lang)
-    summary = result.summary
-    if not summary["runs"]:
-        raise InputError(result.fault or "no start was made", hint="other bounds of what is free")
+    summary, runs = result.summary, runs_of(result)
     rows = rows_of(result, words)
-    classes = list(dict.fromkeys(run["class"] for run in summary["runs"]))
+    classes = list(dict.fromkeys(run["class"] for run in runs))
     shown = {row.kind for row in rows}
     designs = result.data["designs"]
     lost = len(summary["rejected"]) + sum(bool(own.get("defects")) for own in designs)
@@ -83,7 +67,7 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     if not designs:
         facts.insert(0, words("none found"))
     facts.append(objective_text(result, words))
-    colours = {name: style.SERIES[k % len(style.SERIES)] for k, name in enumerate(classes)}
+    colours = {name: color_of(k) for k, name in enumerate(classes)}
     key = [
         Entry(class_name(name, words), area=(colours[name], colours[name], ""))
         for name in classes
@@ -95,7 +79,7 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
         "failed": (style.GHOST, style.FAINT, LOST),
     }
     key += [Entry(words(word), area=own) for word, own in samples.items() if word in used]
-    frame = Panels(ax, 1, title_of(result), "  ·  ".join(facts), key, height=ROW * len(rows) + 10.0)
+    frame = headed(result, ax, facts, key, ROW * len(rows) + 10.0)
     panel = frame.panels[0]
     _draw(frame, panel, rows, colours)
     frame.label(panel, words("hits"))
@@ -111,7 +95,7 @@ def rows_of(result: Any, words: Words) -> list[Bar]:
     def said(value: float, hits: int, kind: str, *more: str) -> str:
         counted = words("hit of") if hits == 1 else words("hits of", hits)
         named = [class_name(kind, words)] if len(kinds) > 1 else []
-        return "  ·  ".join([words.number(value, 4), counted, *named, *more])
+        return SEPARATOR.join([words.number(value, 4), counted, *named, *more])
 
     rows = [
         Bar(

@@ -12,11 +12,10 @@ from matplotlib.ticker import MaxNLocator
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
-from mechdae.draw.designs.convergence import MARKS
-from mechdae.draw.designs.found import DrawnDesign, chosen, found_of, title_of
+from mechdae.draw.designs.drawn_design import DrawnDesign, chosen, design_of
 from mechdae.draw.designs.line import deviation
 from mechdae.draw.designs.output import errors_of, scale_of_errors, unit_text
-from mechdae.draw.designs.parts import divided
+from mechdae.draw.designs.parts import color_of, divided, headed, line_of, mark_of
 from mechdae.draw.designs.paths import RING, draw_paths
 from mechdae.draw.designs.targets import Targets
 from mechdae.draw.diagram.scene import Array
@@ -36,27 +35,13 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     Of a path the paths over the targets; of a function the structural errors; of a straight
     line the deviations; of a rocker its angle against the driver.
 
-    Parameters
-    ----------
-    result
-        What a task of kind synthesis gave.
-    ax
-        Axes to draw in; without it those of a new figure.
-    lang
-        Language of the words, "en" or "ru".
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-
     Raises
     ------
     InputError
-        The result is of no synthesis, no design was found, or the goal is a single number.
+        No design was found, or the goal is a single number.
     """
     words = Words(lang)
-    designs = [found_of(result, k) for k in chosen(result, None)]
+    designs = [design_of(result, k) for k in chosen(result, None)]
     goal = designs[0].goal
     if isinstance(goal, Visits):
         return _paths(designs, goal, ax, words)
@@ -70,36 +55,39 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     )
 
 
-def _key(designs: Sequence[DrawnDesign], words: Words, points: bool = False) -> list[Entry]:
-    lines: list[dict[str, Any]] = [
-        {"color": _color(k), "linestyle": "", "marker": MARKS[k % len(MARKS)], "markersize": 4.5}
-        if points
-        else {"color": _color(k), "linewidth": 1.5, "linestyle": _dash(k)}
-        for k in range(len(designs))
-    ]
-    return [
-        Entry(f"{words('design', k)}: {words.number(own.data['objective'], 4)}", line=line)
-        for k, (own, line) in enumerate(zip(designs, lines, strict=True), 1)
-    ]
-
-
-def _head(designs: Sequence[DrawnDesign], what: str, words: Words) -> tuple[str, str]:
+def _frame(
+    designs: Sequence[DrawnDesign],
+    what: str,
+    ax: Axes | None,
+    words: Words,
+    height: float,
+    more: Sequence[Entry] = (),
+    points: bool = False,
+) -> Panels:
+    """Return the graph, with the designs and their objectives in its key."""
     count = len(designs)
+    key = []
+    for k, own in enumerate(designs):
+        line: dict[str, Any] = {**line_of(k), "linewidth": 1.5}
+        if points:
+            line = {
+                "color": color_of(k), "linestyle": "", "marker": mark_of(k), "markersize": 4.5,
+            }  # fmt: skip
+        text = f"{words('design', k + 1)}: {words.number(own.data['objective'], 4)}"
+        key.append(Entry(text, line=line))
     facts = [words("compared one") if count == 1 else words("compared", count), what]
-    return title_of(designs[0].result), "  ·  ".join(facts)
+    return headed(designs[0].result, ax, facts, [*key, *more], height)
 
 
 def _paths(designs: Sequence[DrawnDesign], goal: Visits, ax: Axes | None, words: Words) -> Axes:
     """Draw the paths of a point, or of a body's origin, over the targets; below, the errors."""
     wanted = np.array(goal.targets)[:, :2]
     paths = [own.path(goal.what) for own in designs]
-    key = [*_key(designs, words), Entry(words("target"), line=RING)]
-    title, subtitle = _head(designs, words("path of", goal.what), words)
-    frame = Panels(ax, 1, title, subtitle, key, height=HEIGHT + BELOW)
+    ring = [Entry(words("target"), line=RING)]
+    frame = _frame(designs, words("path of", goal.what), ax, words, HEIGHT + BELOW, ring)
     panel = frame.panels[0]
     _at_targets(designs, divided(panel, SHARE), words)
-    looks = [{"color": _color(k), "linestyle": _dash(k)} for k in range(len(paths))]
-    draw_paths(frame, panel, paths, looks, Targets(wanted, wanted))
+    draw_paths(frame, panel, paths, [*map(line_of, range(len(paths)))], Targets(wanted, wanted))
     return panel
 
 
@@ -113,10 +101,9 @@ def _at_targets(designs: Sequence[DrawnDesign], ax: Axes, words: Words) -> None:
         panel.plot(
             np.arange(1, len(own) + 1),
             small(own),
-            color=_color(index),
-            linestyle=_dash(index),
+            **line_of(index),
             linewidth=1.2 * k,
-            marker=MARKS[index % len(MARKS)],
+            marker=mark_of(index),
             markersize=3.5 * k,
             gid=f"errors-{index + 1}",
         )
@@ -143,27 +130,26 @@ def _errors(
             at, errors = errors_of(own, goal)
             curves.append((at - at[0], errors))
     if isinstance(goal, StraightLine):
-        unit, below, what = "m", "m", words("along the line")
+        unit, below, what, word = "m", "m", words("along the line"), words("deviation")
     else:
-        unit = coordinate(mechanism, goal.output).unit
-        below = coordinate(mechanism, designs[0].asked.driver).unit
-        what = f"{designs[0].asked.driver} \N{MINUS SIGN} {words('start')}"
+        driver = designs[0].demand.driver
+        unit, below = (coordinate(mechanism, text).unit for text in (goal.output, driver))
+        what, word = f"{driver} \N{MINUS SIGN} {words('start')}", words("error")
     points = isinstance(goal, FunctionTargets) and bool(goal.targets)
-    word = words("deviation" if isinstance(goal, StraightLine) else "error")
-    title, subtitle = _head(designs, word, words)
-    frame = Panels(ax, 1, title, subtitle, _key(designs, words, points), height=HEIGHT * 0.8)
+    frame = _frame(designs, word, ax, words, HEIGHT * 0.8, points=points)
     panel, k = frame.panels[0], frame.k
     small, power = scale_of_errors(unit, np.concatenate([errors for _, errors in curves]))
     across = scale_of(below, [own for own, _ in curves])
     panel.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
     for index, (at, errors) in enumerate(curves):
+        look = line_of(index)
+        if points:
+            look |= {"linestyle": "", "marker": mark_of(index)}
         panel.plot(
             across(at),
             small(errors),
-            color=_color(index),
-            linestyle="" if points else _dash(index),
+            **look,
             linewidth=1.5 * k,
-            marker=MARKS[index % len(MARKS)] if points else "",
             markersize=4.5 * k,
             zorder=3,
             gid=f"errors-{index + 1}",
@@ -175,20 +161,18 @@ def _errors(
 
 def _angles(designs: Sequence[DrawnDesign], goal: Rocker, ax: Axes | None, words: Words) -> Axes:
     """Draw what a rocker turns or slides from its first extreme, over the driver from there."""
-    driver = designs[0].asked.driver
-    title, subtitle = _head(designs, goal.coordinate, words)
-    frame = Panels(ax, 1, title, subtitle, _key(designs, words), height=HEIGHT * 0.8)
+    driver, mechanism = designs[0].demand.driver, designs[0].problem.mechanism
+    frame = _frame(designs, goal.coordinate, ax, words, HEIGHT * 0.8)
     panel, k = frame.panels[0], frame.k
-    across = scale_of(coordinate(designs[0].problem.mechanism, driver).unit)
-    up = scale_of(coordinate(designs[0].problem.mechanism, goal.coordinate).unit)
+    across = scale_of(coordinate(mechanism, driver).unit)
+    up = scale_of(coordinate(mechanism, goal.coordinate).unit)
     for index, own in enumerate(designs):
         at = own.driven(own.motion)
         angle = own.series(own.motion, goal.coordinate)
         panel.plot(
             across(at - at[0]),
             up(angle - angle[0]),
-            color=_color(index),
-            linestyle=_dash(index),
+            **line_of(index),
             linewidth=1.5 * k,
             zorder=3,
             gid=f"angle-{index + 1}",
@@ -201,11 +185,3 @@ def _angles(designs: Sequence[DrawnDesign], goal: Rocker, ax: Axes | None, words
         panel, f"{driver} {start} [{across.unit}]", f"{goal.coordinate} {start} [{up.unit}]"
     )
     return panel
-
-
-def _color(index: int) -> str:
-    return style.SERIES[index % len(style.SERIES)]
-
-
-def _dash(index: int) -> Any:
-    return style.DASHES[index % len(style.DASHES)] or "-"

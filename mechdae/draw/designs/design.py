@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.draw import style
 from mechdae.draw.designs import line, output
-from mechdae.draw.designs.found import TURN, DrawnDesign, chosen, found_of
+from mechdae.draw.designs.drawn_design import TURN, DrawnDesign, chosen, design_of
 from mechdae.draw.designs.parts import above_and_below
 from mechdae.draw.designs.paths import draw_paths
 from mechdae.draw.designs.targets import (
@@ -76,28 +76,27 @@ def draw(
         The result is of no synthesis, no design was found, or there is none of that number.
     """
     words = Words(lang)
-    found = found_of(result, chosen(result, design)[0])
-    goal = found.goal
+    drawn = design_of(result, chosen(result, design)[0])
+    goal = drawn.goal
     if isinstance(goal, FunctionTargets):
-        return output.draw(found, goal, ax, words)
+        return output.draw(drawn, goal, ax, words)
     if isinstance(goal, StraightLine):
-        return line.draw(found, goal, ax, labels, words)
-    axes = new_axes() if ax is None else ax
+        return line.draw(drawn, goal, ax, labels, words)
     if isinstance(goal, Visits):
-        return _visits(found, goal, ax, labels, words)
+        return _visits(drawn, goal, ax, labels, words)
     axes = new_axes() if ax is None else ax
-    _swinging(found, axes, labels, words)
+    _swinging(drawn, axes, labels, words)
     return axes
 
 
-def _visits(found: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, words: Words) -> Axes:
+def _visits(design: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, words: Words) -> Axes:
     """Draw the diagram at the first target, with all targets; small ones once more below."""
-    scene = read_scene(found.motion)
-    path = found.path(goal.what)
+    scene = read_scene(design.motion)
+    path = design.path(goal.what)
     rows = np.array(goal.targets)
     reached = rows[:, :2]
-    if not found.defects:  # else it does not move through its targets
-        reached = found.places(found.moves.at_targets, goal.what)
+    if not design.defects:  # else it does not move through its targets
+        reached = design.places(design.moves.at_targets, goal.what)
     targets = Targets(rows[:, :2], reached, rows[:, 2] if goal.is_motion else None)
     low, high, size = extent(scene, 0, True, 0)
     low = np.minimum(low, targets.wanted.min(axis=0))
@@ -120,9 +119,9 @@ def _visits(found: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, wor
         )
         return enlarged(factor, words)
 
-    facts = [found.name(words), *found.facts(words)]
-    if not found.defects:
-        errors = np.abs(np.array(found.data["errors"], float))
+    facts = [design.name(words), *design.facts(words)]
+    if not design.defects:
+        errors = np.abs(np.array(design.data["errors"], float))
         worst = int(np.argmax(errors))
         length = words.amount(float(errors[worst]), "m")
         facts.insert(2, words("largest at a target", length, worst + 1))
@@ -133,7 +132,7 @@ def _visits(found: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, wor
         subtitle="  ·  ".join(facts),
         overlay=overlay,
     )
-    draw_pose(axes, scene, found.motion, 0, view, style.LIGHT, words)
+    draw_pose(axes, scene, design.motion, 0, view, style.LIGHT, words)
     return axes
 
 
@@ -144,16 +143,16 @@ def _share(targets: Array, spans: Array) -> float:
     return size * float((room / np.maximum(spans, 1e-300)).min())
 
 
-def _swinging(found: DrawnDesign, axes: Axes, labels: bool, words: Words) -> None:
+def _swinging(design: DrawnDesign, axes: Axes, labels: bool, words: Words) -> None:
     """Draw the diagram between the extreme positions of a link, and those faintly."""
-    scene = read_scene(found.motion)
-    facts = [found.name(words), *found.facts(words)]
-    rockers = [goal for goal, _ in found.asked.goals if isinstance(goal, Rocker)]
+    scene = read_scene(design.motion)
+    facts = [design.name(words), *design.facts(words)]
+    rockers = [goal for goal, _ in design.demand.goals if isinstance(goal, Rocker)]
     turning = [goal.coordinate for goal in rockers if goal.coordinate.endswith(".angle")]
-    end = _end_of(found, scene, turning[0].rpartition(".")[0] if turning else None)
+    end = _end_of(design, scene, turning[0].rpartition(".")[0] if turning else None)
     if end is None:
         view = View(labels=labels, loads=False, subtitle="  ·  ".join(facts))
-        draw_pose(axes, scene, found.motion, 0, view, style.LIGHT, words)
+        draw_pose(axes, scene, design.motion, 0, view, style.LIGHT, words)
         return
     body, reference, series, turns = end
     low, high = int(np.argmin(series)), int(np.argmax(series))
@@ -183,18 +182,18 @@ def _swinging(found: DrawnDesign, axes: Axes, labels: bool, words: Words) -> Non
         subtitle="  ·  ".join(facts),
         overlay=overlay,
     )
-    draw_pose(axes, scene, found.motion, (low + high) // 2, view, style.LIGHT, words)
+    draw_pose(axes, scene, design.motion, (low + high) // 2, view, style.LIGHT, words)
 
 
 def _end_of(
-    found: DrawnDesign, scene: Scene, body: str | None
+    design: DrawnDesign, scene: Scene, body: str | None
 ) -> tuple[str, str, Array, bool] | None:
     """Return the link whose extremes are drawn, its point on the ground, its motion, if it turns.
 
     It is the one named, else the last one on the ground that swings or slides to and fro.
     """
     fixed = scene.fixed_bodies()
-    driver = found.asked.driver.split(".")[0]
+    driver = design.demand.driver.split(".")[0]
     driven = {driver}
     if driver in scene.mechanism.joints:
         driven = set(scene.mechanism.joints[driver].bodies)

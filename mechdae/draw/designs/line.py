@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from mechdae.describe.tasks.goals import StraightLine
 from mechdae.draw import style
-from mechdae.draw.designs.found import DrawnDesign
+from mechdae.draw.designs.drawn_design import DrawnDesign
 from mechdae.draw.designs.output import scale_of_errors, unit_text, worst_text
 from mechdae.draw.designs.parts import above_and_below
 from mechdae.draw.designs.targets import draw_path
@@ -25,13 +25,13 @@ SHARE = 0.3
 
 
 def draw(
-    found: DrawnDesign, goal: StraightLine, ax: Axes | None, labels: bool, words: Words
+    design: DrawnDesign, goal: StraightLine, ax: Axes | None, labels: bool, words: Words
 ) -> Axes:
     """Draw the diagram at the beginning of the line, and the deviation along it."""
     upper, lower = above_and_below(ax, BELOW, SHARE)
-    along, errors, places = deviation(found, goal)
-    scene = read_scene(found.motion)
-    path = found.path(goal.point)
+    along, errors, places = deviation(design, goal)
+    scene = read_scene(design.motion)
+    path = design.path(goal.point)
 
     def overlay(sheet: Sheet) -> str:
         draw_path(sheet, path, f"path-{goal.point}", style.LINE)
@@ -53,7 +53,7 @@ def draw(
 
     small, power = scale_of_errors("m", errors)
     text = unit_text(small, power)
-    facts = [found.name(words), *found.facts(words)]
+    facts = [design.name(words), *design.facts(words)]
     facts.insert(2, words("largest error", worst_text("m", errors, words)))
     low, high, size = extent(scene, 0, True, 0)
     view = View(
@@ -63,7 +63,7 @@ def draw(
         subtitle="  ·  ".join(facts),
         overlay=overlay,
     )
-    draw_pose(upper, scene, found.motion, 0, view, style.LIGHT, words)
+    draw_pose(upper, scene, design.motion, 0, view, style.LIGHT, words)
     frame = Panels(lower, 1, "", "")
     panel, k = frame.panels[0], frame.k
     across = scale_of("m", [along])
@@ -77,10 +77,10 @@ def draw(
     return upper
 
 
-def deviation(found: DrawnDesign, goal: StraightLine) -> tuple[Array, Array, Array]:
+def deviation(design: DrawnDesign, goal: StraightLine) -> tuple[Array, Array, Array]:
     """Return way along the line, deviation from it, and the places of the point."""
-    places = found.places(found.moves.between, goal.point)
-    errors = np.array(found.data["errors"], float)
+    places = design.places(design.moves.between, goal.point)
+    errors = np.array(design.data["errors"], float)
     # the deviation bends nothing: the way is that between the ends
     way = unit(places[-1] - places[0])
     return (places - places[0]) @ way, errors, places

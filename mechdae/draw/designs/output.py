@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.draw import style
-from mechdae.draw.designs.found import TURN, DrawnDesign, title_of
+from mechdae.draw.designs.drawn_design import TURN, DrawnDesign, title_of
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of
@@ -20,23 +20,23 @@ TINY = 0.1
 """Values smaller than this are shown as multiples of a power of ten."""
 
 
-def draw(found: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Words) -> Axes:
+def draw(design: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Words) -> Axes:
     """Draw the output of a design over its interval; of points, over the whole sweep."""
-    mechanism = found.problem.mechanism
-    inputs, outputs = (coordinate(mechanism, text) for text in (found.asked.driver, goal.output))
-    errors = np.array(found.data["errors"], float)
+    mechanism = design.problem.mechanism
+    inputs, outputs = (coordinate(mechanism, text) for text in (design.demand.driver, goal.output))
+    errors = np.array(design.data["errors"], float)
     if goal.targets:
-        x = found.driven(found.motion)
-        y = found.series(found.motion, goal.output)
-        at, wanted = _wanted(found, goal, x, y, errors)
+        x = design.driven(design.motion)
+        y = design.series(design.motion, goal.output)
+        at, wanted = _wanted(design, goal, x, y, errors)
     else:
-        at = x = found.driven(found.moves.between)
-        y = found.series(found.moves.between, goal.output)
+        at = x = design.driven(design.moves.between)
+        y = design.series(design.moves.between, goal.output)
         wanted = y - errors
     across, up = scale_of(inputs.unit, [x]), scale_of(outputs.unit, [y, wanted])
     small, power = scale_of_errors(outputs.unit, errors)
     unit = unit_text(small, power)
-    facts = [found.name(words), *found.facts(words)]
+    facts = [design.name(words), *design.facts(words)]
     facts.insert(2, words("largest error", worst_text(outputs.unit, errors, words)))
     solid = {"color": style.SERIES[0], "linewidth": 1.6}
     asked: dict[str, Any]
@@ -46,7 +46,7 @@ def draw(found: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Word
     else:
         asked = {"color": style.ARROW, "linewidth": 1.4, "linestyle": style.DASHES[3]}
     key = [Entry(words("of the design"), line=solid), Entry(words("wanted"), line=asked)]
-    frame = Panels(ax, 2, title_of(found.result), "  ·  ".join(facts), key)
+    frame = Panels(ax, 2, title_of(design.result), "  ·  ".join(facts), key)
     k = frame.k
     upper, lower = frame.panels
     upper.plot(across(x), up(y), color=style.SERIES[0], linewidth=1.6 * k, gid="output")
@@ -60,7 +60,7 @@ def draw(found: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Word
         lower.plot(across(at), small(errors), color=style.ARROW, linewidth=1.5 * k, gid="error")
         lower.fill_between(across(at), small(errors), color=style.ARROW, alpha=0.15, linewidth=0)
     frame.label(upper, y=f"{goal.output} [{up.unit}]")
-    frame.label(lower, f"{found.asked.driver} [{across.unit}]", f"{words('error')} [{unit}]")
+    frame.label(lower, f"{design.demand.driver} [{across.unit}]", f"{words('error')} [{unit}]")
     if across.unit == "deg":
         upper.locator_params(axis="x", steps=[1, 1.5, 3, 4.5, 6, 9, 10])
     ends = np.sort(across(x))[[0, -1]]
@@ -69,12 +69,12 @@ def draw(found: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Word
     return upper
 
 
-def errors_of(found: DrawnDesign, goal: FunctionTargets) -> tuple[Array, Array]:
+def errors_of(design: DrawnDesign, goal: FunctionTargets) -> tuple[Array, Array]:
     """Return driver values and errors there."""
-    errors = np.array(found.data["errors"], float)
+    errors = np.array(design.data["errors"], float)
     if not goal.targets:
-        return found.driven(found.moves.between), errors
-    return np.array(found.data["at"], float), errors
+        return design.driven(design.moves.between), errors
+    return np.array(design.data["at"], float), errors
 
 
 def scale_of_errors(unit: str, errors: Any) -> tuple[Scale, int]:
@@ -103,14 +103,14 @@ def unit_text(scale: Scale, power: int) -> str:
 
 
 def _wanted(
-    found: DrawnDesign, goal: FunctionTargets, x: Array, y: Array, errors: Array
+    design: DrawnDesign, goal: FunctionTargets, x: Array, y: Array, errors: Array
 ) -> tuple[Array, Array]:
     """Return inputs within the sweep and the outputs that are wanted there."""
-    at = np.array(found.data["at"], float)
-    reached = found.series(found.moves.at_targets, goal.output)
+    at = np.array(design.data["at"], float)
+    reached = design.series(design.moves.at_targets, goal.output)
     wanted = reached - errors
-    inside = found.wrapped(at)
-    if coordinate(found.problem.mechanism, goal.output).is_angle:
+    inside = design.wrapped(at)
+    if coordinate(design.problem.mechanism, goal.output).is_angle:
         order = np.argsort(x)
         near = np.interp(inside, x[order], y[order])
         wanted = wanted + TURN * np.round((near - wanted) / TURN)

@@ -1,17 +1,52 @@
-"""A diagram with a graph below it, in a new figure or in the place of given axes."""
+"""What pictures of a synthesis share: a graph with its head, a diagram with a graph below."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
 from mechdae.draw.figure import new_axes
+from mechdae.draw.graphs.frame import Entry, Panels
 
 SIDE, RIGHT = 52.0, 14.0
 """Room beside the graph in a new figure [pt]."""
 UNDER, OVER = 38.0, 4.0
 """Room below and above it."""
+SEPARATOR = "  ·  "
+MARKS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+def headed(
+    result: Any, ax: Axes | None, facts: Sequence[str], key: Sequence[Entry], height: float
+) -> Panels:
+    """Return a graph with the title of the task, facts and a key, ``height`` [pt] in a new figure.
+
+    Parameters
+    ----------
+    facts
+        What stands below the title.
+    """
+    title = str(result.title or result.problem)
+    return Panels(ax, 1, title, SEPARATOR.join(facts), key, height=height)
+
+
+def color_of(index: int) -> str:
+    """Return the colour of a design, or of a class of them."""
+    return style.SERIES[index % len(style.SERIES)]
+
+
+def mark_of(index: int) -> str:
+    """Return the mark of a design, or of a class of them."""
+    return MARKS[index % len(MARKS)]
+
+
+def line_of(index: int) -> dict[str, Any]:
+    """Return colour and dashes of the curve of a design."""
+    return {"color": color_of(index), "linestyle": style.DASHES[index % len(style.DASHES)] or "-"}
 
 
 def above_and_below(ax: Axes | None, below: float, share: float) -> tuple[Axes, Axes]:

@@ -10,6 +10,8 @@ import numpy as np
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import nice_length
 from mechdae.draw.diagram.scene import Array
+from mechdae.draw.labels.layout import cheapest
+from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.sheet import Sheet, arc, font, ink, unit
 from mechdae.draw.words import Words
 
@@ -130,35 +132,15 @@ def _number(sheet: Sheet, places: Array) -> None:
                 angle = first + (turn + 1) // 2 * (-1) ** turn * 2 * np.pi / STEPS
                 along = np.array([np.cos(angle), np.sin(angle)])
                 spots.append(place + along * (reach + np.abs(along) @ half))
-        spot = min(enumerate(spots), key=lambda entry: (_covered(sheet, entry[1], half), entry[0]))[
-            1
-        ]
-        sheet.text(spot, text, chosen, style.ARROW, f"target-number-{k + 1}")
-        sheet.box(spot - half - 1.0, spot + half + 1.0)
+        _write(sheet, spots, half, text, f"target-number-{k + 1}")
 
 
-def _covered(sheet: Sheet, spot: Array, half: Array) -> float:
-    """Return what a text at a place would cover, by weight."""
-    low, high = spot - half - NEAR, spot + half + NEAR
-    found = 0.0
-    if (low < 0).any() or (high > sheet.size).any():
-        found += 1e3
-    if sheet.boxes:
-        rows = np.array(sheet.boxes)
-        hit = ((rows[:, :2] < high) & (rows[:, 2:4] > low)).all(axis=1)
-        found += float(rows[hit, 4].sum())
-    if sheet.segments:
-        rows = np.array(sheet.segments)
-        start, end = rows[:, :2], rows[:, 2:4]
-        # the part of each segment within the box, by its two pairs of sides
-        way = end - start
-        safe = np.where(way == 0, 1e-12, way)
-        enter, leave = (low - start) / safe, (high - start) / safe
-        first = np.minimum(enter, leave).max(axis=1).clip(0.0)
-        last = np.maximum(enter, leave).min(axis=1).clip(max=1.0)
-        length = np.clip(last - first, 0.0, None) * np.hypot(*way.T)
-        found += float((length * rows[:, 4]).sum())
-    return found
+def _write(sheet: Sheet, spots: list[Array], half: Array, text: str, gid: str) -> None:
+    """Write a text at the first of some places where it covers least."""
+    obstacles = Obstacles(*sheet.obstacles(), sheet.size)
+    spot = spots[cheapest(np.array(spots), half + NEAR, obstacles)]
+    sheet.text(spot, text, font(style.NUMBER, style.NOTE_FONT), style.ARROW, gid)
+    sheet.box(spot - half - 1.0, spot + half + 1.0)
 
 
 def draw_swing(
@@ -179,6 +161,4 @@ def draw_swing(
             turn = angles[0] + share * (angles[1] - angles[0])
             along = np.array([np.cos(turn), np.sin(turn)])
             spots.append(centre + along * (radius + lift * (5.0 + np.abs(along) @ half)))
-    spot = min(enumerate(spots), key=lambda entry: (_covered(sheet, entry[1], half), entry[0]))[1]
-    sheet.text(spot, text, chosen, style.ARROW, "swing-text")
-    sheet.box(spot - half - 1.0, spot + half + 1.0)
+    _write(sheet, spots, half, text, "swing-text")

@@ -253,7 +253,12 @@ def _slot_ends(
 
 
 def _draw_slot(
-    sheet: Sheet, scene: Scene, joint: Joint, pose: int, size: float, colors: dict[str, str]
+    sheet: Sheet,
+    scene: Scene,
+    joint: Joint,
+    pose: int,
+    size: float,
+    colors: dict[str, str],
 ) -> list[tuple[Array, Array]]:
     start, end = _slot_ends(sheet, scene, joint, pose, size)
     body, axis = joint.first_body, axis_of(scene, joint, pose)

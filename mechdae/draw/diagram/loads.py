@@ -193,8 +193,8 @@ def _draw_force(
 
 
 def _draw_torque(
-    sheet: Sheet, scene: Scene, load: Load, entry: NamedCoordinate, size: float | None, way: float,
-    pose: int, places: list[Place], words: Words,
+    sheet: Sheet, scene: Scene, load: Load, entry: NamedCoordinate, size: float | None,
+    way: float, pose: int, places: list[Place], words: Words,
 ) -> list[Mark]:  # fmt: skip
     """Draw a curved arrow; one with two heads where the sense is not known."""
     if size == 0.0:

@@ -269,7 +269,10 @@ def _hangs(mechanism: Mechanism, guide: Joint, body: str, point: str) -> bool:
 
 
 def _complete(
-    scene: Scene, angles: dict[str, Array], origins: dict[str, Array], known: dict[str, Array]
+    scene: Scene,
+    angles: dict[str, Array],
+    origins: dict[str, Array],
+    known: dict[str, Array],
 ) -> bool:
     """Add what follows from the placements so far; return whether there was anything."""
     before = len(angles) + len(origins)

@@ -66,7 +66,7 @@ class Abscissa:
 
 
 @dataclass(frozen=True)
-class Arc:
+class StatusArc:
     """An interval of the abscissa [its own unit] and what holds there."""
 
     word: str
@@ -96,7 +96,7 @@ def abscissa_of(result: Any, against: str | None = None) -> Abscissa:
     return Abscissa("driver", name, scale, values, names.index(name))
 
 
-def arcs_of(result: Any, axis: Abscissa) -> list[Arc]:
+def arcs_of(result: Any, axis: Abscissa) -> list[StatusArc]:
     """Return the arcs without a plain answer, from their refined ends where the result has them.
 
     Elsewhere an arc reaches half way to the neighbouring poses.
@@ -104,15 +104,15 @@ def arcs_of(result: Any, axis: Abscissa) -> list[Arc]:
     if axis.kind == "path":
         return []
     summary = result.summary
-    arcs: list[Arc] = []
+    arcs: list[StatusArc] = []
     known = set()
     if axis.kind != "pose":
         for word, name in (*REFINED.items(), ("self-locking", "self_locking_arcs")):
             if summary.get(name):
                 known.add(word)
-                arcs += [Arc(word, *ends) for ends in summary[name]]
+                arcs += [StatusArc(word, *ends) for ends in summary[name]]
         for entry in summary.get("undercut", ()):
-            arcs.append(Arc("roller undercuts", *_ends(entry, axis)))
+            arcs.append(StatusArc("roller undercuts", *_ends(entry, axis)))
         if axis.rises:
             arcs += _failed(result, axis)
             known.update(LOST)
@@ -122,13 +122,13 @@ def arcs_of(result: Any, axis: Abscissa) -> list[Arc]:
     return arcs
 
 
-def _failed(result: Any, axis: Abscissa) -> Iterator[Arc]:
+def _failed(result: Any, axis: Abscissa) -> Iterator[StatusArc]:
     status, x = np.asarray(result.status), axis.values
     for entry in result.summary.get("failed", ()):
         low, high = sorted(_ends(entry, axis))
         inside = status[(x >= low) & (x <= high)]
         words = [word for word in LOST if (inside == word).any()]
-        yield Arc(words[0] if words else "unassembled", low, high)
+        yield StatusArc(words[0] if words else "unassembled", low, high)
 
 
 def _ends(entry: dict[str, Any], axis: Abscissa) -> tuple[float, float]:
@@ -140,14 +140,14 @@ def _ends(entry: dict[str, Any], axis: Abscissa) -> tuple[float, float]:
     return float(first), float(last)
 
 
-def _runs(status: Any, values: Array, word: str) -> Iterator[Arc]:
+def _runs(status: Any, values: Array, word: str) -> Iterator[StatusArc]:
     order = np.argsort(values, kind="stable")
     x, there = values[order], np.asarray(status)[order] == word
     edges = np.flatnonzero(np.diff(np.concatenate([[0], there.astype(int), [0]])))
     for first, after in zip(edges[::2], edges[1::2], strict=True):
         low = (x[first - 1] + x[first]) / 2 if first else x[first]
         high = (x[after - 1] + x[after]) / 2 if after < len(x) else x[after - 1]
-        yield Arc(word, float(low), float(high))
+        yield StatusArc(word, float(low), float(high))
 
 
 def events_of(result: Any, axis: Abscissa) -> list[tuple[str, float]]:
@@ -170,7 +170,9 @@ def events_of(result: Any, axis: Abscissa) -> list[tuple[str, float]]:
     return found
 
 
-def key_of(axis: Abscissa, arcs: Sequence[Arc], events: Sequence[tuple[str, float]]) -> list[Entry]:
+def key_of(
+    axis: Abscissa, arcs: Sequence[StatusArc], events: Sequence[tuple[str, float]]
+) -> list[Entry]:
     """Return entries that name arcs and events once, with their places."""
     entries = []
     for word in dict.fromkeys(arc.word for arc in arcs):
@@ -193,7 +195,7 @@ def key_of(axis: Abscissa, arcs: Sequence[Arc], events: Sequence[tuple[str, floa
 
 
 def draw_axis(
-    panels: Sequence[Axes], axis: Abscissa, arcs: Sequence[Arc], events: Any, k: float
+    panels: Sequence[Axes], axis: Abscissa, arcs: Sequence[StatusArc], events: Any, k: float
 ) -> None:
     """Set limits and ticks, shade the arcs and draw the events in all panels."""
     x = axis.shown[np.isfinite(axis.shown)]

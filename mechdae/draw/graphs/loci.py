@@ -362,7 +362,7 @@ def _pivot(frame: Panels, panel: Axes, places: Places, name: str, place: Any, po
     )
     low = places.at(*corners.min(axis=0))
     high = places.at(*corners.max(axis=0))
-    places.boxes.append((float(low[0]), float(low[1]), float(high[0]), float(high[1])))
+    places.boxes.append((float(low[0]), float(low[1]), float(high[0]), float(high[1]), 1.0))
     for away in ((0.0, 1.0), (1.0, 0.0), (-1.0, 0.0)):
         if places.write(float(place[0]), float(place[1]), name, style.GROUND, away=away):
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,8 @@ from mechdae.draw.graphs import polar as polar_diagram
 from mechdae.draw.graphs.abscissa import abscissa_of, arcs_of, draw_axis, events_of, key_of
 from mechdae.draw.graphs.curves import axis_label, subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels
-from mechdae.draw.graphs.scale import number, scale_of
+from mechdae.draw.graphs.scale import Scale, number, scale_of
+from mechdae.draw.graphs.series import Array
 from mechdae.errors import InputError
 
 HATCHES = ("", "//", "..", "\\\\", "--", "xx", "||")
@@ -22,6 +23,7 @@ MOST = 6
 """Joints that have an area of their own; the smallest of more are added up."""
 FADE = 0.62
 """Share of paper in the colour of an area."""
+DASHED: dict[str, Any] = {"color": style.INK, "linewidth": 1.3, "linestyle": style.DASHED}
 
 
 def draw(
@@ -58,6 +60,36 @@ def draw(
     if polar:
         paths = None if of is None else [f"joints/{name}/reaction" for name in of]
         return polar_diagram.draw(result, ax, of=paths)
+    losses = _losses(result, of)
+    layers = _layers(losses)
+    total = np.sum([own for _, own in layers], axis=0)
+    estimate = _without_feedback(result, losses)
+    sums = [total] if estimate is None else [total, estimate]
+    axis = abscissa_of(result)
+    arcs, events = arcs_of(result, axis), events_of(result, axis)
+    scale = scale_of("W", sums)
+    key = key_of(axis, arcs, events)
+    if estimate is not None:
+        key = [Entry("all, without feedback of friction on reactions", line=DASHED), *key]
+    labels = [_label(result, name) for name, _ in layers]
+    frame = Panels(ax, 1, str(result.title or result.problem), subtitle_of(result), key, labels)
+    panel = frame.panels[0]
+    ends = _areas(frame, axis.shown, scale, layers, labels)
+    if estimate is not None:
+        order = np.argsort(axis.shown, kind="stable")
+        look = {**DASHED, "linewidth": DASHED["linewidth"] * frame.k}
+        x, y = axis.shown[order], scale(estimate)[order]
+        panel.plot(x, y, zorder=3, gid="loss-uncoupled", **look)
+    highest = max((float(np.nanmax(own, initial=0.0)) for own in sums), default=0.0)
+    panel.set_ylim(0.0, float(scale(highest)) * 1.06 or 1.0)
+    draw_axis([panel], axis, arcs, events, frame.k)
+    frame.label(panel, x=axis_label(axis), y=f"loss [{scale.unit}]")
+    frame.ends(panel, ends)
+    return panel
+
+
+def _losses(result: Any, of: Sequence[str] | None) -> dict[str, Array]:
+    """Return the losses of joints, without names of those that lose power."""
     names = [name for name in (of or result.joints) if "loss" in result.joints[name]]
     if not names:
         raise InputError(
@@ -65,36 +97,39 @@ def draw(
             hint="a task of reactions with friction in a joint",
         )
     losses = {name: np.asarray(result.joints[name].loss, float) for name in names}
-    if of is None:
-        losses = {n: own for n, own in losses.items() if np.nanmax(own, initial=0.0) > 0} or losses
-    layers = _layers(losses)
+    if of is not None:
+        return losses
+    return {n: own for n, own in losses.items() if np.nanmax(own, initial=0.0) > 0} or losses
+
+
+def _without_feedback(result: Any, names: Iterable[str]) -> Array | None:
+    """Return the sum of the losses of reactions that friction does not change."""
     free = [
         np.asarray(result.joints[name].loss_uncoupled, float)
-        for name in losses
+        for name in names
         if "loss_uncoupled" in result.joints[name]
     ]
-    total = np.sum([own for _, own in layers], axis=0)
-    estimate = np.sum(free, axis=0) if free else None
-    axis = abscissa_of(result)
-    arcs, events = arcs_of(result, axis), events_of(result, axis)
-    scale = scale_of("W", [total] if estimate is None else [total, estimate])
-    key = key_of(axis, arcs, events)
-    if estimate is not None:
-        line = {"color": style.INK, "linewidth": 1.3, "linestyle": style.DASHED}
-        key = [Entry("all, without feedback of friction on reactions", line=line), *key]
-    labels = [_label(result, name) for name, _ in layers]
-    frame = Panels(ax, 1, str(result.title or result.problem), subtitle_of(result), key, labels)
-    panel, x = frame.panels[0], axis.shown
-    order = np.argsort(x, kind="stable")
-    base = np.zeros(len(x))
-    ends = []
+    return np.sum(free, axis=0) if free else None
+
+
+def _areas(
+    frame: Panels,
+    x: Array,
+    scale: Scale,
+    layers: Sequence[tuple[str, Array]],
+    labels: Sequence[str],
+) -> list[tuple[float, str, str]]:
+    """Draw losses above each other; return height, label and colour of the end of each."""
+    panel, order = frame.panels[0], np.argsort(x, kind="stable")
+    base, ends = np.zeros(len(x)), []
     for k, ((name, own), label) in enumerate(zip(layers, labels, strict=True)):
         top = base + own
         color = style.SERIES[k % len(style.SERIES)]
+        upper = scale(top)[order]
         panel.fill_between(
             x[order],
             scale(base)[order],
-            scale(top)[order],
+            upper,
             facecolor=_faded(color, FADE),
             edgecolor=_faded(color, FADE / 2),
             hatch=HATCHES[k % len(HATCHES)],
@@ -102,35 +137,13 @@ def draw(
             zorder=2,
             gid=f"loss-{name}",
         )
-        panel.plot(
-            x[order],
-            scale(top)[order],
-            color=color,
-            linewidth=1.1 * frame.k,
-            zorder=2.5,
-            gid=f"top-{name}",
-        )
+        width = 1.1 * frame.k
+        panel.plot(x[order], upper, color=color, linewidth=width, zorder=2.5, gid=f"top-{name}")
         finite = np.flatnonzero(np.isfinite(top[order]))
         middle = (base + own / 2)[order]
         ends.append((float(scale(middle[finite[-1]])) if finite.size else 0.0, label, color))
         base = top
-    if estimate is not None:
-        panel.plot(
-            x[order],
-            scale(estimate)[order],
-            color=style.INK,
-            linewidth=1.3 * frame.k,
-            linestyle=style.DASHED,
-            zorder=3,
-            gid="loss-uncoupled",
-        )
-    sums = [total] if estimate is None else [total, estimate]
-    highest = max((float(np.nanmax(own, initial=0.0)) for own in sums), default=0.0)
-    panel.set_ylim(0.0, float(scale(highest)) * 1.06 or 1.0)
-    draw_axis([panel], axis, arcs, events, frame.k)
-    frame.label(panel, x=axis_label(axis), y=f"loss [{scale.unit}]")
-    frame.ends(panel, ends)
-    return panel
+    return ends
 
 
 def _layers(losses: dict[str, Any]) -> list[tuple[str, Any]]:

@@ -8,14 +8,18 @@ from matplotlib.axes import Axes
 from mechdae.draw import style
 from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.series import Array
+from mechdae.draw.labels.layout import first_free
+from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.sheet import font, ink
 
 NEAR = 2.0
 """Distance of texts from what they keep off [pt]."""
+STEP = 2.5
+"""Longest piece of a curve that is kept off [pt]."""
 
 
 class Places:
-    """What texts in one panel keep off: points of curves and the texts so far [pt].
+    """What texts in one panel keep off: curves and the texts so far [pt].
 
     The limits of the panel are to be final.
     """
@@ -26,8 +30,8 @@ class Places:
         self.corner = np.array([extent.x0, extent.y0])
         self.inch = 72.0 / frame.figure.dpi
         self.size = np.array([extent.width, extent.height]) * self.inch
-        self.points: list[Array] = []
-        self.boxes: list[tuple[float, float, float, float]] = []
+        self.lines: Array = np.zeros((0, 5))
+        self.boxes: list[tuple[float, float, float, float, float]] = []
 
     def at(self, x: object, y: object) -> Array:
         """Return places in points from the corner of the panel."""
@@ -41,13 +45,13 @@ class Places:
         """Keep texts off a curve."""
         places = self.at(x, y)
         places = places[np.isfinite(places).all(axis=1)]
-        if len(places) < 2:
-            self.points.append(places)
-            return
-        steps = np.hypot(*np.diff(places, axis=0).T)
-        length = np.concatenate([[0.0], np.cumsum(steps)])
-        fine = np.linspace(0.0, length[-1], max(int(length[-1] / 2.5), 2))
-        self.points.append(np.stack([np.interp(fine, length, own) for own in places.T], axis=1))
+        if len(places) > 1:
+            steps = np.hypot(*np.diff(places, axis=0).T)
+            length = np.concatenate([[0.0], np.cumsum(steps)])
+            fine = np.linspace(0.0, length[-1], max(int(length[-1] / STEP), 2))
+            places = np.stack([np.interp(fine, length, own) for own in places.T], axis=1)
+        rows = np.hstack([places[: max(len(places) - 1, 1)], places[-max(len(places) - 1, 1) :]])
+        self.lines = np.vstack([self.lines, np.insert(rows, 4, 1.0, axis=1)])
 
     def write(
         self,
@@ -64,24 +68,26 @@ class Places:
         small = font(style.TICK * 0.94 * k, style.NOTE_FONT)
         low, high = ink(text, small)
         width, height = float(high[0] - low[0]), style.TICK * 0.8 * k
-        px, py = self.at(x, y)
-        for dx, dy in self._offsets(width, height, above, away):
-            x0, y0 = px + dx - width / 2, py + dy - height / 2
-            box = (x0 - NEAR, y0 - NEAR, x0 + width + NEAR, y0 + height + NEAR)
-            if self._free(box):
-                self.boxes.append(box)
-                self.panel.annotate(
-                    text.replace("$", r"\$"),
-                    (x, y),
-                    xytext=(x0 - px - float(low[0]), y0 - py),
-                    textcoords="offset points",
-                    fontproperties=small,
-                    color=color,
-                    zorder=5,
-                    annotation_clip=False,
-                )
-                return True
-        return False
+        here = self.at(x, y)
+        offsets = np.array(self._offsets(width, height, above, away))
+        half = np.array([width / 2 + NEAR, height / 2 + NEAR])
+        chosen = first_free(here + offsets, half, Obstacles(self.lines, self.boxes, self.size))
+        if chosen is None:
+            return False
+        spot = here + offsets[chosen]
+        self.boxes.append((*(spot - half), *(spot + half), 1.0))
+        dx, dy = offsets[chosen] - (width / 2, height / 2)
+        self.panel.annotate(
+            text.replace("$", r"\$"),
+            (x, y),
+            xytext=(dx - float(low[0]), dy),
+            textcoords="offset points",
+            fontproperties=small,
+            color=color,
+            zorder=5,
+            annotation_clip=False,
+        )
+        return True
 
     def _offsets(
         self, width: float, height: float, above: bool, away: tuple[float, float] | None
@@ -99,17 +105,3 @@ class Places:
         found = [(dx, dy) for dy in rise for dx in shifts]
         found += [(dx, 0.0) for dx in (width / 2 + 7.0 * k, -width / 2 - 7.0 * k)]
         return found + [(dx, -dy) for dx, dy in found[: len(shifts)]]
-
-    def _free(self, box: tuple[float, float, float, float]) -> bool:
-        x0, y0, x1, y1 = box
-        w, h = self.size
-        if x0 < 0 or y0 < 0 or x1 > w or y1 > h:
-            return False
-        for a0, b0, a1, b1 in self.boxes:
-            if x0 < a1 and a0 < x1 and y0 < b1 and b0 < y1:
-                return False
-        for points in self.points:
-            inside = (points > (x0, y0)) & (points < (x1, y1))
-            if bool(inside.all(axis=1).any()):
-                return False
-        return True

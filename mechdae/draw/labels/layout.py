@@ -91,6 +91,26 @@ def place(labels: Sequence[Label], segments: ArrayLike, boxes: ArrayLike, size: 
     return arrangement.spots() if arrangement.burden().sum() < burden.sum() else spots
 
 
+def cheapest(places: Array, half: ArrayLike, obstacles: Obstacles) -> int:
+    """Return the first of the places (m, 2) of one box where it covers least.
+
+    ``half`` are the half sides of the box.
+    """
+    cost = _covered(places, half, obstacles)
+    return int(np.argmin(np.round(cost, 9)))
+
+
+def first_free(places: Array, half: ArrayLike, obstacles: Obstacles) -> int | None:
+    """Return the first of the places (m, 2) of one box where it covers nothing, if there is one."""
+    free = np.flatnonzero(_covered(places, half, obstacles) == 0.0)
+    return int(free[0]) if free.size else None
+
+
+def _covered(places: Array, half: ArrayLike, obstacles: Obstacles) -> Array:
+    sides = np.broadcast_to(np.asarray(half, dtype=float), places.shape)
+    return obstacles.cost(places, sides, np.zeros(len(places), dtype=bool))
+
+
 def _ladder(label: Label) -> Ladder:
     half = np.array([label.width, label.height]) / 2
     return Ladder(label.places, label.costs, half, label.own, label.anchors, label.rank)

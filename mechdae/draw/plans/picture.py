@@ -85,25 +85,10 @@ def draw(
     UnknownName
         Not a kind of plan, or not a group.
     """
-    if which is not None and which not in KINDS:
-        raise UnknownName("kind of plan", str(which), KINDS)
-    if which in ("force", "friction", "lever") and result.kind != "reactions":
-        raise InputError(
-            f"a result of kind {result.kind} has no forces to draw",
-            hint="solve a task of kind reactions",
-        )
+    _check(result, which, group)
     scene = read_scene(result)
     index = _pose(result, scene, pose, which)
     scales = _scales(scale, which)
-    if group is not None and which != "force":
-        raise InputError("a group is drawn of the force polygons only", hint='which="force"')
-    if which in SYMBOLS:
-        return _single(result, scene, index, ax, motion_plan(result, scene, index, which), scales)
-    if which == "force":
-        plans = _of_group(force_plans(result, scene, index), group)
-        if len(plans) == 1:
-            return _single(result, scene, index, ax, plans[0], scales)
-        return _page(result, scene, index, ax, plans, scales)
     if which == "friction":
         return _friction(result, scene, index, ax)
     if which == "lever":
@@ -111,10 +96,29 @@ def draw(
         sheet = draw_lever(axes, lever(result, scene, index), scales.get("lever"))
         _titles(sheet, result, scene, index)
         return axes
-    plans = [motion_plan(result, scene, index, word) for word in SYMBOLS]
-    if result.kind == "reactions":
+    if which == "force":
+        plans = _of_group(force_plans(result, scene, index), group)
+    else:
+        words = SYMBOLS if which is None else (which,)
+        plans = [motion_plan(result, scene, index, word) for word in words]
+    if which is None and result.efforts:
         plans += force_plans(result, scene, index)[:FORCES]
-    return _page(result, scene, index, ax, plans, scales, whole=True)
+    if which is not None and len(plans) == 1:
+        return _single(result, scene, index, ax, plans[0], scales)
+    return _page(result, scene, index, ax, plans, scales, whole=which is None)
+
+
+def _check(result: Any, which: str | None, group: str | None) -> None:
+    """Refuse plans that there are not, and those of forces where there are none."""
+    if which is not None and which not in KINDS:
+        raise UnknownName("kind of plan", str(which), KINDS)
+    if which in ("force", "friction", "lever") and not result.efforts:
+        raise InputError(
+            f"a result of kind {result.kind} has no forces to draw",
+            hint="solve a task of kind reactions",
+        )
+    if group is not None and which != "force":
+        raise InputError("a group is drawn of the force polygons only", hint='which="force"')
 
 
 def _scales(scale: float | Mapping[str, float] | None, which: str | None) -> Mapping[str, float]:
@@ -179,7 +183,12 @@ def _key(plan: Plan) -> str:
 
 
 def _single(
-    result: Any, scene: Scene, pose: int, ax: Axes | None, plan: Plan, scales: Mapping[str, float]
+    result: Any,
+    scene: Scene,
+    pose: int,
+    ax: Axes | None,
+    plan: Plan,
+    scales: Mapping[str, float],
 ) -> Axes:
     axes = new_axes() if ax is None else ax
     sheet = draw_plan(axes, plan, scales.get(_key(plan)))

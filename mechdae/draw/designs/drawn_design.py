@@ -34,6 +34,20 @@ def title_of(result: Any) -> str:
     return str(result.title or result.problem)
 
 
+def runs_of(result: Any) -> list[Mapping[str, Any]]:
+    """Return what is known about each start.
+
+    Raises
+    ------
+    InputError
+        None was made.
+    """
+    runs: list[Mapping[str, Any]] = result.summary["runs"]
+    if not runs:
+        raise InputError(result.fault or "no start was made", hint="other bounds of what is free")
+    return runs
+
+
 def sense_of(result: Any) -> int:
     """Return 1 where less of the objective is better, -1 where more is."""
     counted = _counted(result)
@@ -104,7 +118,7 @@ class DrawnDesign:
         return problem
 
     @cached_property
-    def asked(self) -> Demand:
+    def demand(self) -> Demand:
         """What the task asks for, with the dimensions of the design."""
         return demand(
             replace(self.problem, mechanism=self.result.mechanism), self.result.definition
@@ -113,7 +127,7 @@ class DrawnDesign:
     @property
     def goal(self) -> Asked:
         """The goal with targets of its own, else the first."""
-        goals = [goal for goal, _ in self.asked.goals]
+        goals = [goal for goal, _ in self.demand.goals]
         return min(goals, key=lambda goal: isinstance(goal, Extreme))
 
     @property
@@ -125,41 +139,41 @@ class DrawnDesign:
     def path(self, what: str) -> Array:
         """Return the path of a point, or of a body's origin, over the whole sweep, smooth."""
         first, *more = [self.places(part, what) for part in self.moves.smooth]
-        turned = first if self.asked.full_turn or len(first) == 1 else first[::-1]
+        turned = first if self.demand.full_turn or len(first) == 1 else first[::-1]
         path: Array = np.vstack([turned, *more])
         return path
 
-    def driven(self, found: Result) -> Array:
+    def driven(self, poses: Result) -> Array:
         """Return the driver's values."""
-        values: Array = np.asarray(found.drivers[self.asked.driver].position, float)
+        values: Array = np.asarray(poses.drivers[self.demand.driver].position, float)
         return values
 
     def wrapped(self, values: Any) -> Array:
         """Return driver values within the sweep: of a full turn, whole turns are taken away."""
         given: Array = np.asarray(values, float)
-        if self.asked.full_turn:
+        if self.demand.full_turn:
             low = float(self.driven(self.motion).min())
             given = low + (given - low) % TURN
         return given
 
-    def places(self, found: Result, what: str) -> Array:
+    def places(self, poses: Result, what: str) -> Array:
         """Return where a point is, or the origin of a body."""
         if "." in what:
-            place: Array = np.asarray(found.points[what].position, float)
+            place: Array = np.asarray(poses.points[what].position, float)
             return place
-        return read_scene(found).origins[what]
+        return read_scene(poses).origins[what]
 
-    def series(self, found: Result, text: str) -> Array:
+    def series(self, poses: Result, text: str) -> Array:
         """Return the values of a coordinate."""
         c = coordinate(self.problem.mechanism, text)
         values: Any
         if c.kind == "body angle":
-            values = found.bodies[c.part].angle
+            values = poses.bodies[c.part].angle
         elif c.kind == "point":
-            values = found.points[f"{c.part}.{c.point}"].position[:, c.axis]
+            values = poses.points[f"{c.part}.{c.point}"].position[:, c.axis]
         else:
             word = c.text.rpartition(".")[2]
-            values = found.joints[c.part][word]
+            values = poses.joints[c.part][word]
         shown: Array = np.asarray(values, float)
         return shown
 
@@ -186,7 +200,7 @@ class DrawnDesign:
         return parts
 
 
-def found_of(result: Any, index: int) -> DrawnDesign:
+def design_of(result: Any, index: int) -> DrawnDesign:
     """Return a design of a result."""
     designs = result.data["designs"]
     return DrawnDesign(result, index, len(designs), designs[index])
