@@ -11,8 +11,6 @@ Floats = NDArray[np.float64]
 """Real numbers, one for each pose unless another shape is told."""
 Points = NDArray[np.float64]
 """Points or vectors of the plane, (n, 2)."""
-Flags = NDArray[np.bool_]
-"""Yes or no, one for each pose."""
 Integers = NDArray[np.int_]
 """Places of rows or columns."""
 Texts = NDArray[np.str_]

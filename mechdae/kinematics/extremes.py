@@ -14,7 +14,7 @@ from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
 from mechdae.results import Later, Summary
 from mechdae.setup.outputs import Outputs
-from mechdae.types import Flags, Floats, Integers
+from mechdae.types import Floats, Integers
 
 ITERATIONS = 6
 NEAR = 1e-4
@@ -60,7 +60,7 @@ class Spans:
         return Summary(swing=self.later, stroke=self.later)
 
     def _found(
-        self, evaluator: Evaluator, path: Path, places: list[float], positions: Floats, alive: Flags
+        self, evaluator: Evaluator, path: Path, places: list[float], positions: Floats, alive: Any
     ) -> dict[str, dict[str, float]]:
         """Return ``swing`` [rad] by body and ``stroke`` [m] by joint, those that there are."""
         before = evaluator.pose.evaluations, evaluator.refined
