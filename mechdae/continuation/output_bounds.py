@@ -40,11 +40,11 @@ class OutputBounds:
             slope, rounding = graphs.output_bounds(*sizes, *constants.boxes)
             count = constants.boxes[0].shape[1]
             self.rounding = np.array(rounding).reshape(graphs.ny, count).max(axis=1)
-            at, values = slope.sparsity().get_triplet(), slope.nonzeros()
+            (rows, columns), values = slope.sparsity().get_triplet(), slope.nonzeros()
         else:
-            *at, call = graphs.output_slopes
+            rows, columns, call = graphs.output_slopes
             values, self.rounding = call(*sizes, *(part.ravel() for part in constants.boxes))
-        self.rows = _rows(*at, values, graphs.ny, graphs.nx)
+        self.rows = _rows(rows, columns, values, graphs.ny, graphs.nx)
 
     def largest(self, error: Any, columns: list[int]) -> Any:
         """Return the largest bound of some columns at each pose, (n,); `error` is (n, nx)."""

@@ -164,7 +164,8 @@ class Joint(Value):
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
         """Yield the joint's numbers with the last part of their automatic name."""
-        for name in _number_keys(type(self)):
+        kind: type[Any] = type(self)
+        for name in _number_keys(kind):
             value = getattr(self, name)
             if value is not None:
                 yield name, value
