@@ -164,7 +164,7 @@ class Joint(Value):
 
     def numbers(self) -> Iterator[tuple[str, Number]]:
         """Yield the joint's numbers with the last part of their automatic name."""
-        kind: type[Any] = type(self)
+        kind: Any = type(self)
         for name in _number_keys(kind):
             value = getattr(self, name)
             if value is not None:
