@@ -3,12 +3,30 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
+HEAVIEST = (
+    "synthesis/test_synthesis.py", "house/test_docs.py", "attack/test_random_mechanisms.py",
+    "continuation/test_hard_cases.py", "draw/test_graphs.py", "house/test_articles.py",
+    "dynamics/test_motion_reactions.py", "jobs/test_jobs.py", "forces/test_static_friction.py",
+    "continuation/test_touching.py", "forces/test_reactions_hard.py", "jobs/test_jobs_cluster.py",
+    "measures/test_measure_errors.py", "attack/test_tracebacks.py", "dynamics/test_motion.py",
+    "forces/test_reactions_audit.py", "studies/test_statics_paths.py", "draw/test_plans.py",
+    "attack/test_refusals.py", "attack/test_slips.py", "draw/test_draw_synthesis.py",
+    "synthesis/test_slider_dyads.py",
+)  # fmt: skip
+"""Files of more than ten seconds, given to workers first: the last ones to end are short."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    order = {ROOT / "tests" / name: k for k, name in enumerate(HEAVIEST)}
+    items.sort(key=lambda item: order.get(item.path, len(order)))
 
 
 @pytest.fixture(scope="session")
@@ -17,10 +35,23 @@ def root() -> Path:
     return ROOT
 
 
-@pytest.fixture
-def monkeypatch(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
-    """Return pytest's own; what is changed is built anew, and nothing of it is kept."""
-    from mechdae.kinematics import prepared
+class Planting(pytest.MonkeyPatch):
+    """pytest's own; what the package builds of something changed is neither found nor kept."""
 
-    monkeypatch.setattr(prepared, "SHAPES", type(prepared.SHAPES)(prepared.SHAPES.size_of))
-    return monkeypatch
+    fresh = False
+
+    def setattr(self, *given: Any, **keys: Any) -> None:
+        if not self.fresh:
+            from mechdae.kinematics import prepared
+
+            self.fresh = True
+            empty = type(prepared.SHAPES)(prepared.SHAPES.size_of)
+            super().setattr(prepared, "SHAPES", empty)
+        super().setattr(*given, **keys)
+
+
+@pytest.fixture
+def monkeypatch() -> Iterator[pytest.MonkeyPatch]:
+    patch = Planting()
+    yield patch
+    patch.undo()

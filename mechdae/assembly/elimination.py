@@ -120,7 +120,7 @@ class BlockSolver:
         self.graph, self.p, self.n, self.size = graph, p[graph.params], graph.size, size
         self.values, self.scene = p, scene
         self.angle = [scene.unknowns[i].kind is ANGLE for i in graph.own]
-        self.constant, self._F, self._many = graph.kept("eliminate", lambda: _equations(graph))
+        self.constant, self._F, self._batch = graph.kept("eliminate", lambda: _equations(graph))
         self.linear = all(all(row) for row in self.constant)
         self.turns = [_turns(slopes.get(i, [])) for i in graph.own]
         self._scale, self._exact = 0.0, False
@@ -176,7 +176,7 @@ class BlockSolver:
         """Return residuals (k, n) at points `x` (k, n), in 50 digits where these are decimals."""
         if np.asarray(x).dtype == object:
             return np.array([decimals(self._F, [list(row), z, u, self.p]) for row in x], object)
-        return self._many(x, z, u, self.p)[0]
+        return self._batch(x, z, u, self.p)[0]
 
     def solve(self, z: Any, u: Any) -> Solutions | None:
         """Return all solutions, None where the block has no closed form."""

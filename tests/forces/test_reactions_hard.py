@@ -520,7 +520,17 @@ def friction_turned(monkeypatch) -> None:
 
 def mass_matrix_without_arm(monkeypatch) -> None:
     """The moment of the inertial force about the body's point is left out."""
-    monkeypatch.setattr(inertia_module, "cross", lambda a, b: 0 * b[0])
+    monkeypatch.setattr(inertia_module, "_of_body", without_moment(inertia_module._of_body))
+
+
+def without_moment(of_body: Any) -> Any:
+    def wrong(model: Any, name: str) -> Any:
+        found = of_body(model, name)
+        moment = model.numbers.get(f"{name}.inertia", 0)
+        turn = model.places[name, "angle"]
+        return found | {turn: moment * model.acceleration[turn]}
+
+    return wrong
 
 
 def centrifugal_left_out(monkeypatch) -> None:

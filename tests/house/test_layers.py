@@ -7,6 +7,7 @@ import graphlib
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,7 @@ def for_type_checkers(tree: ast.Module) -> set[ast.AST]:
     }
 
 
+@cache
 def imports(path: Path, strings: bool = True, typed: bool = False) -> set[str]:
     """Return what a module imports, and the modules it names in strings to import them later."""
     found = set()

@@ -6,7 +6,7 @@ import importlib
 import inspect
 import sys
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,9 +20,9 @@ class Slip:
     Attributes
     ----------
     place
-        "module:function" or "module:Class.method" inside of the package.
+        A module inside of the package.
     right, wrong
-        What the function says, once, and what is planted in its place.
+        What one of its functions says, once, and what is planted in its place.
     check
         Returns by how much something is off a closed form, 0 to rounding without the slip, over
         what the tests allow: the slip is seen from 1 on, or where the check raises an error.
@@ -43,17 +43,11 @@ class Slip:
 
 def plant(slip: Slip, patch: pytest.MonkeyPatch) -> None:
     """Exchange a function for the one with the slip, in every module that knows it."""
-    module, _, path = slip.place.partition(":")
-    home: Any = importlib.import_module(f"mechdae.{module}")
-    *outer, name = path.split(".")
-    owner = home
-    for part in outer:
-        owner = getattr(owner, part)
-    old = inspect.getattr_static(owner, name)
-    inner = getattr(old, "__func__", None) or getattr(old, "fget", None)
-    inner = inner or getattr(old, "func", None) or old
-    source = textwrap.dedent(inspect.getsource(inner))
-    assert source.count(slip.right) == 1, f"{slip.place} does not say '{slip.right}' once"
+    home = importlib.import_module(f"mechdae.{slip.place}")
+    found = [own for own in _functions(home) if own[3].count(slip.right)]
+    assert len(found) == 1, f"{slip.place} does not say '{slip.right}' in one function"
+    ((owner, name, old, source),) = found
+    assert source.count(slip.right) == 1, f"{slip.place} says '{slip.right}' twice"
     space: dict[str, Any] = {}
     exec(compile(source.replace(slip.right, slip.wrong), slip.place, "exec"), vars(home), space)
     new = space[name]
@@ -61,5 +55,17 @@ def plant(slip: Slip, patch: pytest.MonkeyPatch) -> None:
         new.__set_name__(owner, name)
     patch.setattr(owner, name, new)
     for known in [m for key, m in sys.modules.items() if key.startswith(("mechdae.", "tests."))]:
-        if not outer and vars(known).get(name) is old:
+        if owner is home and vars(known).get(name) is old:
             patch.setattr(known, name, new)
+
+
+def _functions(home: Any) -> Iterator[tuple[Any, str, Any, str]]:
+    """Yield owner, name, value and source of the functions and methods of a module."""
+    classes = [own for own in vars(home).values() if isinstance(own, type)]
+    for owner in [home, *(own for own in classes if own.__module__ == home.__name__)]:
+        for name, value in list(vars(owner).items()):
+            inner = getattr(value, "__func__", None) or getattr(value, "fget", None)
+            inner = inspect.unwrap(inner or getattr(value, "func", None) or value)
+            own = inspect.isfunction(inner) and inner.__module__ == home.__name__
+            if own and inner.__code__.co_filename == home.__file__:
+                yield owner, name, value, textwrap.dedent(inspect.getsource(inner))

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 
 def texts(figure: Figure) -> list:
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     found = []
     for panel in figure.axes:
         found += [*panel.texts, panel.xaxis.label, panel.yaxis.label]
