@@ -1,4 +1,4 @@
-"""Writes ``docs/speed-and-error.md`` from ``docs/data/bench.json``.
+"""Writes ``docs/speed-and-error.md`` from ``docs/data/bench.json`` and ``calls.json``.
 
 Usage: ``python -m benchmarks --out docs/data && python docs/make_speed.py``; with ``--check``
 nothing is written and the exit code tells whether the page is up to date. ``bench.json`` holds
@@ -14,6 +14,8 @@ from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
 PAGE, DATA = FOLDER / "speed-and-error.md", FOLDER / "data" / "bench.json"
+CALLS = FOLDER / "data" / "calls.json"
+sys.path.insert(0, str(FOLDER.parent))
 
 HEAD = """# Speed against error
 
@@ -37,6 +39,15 @@ kernels too.
 
 | work | poses | ns/pose | x yardstick | first, ms | error | bound |
 |---|---|---|---|---|---|---|
+"""
+WHOLE = """
+## Whole calls
+
+What `md.solve` and a warm `md.Solver` take as a whole, from the problem to the result with the
+outputs of its task: the first call of a mechanism, the same again with another value of a
+dimension, and a solver with another value. `python -m benchmarks.calls --out docs/data/calls.json`
+repeats it.
+
 """
 OTHERS = """
 ## The same positions by other means, {n} poses
@@ -123,7 +134,19 @@ def page(records: list[dict[str, Any]]) -> str:
         build=last["build_per_loop"] / first["build_per_loop"],
         pose=last["per_loop_and_pose"] / first["per_loop_and_pose"],
     )
-    parts = [HEAD, "\n".join(lines), "\n", OTHERS.format(n=others[0]["n"]), "\n".join(means)]
+    from benchmarks.calls import table
+
+    calls = table(json.loads(CALLS.read_text(encoding="utf-8")))
+    parts = [
+        HEAD,
+        "\n".join(lines),
+        "\n",
+        WHOLE,
+        calls,
+        "\n",
+        OTHERS.format(n=others[0]["n"]),
+        "\n".join(means),
+    ]
     parts += ["\n", CHAIN.format(n=first["n"]), "\n".join(grown), "\n", tail]
     parts += [FORCES, "\n".join(forces), "\n", ENDS]
     return "".join(parts)
