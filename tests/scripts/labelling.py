@@ -125,7 +125,7 @@ def problems(poses=POSES):
         chosen += [key for key, task in tasks.items() if task.kind in ("reactions", "modes")]
         chosen += [key for key, task in tasks.items() if task.kind == "motion"]
         if not chosen:  # a synthesis alone: the mechanism it starts from, from its sketch on
-            driver = next(iter(tasks.values())).driver["coordinate"]
+            driver = next(iter(tasks.values())).driver.coordinate
             sweep = md.Sweep(md.Driver(driver, from_=1.0, to=1.0 + 2 * np.pi), poses=poses)
             yield name, count(md.solve(problem, sweep))
             continue
