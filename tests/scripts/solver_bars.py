@@ -2,11 +2,11 @@
 
     python tests/scripts/solver_bars.py --out docs/data/solver.json --page docs/solver.md
 
-Every round takes each case in turn, three calls, and the yardstick (the closed form of the four-bar
-in NumPy, same number of poses) next to it; what is told are medians over the rounds, in milliseconds
-of the processor and as multiples of the yardstick. Each call of a case has a value of a dimension that
-no call had before. The error is the largest difference from `md.solve` with nothing kept, relative
-to the largest of its series.
+Every round takes each case in turn, three calls, and the yardstick (the closed form of the
+four-bar in NumPy, same number of poses) next to it; what is told are medians over the rounds, in
+milliseconds of the processor and as multiples of the yardstick. Each call of a case has a value of
+a dimension that no call had before. The error is the largest difference from `md.solve` with
+nothing kept, relative to the largest of its series.
 """
 
 from __future__ import annotations
