@@ -17,7 +17,7 @@ from mechdae.errors import MechanismError
 
 
 @cache
-def _number_keys(kind: type[Joint]) -> tuple[str, ...]:
+def _number_keys(kind: Any) -> tuple[str, ...]:
     """Return the keys of a kind of joint that hold numbers."""
     return tuple(entry.name for entry in fields(kind) if entry.metadata["kind"] == "number")
 

@@ -13,12 +13,13 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, Generic, TypeVar
 
+from mechdae.kernels.run.numpy_backend import CACHE_BYTES, NumpyFunction
 from mechdae.model.kept import Kept
 
 MOST = 16
 """Structures that are kept."""
 MOST_BYTES = 256_000_000
-"""Estimated size of all of them."""
+"""Estimated size of all of them: instructions of kernels, and buffers of those for many poses."""
 PER_INSTRUCTION = 400
 """Bytes of an instruction of a kernel: casadi's own, and those of its NumPy form."""
 
@@ -127,6 +128,22 @@ def free_numbers() -> frozenset[str]:
 
 def size_of(*kept: Kept) -> int:
     """Return the estimated bytes of kernels."""
-    functions = [getattr(made, "function", made) for own in kept for made in own.values()]
-    counts: list[int] = [f.n_instructions() for f in functions if hasattr(f, "n_instructions")]
-    return PER_INSTRUCTION * sum(counts)
+    every = [own for one in kept for own in _within(one)]
+    known = kept[0]("size", lambda: [0, 0])  # how many things were counted, and their size
+    count = sum(map(len, every))
+    if known[0] != count:
+        functions = [getattr(made, "function", made) for own in every for made in own.values()]
+        sizes: list[int] = [f.n_instructions() for f in functions if hasattr(f, "n_instructions")]
+        lines = sum(isinstance(f, NumpyFunction) for own in every for f in own.values())
+        lines += sum(bool(getattr(f, "lines", ())) for own in every for f in own.values())
+        known[:] = count, PER_INSTRUCTION * sum(sizes) + CACHE_BYTES * lines
+    return int(known[1])
+
+
+def _within(kept: Kept) -> Iterator[Kept]:
+    """Yield what is kept, and what that keeps itself."""
+    yield kept
+    for made in kept.values():
+        inner = getattr(made, "kept", None)
+        if isinstance(inner, Kept):
+            yield from _within(inner)

@@ -24,6 +24,9 @@ class Kept:
                     self._made[key] = make()
                 return self._made[key]
 
+    def __len__(self) -> int:
+        return len(self._made)
+
     def values(self) -> list[Any]:
         """Return all that has been made."""
         with self._lock:

@@ -217,3 +217,12 @@ def test_functions_are_made_once() -> None:
     assert md.function(*arguments) is first
     other = md.load("four-bar-crank-rocker").with_values({"a": 0.041})
     assert md.function(other, *arguments[1:]) is not first
+
+
+def test_kernels_of_forces_count() -> None:
+    SHAPES.clear()
+    md.solve("four-bar-crank-rocker", "turn")
+    plain = SHAPES.values()[-1].size
+    md.solve("slider-crank-friction", "cycle")
+    forces = SHAPES.values()[-1].size
+    assert 10_000 < plain < forces < 100_000_000

@@ -51,7 +51,7 @@ class Batch:
         self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
         self.limit = chunk
         self._kept = straight
-        self._lines: list[NumpyFunction | None] = []
+        self.lines: list[NumpyFunction | None] = []
         self._mapped: dict[int, Any] = {}
         self._buffers = threading.local()
         self.evaluations = 0
@@ -96,9 +96,9 @@ class Batch:
         """The NumPy form of the function, None where there is none; copies share it."""
         if self._kept is not None:
             return self._kept()
-        if not self._lines:
-            self._lines.append(straight(self.function, sorted(self.shared)))
-        return self._lines[0]
+        if not self.lines:
+            self.lines.append(straight(self.function, sorted(self.shared)))
+        return self.lines[0]
 
     def _checked(self, i: int, array: Any) -> Any:
         shape = (self.rows_in[i],)
