@@ -19,6 +19,7 @@ from mechdae.draw.designs.drawn_design import sense_of
 from mechdae.draw.style import SERIES
 from mechdae.draw.words import TABLE, Words
 from mechdae.errors import InputError
+from mechdae.synthesis import design_motion
 from mechdae.synthesis.synthesize import synthesize
 from tests.shared.command import run
 from tests.shared.readable import assert_readable as graphs_readable
@@ -450,6 +451,30 @@ def test_files_are_the_same_each_time(kind: str, tmp_path: Path) -> None:
     first = save(md.plot(result, kind), tmp_path / "a.svg").read_bytes()
     assert save(md.plot(result, kind), tmp_path / "b.svg").read_bytes() == first
     assert first.startswith(b"<?xml")
+
+
+def test_designs_are_moved_once(monkeypatch) -> None:
+    """What pictures need of a design is swept when the first one reads it, and not again."""
+    result = solved("c5-ellipse10-free")
+    fresh = {
+        text: design_motion.DesignMotion(own.problem, own.at, own.full_turn)
+        for text, own in result.motions.items()
+    }
+    count: list[str] = []
+    real = design_motion.solve
+    monkeypatch.setattr(design_motion, "solve", lambda *given: count.append("") or real(*given))
+    result = replace(result, motions=fresh)
+    plot(result, "census")
+    plot(result, "convergence")
+    assert count == []
+    plot(result, "design")
+    assert len(count) == 3  # the whole, smooth, at the targets
+    plot(result, "compare")
+    before = len(count)
+    assert before == 3 + len(fresh) - 1
+    for kind in DESIGNS:
+        plot(result, kind)
+    assert len(count) == before
 
 
 # -- the command -----------------------------------------------------------------------------------
