@@ -374,8 +374,8 @@ def test_a_line_that_cannot_be_read_is_solved_again(path, logged, tmp_path) -> N
         ({"seed": 4}, "tasks.design.seed is 3 there, 4 here"),
         ({"starts": 13}, "tasks.design.starts is 12 there, 13 here"),
         ({"r2": 2.5}, "parameters.r2 is 2.0 there, 2.5 here"),
-        ({"target": "[3, 3.1]"}, r"tasks.design.goal.targets\[0\]\[1\] is 3 there, 3.1 here"),
-        ({"bound": "60"}, r"tasks.design.free.r3\[1\] is 50 there, 60 here"),
+        ({"target": "[3, 3.1]"}, r"tasks.design.goal.targets\[0\]\[1\] is 3.0 there, 3.1 here"),
+        ({"bound": "60"}, r"tasks.design.free.r3\[1\] is 50.0 there, 60.0 here"),
     ],
 )
 def test_a_folder_of_another_job_says_what_differs(path, logged, tmp_path, change, words) -> None:
