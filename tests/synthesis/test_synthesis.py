@@ -314,7 +314,7 @@ def test_micrometres_and_kilometres_have_the_same_designs(factor):
     targets = [[x * factor, y * factor] for x, y in task.goal.targets]
     goal = replace(task.goal, targets=targets)
     free = {name: [low * factor, high * factor] for name, (low, high) in task.free.items()}
-    limits = [{**task.constraints[0], "margin": 1e-6 * factor}]
+    limits = [replace(task.constraints[0], margin=1e-6 * factor)]
     values = {n: problem.mechanism.values()[n] * factor for n in task.free}
     scaled = problem.with_values(values)
     new = replace(task, goal=goal, free=free, constraints=limits)
