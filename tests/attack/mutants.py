@@ -83,14 +83,14 @@ def wrong_first_rate_of_a_triad(monkeypatch):
 
 @mutant("in_time", "driver's acceleration left out", "acceleration", DYADS)
 def driver_acceleration_left_out(monkeypatch):
-    from mechdae.kinematics import sweep
+    from mechdae.continuation import evaluate
 
-    right = sweep.in_time
+    right = evaluate.in_time
 
     def wrong(values, speed, acceleration, *more):
         return right(values, speed, 0 * acceleration, *more)
 
-    monkeypatch.setattr(sweep, "in_time", wrong)
+    monkeypatch.setattr(evaluate, "in_time", wrong)
 
 
 @mutant("Outputs._coriolis", "sign changed", "coriolis", (("dyads", 8), ("dyads", 17)))
@@ -101,19 +101,17 @@ def coriolis_turned_round(monkeypatch):
     monkeypatch.setattr(Outputs, "_coriolis", lambda *args: -right(*args))
 
 
-@mutant(
-    "extremes.ranges", "swing and stroke one part in a thousand smaller", "truth show", DYADS[2:]
-)
+@mutant("Spans._found", "swing and stroke one part in a thousand smaller", "truth show", DYADS[2:])
 def swing_too_small(monkeypatch):
-    from mechdae.kinematics import sweep
+    from mechdae.kinematics.extremes import Spans
 
-    right = sweep.ranges
+    right = Spans._found
 
     def wrong(*args):
         found = right(*args)
         return {w: {k: v * 0.999 for k, v in table.items()} for w, table in found.items()}
 
-    monkeypatch.setattr(sweep, "ranges", wrong)
+    monkeypatch.setattr(Spans, "_found", wrong)
 
 
 # -- bounds --------------------------------------------------------------------------------
@@ -349,7 +347,7 @@ def planet_always_back(monkeypatch):
 
 
 @mutant(
-    "Evaluator._turn_round, sweep._cover",
+    "Evaluator._turn_round, sweep.cover",
     "each group for itself may be reached by turning the other way round",
     "where it cannot be",
     (("parallel", 18), ("parallel", 25), ("parallel", 39)),
@@ -393,7 +391,7 @@ def each_group_on_its_own_way(monkeypatch):
                 extend(path, anchor + turn, needed=[group])
 
     monkeypatch.setattr(Evaluator, "at", at)
-    monkeypatch.setattr(sweep, "_cover", cover)
+    monkeypatch.setattr(sweep, "cover", cover)
 
 
 # -- limits --------------------------------------------------------------------------------
@@ -469,28 +467,11 @@ def moved_pose_at_a_limit(monkeypatch):
 # -- joints --------------------------------------------------------------------------------
 
 
-@mutant(
-    "residuals.belt", "crossed belts taken for open ones", "off by", (("gears", 0), ("gears", 11))
-)
+@mutant("Belt.sense", "crossed belts taken for open ones", "off by", (("gears", 0), ("gears", 11)))
 def belt_not_crossed(monkeypatch):
-    from mechdae.model import joints
+    from mechdae.describe.joints import Belt
 
-    right = joints.belt
-
-    class Open:
-        crossed = False
-
-        def __init__(self, joint):
-            self.joint = joint
-
-        def __getattr__(self, name):
-            return getattr(self.joint, name)
-
-    def wrong(ends):
-        ends.joint = Open(ends.joint)
-        return right(ends)
-
-    monkeypatch.setitem(joints.RESIDUALS, "belt", (wrong,))
+    monkeypatch.setattr(Belt, "sense", property(lambda self: 1))
 
 
 @mutant(
