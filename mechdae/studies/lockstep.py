@@ -54,8 +54,9 @@ class Lockstep:
 
     def __init__(self, setting: Setting, largest: float) -> None:
         self.setting, self.graphs, self.step = setting, setting.graphs, largest
-        self.advance = Batch(self.graphs.advance)
-        self.pose = Batch(self.graphs.pose)
+        graphs = self.graphs
+        self.advance: Batch = graphs.kept("lanes", lambda: Batch(graphs.advance))
+        self.pose: Batch = graphs.kept("poses of lanes", lambda: Batch(graphs.pose))
         self.evaluator = Evaluator(self.graphs, setting.outputs)
 
     def run(self, numbers: list[Constants], starts: Starts, s: float, values: Any) -> Lanes:

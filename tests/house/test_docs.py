@@ -16,6 +16,7 @@ import mechdae as md
 from mechdae.cli import COMMANDS, main
 from mechdae.describe.file import library
 from mechdae.tasks.check import check
+from tests.scripts.solver_bars import written
 from tests.shared.paths import ROOT
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
@@ -343,6 +344,12 @@ loads = { spring = { kind = "spring", coordinate = "guide.slide", stiffness = "k
 sketch = { guide = 0.1 }
 parameters = { k = 100 }
 """
+
+
+def test_solver_page_is_what_was_measured() -> None:
+    page = (ROOT / "docs/solver.md").read_text(encoding="utf-8")
+    data = json.loads((ROOT / "docs/data/solver.json").read_text(encoding="utf-8"))
+    assert written(page, data) == page
 
 
 @pytest.mark.parametrize("block", fences("docs/synthesis.md", "toml"))
