@@ -46,7 +46,8 @@ T = TypeVar("T", bound=Value)
 class Nested:
     """Descriptions inside of others: one class, or several that ``kind`` tells apart.
 
-    Python gives ``tables`` for them too, or must make the values.
+    Python gives ``tables`` for them too, or must make the values. ``hint`` is for what is none, of
+    ``several`` ``one`` for what is none of them.
     """
 
     what: str
@@ -54,6 +55,7 @@ class Nested:
     hint: str = ""
     several: bool = False
     tables: bool = True
+    one: str = ""
 
     def coerce(self, value: Any) -> Any:
         """Return the description, or all of them, that Python gave."""
@@ -75,7 +77,8 @@ class Nested:
         if isinstance(value, tuple(self.classes.values())):
             return value
         if not isinstance(value, Mapping) or not tables:
-            raise InputError(f"a {self.what} is needed, not {describe(value)}", hint=self.hint)
+            hint = self.one or self.hint
+            raise InputError(f"a {self.what} is needed, not {describe(value)}", hint=hint)
         kind, rest = ("", value) if "" in self.classes else chosen(value, self.classes, self.what)
         return read(self.classes[kind], rest, "")
 

@@ -67,7 +67,7 @@ class Driver(Value):
 
 
 nest("driver", Nested("driver", {"": Driver}, HINT, tables=False))
-nest("drivers", Nested("driver", {"": Driver}, "'driver' is for one", several=True, tables=False))
+nest("drivers", Nested("driver", {"": Driver}, "'driver' is for one", True, False, one=HINT))
 nest("timetable", Nested("table", {"": TimeTable}, '{ file = "law.csv" }'))
 
 
