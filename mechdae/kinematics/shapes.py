@@ -34,10 +34,14 @@ class Held:
 
     def __init__(self, free: frozenset[str] = frozenset()) -> None:
         self.free = free
+        self._latest: Any = None
         self._last: OrderedDict[Hashable, Any] = OrderedDict()
 
     def use(self, key: Hashable, shape: Any) -> None:
         """Keep a structure, in the place of the one used longest ago."""
+        if self._latest is shape:
+            return
+        self._latest = shape
         self._last[key] = shape
         self._last.move_to_end(key)
         while len(self._last) > MOST:
@@ -64,7 +68,7 @@ class Shapes(Generic[T]):
         self.size_of, self.most, self.most_bytes = size_of, most, most_bytes
         self._last: OrderedDict[Hashable, T] = OrderedDict()
         self._living: weakref.WeakValueDictionary[Hashable, Any] = weakref.WeakValueDictionary()
-        self._sizes: dict[Hashable, int] = {}
+        self._latest: T | None = None
         self._lock = threading.Lock()
 
     def get(self, key: Hashable) -> T | None:
@@ -85,14 +89,16 @@ class Shapes(Generic[T]):
         holder = _HOLDER.get()
         if holder is not None:
             holder.use(key, shape)
+        if self._latest is shape:
+            return
+        self._latest = shape
         self._last[key] = shape
         self._last.move_to_end(key)
-        self._sizes[key] = self.size_of(shape)
-        while len(self._last) > self.most or (
-            len(self._last) > 1 and sum(self._sizes.values()) > self.most_bytes
-        ):
-            oldest, _ = self._last.popitem(last=False)
-            del self._sizes[oldest]
+        sizes = [self.size_of(kept) for kept in self._last.values()]
+        count = len(sizes)
+        while count > self.most or (count > 1 and sum(sizes[-count:]) > self.most_bytes):
+            self._last.popitem(last=False)
+            count -= 1
 
     def values(self) -> list[T]:
         """Return what is kept, that used last at the end."""
@@ -104,7 +110,7 @@ class Shapes(Generic[T]):
         with self._lock:
             self._living.clear()
             self._last.clear()
-            self._sizes.clear()
+            self._latest = None
 
     def __len__(self) -> int:
         return len(self._last)
