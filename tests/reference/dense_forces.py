@@ -132,7 +132,7 @@ class Dense(Audit):
             self.unknown(name, lambda: self.pair(joint, line / np.abs(line), at))
         elif isinstance(joint, md.Curve):
             self.contact(name, joint, f)
-        elif isinstance(joint, md.Gear | md.Belt | md.Rack):
+        elif isinstance(joint, md.Gear | md.Belt | md.Rack | md.FrictionWheel):
             self.mesh(name, joint)
         else:
             raise NotImplementedError(joint)
@@ -175,6 +175,13 @@ class Dense(Audit):
             radius = self.values[f"{name}.radius"]
             arm = -radius * 1j * tangent
             place, away = centre + arm, -np.sign(radius) * 1j * tangent
+        elif isinstance(joint, md.FrictionWheel):
+            r1, r2 = (self.values[f"{name}.{key}"] for key in ("radius", "second_radius"))
+            inside = joint.contact == "internal"
+            ratio = (1 if inside else -1) * r2 / r1
+            line = (other - centre) / np.abs(other - centre)
+            arm = (np.sign(r1 - r2) if inside else 1.0) * r1 * line
+            place, tangent, away = centre + arm, 1j * line, 0j * line
         elif isinstance(joint, md.Gear):
             if joint.ratio is not None:
                 ratio = self.values[f"{name}.ratio"]
@@ -195,6 +202,9 @@ class Dense(Audit):
             size = np.abs((w1 - wc) * arm) + np.abs(moved)
         if np.all(np.abs(slip) <= REAL * size):
             T = self.unknown(name, lambda: self.pair(joint, tangent, place))
+            if isinstance(joint, md.FrictionWheel):  # not pressed together but by its bearings
+                assert joint.press is None
+                return
             push = np.tan(self.values[f"{name}.pressure_angle"]) * away
             G = self.column(lambda: self.pair(joint, push, place))
             self.follow(name, lambda v: _grip(v, T, None, np.inf), lambda v: G, drag=False)
