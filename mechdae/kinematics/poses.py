@@ -77,7 +77,15 @@ class Posed:
         self._path: Path | None = None
 
     def at(self, u: Any) -> PoseArrays:
-        """Return the poses at driver values `u` (n,)."""
+        """Return the poses at driver values `u` (n,).
+
+        Raises
+        ------
+        InputError
+            No values, or some that are not finite.
+        """
+        if u.ndim != 1 or not u.size or not np.isfinite(u).all():
+            raise InputError("one or more finite values of the driver are needed", where="u")
         low, high = float(np.min(u)), float(np.max(u))
         path = self._path
         if path is None or low < self._low or high > self._high:

@@ -112,7 +112,8 @@ class Solver:
         Raises
         ------
         InputError
-            The task is no sweep of a single driver by its value.
+            The task is no sweep of a single driver by its value, or `u` holds none, or some that
+            are not finite.
         SolveError
             The mechanism cannot be assembled at its sketch.
         """

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.errors import InputError
 from mechdae.kinematics.prepared import SHAPES
 from mechdae.kinematics.shapes import Held, Shapes, held_by
 
@@ -226,3 +227,11 @@ def test_kernels_of_forces_count() -> None:
     md.solve("slider-crank-friction", "cycle")
     forces = SHAPES.values()[-1].size
     assert 10_000 < plain < forces < 100_000_000
+
+
+@pytest.mark.parametrize("u", [[], [float("nan")], [0.5, float("inf")], [[0.5, 0.6]]])
+def test_values_of_the_driver_that_are_none(u: list[float]) -> None:
+    """A value that is no number was followed for ever."""
+    solver = md.Solver("four-bar-crank-rocker", "turn")
+    with pytest.raises(InputError, match="finite values of the driver"):
+        solver.poses({}, u)
