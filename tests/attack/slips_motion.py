@@ -199,7 +199,7 @@ SLIPS = [
         SUITE + "test_motion.py::test_andrews_between_the_steps",
     ),
     Slip(
-        "dynamics.integrate",
+        "numerics.roots",
         "if (here < 0) == (f1 < 0):",
         "if (here < 0) != (f1 < 0):",
         crossed,
