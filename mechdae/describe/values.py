@@ -66,7 +66,7 @@ class Value:
                 choices = entry.metadata["choices"]
                 for item in value if isinstance(value, tuple) else (value,):
                     if choices and item not in choices:
-                        raise UnknownName("value", str(item), choices)
+                        raise UnknownName(entry.name.rstrip("_"), str(item), choices)
             except MechdaeError as problem:
                 raise problem.inside(entry.name.rstrip("_")) from None
             object.__setattr__(self, entry.name, value)
@@ -165,7 +165,7 @@ def numbers(value: Any) -> tuple[Number, ...]:
 def pair(value: Any) -> tuple[Number, ...]:
     items = sequence(value)
     if len(items) != 2:
-        raise InputError(f"two numbers [x, y] are needed, not {len(items)}")
+        raise InputError(f"two numbers are needed, not {len(items)}")
     return numbers(items)
 
 

@@ -658,7 +658,7 @@ BAD = [
     ({"x": "sqrt(cos(s))"}, "joints.profile.x: 'sqrt(cos(s))' has no value"),
     ({"x": "0.03/(s - 0)"}, "joints.profile.x: '0.03/(s - 0)' has no value"),
     ({"x": "0*s", "y": "0*s"}, "joints.profile.x: the curve is a single point"),
-    ({"side": "inside"}, "side: unknown value 'inside'"),
+    ({"side": "inside"}, "side: unknown side 'inside'"),
     ({"x": "import os"}, "x: 'import os' is not an expression"),
 ]
 

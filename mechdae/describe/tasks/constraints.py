@@ -11,7 +11,7 @@ from mechdae.describe.file.reading import Nested, nest, read
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import REDUCTIONS, Minimise, Within, known, known_point
-from mechdae.describe.values import COERCE, Number, Value, entries, key, numbers, text
+from mechdae.describe.values import COERCE, Number, Value, describe, entries, key, numbers, text
 from mechdae.errors import InputError
 
 Bounds = tuple[float, float]
@@ -95,6 +95,8 @@ def _freedom(value: Any) -> Any:
         return value
     if isinstance(value, Mapping):
         return read(Region if "point" in value else Choices, value, "")
+    if isinstance(value, str | float | int):
+        raise InputError(f"[low, high] is needed, not {describe(value)}")
     result = numbers(value)
     if len(result) != 2:
         raise InputError(f"[low, high] is needed, here are {len(result)} numbers")
