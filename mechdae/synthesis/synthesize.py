@@ -88,14 +88,7 @@ def synthesize(
         "ipopt": {word: statuses.count(word) for word in dict.fromkeys(statuses)},
         "iterations": sum(found.iterations for found in optima),
         "objectives": [float(c.found.objective) * search.objective_unit for c in candidates],
-        "runs": [
-            {
-                "class": search.kinds[kind] or "any", "status": found.status,
-                "objective": _reported(search, problems[kind], found, start),
-                "iterations": found.iterations,
-            }
-            for (kind, start), found in zip(jobs, optima, strict=True)
-        ],
+        "runs": _runs(search, problems, jobs, optima),
         "seconds": {
             "build": built, "starts": drawn, "solve": solved,
             "whole": time.process_time() - began,
@@ -116,6 +109,20 @@ def synthesize(
         summary=Summary(summary), fault=fault, definition=task,
         data={"designs": kept}, motions=motions(search, kept),
     )  # fmt: skip
+
+
+def _runs(
+    search: Search, problems: Sequence[Nlp], jobs: Sequence[Job], optima: Sequence[Optimum]
+) -> list[dict[str, Any]]:
+    """Return how each start ended."""
+    return [
+        {
+            "class": search.kinds[kind] or "any", "status": found.status,
+            "objective": _reported(search, problems[kind], found, start),
+            "iterations": found.iterations,
+        }
+        for (kind, start), found in zip(jobs, optima, strict=True)
+    ]  # fmt: skip
 
 
 def _gone_on(problems: Sequence[Nlp], jobs: Sequence[Job], optima: list[Optimum]) -> int:

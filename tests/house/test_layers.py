@@ -51,6 +51,8 @@ ROOMS = {
 """Each room, and the rooms before it of which it may import."""
 MOST = 20
 """Modules in one folder."""
+LONGEST = 80
+"""Lines of a function."""
 
 
 def room(module: str) -> str:
@@ -121,6 +123,13 @@ def test_map_of_the_package_is_the_one_that_is_checked() -> None:
 
 def is_room(path: Path) -> bool:
     return path.is_dir() and (path / "__init__.py").exists()
+
+
+def test_functions_are_short() -> None:
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and node.end_lineno:
+                assert node.end_lineno - node.lineno < LONGEST, f"{path}: {node.name}"
 
 
 def test_folders_are_small() -> None:
