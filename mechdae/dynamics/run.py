@@ -23,7 +23,7 @@ from mechdae.dynamics.watchers.sticking import Sticking, Turn
 from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError
 
-MOST = 2_000_000
+MOST = 400_000
 """States that are kept."""
 CROWD = 20
 """Events of friction so near each other that the motion does not go on."""
