@@ -100,15 +100,16 @@ def rubbed() -> float:
         }
     )  # fmt: skip
     found = md.solve(problem, "m")
-    (event,) = [e for e in found.events if e["kind"] == "stick"]
+    events = [e for e in found.events if e["kind"] == "stick"]
+    if len(events) != 1:
+        return np.inf
     t = np.minimum(found.time, SLIDE / (MU * G))
     return max(
-        apart(event["time"], SLIDE / (MU * G)),
+        apart(events[0]["time"], SLIDE / (MU * G)),
         apart(found.joints["guide"].slide, SLIDE * t - MU * G * t * t / 2),
         apart(found.joints["guide"].reaction[0, :2], [-MU * 2 * G, 2 * G]),
-        apart(found.work["friction guide"][-1] if "friction guide" in found.work else
-              sum(float(own[-1]) for own in found.work.values()), -(SLIDE**2), 1e-7),
-    )  # fmt: skip
+        apart(found.work["friction.guide"][-1], -(SLIDE**2), 1e-7),
+    )
 
 
 def held() -> float:
@@ -128,11 +129,13 @@ def held() -> float:
         }
     )  # fmt: skip
     found = md.solve(problem, "m")
-    (event,) = [e for e in found.events if e["kind"] == "slip"]
+    events = [e for e in found.events if e["kind"] == "slip"]
+    if len(events) != 1:
+        return np.inf
     at = MU * 2 * G / 10
     over = np.maximum(found.time - at, 0)
     return max(
-        apart(event["time"], at, 1e-7),
+        apart(events[0]["time"], at, 1e-7),
         apart(found.joints["guide"].slide, 10 / 2.0 * over**3 / 6, 1e-7),
     )
 

@@ -25,7 +25,7 @@ class Slip:
         What one of its functions says, once, and what is planted in its place.
     check
         Returns by how much something is off a closed form, 0 to rounding without the slip, over
-        what the tests allow: the slip is seen from 1 on, or where the check raises an error.
+        what the tests allow: the slip is seen from 1 on.
     seen
         "file::test" of the suite, which fails with the slip.
     """
