@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Hashable
-from typing import Any, Protocol
+from typing import Any
 
 
 class Kept:
@@ -31,12 +31,6 @@ class Kept:
         """Return all that has been made."""
         with self._lock:
             return list(self._made.values())
-
-
-class Keeper(Protocol):
-    """Something whose copies with other numbers share what it keeps."""
-
-    kept: Kept
 
 
 class kept_property:  # noqa: N801  (used like `property`)
