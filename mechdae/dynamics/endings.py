@@ -19,14 +19,18 @@ NEAR = 1e-2
 """The same where the step size went to nothing."""
 AGAINST = 1e-6
 """Share of what the laws ask for that has to be left for a verdict."""
-AWAY = 1e4
+AWAY = 3e3
 """Coordinates, in natural sizes, from which speeds are looked at."""
-POWER = 10.0
-"""Growth a t/v from which it is no power of the time."""
+DOUBLINGS = 4
+"""Doublings of the speed whose time is compared with that of as many before."""
+STEADY = 1.1
+"""Their times from which a growth is no exponential: powers (t - t0)^k up to k = 29 have more."""
+LONG = 5e4
+"""Natural sizes that the present speed would run through until the end: less is just computed."""
 MEETS = 1e-9
 """Share of the rates of laws of time by which speeds may miss them."""
 HOPELESS = 1e9
-"""Natural sizes that would be run through until the end: no number of steps does that."""
+"""Natural sizes that a growth would run through until the end: no number of steps does that."""
 
 
 def singular_values(setup: Setup, t: float, x: Any, v: Any) -> tuple[Any, Any, Any]:
@@ -117,34 +121,70 @@ class Growth:
     def __init__(self, setup: Setup, integrator: Integrator) -> None:
         self.setup, self.integrator = setup, integrator
         self.found: dict[str, Any] | None = None
+        self._reached: list[float] = []
+        self._top = -np.inf
+        self._before = (0.0, -np.inf)
 
     def look(self, nodes: Nodes) -> Cut | None:
         """Look at accepted steps; return the first state from which nothing leads to the end."""
         lay, sizes = self.integrator.layout, self.setup.kernel.sizes
-        t, x, v, a, w = (lay.of(nodes.states, name) for name in ("t", "x", "v", "a", "w"))
         if not len(sizes):
             return None
-        omega = np.maximum(np.abs(v / sizes), np.sqrt(np.abs(a / sizes))).max(axis=1)
-        far = np.abs(x / sizes).max(axis=1)
-        # v = t^k has a t/v = k: only what grows faster than powers has no bound
-        fastest = np.abs(v / sizes).max(axis=1)
-        grows = np.abs(a / sizes).max(axis=1) * t > POWER * fastest
-        late = grows & (far > AWAY) & (omega * (self.setup.end - t) > HOPELESS)
-        if not late.any():
+        t, v = (lay.of(nodes.states, name) for name in "tv")
+        with np.errstate(divide="ignore"):
+            heights = np.log2(np.abs(v / sizes).max(axis=1))
+        if heights.max() < self._top + 1:
             return None
-        i = int(np.argmax(late))
-        k = int(np.argmax(np.abs(v[i] / sizes)))
+        for i in range(len(t)):
+            if self._doubled(float(t[i]), float(heights[i])) and self._hopeless(nodes.states[i]):
+                return self._cut(nodes.states[i])
+        return None
+
+    def _doubled(self, t: float, height: float) -> bool:
+        """Note a speed, as its logarithm; return whether the fastest has doubled."""
+        before, last = self._before
+        if self._top == -np.inf:
+            self._top = height
+        grown = int(height - self._top) if height > -np.inf else 0
+        for k in range(grown):
+            self._reached.append(t - (t - before) * (height - self._top - k - 1) / (height - last))
+        self._top += max(grown, 0)
+        self._before = (t, height)
+        return grown > 0
+
+    def _hopeless(self, state: Any) -> bool:
+        """Return whether speeds grow like exp(t) and would run through too much until the end.
+
+        The last doublings took as long each as those before.
+        """
+        if len(self._reached) <= 2 * DOUBLINGS:
+            return False
+        lay, sizes = self.integrator.layout, self.setup.kernel.sizes
+        first, middle, last = self._reached[-1::-DOUBLINGS][2::-1]
+        left = self.setup.end - float(lay.of(state, "t"))
+        speed = 2.0**self._top
+        if last - middle > STEADY * (middle - first) or speed * left < LONG:
+            return False
+        rate = DOUBLINGS * np.log(2) / (last - middle)
+        way = speed * np.expm1(min(rate * left, 600.0)) / rate
+        return bool(np.abs(lay.of(state, "x") / sizes).max() > AWAY and way > HOPELESS)
+
+    def _cut(self, state: Any) -> Cut:
+        """Return the end of the motion at a state."""
+        lay, sizes = self.integrator.layout, self.setup.kernel.sizes
+        t, v, w = (lay.of(state, name) for name in "tvw")
+        k = int(np.argmax(np.abs(v / sizes)))
         name = ".".join(self.setup.released.coordinates[k].key)
-        works = dict(zip(self.setup.works, w[i].tolist(), strict=True))
+        works = dict(zip(self.setup.works, w.tolist(), strict=True))
         load = max(works, key=lambda own: works[own]) if works else ""
         unit = "rad/s" if name.endswith(".angle") else "m/s"
         if name.endswith(".s"):
             unit = "1/s"
-        self.found = {"time": float(t[i]), "coordinate": name, "speed": float(v[i, k])}
+        self.found = {"time": float(t), "coordinate": name, "speed": float(v[k])}
         self.found["unit"] = unit
         self.found |= {"load": load, "work": works[load]} if load and works[load] > 0 else {}
-        event = {"kind": "unbounded", "code": "S7", "at": float(t[i]), **self.found}
-        return Cut(nodes.states[i], end=(self._fault(), event))
+        event = {"kind": "unbounded", "code": "S7", "at": float(t), **self.found}
+        return Cut(state, end=(self._fault(), event))
 
     def _fault(self) -> str:
         """Return what to say about it."""

@@ -224,6 +224,48 @@ def test_no_s7_for_a_long_fall_and_a_long_way() -> None:
     assert on.joints["guide"].slide[-1] == pytest.approx(1e10, rel=1e-12)
 
 
+@pytest.mark.parametrize(("power", "end"), [(1, 1e3), (2, 300.0), (6, 20.0), (10, 8.0)])
+def test_no_s7_for_powers_of_the_time(power: int, end: float) -> None:
+    """x'' = power t^(power - 1): v = t^power doubles ever more slowly, which has a bound."""
+    data = pushed(f"{power}*t**{power - 1}", until=end, poses=3, tolerance=1e-6)
+    result = md.solve(from_dict(data), "m")
+    assert result.fault is None
+    speed = result.joints["guide"].slide_velocity
+    assert speed[-1] == pytest.approx(end**power, rel=1e-6)
+
+
+def test_no_s7_for_a_motion_that_begins_late() -> None:
+    """At rest for 999 s, then 1 m/s^2: what the speed was at half the time tells nothing."""
+    rows = [[0, 0], [999, 0], [1000, 1], [5000, 1]]
+    table = {"kind": "table", "coordinate": "t", "along": "guide.slide", "rows": rows}
+    result = md.solve(from_dict(slider({"F": table}, until=5e3, poses=2)), "m")
+    assert result.fault is None
+    late = 4000.0  # behind t = 1000 with x = 1/6 and v = 1/2
+    assert result.joints["guide"].slide[-1] == pytest.approx(
+        1 / 6 + late / 2 + late**2 / 2, rel=1e-10
+    )
+
+
+def test_no_s7_for_a_growth_that_ends() -> None:
+    """v' = 10 v (1 - v/V), from 1e-6 to V = 1000: v = V/(1 + (V/v0 - 1) exp(-10 t))."""
+    law = "10*guide.slide.speed*(1 - guide.slide.speed/1000)"
+    data = pushed(law, start_speed={"guide.slide": 1e-6}, until=30.0, poses=31)
+    result = md.solve(from_dict(data), "m")
+    assert result.fault is None
+    wanted = 1000 / (1 + (1e9 - 1) * np.exp(-10 * result.time))
+    assert result.joints["guide"].slide_velocity == pytest.approx(wanted, rel=1e-5)
+
+
+def test_s7_is_seen_early() -> None:
+    """A motor with its sense turned round: before a hundred thousand steps, with its own energy."""
+    result = md.solve("four-bar-motor", "curves", set={"w0": -30.0, "tol": 1e-7})
+    (event,) = coded(result, "S7")
+    assert (event["kind"], event["load"]) == ("unbounded", "motor")
+    assert result.summary["steps"] < 3e4
+    # T0 (1 + omega/30) over J of 2e-3 and more: no faster than exp(50 t)
+    assert abs(event["speed"]) < 30 * math.exp(50 * event["time"])
+
+
 @pytest.mark.parametrize(
     "force", ["1/(0.5 - t)", "1/(0.5 - t)**2", "log(0.5 - t)", "sqrt(0.5 - t)"]
 )
