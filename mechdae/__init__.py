@@ -31,6 +31,8 @@ _HOMES = {
     "mechdae.results": "Result SweepResult ModesResult ReactionsResult MotionResult "
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
     "mechdae.draw": "plot",
+    "mechdae.composition.chains": "KinematicChain chains count_chains assur_groups",
+    "mechdae.composition.mechanisms": "mechanism_of problem_of",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 __all__ = ["__version__", *sorted(_HOME)]

@@ -22,6 +22,7 @@ COMMANDS = {
     "plot": "pictures of a problem",
     "synthesize": "dimensions that do what a task asks for",
     "sensitivity": "derivatives by parameters, tolerances",
+    "chains": "kinematic chains, inversions, drivers, Assur groups",
     "bench": "speed against error",
     "schema": "JSON Schema of the problem file",
     "new": "a commented problem file to start from",

@@ -25,7 +25,8 @@ ROOMS = {
     "results": "describe errors types",
     "export": "results",
     "tables": "results",
-    "draw": "describe errors results",
+    "composition": "describe errors",
+    "draw": "composition describe errors results",
     "jobs": "errors",
     "setup": "describe errors kernels model results types",
     "assembly": "describe errors kernels model numerics results setup",
@@ -46,7 +47,8 @@ ROOMS = {
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "numerics results setup solver studies synthesis",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
-    "cli": "assembly bench describe draw errors export jobs results synthesis tables tasks",
+    "cli": "assembly bench composition describe draw errors export jobs results synthesis tables "
+    "tasks",
 }
 """Each room, and the rooms before it of which it may import."""
 MOST = 20

@@ -1,0 +1,20 @@
+"""The 16 kinematic chains with eight links and one freedom."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+import mechdae as md
+from mechdae.draw import save
+from mechdae.draw.atlas import atlas
+
+
+def figure() -> Figure:
+    """Return the figure."""
+    return atlas(list(md.chains(8)), "Sixteen chains with eight links and one freedom")
+
+
+if __name__ == "__main__":
+    save(figure(), Path(__file__).with_suffix(".svg"))
