@@ -17,7 +17,7 @@ import casadi as ca
 from mechdae.continuation.evaluate import in_time
 from mechdae.errors import UnknownName
 from mechdae.forces.inverse_dynamics import Statics
-from mechdae.forces.poses import coordinate_columns
+from mechdae.forces.poses import unknown_columns
 from mechdae.kinematics.prepared import Setting
 from mechdae.model.parameters import parameters_of
 
@@ -116,10 +116,11 @@ class Composed:
 
     @cached_property
     def coordinates(self) -> tuple[Any, Any, Any]:
-        """q, v, a of the scene."""
-        columns = coordinate_columns(self.setting).tolist()
-        y, v, a = (value[columns] for value in self.values[:3])
-        return y, v, a
+        """w, dw, ddw of the balance: unknowns and drivers' values with their rates in time."""
+        columns = unknown_columns(self.setting).tolist()
+        parts = zip(self.values, (self.u, self.du, self.ddu), strict=False)
+        w, dw, ddw = (ca.vertcat(value[columns], driven) for value, driven in parts)
+        return w, dw, ddw
 
     # -- forces ----------------------------------------------------------------------------
 
@@ -130,7 +131,7 @@ class Composed:
         balance = self.statics.balance
         signs = self.signs
         if signs.numel() and (self.apart or self.smooth):
-            speeds = balance.slipping.call([*self.coordinates, self.p])[0]
+            speeds = balance.slipping.call([*self.coordinates[:2], self.p])[0]
             signs = self._smoothed(speeds) if self.smooth else ca.sign(speeds)
         inputs = [*self.coordinates, self.time, self.pieces, signs, self.p, SX(1)]
         free = balance.report(friction=False).call([*inputs, balance.solve.call(inputs)[0]])
@@ -192,7 +193,7 @@ class Composed:
             return results[2][k]
         if name not in balance.guides:
             raise UnknownName("guide", name, balance.guides)
-        return results[4][balance.guides.index(name)]
+        return results[3][balance.guides.index(name)]
 
     def _named(self, name: str, quantity: str) -> Any:
         """Return a named output's value or one of its rates."""

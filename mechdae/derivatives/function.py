@@ -275,27 +275,25 @@ class _Built:
         composed, balance = self.composed, self.statics.balance
         inputs = [composed.guess, composed.u, composed.du, composed.ddu, composed.free]
         moved = ca.Function("moved", inputs, [*composed.coordinates])
-        q, v, a = moved(guess, u, du, ddu, free)
+        w, dw, ddw = moved(guess, u, du, ddu, free)
         p = self.parameters(free)
-        signs = ca.sign(balance.slipping(q, v, a, p)[0]) if balance.slips else MX(0, 1)
-        pieces = self._pieces(q, p)
+        signs = ca.sign(balance.slipping(w, dw, p)[0]) if balance.slips else MX(0, 1)
+        pieces = self._pieces(w, dw, p)
         sizes, good = MX(0, 1), MX(1)
         if balance.feedbacks:
-            law, whole, miss, _ = balance.solve(q, v, a, MX(0), pieces, signs, p, MX(1))
+            law, whole, miss, _ = balance.solve(w, dw, ddw, MX(0), pieces, signs, p, MX(1))
             coupled = self.statics.task.friction == "coupled" and self.statics.frictional
             sizes = whole if coupled else law
             good = ca.mmax(miss) <= 1e-9 if coupled else MX(1)
         return pieces, signs, sizes, good
 
-    def _pieces(self, q: Any, p: Any) -> Any:
+    def _pieces(self, w: Any, dw: Any, p: Any) -> Any:
         assert self.statics is not None
         loads = self.statics.loads
         timed = [MX(ca.DM(table.piece(0.0))) for table in loads.timed]
         if not loads.signals:
             return ca.vertcat(MX(0, 1), *timed)
-        places = [signal.at for signal in loads.signals]
-        at = ca.Function("at", [self.statics.balance.inputs[0], self.setting.scene.model.p],
-                         [ca.vertcat(*places)])(q, p)  # fmt: skip
+        at = self.statics.abscissae.function(w, dw, p)
         found = []
         for k, signal in enumerate(loads.signals):
             X, Y = np.array(signal.load.points).T

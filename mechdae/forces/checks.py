@@ -15,8 +15,10 @@ import numpy as np
 from mechdae.continuation.follower import extend
 from mechdae.continuation.path import Path
 from mechdae.forces.inverse_dynamics import Loaded, Statics
+from mechdae.forces.pose_forces import Answer
 from mechdae.forces.poses import Moving
 
+CHECKS = ("virtual_power", "energy", "balance")
 PANELS = 6
 WIDTHS = tuple(0.02 / 4**k for k in range(7))
 """Half widths of a panel [rad, or in the unit of the path's parameter], the next where the one
@@ -29,7 +31,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 LEGENDRE = np.polynomial.legendre.legvander(NODES, 9).T * WEIGHTS * (np.arange(10)[:, None] + 0.5)
 
 
-def checks(statics: Statics, moving: Moving, answer: Any) -> dict[str, Any]:
+def checks(statics: Statics, moving: Moving, answer: Answer) -> dict[str, Any]:
     """Return the largest relative errors of the three checks.
 
     ``energy`` is None where there is no path to difference along. A number that is not finite
@@ -37,27 +39,32 @@ def checks(statics: Statics, moving: Moving, answer: Any) -> dict[str, Any]:
     """
     coupled = answer.whole is not answer.free
     rows = answer.there & ~answer.jammed
-    return {
-        "virtual_power": _power(answer.whole, rows, coupled),
-        "energy": _energy(statics, moving, answer, coupled),
-        "balance": _largest(answer.whole.imbalance[rows]),
-    }
+    left = statics.imbalance(answer.inputs, answer.sizes, answer.whole, coupled)
+    power, energy = (
+        _power(statics, answer, rows, coupled), _energy(statics, moving, answer, coupled)
+    )  # fmt: skip
+    return dict(zip(CHECKS, (power, energy, _largest(left, rows)), strict=True))
 
 
-def _largest(values: Any) -> float:
-    return float(np.max(np.abs(values), initial=0.0))
+def _largest(values: Any, rows: Any) -> float:
+    return float(np.max(np.abs(values), initial=0.0, where=rows))
 
 
-def _power(loaded: Loaded, rows: Any, coupled: bool) -> float:
+def _lost(loaded: Loaded, coupled: bool) -> Any:
+    return loaded.losses.sum(axis=1) if coupled else 0.0
+
+
+def _power(statics: Statics, answer: Answer, rows: Any, coupled: bool) -> float:
     """Return the error of drivers + loads - losses = rate of the kinetic energy."""
-    driven, loads, rate, _, sizes = loaded.powers[rows].T
-    lost = loaded.losses[rows].sum(axis=1) if coupled else 0.0 * driven
-    size = _largest(sizes + lost)
-    return _largest(driven + loads - lost - rate) / size if size else 0.0
+    loads, rate, _, sizes = statics.powers(*answer.inputs)[0].T
+    lost, driven = _lost(answer.whole, coupled), answer.whole.driven(answer.motion)
+    single = np.einsum("nk,nk->n", np.abs(answer.whole.efforts), np.abs(answer.motion.speeds))
+    size = _largest(sizes + single + lost, rows)
+    return _largest(driven + loads - lost - rate, rows) / size if size else 0.0
 
 
-def _energy(statics: Statics, moving: Moving, answer: Any, coupled: bool) -> float | None:
-    extend = bool(moving.run.path.graphs.nx)
+def _energy(statics: Statics, moving: Moving, answer: Answer, coupled: bool) -> float | None:
+    """Return the largest error of the energy over some panels, those of one width at once."""
     if not moving.speed:
         return None
     rows = np.flatnonzero(answer.there & ~answer.jammed & ~answer.ambiguous)
@@ -69,67 +76,58 @@ def _energy(statics: Statics, moving: Moving, answer: Any, coupled: bool) -> flo
     plan = moving.setting.plan
     angular = moving.by_value and plan.coordinates[plan.lead].is_angle
     unit = 1.0 if angular else moving.run.path.largest * 20
-    worst = None
-    panels = itertools.product(moving.run.places[chosen], (False,))
-    last = itertools.product(moving.run.places[chosen][:1], (True,)) if coupled else ()
-    for centre, several in itertools.chain(panels, last):
-        if several and worst is not None:
+    places = np.asarray(moving.run.places, float)[chosen]
+    errors: list[float] = []
+    for centres, several in ((places, False), (places[:1], True)):
+        if several and (errors or not coupled):
             break
         for half, side in itertools.product(WIDTHS, (0.0, 1.0, -1.0)):
-            middle = float(centre) + 1.01 * side * half * unit
-            found = _panel(statics, moving, middle, half * unit, coupled, several, extend)
-            if found is not None:
-                worst = max(found, worst or 0.0)
+            middles = centres + 1.01 * side * half * unit
+            found, good = _panels(statics, moving, middles, half * unit, coupled, several)
+            errors += found[good].tolist()
+            centres = centres[~good]
+            if not centres.size:
                 break
-    return worst
+    return float(np.max(errors)) if errors else None
 
 
-def _panel(
-    statics: Statics,
-    moving: Moving,
-    middle: float,
-    half: float,
-    coupled: bool,
-    several: bool,
-    further: bool,
-) -> float | None:
-    """Return the relative error of the energy over one panel.
+def _panels(
+    statics: Statics, moving: Moving, middles: Any, half: float, coupled: bool, several: bool
+) -> tuple[Any, Any]:
+    """Return the relative errors of the energy over panels, and which of them are good.
 
-    None where it holds a kink or an end of the motion, or is too wide. Places that may have
-    `several` solutions are looked at only if asked, one by one they take long.
+    Others hold a kink or an end of the motion, or are too wide. Places that may have `several`
+    solutions are looked at only if asked, one by one they take long.
     """
     path = moving.run.path
-    if further and isinstance(path, Path):
-        extend(path, middle + half)
-        extend(path, middle - half)
-    nodes = np.concatenate([[middle - half], middle + half * NODES, [middle + half]])
-    motion = moving.at(nodes)
-    if not np.isfinite(motion.a).all():
-        return None
+    if path.graphs.nx and isinstance(path, Path):
+        for middle in middles:
+            extend(path, middle + half)
+            extend(path, middle - half)
+    share = np.concatenate([[-1.0], NODES, [1.0]])
+    motion = moving.at((middles[:, None] + half * share).ravel())
     inputs = statics.inputs(motion)
-    signs = inputs[5]
-    if len(signs[0]) and not (signs == signs[0]).all():
-        return None
+    signs = inputs[5].reshape(len(middles), len(share), -1)
+    whole = np.all(motion.there.reshape(-1, len(share)), axis=1)
+    whole &= (signs == signs[:, :1]).all(axis=(1, 2))
     if coupled:
-        doubtful = np.full(len(nodes), several)
+        doubtful = np.repeat(whole, len(share)) & several
         forces, found = statics.settled(inputs, doubtful, critical=False)
-        settled = forces.good | [k in found and len(found[k].sizes) == 1 for k in range(len(nodes))]
-        if not settled.all():
-            return None
+        forces.good[[k for k, own in found.items() if len(own.sizes) == 1]] = True
+        whole &= forces.good.reshape(-1, len(share)).all(axis=1)
         loaded = forces.whole
     else:
         loaded = statics.loaded(inputs, statics.sizes(inputs)[0], friction=False)
-    driven, loads, _, energy, _ = loaded.powers.T
-    lost = loaded.losses.sum(axis=1) if coupled else 0.0 * driven
-    step = half / moving.speed
-    series = LEGENDRE @ np.stack([driven, loads, lost], axis=1)[1:-1]
-    if np.abs(series[-2:]).max() > RESOLVED * np.abs(series).max():
-        return None
-
-    def integral(values: Any) -> float:
-        return float(step * (WEIGHTS @ values[1:-1]))
-
-    gained = float(energy[-1] - energy[0])
-    size = abs(integral(np.abs(driven) + np.abs(loads) + lost))
-    size += abs(gained) + 1e-3 * float(np.abs(energy).max())
-    return abs(integral(driven + loads - lost) - gained) / size if size else 0.0
+    loads, _, energy, _ = statics.powers(*inputs)[0].T
+    values = np.stack([loaded.driven(motion), loads, _lost(loaded, coupled) + 0 * loads], axis=1)
+    values = values.reshape(len(middles), len(share), 3)
+    energy = energy.reshape(len(middles), -1)
+    with np.errstate(invalid="ignore"):
+        series = np.abs(LEGENDRE @ values[:, 1:-1])
+        whole &= ~(series[:, -2:].max(axis=(1, 2)) > RESOLVED * series.max(axis=(1, 2)))
+    means = half / moving.speed * np.einsum("k,mkp->mp", WEIGHTS, values[:, 1:-1])
+    gross = half / moving.speed * np.einsum("k,mkp->m", WEIGHTS, np.abs(values[:, 1:-1]))
+    gained = energy[:, -1] - energy[:, 0]
+    size = np.abs(gross) + np.abs(gained) + 1e-3 * np.abs(energy).max(axis=1)
+    error = np.abs(means[:, 0] + means[:, 1] - means[:, 2] - gained)
+    return np.divide(error, size, out=np.zeros(len(size)), where=size != 0), whole

@@ -16,19 +16,14 @@ from mechdae.assembly.start import shown
 from mechdae.continuation.legs import Legs
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.errors import InputError
-from mechdae.forces.inverse_dynamics import Forces, Statics
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.kinks import ROUNDING, State, kinks_of
+from mechdae.forces.pose_forces import Answer
 from mechdae.forces.poses import Moving
 from mechdae.numerics.quadrature import Substitution, integrate
 
-SAMPLES = 512
-"""Places at which kinks are looked for, at least."""
-PARTS, FEW, CUTS = 16, 4, 30
-"""Parts that an interval with a kink is cut into, next to poses that jam or have several solutions,
-which take longer; and how often that is done at most."""
 NO_POWER = 1e-9
 """Share of the losses below which the power without friction is none: idling, all is lost."""
-ROUNDING = 1e-12
-"""Share of the losses, or of what goes in and out, that a power has to reach to have a sign."""
 DRIVER = 2
 """Powers of the driver, without friction and with it, before the losses of the joints."""
 EPSILON = 16 * float(np.finfo(float).eps)
@@ -40,12 +35,10 @@ KNOWN = 1e-6
 STEPS = (1e-5, 1e-7)
 """Shares of the way at which losses beside a change point are compared."""
 GROWS = 30.0
-APART = 1e-6
-"""Share of the way; arcs nearer to each other are one, with a dead centre in it."""
 
 
 def cycle(
-    statics: Statics, moving: Moving, answer: Any, task: Reactions
+    statics: Statics, moving: Moving, answer: Answer, task: Reactions
 ) -> tuple[dict[str, Any], list[str]]:
     """Return the figures of a cycle and sentences on what is wrong with it.
 
@@ -66,8 +59,7 @@ def cycle(
         text = "the cycle has no mean powers: losses grow beyond all bounds at the change point "
         return {}, [f"{text}{word} = {shown(unit, unbounded)}"]
     coupled = answer.whole is not answer.free
-    grid = np.linspace(low, high, max(SAMPLES + 1, 2 * len(moving.run.places)))
-    kinks, arcs = kinks_of(state, grid)
+    kinks, arcs, known = kinks_of(state, answer)
     figures: dict[str, Any] = {
         "jammed_arcs": arcs["jammed"], "self_locking_arcs": arcs["locking"], "kinks": kinks
     }  # fmt: skip
@@ -79,10 +71,11 @@ def cycle(
     jammed = bool(arcs["jammed"])
 
     def powers(s: Any) -> Any:
-        return state.powers(s, coupled and not jammed)
+        whole = coupled and not jammed
+        return state.powers(state.at(s, whole), whole)
 
     way = high - low
-    flow = np.nan_to_num(np.abs(powers(grid))).mean(axis=0) * way
+    flow = np.nan_to_num(np.abs(known[coupled and not jammed])).mean(axis=0) * way
     gross = float(flow.max(initial=0.0))
 
     def sizes(found: Any) -> Any:  # the mean power of masses alone is zero, that in and out is not
@@ -93,14 +86,14 @@ def cycle(
     off, count = (error + EPSILON * gross) / way, len(statics.balance.joints)
     figures |= _figures(statics, total / way, off, count, task, coupled, jammed)
     share = error / np.maximum(sizes(total), SMALL * gross) if gross else np.zeros(len(error))
-    figures["quadrature_error"] = known = float(share.max(initial=0.0))
+    figures["quadrature_error"] = off = float(share.max(initial=0.0))
     if not np.isfinite(total).all():
         faults.append(
             "the mean powers of the cycle have no value: a force is not finite between the poses"
         )
-    elif known > KNOWN:
+    elif off > KNOWN:
         faults.append(
-            f"the mean powers of the cycle are known to {known:.1g} of them only: forces grow too "
+            f"the mean powers of the cycle are known to {off:.1g} of them only: forces grow too "
             f"steeply between the poses"
         )
     return figures, faults
@@ -149,7 +142,7 @@ def _unbounded(state: State, low: float, high: float) -> float | None:
         if event["kind"] != "change_point" or place is None or not low < place < high:
             continue
         near = [place + side * share * (high - low) for share in STEPS for side in (1, -1)]
-        losses = state.solved(np.array(near), coupled=False)[1].free.losses.sum(axis=1)
+        losses = state.at(np.array(near), coupled=False).forces.free.losses.sum(axis=1)
         if (losses[2:] > GROWS * losses[:2]).any():
             return float(place)
     return None
@@ -215,129 +208,3 @@ def _figures(
         figures |= {"useful": -float(whole), "input": power}
         figures["efficiency"] = -float(whole) / power
     return figures
-
-
-class State:
-    """What decides which formula holds at a place of the path: signs, pieces, solutions."""
-
-    def __init__(self, statics: Statics, moving: Moving) -> None:
-        self.statics, self.moving = statics, moving
-        self.coupled = statics.task.friction == "coupled" and statics.frictional
-
-    def solved(self, s: Any, coupled: bool = True) -> tuple[list[Any], Forces, Any]:
-        """Return inputs, forces and the number of solutions, if friction is `coupled`."""
-        motion = self.moving.at(s)
-        inputs = self.statics.inputs(motion)
-        counts = np.ones(len(s), int)
-        if not self.coupled:
-            quiet = self.statics.sizes(inputs)[0]
-            free = self.statics.loaded(inputs, quiet, friction=False)
-            return inputs, Forces(quiet, quiet, counts > 0, free, free), counts
-        there = np.isfinite(motion.a).all(axis=1) & coupled
-        forces, found = self.statics.settled(inputs, there, critical=False)
-        for k, own in found.items():
-            counts[k] = len(own.sizes)
-        return inputs, forces, counts
-
-    def signature(self, s: Any) -> Any:
-        """Return whole numbers that change where a formula does, (n, k).
-
-        The first three tell whether a pose is jammed, has several solutions, and whether it
-        locks itself: loads push along the motion and would drive it without friction, with it
-        the driver has to push.
-        """
-        inputs, forces, counts = self.solved(s)
-        jammed = counts == 0
-        statics, locking = self.statics, np.zeros(len(s), bool)
-        if self.coupled:
-            whole, free = forces.whole, forces.free
-            with np.errstate(invalid="ignore"):
-                least = ROUNDING * whole.losses.sum(axis=1)
-                driven = (free.powers[:, 0] < -least) & (free.powers[:, 1] > least)
-                locking = driven & (whole.powers[:, 0] >= 0) & ~jammed
-        flags = np.stack([jammed, counts > 1, locking], axis=1) * 1
-        columns = [flags, inputs[5].astype(int)]
-        if statics.tables:
-            columns.append(self._cells(inputs[4]))
-        if self.coupled:
-            columns.append(statics.pieces(inputs, forces.sizes, jammed))
-        return np.hstack(columns)
-
-    def _cells(self, pieces: Any) -> Any:
-        """Return numbers that tell the pieces of tables apart, exactly: their bits."""
-        starts = np.ascontiguousarray(pieces[:, 0::3])
-        return starts.view(np.int64)
-
-    def powers(self, s: Any, coupled: bool) -> Any:
-        """Return powers at places: driver without friction, with it, losses of both."""
-        forces = self.solved(s, coupled)[1]
-        free = forces.free
-        whole = forces.whole if coupled else free
-        return np.hstack([free.powers[:, :1], whole.powers[:, :1], free.losses, whole.losses])
-
-
-def kinks_of(state: State, grid: Any) -> tuple[list[float], dict[str, list[list[float]]]]:
-    """Return the places where a formula changes, and the arcs: jammed, ambiguous, locking."""
-    found = state.signature(grid)
-    intervals: list[tuple[float, float, Any, Any]] = []
-    for k in np.flatnonzero((found[1:] != found[:-1]).any(axis=1)):
-        intervals.append((grid[k], grid[k + 1], found[k], found[k + 1]))
-    kinks: list[tuple[float, Any, Any]] = []
-    for _ in range(CUTS):
-        if not intervals:
-            break
-        parts = FEW if any(side[:2].any() for own in intervals for side in own[2:]) else PARTS
-        shares = np.arange(1, parts) / parts
-        places = np.array([a + (b - a) * shares for a, b, _, _ in intervals])
-        signs = state.signature(places.ravel()).reshape(*places.shape, -1)
-        following = []
-        for (a, b, left, right), inner, own in zip(intervals, places, signs, strict=True):
-            if b - a <= 4e-16 * max(abs(a), abs(b)) or not a < inner[0] < inner[-1] < b:
-                kinks.append((b, left, right))
-                continue
-            ends, sides = [a, *inner, b], [left, *own, right]
-            following += [
-                (ends[k], ends[k + 1], sides[k], sides[k + 1])
-                for k in range(parts)
-                if (sides[k] != sides[k + 1]).any()
-            ]
-        intervals = following[: len(grid) // 2]
-    kinks += [(b, left, right) for _, b, left, right in intervals]
-    kinks.sort(key=lambda kink: kink[0])
-    arcs = {
-        name: _arcs(column, found, kinks, float(grid[0]), float(grid[-1]))
-        for column, name in enumerate(("jammed", "ambiguous", "locking"))
-    }
-    return _distinct([float(place) for place, _, _ in kinks]), arcs
-
-
-def _distinct(places: list[float]) -> list[float]:
-    """Return sorted places without repetitions within rounding."""
-    kept: list[float] = []
-    for place in places:
-        if not kept or place - kept[-1] > 1e-13 * max(abs(place), 1.0):
-            kept.append(place)
-    return kept
-
-
-def _arcs(
-    column: int, found: Any, kinks: list[tuple[float, Any, Any]], low: float, high: float
-) -> list[list[float]]:
-    """Return the intervals in which one flag of the signature is set."""
-    arcs: list[list[float]] = []
-    start = low if found[0, column] else None
-    for place, left, right in kinks:
-        if right[column] and not left[column] and start is None:
-            start = low if place - low <= 1e-13 * (high - low) else float(place)
-        elif left[column] and not right[column] and start is not None:
-            arcs.append([start, float(place)])
-            start = None
-    if start is not None:
-        arcs.append([start, high])
-    joined: list[list[float]] = []
-    for arc in arcs:
-        if joined and arc[0] - joined[-1][1] <= APART * (high - low):
-            joined[-1][1] = arc[1]
-        elif arc[1] > arc[0]:
-            joined.append(arc)
-    return joined

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,7 @@ def slack(statics: Statics, answer: Answer) -> list[str]:
     return slack_belts(statics.scene.model, statics.meshes, moment, when)
 
 
-def failed_checks(found: dict[str, Any]) -> list[str]:
+def failed_checks(found: Mapping[str, Any]) -> list[str]:
     return [
         f"check '{name}' fails: {value:.3g} of the forces and powers in it"
         for name, value in found.items()

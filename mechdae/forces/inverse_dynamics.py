@@ -15,7 +15,7 @@ from mechdae.describe.named import TIME
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.friction_solutions import Branches, FrictionSolutions
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
-from mechdae.kernels.graphs.kinetostatics import Balance
+from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.model.forces.friction import Laws
@@ -43,32 +43,65 @@ STANDING = 1e-9
 
 @dataclass
 class Motion:
-    """Poses to be loaded: coordinates of the scene with their rates, rows are poses.
+    """Poses to be loaded, rows are poses; nan where one has no value.
 
-    ``q``, ``v``, ``a`` (n, nc), ``t`` (n,) or None for a task without time; ``x``, ``u`` and
-    ``rates`` are unknowns, drivers and the drivers' rates, from which signs are settled;
-    ``condition`` (n,) that of the constraints.
+    ``w``, ``v``, ``a`` (n, nx + nu) are unknowns and drivers' values with their rates in time,
+    ``t`` (n,) or None for a task without time, ``condition`` (n,) that of the constraints; ``nx``
+    the number of unknowns.
     """
 
-    q: Any
+    w: Any
     v: Any
     a: Any
     t: Any
-    x: Any
-    u: Any
-    rates: tuple[Any, ...]
     condition: Any
+    nx: int
+
+    @property
+    def x(self) -> Any:
+        """Unknowns."""
+        return self.w[:, : self.nx]
+
+    @property
+    def u(self) -> Any:
+        """Drivers' values."""
+        return self.w[:, self.nx :]
+
+    @property
+    def speeds(self) -> Any:
+        """The drivers' speeds."""
+        return self.v[:, self.nx :]
+
+    @property
+    def times(self) -> Any:
+        """Times (n, 1), 0 without any."""
+        return np.zeros((len(self), 1)) if self.t is None else np.reshape(self.t, (-1, 1))
+
+    @cached_property
+    def there(self) -> Any:
+        """Which poses have accelerations."""
+        return np.isfinite(self.a).all(axis=1)
 
     def rows(self, chosen: Any) -> Motion:
         """Return some of the poses."""
         t = None if self.t is None else self.t[chosen]
-        rates = tuple(rate[chosen] for rate in self.rates)
-        entries = (self.q, self.v, self.a, self.x, self.u, self.condition)
-        q, v, a, x, u, condition = (entry[chosen] for entry in entries)
-        return Motion(q, v, a, t, x, u, rates, condition)
+        w, v, a, condition = (own[chosen] for own in (self.w, self.v, self.a, self.condition))
+        return Motion(w, v, a, t, condition, self.nx)
 
     def __len__(self) -> int:
-        return len(self.q)
+        return len(self.w)
+
+
+def absolute(scene: Scene, motion: Motion) -> list[Any]:
+    """Return the scene's coordinates and speeds at poses, (n, columns) each."""
+
+    def make() -> Batch:
+        (w, dw, _), (q, v, _) = motion_of(scene)
+        results = [ca.densify(q), ca.densify(v)]
+        return Batch(ca.Function("absolute", [w, dw, scene.model.p], results), [2])
+
+    batch: Batch = scene.kept("absolute coordinates", make)
+    return batch(motion.w, motion.v, scene.model.p_values)
 
 
 @dataclass
@@ -82,26 +115,23 @@ class Loaded:
     efforts : (n, drivers) array
     losses : (n, joints) array
         Power lost [W].
-    powers : (n, 5) array
-        Of the drivers, of the loads, rate of the kinetic energy [W], kinetic energy [J], sizes of
-        all that adds up to the three powers [W].
     normals : (n, guides) array
-    imbalance : (n,) array
-        What is left of the balance of the bodies, relative to the forces in it.
     """
 
     reactions: Any
     efforts: Any
     losses: Any
-    powers: Any
     normals: Any
-    imbalance: Any
 
     def put(self, rows: Any, other: Loaded | float) -> None:
         """Replace some of the poses by others, or by a number."""
         for entry in fields(self) if len(rows) else ():
             own = getattr(self, entry.name)
             own[rows] = getattr(other, entry.name) if isinstance(other, Loaded) else other
+
+    def driven(self, motion: Motion) -> Any:
+        """Return the power of the drivers (n,) [W]."""
+        return np.einsum("nk,nk->n", self.efforts, motion.speeds)
 
 
 @dataclass
@@ -163,7 +193,7 @@ class Statics:
         self.scene, self.evaluator, self.task = scene, evaluator, task
         model = scene.model
         self.p, self.length = model.p_values, model.mechanism.scale
-        real = real_along(scene, motion.q, motion.v, self.length)
+        real = real_along(scene, lambda: absolute(scene, motion), self.length)
         friction = task.friction != "none"
         self._key = ("forces", real, task.friction_radius, friction, turned, timed_numbers(model))
 
@@ -185,15 +215,22 @@ class Statics:
 
     # -- functions -------------------------------------------------------------------------
 
-    def _batch(self, name: str, make: Callable[[], Any]) -> Batch:
-        """Return a function of the balance for many poses, with a count of its own."""
-        kept: Batch = self._kernels.kept(name, lambda: Batch(make(), self.balance.shared))
+    def _batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = ALL) -> Batch:
+        """Return a function of the balance for many poses, with a count of its own.
+
+        Of its inputs p and the factor have one value for all poses.
+        """
+        shared = [place for place, k in enumerate(take) if k in (6, 7)]
+        kept: Batch = self._kernels.kept(name, lambda: Batch(make(), shared))
         return kept.counting()
 
     @cached_property
     def _slipping(self) -> Batch:
-        batch: Batch = self._kernels.kept("slipping", lambda: Batch(self.balance.slipping, [3]))
-        return batch
+        return self._batch("slipping", lambda: self.balance.slipping, SPEEDS)
+
+    @cached_property
+    def _coming(self) -> Batch:
+        return self._batch("coming", lambda: self.balance.coming, RATES)
 
     @cached_property
     def _solve(self) -> Batch:
@@ -203,17 +240,20 @@ class Statics:
     def _quick(self) -> Batch:
         return self._batch("quick", lambda: self.balance.quick)
 
-    @cached_property
-    def _whole(self) -> Batch:
-        return self._batch("whole", self.balance.report)
+    def _report(self, friction: bool = True, base: str = "all") -> Batch:
+        return self._batch(f"report {friction} {base}", lambda: self.balance.report(friction, base))
 
     @cached_property
-    def _free(self) -> Batch:
-        return self._batch("free", lambda: self.balance.report(friction=False))
+    def powers(self) -> Batch:
+        """As those of the balance, at many poses."""
+        return self._batch("powers", lambda: self.balance.powers)
 
-    @cached_property
-    def _static(self) -> Batch:
-        return self._batch("static", lambda: self.balance.report(friction=False, base="static"))
+    def imbalance(self, inputs: Sequence[Any], sizes: Any, loaded: Loaded, friction: bool) -> Any:
+        """Return what is left of the balance of the bodies under what is reported, (n,)."""
+        name = f"imbalance {friction}"
+        function = self._batch(name, lambda: self.balance.imbalance(friction))
+        reactions = loaded.reactions.reshape(len(sizes), -1)
+        return function(*inputs, sizes, reactions, loaded.efforts)[0][:, 0]
 
     @cached_property
     def branches(self) -> Branches:
@@ -224,43 +264,57 @@ class Statics:
 
     def inputs(self, motion: Motion, factor: float = 1.0) -> list[Any]:
         """Return the arrays that the functions of the balance take, sizes left out."""
-        n = len(motion)
-        t = np.zeros((n, 1)) if motion.t is None else np.reshape(motion.t, (n, 1))
-        pieces = self._pieces(motion)
-        signs = self.signs(motion)
-        return [motion.q, motion.v, motion.a, t, pieces, signs, self.p, np.array([factor])]
+        pieces, signs = self._pieces(motion), self.signs(motion)
+        return [
+            motion.w, motion.v, motion.a, motion.times, pieces, signs, self.p, np.array([factor])
+        ]  # fmt: skip
 
-    @property
-    def _abscissae(self) -> Batch:
-        def make() -> Batch:
-            at = [signal.at for signal in self.loads.signals]
-            inputs = [*self.balance.inputs[:2], self.scene.model.p]
-            return Batch(ca.Function("at", inputs, [ca.vertcat(*at)]), [2])
+    @cached_property
+    def abscissae(self) -> Batch:
+        """(w, dw, p) -> where each table is read."""
+        at = [signal.at for signal in self.loads.signals]
 
-        batch: Batch = self._kernels.kept("abscissae", make)
-        return batch
+        def make() -> Any:
+            return self.balance.function("at", [ca.vertcat(*at)], SPEEDS)
+
+        return self._batch("abscissae", make, SPEEDS)
 
     def _pieces(self, motion: Motion) -> Any:
         """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
         n = len(motion)
         columns: list[Any] = []
         if self.tables:
-            at = self._abscissae(motion.q, motion.v, self.p)[0]
+            at = self.abscissae(motion.w, motion.v, self.p)[0]
             for k, table in enumerate(self.tables):
-                columns += self._piece(k, table, at[:, k])
-        t = np.zeros(n) if motion.t is None else np.reshape(motion.t, n)
+                columns += self._piece(k, table, at[:, k])[:3]
         for timed in self.loads.timed:
-            columns += list(timed.piece(t).T)
+            columns += list(timed.piece(motion.times[:, 0]).T)
         return np.stack(columns, axis=1) if columns else np.zeros((n, 0))
 
     def _piece(self, k: int, table: Any, at: Any) -> list[Any]:
         X, Y = table.T
-        inside = at
+        inside, turns = at, 0 * at
         if self.loads.signals[k].load.periodic:
+            turns = np.floor((at - X[0]) / (X[-1] - X[0]))
             inside = X[0] + np.mod(at - X[0], X[-1] - X[0])
         place = np.clip(np.searchsorted(X, inside, side="right") - 1, 0, len(X) - 2)
         slope = (Y[place + 1] - Y[place]) / (X[place + 1] - X[place])
-        return [X[place] + (at - inside), Y[place], slope]
+        return [X[place] + (at - inside), Y[place], slope, np.nan_to_num(turns) * len(X) + place]
+
+    def cells(self, motion: Motion) -> Iterator[tuple[Any, Any]]:
+        """Yield a number (n,) for the piece of each table, its abscissa and the piece's (n, 2)."""
+        for k, table in enumerate(self.tables):
+            at = self.abscissae(motion.w, motion.v, self.p)[0][:, k]
+            start, *_, cell = self._piece(k, table, at)
+            yield cell, np.stack([at, start], axis=1)
+        for timed in self.loads.timed:
+            turn, start = timed.piece(motion.times[:, 0]).T[:2]
+            rows = np.searchsorted(timed.X, start)
+            yield turn * len(timed.X) + rows, np.stack([motion.times[:, 0], np.nan * start], axis=1)
+
+    def speeds(self, motion: Motion) -> Any:
+        """Return the sliding speeds, (n, slips)."""
+        return self._slipping(motion.w, motion.v, self.p)[0]
 
     def table_key(self, name: str) -> str:
         """Return the key that gives a table its rows."""
@@ -271,7 +325,7 @@ class Statics:
         """Return the poses at which a table has no value, by load."""
         found = {}
         if self.tables:
-            at = self._abscissae(motion.q, motion.v, self.p)[0]
+            at = self.abscissae(motion.w, motion.v, self.p)[0]
             for k, table in enumerate(self.tables):
                 load = self.loads.signals[k].load
                 slack = 1e-12 * np.abs(table[:, 0]).max()
@@ -279,7 +333,7 @@ class Statics:
                     lost = (at[:, k] < table[0, 0] - slack) | (at[:, k] > table[-1, 0] + slack)
                 if lost.any() and not load.periodic:
                     found[load.name] = lost
-        t = np.zeros(len(motion)) if motion.t is None else np.reshape(motion.t, len(motion))
+        t = motion.times[:, 0]
         for timed in self.loads.timed:
             if timed.ends is not None:
                 slack = 1e-12 * max(map(abs, timed.ends))
@@ -288,23 +342,18 @@ class Statics:
                     found[timed.name.removeprefix("load ")] = lost
         return found
 
-    @property
-    def _lengths(self) -> Batch:
-        def make() -> Batch:
-            own = self.loads.directions
-            results = [ca.vertcat(*[d.length for d in own]), ca.vertcat(*[d.pull for d in own])]
-            inputs = [*self.balance.inputs[:2], self.scene.model.p, self.loads.time]
-            return Batch(ca.Function("lengths", inputs, [ca.densify(r) for r in results]), [2])
-
-        batch: Batch = self._kernels.kept("lengths", make)
-        return batch
-
     def undirected(self, motion: Motion) -> dict[str, Any]:
         """Return the poses at which a spring pulls and has no direction, by load."""
-        if not self.loads.directions:
+        own, take = self.loads.directions, (0, 1, 3, 6)
+        if not own:
             return {}
-        t = np.zeros(len(motion)) if motion.t is None else motion.t
-        length, pull = self._lengths(motion.q, motion.v, self.p, np.reshape(t, (-1, 1)))
+
+        def make() -> Any:
+            results = [ca.vertcat(*[d.length for d in own]), ca.vertcat(*[d.pull for d in own])]
+            return self.balance.function("lengths", results, take)
+
+        lengths = self._batch("lengths", make, take)
+        length, pull = lengths(motion.w, motion.v, motion.times, self.p)
         lost = (length <= POINT * self.length) & (pull > 0)
         names = [direction.load.name for direction in self.loads.directions]
         return {name: lost[:, k] for k, name in enumerate(names) if lost[:, k].any()}
@@ -318,8 +367,8 @@ class Statics:
 
         def make() -> Any:
             wrenches = [self.loads.wrenches[name] for name in names]
-            sums = [ca.densify(ca.sum1(ca.fabs(ca.vertcat(0, *w.values())))) for w in wrenches]
-            return ca.Function("loads", self.balance.inputs, [ca.vertcat(*sums)])
+            sums = [ca.sum1(ca.fabs(ca.vertcat(0, *w.values()))) for w in wrenches]
+            return self.balance.function("loads", [ca.vertcat(*sums)])
 
         function = self._batch("loads", make)
         there = np.isfinite(motion.v).all(axis=1)
@@ -335,51 +384,38 @@ class Statics:
         slips = self.balance.slips
         if not slips:
             return np.zeros((len(motion), 0))
-        speeds, rates = self._slipping(motion.q, motion.v, motion.a, self.p)
+        speeds, largest = self._slipping(motion.w, motion.v, self.p)
         signs = np.sign(speeds)
-        spins, lengths = self._speeds(motion)
         turns = np.array([slip.unit == "rad" for slip in slips])
-        size = np.where(turns, spins[:, None], lengths[:, None])
-        digits = np.fmax(motion.condition, 1.0)[:, None]
-        doubtful = np.abs(speeds) <= DOUBTFUL * digits * size
-        rows = np.flatnonzero(doubtful.any(axis=1))
+        spins, lengths = self._both(*largest.T)
+        digits = np.fmax(motion.condition, 1.0)
+        rough = DOUBTFUL * digits
+        sizes = [(spins if turn else lengths) * rough for turn in turns]
+        doubtful = np.abs(speeds.T) <= sizes
+        rows = np.flatnonzero(doubtful.any(axis=0))
         if rows.size:
             some = motion.rows(rows)
             exact, rough = self._settled(some)
-            least = (digits * size)[rows]
+            size = np.where(turns, spins[rows, None], lengths[rows, None])
+            least = digits[rows, None] * size
             chosen = np.where(np.abs(exact) > rough * least, np.sign(exact), 0.0)
-            spin, length = self._speeds(some, 2)
-            change = np.where(turns, spin[:, None], length[:, None])
+            rates, largest = self._coming(some.w, some.v, some.a, self.p)
+            turn, change = largest.T
+            turn = np.maximum(turn, spins[rows] ** 2)
+            change = np.maximum(change, turn * self.length)
+            change = np.where(turns, turn[:, None], change[:, None])
             with np.errstate(invalid="ignore"):
-                moves = np.abs(rates[rows]) > STANDING * change
-                coming = np.where(moves, np.sign(rates[rows]), 0.0)
+                moves = np.abs(rates) > STANDING * change
+                coming = np.where(moves, np.sign(rates), 0.0)
             chosen = np.where(chosen == 0, coming, chosen)
             chosen[~moves & (np.abs(exact) <= STILL * least)] = 0.0  # the rounding of the data
-            part = signs[rows]
-            part[doubtful[rows]] = chosen[doubtful[rows]]
-            signs[rows] = part
+            signs[rows] = np.where(doubtful[:, rows].T, chosen, signs[rows])
         return signs
 
-    def _speeds(self, motion: Motion, order: int = 1) -> tuple[Any, Any]:
-        """Return the largest angular speed and speed (or rates of them) at each pose.
-
-        Those of accelerations hold the squares of speeds: what a change of speed is compared
-        with.
-        """
-        coordinates = self.scene.model.coordinates
-        angles, places = (
-            own[self.balance.columns] for own in (coordinates.turns, coordinates.lengths)
-        )
-        length = self.length
-        spin = np.abs(motion.v[:, angles]).max(axis=1, initial=0.0)
-        speed = np.maximum(np.abs(motion.v[:, places]).max(axis=1, initial=0.0), spin * length)
-        spin = np.maximum(spin, speed / length if length else 0.0)
-        if order == 2:
-            turn = np.abs(motion.a[:, angles]).max(axis=1, initial=0.0)
-            change = np.abs(motion.a[:, places]).max(axis=1, initial=0.0)
-            turn = np.maximum(turn, spin * spin)
-            return turn, np.maximum(change, turn * length)
-        return spin, speed
+    def _both(self, spin: Any, speed: Any) -> tuple[Any, Any]:
+        """Return the largest angular speed and speed: each brings about the other."""
+        speed = np.maximum(speed, spin * self.length)
+        return np.maximum(spin, speed / self.length if self.length else 0.0), speed
 
     @property
     def _exactly(self) -> Any:
@@ -390,15 +426,8 @@ class Statics:
         g = self.evaluator.graphs
         x, _, trig = g.newton(g.x, g.u)
         parts = g.rates(x, g.u, g.driven, 1, trig)
-        scene = g.scene
-        coordinates = ca.vertcat(
-            *[scene.expression(scene.model.q[j]) for j in self.balance.columns]
-        )
-        along = ca.SX.sym("along", g.nx + g.nu)
-        rate = ca.jtimes(coordinates, ca.vertcat(scene.x, scene.u), along)
-        function = ca.Function("q", [scene.x, scene.u, scene.model.p, along], [coordinates, rate])
-        q, v = function(x, g.u, g.p, ca.vertcat(parts["v"], g.driven[0]))
-        speeds = self.balance.slipping(q, v, 0, g.p)[0]
+        places = [ca.vertcat(x, g.u), ca.vertcat(parts["v"], g.driven[0])]
+        speeds = self.balance.slipping(*places, g.p)[0]
         inputs = [g.x, g.u, *([] if g.single else [g.driven[0]]), g.consts]
         return (
             ca.Function("refined", inputs[:2] + inputs[-1:], [x]),
@@ -416,10 +445,10 @@ class Statics:
             for _ in range(2):
                 if g.nx:
                     x = evaluate(refine, [x, u, consts])
-            rates = [] if g.single else [motion.rates[0].astype(LONG)]
+            rates = [] if g.single else [motion.speeds.astype(LONG)]
             found = evaluate(speeds, [x, u, *rates, consts])
         if g.single:  # with respect to the driver
-            found = found * motion.rates[0].astype(LONG)
+            found = found * motion.speeds.astype(LONG)
         return found.astype(float), float(64 * np.finfo(LONG).eps)
 
     # -- solutions -------------------------------------------------------------------------
@@ -470,7 +499,7 @@ class Statics:
         with np.errstate(invalid="ignore"):
             good = np.all(contraction <= UNIQUE, axis=1)
             slow = np.flatnonzero(good & ~np.all(miss <= QUICKLY, axis=1))
-        found = Forces(quiet, sizes, good, self._read(rest[:5]), self._read(rest[5:]))
+        found = Forces(quiet, sizes, good, _read(rest[:4]), _read(rest[4:]))
         if slow.size:
             chosen = some(inputs, slow)
             sizes[slow], good[slow] = self.sizes(chosen)[1:]
@@ -495,14 +524,12 @@ class Statics:
             forces.whole.put(rows, self.loaded(some(inputs, rows), forces.sizes[rows]))
         return forces, found
 
-    def pieces(self, inputs: Sequence[Any], sizes: Any, jammed: Any) -> Any:
-        """Return which piece of each guide, slot and mesh is active, (n, k) whole numbers."""
-        columns = []
+    def rivals(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Any]:
+        """Yield the forms (n, k) of each guide, slot and mesh, of which the largest one acts."""
         for (_, _, laws), values, _ in self._staged(inputs, sizes):
             for value, law in zip(values, laws, strict=True):
                 if law == "largest":
-                    columns.append(np.where(jammed, 0, np.argmax(value, axis=1)))
-        return np.stack(columns, axis=1) if columns else np.zeros((len(sizes), 0), int)
+                    yield value
 
     def _staged(self, inputs: Sequence[Any], sizes: Any) -> Iterator[tuple[Any, Any, Any]]:
         """Yield each group with the forms of its feedbacks (n, rows) and slopes (n, k, rows)."""
@@ -538,17 +565,15 @@ class Statics:
 
     def loaded(self, inputs: Sequence[Any], sizes: Any, friction: bool = True) -> Loaded:
         """Return what acts with the sizes of friction given."""
-        return self._read((self._whole if friction else self._free)(*inputs, sizes))
+        return _read(self._report(friction)(*inputs, sizes))
 
     def static(self, inputs: Sequence[Any], sizes: Any) -> Loaded:
         """Return what loads alone do, without inertia and friction."""
-        return self._read(self._static(*inputs, sizes))
+        return _read(self._report(False, "static")(*inputs, sizes))
 
-    def _read(self, results: list[Any]) -> Loaded:
-        reactions = results[0].reshape(len(results[0]), -1, 3)
-        imbalance = results[5][:, 0] if len(results) > 5 else np.zeros(len(reactions))
-        efforts, losses, powers, normals = results[1:5]
-        return Loaded(reactions, efforts, losses, powers, normals, imbalance)
+
+def _read(results: Sequence[Any]) -> Loaded:
+    return Loaded(results[0].reshape(len(results[0]), -1, 3), *results[1:])
 
 
 def some(inputs: Sequence[Any], rows: Any) -> list[Any]:

@@ -14,8 +14,8 @@ import numpy as np
 
 from mechdae.assembly.start import shown
 from mechdae.continuation.legs import Legs
-from mechdae.forces.cycle import SAMPLES, State
-from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.inverse_dynamics import Statics, absolute
+from mechdae.forces.kinks import SAMPLES, State
 from mechdae.forces.pose_forces import Answer
 from mechdae.forces.poses import Moving
 from mechdae.forces.uniqueness import Uniqueness
@@ -182,17 +182,15 @@ def along(
 
     def holding(motion: Any, reactions: Any, there: Any) -> Any:
         q = np.zeros((len(motion), count))
-        q[:, balance.columns] = motion.q
+        q[:, balance.columns] = absolute(statics.scene, motion)[0]
         own = {name: reactions[:, k] for k, name in enumerate(balance.joints)}
         return np.where(there[:, None], contacts.holding(q, own), np.nan)
 
     state = State(statics, moving)
 
     def force(s: Any) -> Any:
-        _, forces, counts = state.solved(s)
-        motion = moving.at(s)
-        there = (counts > 0) & np.isfinite(motion.a).all(axis=1)
-        return holding(motion, forces.whole.reactions, there)
+        here = state.at(s)
+        return holding(here.motion, here.forces.whole.reactions, here.there)
 
     plan = moving.setting.plan
     lead = plan.coordinates[plan.lead]

@@ -41,13 +41,15 @@ def meshed(model: Model, among: Iterable[str] | None = None) -> list[str]:
     return [name for name in (joints if among is None else among) if joints[name].meshes]
 
 
-def real_along(scene: Scene, q: Any, v: Any, length: float) -> tuple[tuple[str, bool], ...]:
+def real_along(
+    scene: Scene, poses: Callable[[], Sequence[Any]], length: float
+) -> tuple[tuple[str, bool], ...]:
     """Return the gears, racks and belts of a scene, and whether they are real.
 
     Parameters
     ----------
-    q, v : (n, k) arrays
-        Poses of the scene's coordinates and their rates, from which real pairs are told.
+    poses
+        Gives the scene's coordinates and their rates (n, k), from which real pairs are told.
     length
         A length of the mechanism.
     """
@@ -62,6 +64,7 @@ def real_along(scene: Scene, q: Any, v: Any, length: float) -> tuple[tuple[str, 
         inputs = [model.q[columns], model.velocity[columns], model.p]
         return Batch(ca.Function("closing", inputs, _speeds(_tried(model, names))), [2])
 
+    q, v = poses()
     closing, size = scene.kept("closing of wheels", make)(q, v, model.p_values)
     there = np.isfinite(v).all(axis=1)
     with np.errstate(invalid="ignore"):

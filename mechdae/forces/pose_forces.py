@@ -35,7 +35,7 @@ class Answer:
 def solved(statics: Statics, motion: Motion, status: Any) -> Answer:
     """Return the forces at poses, all solutions where there may be none or several."""
     n = len(motion)
-    there = ((status == "ok") | (status == "ambiguous")) & np.isfinite(motion.a).all(axis=1)
+    there = ((status == "ok") | (status == "ambiguous")) & motion.there
     inputs = statics.inputs(motion)
     jammed, ambiguous = np.zeros(n, bool), np.zeros(n, bool)
     if statics.task.friction != "coupled" or not statics.frictional:

@@ -1,4 +1,4 @@
-"""The coordinates of a scene with their rates in time, at the poses of a run and between them."""
+"""The unknowns of a scene with their rates in time, at the poses of a run and between them."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from mechdae.model.reduction import Scene
 from mechdae.setup.named_outputs import time_of
 from mechdae.setup.outputs import Request
 
-PREFIX = "coordinates of "
+PREFIX = "unknowns of "
 
 
 def owners(scene: Scene) -> dict[str, list[int]]:
-    """Return the positions in q that belong to each body and curve joint of a scene."""
+    """Return the positions in x that belong to each body and curve joint of a scene."""
     found: dict[str, list[int]] = {}
-    for j in sorted(j for group in scene.groups for j in group.columns):
-        found.setdefault(scene.model.q_names[j][0], []).append(j)
+    for i, (owner, _) in enumerate(scene.x_names):
+        found.setdefault(owner, []).append(i)
     return found
 
 
 def requests(scene: Scene) -> list[Request]:
-    """Return the coordinates as what is evaluated beside the outputs."""
-    model = scene.model
+    """Return the unknowns as what is evaluated beside the outputs, for their rates."""
+    model, keys = scene.model, scene.x_names
     return [
-        (PREFIX + name, model.q[places], _bodies(model, name))
+        (PREFIX + name, model.q[[model.places[keys[i]] for i in places]], _bodies(model, name))
         for name, places in owners(scene).items()
     ]
 
@@ -41,8 +41,8 @@ def _bodies(model: Model, name: str) -> tuple[str, ...]:
     return tuple(body for body in joint.bodies if body in model.mechanism.bodies)
 
 
-def coordinate_columns(setting: Setting) -> Any:
-    """Return the columns of a setting's outputs that are the coordinates, in the order of q."""
+def unknown_columns(setting: Setting) -> Any:
+    """Return the columns of a setting's outputs that are the unknowns, in the order of x."""
     own = owners(setting.scene)
     keys = [PREFIX + name for name in own]
     places = [j for columns in own.values() for j in columns]
@@ -60,7 +60,7 @@ class Moving:
 
     def __init__(self, setting: Setting, run: Run) -> None:
         self.setting, self.run = setting, run
-        self._columns = coordinate_columns(setting)
+        self._columns = unknown_columns(setting)
         plan = setting.plan
         self.by_value = plan.by_value
         self.speed = float(plan.speed[0, plan.lead]) if plan.by_value else 1.0
@@ -94,5 +94,14 @@ class Moving:
         return self._motion(poses, values, rates, time)
 
     def _motion(self, poses: Poses, values: Any, rates: tuple[Any, ...], time: Any) -> Motion:
-        q, v, a = (array[:, self._columns] for array in poses.y[:3])
-        return Motion(q, v, a, time, poses.x, values, rates, poses.condition)
+        n, nx, dead = len(values), len(self._columns), ~poses.alive.all(axis=1)
+        found = []
+        for y, driven in zip(poses.y, (values, *rates), strict=False):
+            own = np.empty((nx + values.shape[1], n)).T  # columns lie together, as kernels read
+            for k, column in enumerate(self._columns):
+                own[:, k] = y[:, column]
+            own[:, nx:] = driven
+            own[dead] = np.nan
+            found.append(own)
+        w, v, a = found[:3]
+        return Motion(w, v, a, time, poses.condition, nx)

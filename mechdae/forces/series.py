@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.inverse_dynamics import Statics, some
+from mechdae.forces.inverse_dynamics import Statics, absolute, some
 from mechdae.forces.pose_forces import Answer
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kinematics.prepared import Setting
@@ -89,7 +89,7 @@ def _turned(
         angle = np.full(len(reaction), direction)
         if body in model.mechanism.bodies:
             column = statics.balance.columns.index(model.turn(body))
-            angle = angle + answer.motion.q[:, column]
+            angle = angle + absolute(statics.scene, answer.motion)[0][:, column]
         c, s = np.cos(angle), np.sin(angle)
         along = c * reaction[:, 0] + s * reaction[:, 1]
         across = c * reaction[:, 1] - s * reaction[:, 0]

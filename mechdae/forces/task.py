@@ -16,7 +16,7 @@ import numpy as np
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.errors import InputError
-from mechdae.forces.checks import checks
+from mechdae.forces.checks import CHECKS, checks
 from mechdae.forces.critical_friction import critical_factor
 from mechdae.forces.cycle import cycle
 from mechdae.forces.faults import assumptions_of, failed_checks, lost_poses, slack, verdicts
@@ -103,10 +103,9 @@ def _with_forces(
     _check_loads(setting, statics, motion)
     answer = solved(statics, motion, status)
     summary = result.summary.copy()
-    found = checks(statics, moving, answer)
     status[answer.jammed] = Status.JAMMED
     status[answer.ambiguous] = Status.AMBIGUOUS
-    faults = [result.fault] if result.fault else []
+    faults = [fault for fault in (result.fault,) if isinstance(fault, str)]
     faults += lost_poses(setting, answer, status, result.status)
     faults += verdicts(setting, answer)
     if task.cycle:
@@ -120,7 +119,7 @@ def _with_forces(
         keys = [k for k in reverse.summary.names() if k not in known or k == "jammed"]
         summary["reverse"] = reverse.summary.only(keys)
     faults += slack(statics, answer)
-    faults += failed_checks(found)
+    checked = Later(lambda: checks(statics, moving, answer))
     lifted, notes = along(statics, moving, answer, unique)
     if notes:
         summary["notes"] = [*summary.get("notes", []), *notes]
@@ -156,10 +155,10 @@ def _with_forces(
         parts=parts,
         unique=Summary(unique_of(statics, answer, unique, summary)),
         solutions=tuple(solutions_of(setting, statics, answer, unique)),
-        checks=found,
+        checks=Summary(dict.fromkeys(CHECKS, checked)),
         summary=summary,
         events=events_of(sorted_events([*result.events, *lifted], setting.plan.lead)),
-        fault="; ".join(faults) or None,
+        fault=Later(lambda: {"fault": "; ".join([*faults, *failed_checks(checked.parts())])}),
     )
 
 

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.errors import IndeterminateFrictionError, SolveError
-from mechdae.forces.inverse_dynamics import Motion, Statics
+from mechdae.forces.inverse_dynamics import Motion, Statics, absolute
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.friction import normal_form
@@ -98,16 +98,17 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
     if not statics.scene.redundant:
         return None
     balance, model = statics.balance, statics.scene.model
-    there = np.flatnonzero(np.isfinite(motion.q).all(axis=1))
+    q = absolute(statics.scene, motion)[0]
+    there = np.flatnonzero(np.isfinite(q).all(axis=1))
     if not there.size:
         return None
-    stressed = _columns(statics).stressed(motion.q, there)
+    stressed = _columns(statics).stressed(q, there)
     _check_friction(statics, stressed)
     lost = set(stressed.lost)
     inside = {name for group in statics.scene.redundant for name in group.joints}
 
     def turned(body: str) -> Any:
-        return motion.q[:, balance.columns.index(model.turn(body))]
+        return q[:, balance.columns.index(model.turn(body))]
 
     joints = {
         name: directions(model, name, len(motion), turned, stressed)

@@ -115,7 +115,9 @@ class Summary(dict[str, Any]):
         return super().items()
 
     def __eq__(self, other: object) -> bool:
-        self._all()
+        for one in (self, other):
+            if isinstance(one, Summary):
+                one._all()
         return super().__eq__(other)
 
     def __or__(self, other: Any) -> Any:

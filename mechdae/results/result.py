@@ -22,6 +22,21 @@ from mechdae.results.units import HISTORY, KINDS, path_unit, series_unit
 from mechdae.types import Floats, Texts
 
 R = TypeVar("R", bound="Result")
+
+
+class Fault:
+    """What is wrong with an answer, None when nothing is; a `Later` is settled when it is read."""
+
+    def __get__(self, result: Any, owner: type | None = None) -> str | None:
+        value = None if result is None else result.__dict__["fault"]
+        if isinstance(value, Later):
+            value = result.__dict__["fault"] = value.parts()["fault"] or None
+        return cast("str | None", value)
+
+    def __set__(self, result: Any, value: str | Later | None) -> None:
+        result.__dict__["fault"] = value
+
+
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 OWN_NAMES = frozenset(
     "problem task kind mechanism title drivers bodies points joints outputs centres status bound "
@@ -56,7 +71,8 @@ class Result:
         Facts by name, as in the JSON. Swing and stroke, the critical factor of friction and
         which reactions of a motion are unique are computed when they are read.
     fault
-        What is wrong with the answer, None when nothing is.
+        What is wrong with the answer, None when nothing is; of forces the checks are made when it
+        is read.
     """
 
     problem: str
@@ -74,7 +90,7 @@ class Result:
     condition: Floats | None = None
     events: tuple[Event, ...] = ()
     summary: Summary = field(default_factory=Summary)
-    fault: str | None = None
+    fault: Fault = Fault()
     definition: Task | None = None
     time: Floats | None = None
 
@@ -134,12 +150,13 @@ class Result:
         content["events"] = self.events
         if self.solutions:
             content["solutions"] = self.solutions
-        if self.checks:
+        if self.checks.names() if isinstance(self.checks, Summary) else self.checks:
             content["checks"] = self.checks
-        content["summary"] = self.summary.copy()
-        if self.fault:
-            content["summary"]["fault"] = self.fault
+        content["summary"] = self.summary.changed(fault=Later(self._told))
         return content
+
+    def _told(self) -> dict[str, str]:
+        return {} if self.fault is None else {"fault": self.fault}
 
     def _joints(self) -> Summary:
         """Return the series of joints with what is unique of their reactions."""

@@ -12,11 +12,13 @@ pivots are eliminated; what is left is as small as in kinematics.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
 from mechdae.describe.mechanism import GROUND
@@ -42,6 +44,8 @@ NEWTON, QUICK = 6, 3
 """Steps of Newton's method for the sizes of a group, from their values without friction: where
 those of the quick function are not enough, and in that one."""
 OPTIONS = {"cse": True}
+ALL, SPEEDS, RATES = range(8), (0, 1, 6), (0, 1, 2, 6)
+"""Places of the inputs that functions take: all, those of speeds, those of their rates."""
 
 
 @dataclass
@@ -73,7 +77,10 @@ class Balance:
     Attributes
     ----------
     columns : list of int
-        Positions in q of the scene's coordinates, in the order of the inputs q, v, a.
+        Positions in q of the scene's coordinates.
+    inputs : list of SX
+        What the functions take: w, dw, ddw as of `motion_of`, the time, pieces of tables, signs,
+        p, a factor on all friction.
     slips : list of Slip
         Speeds whose signs are inputs, those of friction first.
     feedbacks : list of Feedback
@@ -84,7 +91,7 @@ class Balance:
     def __init__(self, scene: Scene, loads: Loads, laws: Laws, meshes: dict[str, Mesh]) -> None:
         self.scene, self.model, self.loads, self.laws = scene, scene.model, loads, laws
         self.meshes = meshes
-        self.columns = sorted(j for group in scene.groups for j in group.columns)
+        self.columns = columns_of(scene)
         owners = {name for group in scene.groups for name in group.joints}
         self.joints = [name for name in self.model.mechanism.joints if name in owners]
         self.bodies = [name for group in scene.groups for name in group.bodies]
@@ -103,18 +110,14 @@ class Balance:
         self.slips: list[Slip] = [*laws.slips, *loads.slips]
         self._make_columns()
         self.shares = [self._share(group) for group in reversed(scene.groups)]
-        q, v, a = self.model.q, self.model.velocity, self.model.acceleration
         self.signs = ca.vertcat(*[slip.sign for slip in self.slips]) if self.slips else SX(0, 1)
         pieces = [signal.piece for signal in loads.signals]
         pieces += [table.symbols for table in loads.timed]
         self.pieces = ca.vertcat(*pieces) if pieces else SX(0, 1)
         self.sizes = SX.sym("m", len(self.feedbacks))
         self.inputs = [
-            q[self.columns], v[self.columns], a[self.columns], loads.time, self.pieces, self.signs,
-            self.model.p, laws.factor,
+            *motion_of(scene)[0], loads.time, self.pieces, self.signs, self.model.p, laws.factor
         ]  # fmt: skip
-        self.shared = [6, 7]
-        """Inputs with one value for all poses: p, factor."""
         self.inertia = inertia(self.model)
         self.applied = add(loads.total, *[mesh.steady for mesh in meshes.values()])
 
@@ -223,14 +226,33 @@ class Balance:
 
     # -- functions ---------------------------------------------------------------------------
 
+    def function(
+        self, name: str, results: list[Any], take: Sequence[int] = ALL, more: Sequence[Any] = ()
+    ) -> Any:
+        """Return a function over some of the inputs, and `more`, of expressions over q, v, a."""
+        return driven(self.scene, name, results, [*[self.inputs[k] for k in take], *more])
+
     @cached_property
     def slipping(self) -> Any:
-        """(q, v, a, p) -> relative speeds and their rates in time."""
+        """(w, dw, p) -> relative speeds, largest angular speed and speed of the coordinates."""
+        speeds = ca.vertcat(*[slip.speed for slip in self.slips]) if self.slips else SX(0, 1)
+        return self.function("slipping", [speeds, self._sizes(self.model.velocity)], SPEEDS)
+
+    @cached_property
+    def coming(self) -> Any:
+        """(w, dw, ddw, p) -> rates of the relative speeds, largest rates of the coordinates'."""
         q, v, a = self.model.q, self.model.velocity, self.model.acceleration
         speeds = ca.vertcat(*[slip.speed for slip in self.slips]) if self.slips else SX(0, 1)
         rates = ca.jtimes(speeds, ca.vertcat(q, v), ca.vertcat(v, a))
-        inputs = [*self.inputs[:3], self.model.p]
-        return ca.Function("slipping", inputs, [ca.densify(speeds), ca.densify(rates)], OPTIONS)
+        return self.function("coming", [rates, self._sizes(a)], RATES)
+
+    def _sizes(self, rates: Any) -> Any:
+        """Return the largest of the rates of angles, and that of lengths."""
+        coordinates = self.model.coordinates
+        own = [ca.DM(np.isin(self.columns, np.flatnonzero(kind))) for kind in (
+            coordinates.turns, coordinates.lengths
+        )]  # fmt: skip
+        return ca.vertcat(*[most(rates[self.columns] * kind) for kind in own])
 
     @cached_property
     def solve(self) -> Any:
@@ -241,8 +263,7 @@ class Balance:
         """
         law = self._free()[1]
         whole = self.chain(self.base, self._used(friction=True), steps=NEWTON)
-        results = [law, whole.sizes, column(whole.misses), column(whole.contractions)]
-        return ca.Function("solve", self.inputs, [ca.densify(r) for r in results], OPTIONS)
+        return self.function("solve", [law, *whole.solution])
 
     def _free(self) -> tuple[Chain, Any]:
         """Return the balance without friction, and the sizes of all feedbacks by their laws."""
@@ -261,22 +282,19 @@ class Balance:
     def quick(self) -> Any:
         """All at once for poses whose sizes a few steps of Newton's method find.
 
-        (inputs) -> the results of `solve`, of the `report` without friction, its balance left
-        out, and of the one with friction.
+        (inputs) -> the results of `solve`, of the `report` without friction and of the one with it.
         """
         free, law = self._free()
         every = self._used(friction=True)
         whole = self.chain(self.base, every, steps=QUICK)
-        results = [law, whole.sizes, column(whole.misses), column(whole.contractions)]
-        results += self._reported(free, self._used(friction=False), law, balance=False)
-        results += self._reported(whole, every, whole.sizes, balance=True)
-        return ca.Function("quick", self.inputs, [ca.densify(r) for r in results], OPTIONS)
+        results = [law, *whole.solution, *self._reported(free, self._used(friction=False), law)]
+        results += self._reported(whole, every, whole.sizes)
+        return self.function("quick", results)
 
     def refined(self, steps: int) -> Any:
         """Return the function (inputs, m) -> m after some steps of Newton's method."""
         chain = self.chain(self.base, self._used(friction=True), steps=steps, guess=self.sizes)
-        inputs = [*self.inputs, self.sizes]
-        return ca.Function("refined", inputs, [ca.densify(chain.sizes)], OPTIONS)
+        return self.function("refined", [chain.sizes], more=[self.sizes])
 
     @cached_property
     def stages(self) -> Any:
@@ -291,38 +309,29 @@ class Balance:
             starts += start
             for j in range(len(own)):
                 slopes += [slope[i][j] for i in range(len(own))]
-        results = [column(starts), column(slopes)]
-        inputs = [*self.inputs, self.sizes]
-        return ca.Function("stages", inputs, [ca.densify(r) for r in results], OPTIONS)
+        return self.function("stages", [column(starts), column(slopes)], more=[self.sizes])
 
     def report(self, friction: bool = True, base: str = "all") -> Any:
         """Return the function of what is reported with sizes given.
 
-        (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (joints,), powers (5,)
-        as in `_powers`, multipliers' normal forms, what is left of the balance of bodies.
+        (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (joints,), normal forces
+        (guides,).
         """
         wrench = {
             "all": self.base, "static": self.applied, "inertial": times(-1, self.inertia)
         }[base]  # fmt: skip
         used = self._used(friction)
         chain = self.chain(wrench, used, sizes=self.sizes)
-        results = self._reported(chain, used, self.sizes, balance=base == "all")
-        inputs = [*self.inputs, self.sizes]
-        return ca.Function("report", inputs, [ca.densify(r) for r in results], OPTIONS)
+        return self.function("report", self._reported(chain, used, self.sizes), more=[self.sizes])
 
-    def _reported(self, chain: Chain, used: set[int], sizes: Any, balance: bool) -> list[Any]:
+    def _reported(self, chain: Chain, used: set[int], sizes: Any) -> list[Any]:
         """Return the results of `report` for multipliers and sizes."""
-        forces = {name: self._of(name, chain.lam, used, sizes) for name in self.joints}
         reactions: list[Any] = []
-        for name, wrench in forces.items():
-            reactions += reaction(self.model, name, wrench)
-        efforts = {row.owner: -chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver}
+        for name in self.joints:
+            reactions += reaction(self.model, name, self._of(name, chain.lam, used, sizes))
+        efforts = [-chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver]
         losses = [self._loss(name, sizes) for name in self.joints]
-        results = [column(reactions), column(list(efforts.values())), column(losses)]
-        results += [column(self._powers(efforts)), column(self._normals(chain.lam))]
-        if balance:
-            results.append(self._imbalance(reactions, efforts, forces))
-        return results
+        return [column(own) for own in (reactions, efforts, losses, self._normals(chain.lam))]
 
     def _of(self, name: str, lam: dict[int, Any], used: set[int], sizes: Any) -> Wrench:
         """Return the generalised force of a joint, friction included."""
@@ -337,22 +346,17 @@ class Balance:
         own = [k for k in self._of_joint[name] if self.feedbacks[k].friction]
         return sum((self.feedbacks[k].rate * sizes[k] for k in own), SX(0))
 
-    def _powers(self, efforts: dict[str, Any]) -> list[Any]:
-        """Return the power of the drivers and of the loads, the rate of the kinetic energy, it
-        itself, and the sizes of all that adds up to the three powers.
-        """
-        v, q = self.model.velocity, self.model.q
-        speeds = {c.text: ca.jtimes(self.model.coordinate(c), q, v) for c in self.scene.drivers}
-        driven = [efforts[name] * speeds[name] for name in efforts]
-        loads = [force * v[i] for i, force in self.loads.total.items()]
-        energy, rate = self._energy
-        single = [*driven, *loads, *(force * v[i] for i, force in self.inertia.items())]
-        sizes = sum((ca.fabs(power) for power in single), SX(0))
-        return [sum(driven, SX(0)), sum(loads, SX(0)), rate, energy, sizes]
-
     @cached_property
-    def _energy(self) -> tuple[Any, Any]:
-        return kinetic_energy(self.model)
+    def powers(self) -> Any:
+        """(inputs) -> power of the loads, rate of the kinetic energy, it itself, and the sizes of
+        all that adds up to the two powers.
+        """
+        v = self.model.velocity
+        loads = [force * v[i] for i, force in self.loads.total.items()]
+        energy, rate = kinetic_energy(self.model)
+        single = [*loads, *(force * v[i] for i, force in self.inertia.items())]
+        sizes = sum((ca.fabs(power) for power in single), SX(0))
+        return self.function("powers", [column([sum(loads, SX(0)), rate, energy, sizes])])
 
     def _normals(self, lam: dict[int, Any]) -> list[Any]:
         """Return the normal force of guides, slots and curves, + along the left normal."""
@@ -367,29 +371,31 @@ class Balance:
         """Joints with a normal force, in the order of the reported ones."""
         return [n for n in self.joints if self.model.mechanism.joints[n].normal_force]
 
-    def _imbalance(
-        self, reactions: list[Any], efforts: dict[str, Any], forces: dict[str, Wrench]
-    ) -> Any:
-        """Return what is left of the balance of the bodies, from the reported reactions.
+    def imbalance(self, friction: bool) -> Any:
+        """Return the function (inputs, m, reactions, efforts) -> what is left of the balance.
 
-        It is relative to the largest force and the largest moment in it; a force counts with its
-        arm, whatever the angle between them, so that poses where moments vanish (dead centres)
-        are not measured by their rounding.
+        That is of the bodies under the reported reactions, relative to the largest force and the
+        largest moment in it; a force counts with its arm, whatever the angle between them, so that
+        poses where moments vanish (dead centres) are not measured by their rounding.
         """
+        used = self._used(friction)
+        reactions = SX.sym("reactions", 3 * len(self.joints))
+        efforts = SX.sym("efforts", len(self.scene.drivers))
         model, moments = self.model, []
         parts = [times(-1, self.inertia), self.loads.total]
-        for c in self.scene.drivers:
+        for c, effort in zip(self.scene.drivers, ca.vertsplit(efforts), strict=True):
             (gradient,) = gradients(model.coordinate(c), model.q)
-            parts.append({j: entry * efforts[c.text] for j, entry in gradient.items()})
+            parts.append({j: entry * effort for j, entry in gradient.items()})
         for k, name in enumerate(self.joints):
             joint, place = model.mechanism.joints[name], model.ends[name].p2
             lossy = any(self.feedbacks[j].friction for j in self._of_joint[name])
             if name in self.meshes and (
                 self.meshes[name].column is None or (lossy and joint.strands)
             ):
-                parts.append(forces[name])  # a couple on three bodies
+                lam = self.chain(self.base, used, sizes=self.sizes).lam
+                parts.append(self._of(name, lam, used, self.sizes))  # a couple on three bodies
                 continue
-            fx, fy, moment = reactions[3 * k : 3 * k + 3]
+            fx, fy, moment = ca.vertsplit(reactions[3 * k : 3 * k + 3])
             for body, sign in ((joint.second_body, 1), (joint.first_body, -1)):
                 if body != GROUND:
                     arm = place - model.frame(body).r
@@ -405,7 +411,8 @@ class Balance:
             sizes = [part[j] for part in parts for j in places if j in part]
             size = most(column([*sizes, *(moments if kind is ANGLE else [])]))
             worst.append(ca.if_else(size > 0, gap / size, 0))
-        return ca.fmax(*worst)
+        more = [self.sizes, reactions, efforts]
+        return self.function("imbalance", [ca.fmax(*worst)], more=more)
 
 
 class Chain:
@@ -416,3 +423,42 @@ class Chain:
         self.start: dict[int, tuple[list[int], list[Any], list[list[Any]]]] = {}
         self.misses: list[Any] = []
         self.contractions: list[Any] = []
+
+    @property
+    def solution(self) -> list[Any]:
+        """Sizes, the largest left-over of each group relative to its sizes, contractions."""
+        return [self.sizes, column(self.misses), column(self.contractions)]
+
+
+def columns_of(scene: Scene) -> list[int]:
+    """Return the positions in q of a scene's coordinates."""
+    return sorted(j for group in scene.groups for j in group.columns)
+
+
+def motion_of(scene: Scene) -> tuple[list[Any], list[Any]]:
+    """Return w, dw, ddw and the scene's coordinates, speeds, accelerations over them.
+
+    w are the unknowns and the drivers' values: all the rest of a pose follows from them.
+    """
+
+    def make() -> tuple[list[Any], list[Any]]:
+        w = ca.vertcat(scene.x, scene.u)
+        dw, ddw = SX.sym("dw", w.numel()), SX.sym("ddw", w.numel())
+        q = SX(scene.expression(scene.model.q[columns_of(scene)]))
+        v = ca.jtimes(q, w, dw)
+        a = ca.jtimes(v, ca.vertcat(w, dw), ca.vertcat(dw, ddw))
+        return [w, dw, ddw], [q, v, a]
+
+    made: tuple[list[Any], list[Any]] = scene.kept("motion of coordinates", make)
+    return made
+
+
+def driven(scene: Scene, name: str, results: Sequence[Any], inputs: Sequence[Any]) -> Any:
+    """Return a function over w, dw, ddw among other inputs of expressions over q, v, a."""
+    model, columns = scene.model, columns_of(scene)
+    moved, coordinates = motion_of(scene)
+    absolute = [model.q[columns], model.velocity[columns], model.acceleration[columns]]
+    others = [own for own in inputs if all(own is not w for w in moved)]
+    general = ca.Function(name, [*absolute, *others], [ca.densify(r) for r in results])
+    found = general.call([*coordinates, *others])
+    return ca.Function(name, list(inputs), [ca.densify(r) for r in found], OPTIONS)
