@@ -48,7 +48,8 @@ def cycle(
         The task has no path to integrate along.
     """
     low, high = _interval(moving)
-    if not answer.there[[0, -1]].all():
+    ends, poses = [0, -1], moving.run.poses
+    if not (answer.there[ends] & (poses.places[ends] == poses.s[ends])).all():
         text = "the mean powers of the cycle have no value: the motion does not go all the way"
         return {}, [text]
     state = State(statics, moving)
