@@ -42,7 +42,7 @@ class WholeTurns:
         self.geared = [name for name in _geared(scene.model.mechanism) if name in angles]
         """Sketched bodies whose unwrapped angles are in an equation."""
 
-    def _told(self, i: int) -> list[tuple[str, Local]]:
+    def told(self, i: int) -> list[tuple[str, Local]]:
         """Return the sketched geared bodies that turn like angle `i`, its own body first.
 
         With each comes its angle as a function of a pose.
@@ -67,14 +67,14 @@ class WholeTurns:
 
         Of bodies that turn together it is the one that gears hang on that decides.
         """
-        for body, angle in self._told(i):
+        for body, angle in self.told(i):
             return float(x[i] - (angle(x, u, self.p).item() - self.angles[body]))
         return self.angles.get(self.scene.unknowns[i].owner, 0.0)
 
     def start(self, i: int, x: Any, u: Any) -> float:
         """Return the sketched angle `i` on the turn that the sketch asks for, nan without one."""
         own = self.angles.get(self.scene.unknowns[i].owner)
-        if not self._told(i):
+        if not self.told(i):
             return np.nan if own is None else own
         wanted = self.wanted(i, x, u)
         return wanted if own is None else own + 2 * np.pi * round((wanted - own) / (2 * np.pi))

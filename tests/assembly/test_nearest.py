@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -246,7 +247,7 @@ def test_figures_of_the_page_are_those_measured():
     assert f"of {exact['mechanisms']} mechanisms | {exact['sketches']} |" in page
     assert f"after the hint | {answers[0]}, {answers[1]} |" in page
     assert f"| {geared['mechanisms']}, {geared['modes']}, {geared['proven']} |" in page
-    assert f"in lockstep | {rows['rows']}, {rows['in lockstep']} |" in page
+    assert f"of these computed together | {rows['rows']}, {rows['together']} |" in page
 
 
 # -- planted mistakes --------------------------------------------------------------------------
@@ -311,14 +312,13 @@ def test_modes_merged_near_a_limit_are_seen(monkeypatch):
 
 
 def test_sets_on_the_mode_of_the_first_are_seen(monkeypatch):
-    from mechdae.studies.set_modes import OwnModes
+    from mechdae.studies.batches.modes import StartingModes
 
-    def first(self, lockstep, numbers, sketches, s):
-        begun = lockstep.begin(numbers, self.x, s)
-        return type(right(self, lockstep, numbers, sketches, s))(
-            begun.x, begun.sign, begun.sure.all(axis=1)
-        )
+    def first(self, numbers, u):
+        starts = right(self, numbers, u)
+        sign = starts.sign[np.zeros(len(u), int)]
+        return replace(starts, x=self.form.poses(u[:, None], sign, numbers.p)[0], sign=sign)
 
-    right = OwnModes.starts
-    monkeypatch.setattr(OwnModes, "starts", first)
+    right = StartingModes.__call__
+    monkeypatch.setattr(StartingModes, "__call__", first)
     assert study_rows.compared(2, most=12)[2]

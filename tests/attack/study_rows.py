@@ -110,7 +110,7 @@ class Drawn:
 
 
 def compared(seed, most=ROWS):
-    """Return (rows, rows in lockstep, faults) of one study."""
+    """Return (rows, rows computed together, faults) of one study."""
     drawn = Drawn(seed)
     sweep = md.Sweep(md.Driver("crank.angle", from_=1.0, to=1.1), poses=3)
     outputs = [f"bodies/{name}/angle" for name in drawn.bodies]
@@ -139,7 +139,7 @@ def compared(seed, most=ROWS):
             if np.any(gap > OFF) or np.any(np.isnan(row) != np.isnan(one.bodies[name].angle)):
                 faults.append(f"{seed}, set {k}: {name} {np.nanmax(gap):.2g} from the set alone")
                 break
-    return len(result.status), result.summary["work"]["lockstep"], faults
+    return len(result.status), result.summary["work"]["together"], faults
 
 
 def main(arguments=None):
@@ -152,7 +152,7 @@ def main(arguments=None):
         rows, together, faults = rows + own_rows, together + own_together, faults + own
         for text in own:
             print(text, file=sys.stderr, flush=True)
-        figures = {"rows": rows, "in lockstep": together, "different": len(faults)}
+        figures = {"rows": rows, "together": together, "different": len(faults)}
         figures["faults"] = faults
         attack.kept(figures, options.out)
     return attack.ended(figures, options.out, faults)

@@ -55,7 +55,7 @@ def test_a_grid_in_lockstep_is_right() -> None:
     u = np.linspace(0, 2 * np.pi, 73)
     assert len(result) == 36
     assert set(result.status) == {"ok"}
-    assert result.summary["work"] == {"lockstep": 36, "one_by_one": 0}
+    assert result.summary["work"] == {"together": 36, "alone": 0}
     for k in range(36):
         a, b, d = (float(result.parameters[name][k]) for name in ("a", "b", "d"))
         P, rocker = closed(a, b, 0.08, d, u)
@@ -75,8 +75,8 @@ def test_lockstep_and_one_by_one_agree() -> None:
     single = md.solve(
         problem, md.Study(samples=samples, of="turn", outputs=(*OUTPUTS, "summary/swing/rocker"))
     )
-    assert together.summary["work"]["one_by_one"] == 0
-    assert single.summary["work"]["lockstep"] == 0
+    assert together.summary["work"]["alone"] == 0
+    assert single.summary["work"]["together"] == 0
     for path in OUTPUTS:
         assert together.table[path] == pytest.approx(single.table[path], rel=1e-12, abs=1e-12)
     assert np.all(single.table["summary/swing/rocker"] > 0.5)
@@ -86,29 +86,39 @@ def test_sets_that_lock_are_followed_alone_and_said() -> None:
     study = md.Study(samples={"a": [0.04, 0.07]}, of="turn", outputs=(OUTPUTS[1],))
     result = md.solve(four_bar(), study)
     assert list(result.status) == ["ok", "unassembled"]
-    assert result.summary["work"] == {"lockstep": 1, "one_by_one": 1}
+    assert result.summary["work"] == {"together": 2, "alone": 0}
     assert np.isfinite(result.table[OUTPUTS[1]][0]).all()
     assert np.isnan(result.table[OUTPUTS[1]][1]).any()
     assert result.fault is None
 
 
-def test_a_swapped_branch_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A lane that starts on the other side of the dyad is left to be followed alone."""
-    from mechdae.studies.lockstep import Lockstep
+@pytest.mark.parametrize("slip", ["branch", "pose"])
+def test_a_lane_on_the_other_branch_is_not_kept(slip: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lane that begins, or is guessed, on the other side of the dyad is not believed."""
+    from mechdae.studies.batches import modes, poses
 
-    right = Lockstep._start
+    begin, guess = modes.StartingModes.__call__, poses.LaneNodes.guess
 
-    def wrong(self, consts, starts, s):
-        state, sign, kept = right(self, consts, starts, s)
-        other = replace(starts, x=-starts.x)
-        state[1, : self.graphs.nx] = right(self, consts, other, s)[0][1, : self.graphs.nx]
-        return state, sign, kept
+    def other_start(self, numbers, u):
+        starts = begin(self, numbers, u)
+        swapped = self.form.poses(u[:, None], -starts.sign, numbers.p)[0]
+        return replace(starts, x=np.where(np.arange(len(u))[:, None] == 1, swapped, starts.x))
 
-    monkeypatch.setattr(Lockstep, "_start", wrong)
+    def other_guess(self, lanes, piece, places):
+        right = guess(self, lanes, piece, places)
+        return right + (self.lanes[piece] == 1)  # a radian off: Newton may end anywhere
+
+    if slip == "branch":
+        monkeypatch.setattr(modes.StartingModes, "__call__", other_start)
+    else:
+        monkeypatch.setattr(poses.LaneNodes, "guess", other_guess)
     study = md.Study(samples={"a": [0.039, 0.041]}, of="turn", outputs=(OUTPUTS[1],))
     result = md.solve(four_bar(), study)
-    assert result.summary["work"]["one_by_one"] >= 1
-    assert set(result.status) == {"ok"}
+    u = np.linspace(0, 2 * np.pi, 73)
+    for k, a in enumerate((0.039, 0.041)):
+        rocker = closed(a, 0.12, 0.08, 0.1, u)[1]
+        assert np.abs(result.table[OUTPUTS[1]][k] - rocker).max() < 1e-14
+    assert result.summary["work"]["alone"] == (1 if slip == "branch" else 0)
 
 
 @pytest.mark.parametrize(

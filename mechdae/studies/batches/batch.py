@@ -1,0 +1,157 @@
+"""A study's sweep for many sets at once, as far as lanes can be certified."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.continuation.change_points import NODES_PER_TURN
+from mechdae.continuation.evaluate import TURN, in_time
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.kinematics.prepared import Setting, prepare
+from mechdae.results import Status
+from mechdae.studies.batches.closed_form import ClosedForm, closed_form
+from mechdae.studies.batches.march import Followed, March
+from mechdae.studies.batches.modes import StartingModes
+from mechdae.studies.batches.numbers import Numbers, bounds_of, numbers_of
+from mechdae.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
+
+SERIES = ("bodies", "points", "joints")
+NUMBERS = 20_000_000
+"""Numbers that a portion of lanes may hold, roughly."""
+LEAST, MOST = 64, 8192
+"""Lanes of a portion."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of some sets: values (k, ...) by path, statuses; ``left`` (k,) are computed alone."""
+
+    values: list[Any]
+    status: list[str]
+    left: Any
+    steps: int = 0
+
+
+class SeriesBatch:
+    """Computes series of a plain sweep for many sets.
+
+    Parameters
+    ----------
+    problem, task
+        The sweep, of one driver over given values.
+    names, outputs
+        The numbers that differ between sets; paths.
+    """
+
+    def __init__(
+        self, problem: Problem, task: Sweep, names: Sequence[str], outputs: Sequence[str]
+    ) -> None:
+        self.problem, self.task, self.names, self.outputs = problem, task, list(names), outputs
+        self.setting: Setting = prepare(problem, task, free=self.names)
+        graphs = self.setting.graphs
+        self.asked = Asked(tuple(self.setting.outputs.column_of(path) for path in outputs))
+        self.usable = graphs.single and not graphs.contacts and not self.setting.scene.redundant
+        self.usable = self.usable and self.setting.plan.values is not None
+        if not self.usable:
+            return
+        form = closed_form(graphs, self.setting.scene.model.p_values)
+        self.usable = isinstance(form, ClosedForm)
+        if isinstance(form, ClosedForm):
+            self.modes = StartingModes(self.setting, form)
+            self.usable = self.modes.usable
+            self.poses = LanePoses(graphs, self.setting.outputs, form, self.asked)
+
+    @property
+    def portion(self) -> int:
+        """Sets of one portion."""
+        g, values = self.setting.graphs, len(self.setting.plan.values)
+        series = 2 * len(self.asked.columns) * (self.asked.order + 1)
+        each = 2 * NODES_PER_TURN * 6 * g.nx + values * series
+        return int(np.clip(NUMBERS // max(each, 1), LEAST, MOST))
+
+    def rows(self, sets: Any) -> Rows:
+        """Return the rows of some sets (k, m)."""
+        numbers = numbers_of(self.problem, self.task, self.setting, self.names, sets)
+        if numbers is None:
+            return self._none(len(sets))
+        plan, count = self.setting.plan, len(sets)
+        values = plan.values[:, 0]
+        s = np.where(np.isnan(numbers.start), values[0], numbers.start)
+        with np.errstate(all="ignore"):
+            starts = self.modes(numbers, s)
+        left = numbers.left | ~starts.sure
+        lanes = np.flatnonzero(~left & ~starts.open)
+        table = [np.full((count, len(values), len(c)), np.nan) for _, c in self.asked.paths]
+        status = np.full(count, str(Status.UNASSEMBLED), object)
+        steps = 0
+        if lanes.size:
+            trace, whole = self._followed(numbers, lanes, starts, s, values, table)
+            left[lanes[trace.left]] = True
+            status[lanes[whole.all(axis=1)]] = str(Status.OK)
+            steps = trace.steps
+        shaped = [self._shaped(k, part) for k, part in enumerate(table)]
+        return Rows(shaped, status.tolist(), left, steps)
+
+    def _none(self, count: int) -> Rows:
+        return Rows([], [str(Status.UNASSEMBLED)] * count, np.ones(count, bool))
+
+    def _followed(
+        self, numbers: Numbers, lanes: Any, starts: Any, s: Any, values: Any, table: list[Any]
+    ) -> tuple[Followed, Any]:
+        """Write series of lanes into the table; return their trace and which poses are whole."""
+        g, setting = self.setting.graphs, self.setting
+        is_angle = setting.plan.coordinates[0].is_angle
+        scale, s = numbers.scale[lanes], s[lanes]
+        size = np.ones(len(lanes)) if is_angle else scale
+        margin = 4 * (np.pi if is_angle else float(scale.max()))
+        size_u = np.array([max(np.abs(values).max(), np.abs(s).max()) + margin])
+        consts, _, size_x = bounds_of(g, numbers, lanes, size_u)
+        largest = 2 * np.pi / NODES_PER_TURN * size
+        march = March(g, self.modes.form, consts, size_x, scale, largest)
+        trace, ends = march.begin(starts.x[lanes], s)
+        other = march.sign != starts.sign[lanes].T
+        trace.left |= other[self.modes.form.branches].any(axis=0)
+        turns = is_angle
+        around = [values + TURN * k for k in (-1, 0, 1)] if turns else [values]
+        grid = np.unique(np.concatenate(around))
+        every, whole = np.arange(len(lanes)), np.ones(len(lanes))
+        march.go(trace, ends, every, values.max() * whole, grid)
+        march.go(trace, ends, every, values.min() * whole, grid)
+        if turns:
+            self._the_other_way(march, trace, ends, values, grid)
+        nodes = LaneNodes(trace, len(lanes), g.nx)
+        first = g.np + 1
+        parts = consts.T, consts.T[first : first + g.nb], consts.T[first + g.nb : first + 2 * g.nb]
+        own = Lanes(*parts, march.sign, np.ascontiguousarray(size_x.T))
+        y, complete = self.poses(own, nodes, trace, s, values, turns)
+        speed, acceleration, jerk = (rate[lanes][:, None] for rate in numbers.rates)
+        y = in_time(y, speed, acceleration, jerk)
+        place = {column: k for k, column in enumerate(self.asked.columns)}
+        for part, (order, columns) in zip(table, self.asked.paths, strict=True):
+            for k, column in enumerate(columns):
+                part[lanes, :, k] = y[order][place[column]]
+        return trace, complete
+
+    def _the_other_way(
+        self, march: March, trace: Followed, ends: Any, values: Any, grid: Any
+    ) -> None:
+        """Follow lanes that ended on one side to their other end: poses may be there too."""
+        low, high = trace.low.max(axis=0), trace.high.min(axis=0)
+        ended = np.isfinite(low) != np.isfinite(high)
+        outside = (values.max() > high) | (values.min() < low)
+        rows = np.flatnonzero(ended & outside & ~trace.left)
+        if not rows.size:
+            return
+        anchor = np.where(np.isfinite(low[rows]), low[rows] + TURN, high[rows] - TURN)
+        march.go(trace, ends, rows, anchor, grid, first=True)
+        low, high = trace.low.max(axis=0)[rows], trace.high.min(axis=0)[rows]
+        trace.left[rows[np.isinf(low) | np.isinf(high)]] = True
+
+    def _shaped(self, k: int, values: Any) -> Any:
+        path = self.outputs[k]
+        return values if "/position" in path or values.shape[2] > 1 else values[:, :, 0]
