@@ -198,11 +198,14 @@ class Mechanism:
         UnknownName
             Neither a parameter nor an automatic name.
         """
-        result = self
+        result, parameters = self, self.parameters
         for name, number in changes.items():
-            if name in result.parameters:
-                result = replace(result, parameters=result.parameters.with_(name, number))
-            else:
+            if name in parameters:
+                parameters = parameters.with_(name, number)
+        if parameters is not self.parameters:
+            result = replace(result, parameters=parameters)
+        for name, number in changes.items():
+            if name not in parameters:
                 result = _with_number(result, name, number)
         return result
 

@@ -19,7 +19,7 @@ def drawn(problem: md.Problem, names: list[str], share: float, count: int, seed:
 
 
 def alone(problem: md.Problem, values: dict[str, float], path: str) -> tuple[str, object, float]:
-    """Return status, series and bound of one set."""
+    """Return status, series and the bound of its positions of one set."""
     try:
         result = md.solve(problem, "turn", set=values)
     except md.MechdaeError:
@@ -43,7 +43,11 @@ def differences(problem: md.Problem, samples: dict, path: str) -> tuple[list[str
             faults += [] if np.isnan(row).all() else [f"{k}: values where none assembles"]
         elif np.any(np.isnan(row) != np.isnan(series)):
             faults.append(f"{k}: poses lost or found")
-        elif not np.all(np.isnan(row) | (np.abs(row - series) <= 2 * bound)):
+        else:
+            rates = path.rpartition("/")[2] not in ("position", "angle", "slide")
+            bound = 1e-9 * np.nanmax(np.abs(series), initial=0.0) if rates else 2 * bound
+            if np.all(np.isnan(row) | (np.abs(row - series) <= bound)):
+                continue
             faults.append(f"{k}: {np.nanmax(np.abs(row - series)):.2g}, bound {bound:.2g}")
     return faults, result
 

@@ -109,6 +109,7 @@ class Problem:
                     problem.where = f"set {name}: {problem.where}".removesuffix(": ")
                     raise problem from None
         known = {*self.mechanism.parameters, *dict(self.mechanism.numbers())}
+        new: dict[str, Number] = {}
         for name, value in changes.items():
             if name in self.sizes:
                 continue
@@ -116,16 +117,34 @@ class Problem:
             try:
                 if base in known:
                     check_number(self.mechanism, base, suffix)
-                new = number(to_si(number(value), suffix))
-                mechanism = self.mechanism.with_values({base: new})
+                new[base] = number(to_si(number(value), suffix))
+                if base not in known:
+                    self.mechanism.with_values({base: new[base]})  # says what there is
             except MechdaeError as problem:
                 problem.where = f"set {name}"
                 if isinstance(problem, UnknownName) and self.sizes and not problem.hint:
                     problem.hint = f"the sizes are {', '.join(self.sizes)}"
                 raise problem from None
-            pattern = self.pattern and self.pattern.with_number(base, new)
-            self = replace(self, mechanism=mechanism, pattern=pattern)
-        return self
+        if not new:
+            return self
+        pattern = self.pattern
+        for base, value in new.items():
+            pattern = pattern and pattern.with_number(base, value)
+        return replace(self, mechanism=self._changed(new), pattern=pattern)
+
+    def _changed(self, new: Mapping[str, Number]) -> Mechanism:
+        """Return the mechanism with numbers set all at once: one by one some may make none."""
+        try:
+            return self.mechanism.with_values(new)
+        except MechdaeError as problem:
+            problem.where = f"set {', '.join(new)}"
+            for name, value in new.items() if len(new) > 1 else ():
+                try:
+                    self.mechanism.with_values({name: value})
+                except MechdaeError as own:
+                    own.where = f"set {name}"
+                    raise own from None
+            raise problem from None
 
     @property
     def sizes(self) -> Table[int]:

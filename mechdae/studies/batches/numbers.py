@@ -218,6 +218,9 @@ def _suspect(mechanism: Mechanism, model: Model, columns: Columns) -> Any:
     """Return the sets (k,) whose values may make no mechanism: they are checked one by one."""
     found = np.zeros(columns.count, bool)
     numbers = dict(mechanism.numbers())
+    for name, number in numbers.items():
+        if isinstance(number, str) and name not in columns.own:
+            columns.value(number)  # tells where it has no value
 
     def value(name: str) -> Any:
         return columns.number(name, numbers[name])
