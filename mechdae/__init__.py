@@ -17,6 +17,8 @@ _HOMES = {
     "mechdae.describe.mechanism": "Mechanism Ground Body",
     "mechdae.describe.joints": "Revolute Prismatic PinInSlot Weld Gear Rack Belt FrictionWheel "
     "Distance Curve",
+    "mechdae.describe.vectors.values": "Vector Node",
+    "mechdae.describe.vectors.expand": "from_loops",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
     "Study Sensitivity",

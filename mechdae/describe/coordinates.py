@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE
 from mechdae.describe.mechanism import GROUND, Mechanism
@@ -52,6 +52,8 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
     MechanismError
         A point of the ground, or a coordinate the joint does not have.
     """
+    if text in mechanism.aliases:
+        return replace(coordinate(mechanism, mechanism.aliases[text]), text=text)
     parts = text.split(".")
     if parts[0] in mechanism.bodies:
         if parts[1:] == ["angle"]:
@@ -99,7 +101,7 @@ def coordinate_names(mechanism: Mechanism) -> list[str]:
             names += [f"{name}.{point}.{axis}" for axis in mechanism.axes]
     for name, joint in mechanism.joints.items():
         names += [f"{name}.{word}" for word in sorted(joint.coordinates)]
-    return names
+    return [*names, *(name for name in mechanism.aliases if "." in name)]
 
 
 @dataclass(frozen=True)

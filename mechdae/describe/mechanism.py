@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.curve import check_curve, extent
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
@@ -18,6 +18,9 @@ from mechdae.describe.loads import Load
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key
 from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
+
+if TYPE_CHECKING:
+    from mechdae.describe.vectors.closure import Closure
 
 GROUND = "ground"
 MAX_BODIES = 2000
@@ -67,6 +70,8 @@ class Mechanism:
         A rough pose: body name -> angle [rad], joint name or coordinate -> value.
     gravity
         (gx, gy) [m/s2] or None.
+    closure
+        The vector loops it was made from, see `from_loops`.
 
     Raises
     ------
@@ -83,6 +88,7 @@ class Mechanism:
     outputs: Table[str] = field(default_factory=Table)
     gravity: tuple[Number, ...] | None = None
     dimension: int = 2
+    closure: Closure | None = None
 
     AXES: ClassVar[str] = "xyz"
 
@@ -91,15 +97,20 @@ class Mechanism:
         """The axes of its space."""
         return self.AXES[: self.dimension]
 
+    @property
+    def aliases(self) -> Mapping[str, str]:
+        """Coordinates of vectors by the names they have here."""
+        return self.closure.aliases if self.closure else {}
+
     def __post_init__(self) -> None:
         from mechdae.describe import values
 
         def put(name: str, value: Any) -> None:
             object.__setattr__(self, name, value)
 
-        put("bodies", _by_name(self.bodies))
-        put("joints", _by_name(self.joints))
-        put("loads", _by_name(self.loads))
+        put("bodies", by_name(self.bodies))
+        put("joints", by_name(self.joints))
+        put("loads", by_name(self.loads))
         put("outputs", Table(self.outputs))
         for name, coerce in (
             ("parameters", values.numbers_by_name),
@@ -242,7 +253,8 @@ def evaluate_all(parameters: Mapping[str, Number]) -> dict[str, float]:
     return values
 
 
-def _by_name(items: Any) -> Table[Any]:
+def by_name(items: Any) -> Table[Any]:
+    """Return named values as a table of them."""
     if isinstance(items, Mapping):
         return Table(items)
     named: dict[str, Any] = {}

@@ -34,7 +34,8 @@ def structure_of(mechanism: Mechanism, free: frozenset[str] = frozenset()) -> Ha
     joints = tuple(_joint(joint, mechanism) for joint in mechanism.joints.values())
     loads = tuple(_load(load) for load in mechanism.loads.values())
     outputs = tuple(mechanism.outputs.items())
-    return (numbers, parameters, bodies, joints, loads, outputs, mechanism.dimension)
+    aliases = tuple(mechanism.aliases.items())
+    return (numbers, parameters, bodies, joints, loads, outputs, aliases, mechanism.dimension)
 
 
 def _joint(joint: Joint, mechanism: Mechanism) -> Hashable:

@@ -23,6 +23,7 @@ from mechdae.setup.drivers import plan, sketched
 from mechdae.setup.outputs import Outputs
 from mechdae.solver.kinds import function
 from mechdae.tasks.registry import KINDS
+from mechdae.tasks.vector_modules import modules
 
 
 def structure(problem: Problem) -> dict[str, Any]:
@@ -107,9 +108,13 @@ def _driven(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
             entry["assembly"] = str(start.not_assembled(whole, found.failure, u))
     except MechdaeError as error:
         entry["error"] = str(error)
+    closing = modules(problem.mechanism, whole.groups, entry["drivers"])
     return entry | {
         "formula": formula(whole.groups),
-        "groups": [group_entry(group) for group in whole.groups],
+        "groups": [
+            group_entry(group) | ({"module": module} if module else {})
+            for group, module in zip(whole.groups, closing, strict=True)
+        ],
         "coordinates": len(model.q_names),
         "unknowns": len(whole.x_names),
         "blocks": [len(block.x) for block in whole.blocks],

@@ -74,7 +74,15 @@ def _lines(data: dict[str, Any]) -> list[str]:
 
 def _group(group: dict[str, Any]) -> str:
     text = f"    {group['name']}: {', '.join(group['bodies'])}; joints {', '.join(group['joints'])}"
-    return f"{text}; order {group['order']}" if group["class"] not in ("0", "I") else text
+    text += f"; order {group['order']}" if group["class"] not in ("0", "I") else ""
+    return f"{text}; {_module(group['module'])}" if "module" in group else text
+
+
+def _module(module: dict[str, Any]) -> str:
+    """Return what of the vectors a group finds, and the loops it closes."""
+    word = "module" if module["name"] else "finds"
+    loops = f" by {', '.join(module['loops'])}" if module["loops"] else ""
+    return f"{word} {module['text']}{loops}"
 
 
 def _task(task: dict[str, Any]) -> str:

@@ -29,7 +29,7 @@ MAX_DEPTH = 12
 TOML_HINT = "expressions stand in quotes, decimals have a point, lists end with ]"
 TOP = (
     "schema title source dimension gravity parameters sizes ground bodies joints sketch loads "
-    "outputs tasks expected repeat"
+    "outputs tasks expected repeat vectors loops nodes"
 ).split()
 
 

@@ -24,7 +24,7 @@ MAX_COUNT = 2000
 """Copies of one cell."""
 MAX_TEXT = 10_000_000
 """Characters that all copies of all cells may have together."""
-NAMED = ("bodies", "joints", "loads", "outputs")
+NAMED = ("bodies", "joints", "loads", "outputs", "vectors", "loops", "nodes")
 """Sections of a cell whose keys are names as they stand; keys of the others may carry units."""
 SECTIONS = ("ground", *NAMED, "sketch", "parameters")
 Read = Callable[[Mapping[str, Any], str], Any]

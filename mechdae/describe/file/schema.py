@@ -15,6 +15,7 @@ from mechdae.describe.mechanism import Body, Ground
 from mechdae.describe.tasks.constraints import Choices, Region
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.describe.values import WITH_UNIT, Value, required
+from mechdae.describe.vectors.values import Node, Vector
 
 NUMBER = {"oneOf": [{"type": "number"}, {"type": "string", "description": "an expression"}]}
 HOLE = r"\{[^{}]*\}"
@@ -93,7 +94,11 @@ def schema() -> dict[str, Any]:
         "title": "mechdae problem file",
         "type": "object",
         "required": ["schema"],
-        "anyOf": [{"required": ["bodies", "joints"]}, {"required": ["repeat"]}],
+        "anyOf": [
+            {"required": ["bodies", "joints"]},
+            {"required": ["vectors", "loops"]},
+            {"required": ["repeat"]},
+        ],
         "additionalProperties": False,
         "properties": properties,
     }
@@ -107,6 +112,12 @@ def _sections() -> dict[str, Any]:
         "ground": _object(Ground),
         "bodies": {"type": "object", "additionalProperties": _object(Body, ("name",))},
         "joints": {"type": "object", "additionalProperties": {"oneOf": _joints()}},
+        "vectors": {"type": "object", "additionalProperties": _object(Vector, ("name",))},
+        "loops": {
+            "type": "object",
+            "additionalProperties": {"type": "array", "items": {"type": "string"}, "minItems": 2},
+        },
+        "nodes": {"type": "object", "additionalProperties": _object(Node, ("name",))},
         "sketch": numbers,
         "loads": {
             "type": "object",

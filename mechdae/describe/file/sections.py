@@ -17,6 +17,8 @@ from mechdae.describe.tasks.kinds import (
     TASKS,
     Task,
 )
+from mechdae.describe.vectors.expand import from_loops
+from mechdae.describe.vectors.values import Node, Vector
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 
 
@@ -27,16 +29,25 @@ def read_problem(
 
     `typed` are those with it, which `again` reads when a size is set.
     """
-    mechanism = Mechanism(
-        ground=read(Ground, _with_points(_table(data, "ground"), "ground"), "ground"),
-        bodies=[_read_body(n, t) for n, t in _table(data, "bodies").items()],  # type: ignore[arg-type]
-        joints=[_read_joint(n, t) for n, t in _table(data, "joints").items()],  # type: ignore[arg-type]
-        loads=[_read_load(n, t) for n, t in _table(data, "loads").items()],  # type: ignore[arg-type]
-        parameters=_plain(data, "parameters"),  # type: ignore[arg-type]
-        sketch=_plain(data, "sketch"),  # type: ignore[arg-type]
-        outputs=_outputs(_table(data, "outputs")),
-        gravity=data.get("gravity"),
-    )
+    parts: dict[str, Any] = {
+        "ground": read(Ground, _with_points(_table(data, "ground"), "ground"), "ground"),
+        "bodies": [_read_body(n, t) for n, t in _table(data, "bodies").items()],
+        "joints": [_read_joint(n, t) for n, t in _table(data, "joints").items()],
+        "loads": [_read_load(n, t) for n, t in _table(data, "loads").items()],
+        "parameters": _plain(data, "parameters"),
+        "sketch": _plain(data, "sketch"),
+        "outputs": _outputs(_table(data, "outputs")),
+        "gravity": data.get("gravity"),
+    }
+    if any(_table(data, entry) for entry in ("vectors", "loops", "nodes")):
+        mechanism = from_loops(
+            [read(Vector, t, f"vectors.{n}", name=n) for n, t in _table(data, "vectors").items()],
+            _table(data, "loops"),
+            [read(Node, t, f"nodes.{n}", name=n) for n, t in _table(data, "nodes").items()],
+            **parts,
+        )
+    else:
+        mechanism = Mechanism(**parts)
     tasks = {n: _read_task(n, t) for n, t in _table(data, "tasks").items()}
     expected = data.get("expected", [])
     if not isinstance(expected, list):

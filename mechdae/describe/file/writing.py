@@ -23,6 +23,12 @@ from mechdae.describe.tasks.constraints import Constraint
 from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.tasks.kinds import Task
 from mechdae.describe.values import NAME, Value
+from mechdae.describe.vectors.closure import Closure
+from mechdae.describe.vectors.typed import typed as loops_of
+from mechdae.describe.vectors.typed import without_aliases
+
+LOOPS = ("vectors", "loops", "nodes")
+REST = ("bodies", "joints", "sketch", "loads", "outputs")
 
 
 def dump(problem: Problem, path: str | Path) -> None:
@@ -75,7 +81,7 @@ def dumps(problem: Problem) -> str:
             lines.append(f"{entry} = {_text(getattr(problem, entry))}")
     tasks = {name: given(task) for name, task in problem.tasks.items()}
     expected = [given(entry) for entry in problem.expected]
-    typed = problem.pattern
+    typed, plain = problem.pattern, False
     same = typed.problem(problem.name) if typed and not typed.settings else None
     if typed is not None and same is not None and same.mechanism == problem.mechanism:
         tables = typed.tables
@@ -84,18 +90,23 @@ def dumps(problem: Problem) -> str:
         tasks |= {name: tables["tasks"][name] for name in kept}
         expected = tables.get("expected", ()) if same.expected == problem.expected else expected
     else:
-        lines += _mechanism(problem.mechanism)
+        beside = loops_of(problem.mechanism)
+        lines += _mechanism(problem.mechanism, beside)
+        plain = beside is None
+    text = "\n".join(lines) + "\n"
+    lines = []
     for name, table in tasks.items():
         lines += ["", f"[tasks.{name}]", *_entries(table)]
     for table in expected:
         lines += ["", "[[expected]]", *_entries(table)]
-    return "\n".join(lines) + "\n"
+    rest = "\n".join(lines) + "\n" if lines else ""
+    return text + (without_aliases(rest, problem.mechanism) if plain else rest)
 
 
 def _typed(tables: Mapping[str, Any]) -> list[str]:
     """Return the mechanism of a file with repetition, keys and units as they were typed."""
     lines = [f"gravity = {_value(tables['gravity'])}"] if "gravity" in tables else []
-    for name in ("sizes", "parameters", "ground", "bodies", "joints", "sketch", "loads", "outputs"):
+    for name in ("sizes", "parameters", *LOOPS, "ground", *REST):
         lines += _section(name, tables.get(name, {}))
     for cell, entries in tables.get("repeat", {}).items():
         plain = {key: value for key, value in entries.items() if not isinstance(value, Mapping)}
@@ -106,22 +117,29 @@ def _typed(tables: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _mechanism(mechanism: Mechanism) -> list[str]:
+def _mechanism(mechanism: Mechanism, loops: Closure | None) -> list[str]:
+    """Return the lines of a mechanism; with `loops` its bodies are only what those leave out."""
     lines = []
     if mechanism.gravity is not None:
         lines.append(f"gravity = {_value(mechanism.gravity)}")
     lines += _section("parameters", mechanism.parameters)
-    lines += _section("ground", given(mechanism.ground))
-    for name, body in mechanism.bodies.items():
+    parts: Mechanism | Closure = mechanism
+    if loops is not None:
+        parts = loops
+        lines += _section("vectors", {n: given(v, ("name",)) for n, v in loops.vectors.items()})
+        lines += _section("loops", loops.loops)
+        lines += _section("nodes", {n: given(v, ("name",)) for n, v in loops.nodes.items()})
+    lines += _section("ground", given(parts.ground))
+    for name, body in parts.bodies.items():
         lines += ["", f"[bodies.{name}]", *_entries(given(body, skip=("name",)))]
-    lines += _section("joints", {n: _joint(j) for n, j in mechanism.joints.items()})
+    lines += _section("joints", {n: _joint(j) for n, j in parts.joints.items()})
     lines += _section("sketch", mechanism.sketch)
-    lines += _section(
-        "loads",
-        {n: given(x, skip=("name",)) for n, x in mechanism.loads.items()},
-    )
-    lines += _section("outputs", mechanism.outputs)
-    return lines
+    loads = {n: given(x, skip=("name",)) for n, x in mechanism.loads.items()}
+    outputs = mechanism.outputs
+    if mechanism.closure is None or loops is not None:
+        return [*lines, *_section("loads", loads), *_section("outputs", outputs)]
+    rest = [*_section("loads", loads), *_section("outputs", outputs)]
+    return [*lines, *(without_aliases(line, mechanism) for line in rest)]
 
 
 def given(value: Value, skip: tuple[str, ...] = ()) -> dict[str, Any]:

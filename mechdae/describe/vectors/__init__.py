@@ -1,0 +1,1 @@
+"""Closed vector loops: vectors, loops and nodes that expand into bodies and joints."""

@@ -1,0 +1,408 @@
+"""Vector loops to a mechanism: links become bodies, nodes turning joints, slides sliding joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from mechdae.describe.expression import evaluate
+from mechdae.describe.joints import Joint, PinInSlot, Prismatic, Revolute
+from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism, by_name, evaluate_all
+from mechdae.describe.table import Table
+from mechdae.describe.values import Number, numbers_by_coordinate, numbers_by_name
+from mechdae.describe.vectors.closure import Closure
+from mechdae.describe.vectors.links import FIXED, Link, VectorDirections, VectorLinks
+from mechdae.describe.vectors.nodes import (
+    HEAD,
+    TAIL,
+    Merged,
+    check_loops,
+    nodes_of,
+    reached,
+    signed,
+)
+from mechdae.describe.vectors.numbers import add, less
+from mechdae.describe.vectors.values import Node
+from mechdae.errors import InputError, MechdaeError, UnknownName
+
+FRICTION = ("friction", "friction_static")
+
+
+def from_loops(
+    vectors: Any,
+    loops: Mapping[str, Iterable[str]],
+    nodes: Any = (),
+    *,
+    ground: Ground | None = None,
+    bodies: Any = (),
+    joints: Any = (),
+    parameters: Mapping[str, Any] | None = None,
+    sketch: Mapping[str, Any] | None = None,
+    **rest: Any,
+) -> Mechanism:
+    """Return the mechanism that closed vector loops describe.
+
+    Parameters
+    ----------
+    vectors
+        `Vector` values; what they leave out is unknown or driven.
+    loops
+        Name -> vectors, head to tail; ``"-rod"`` runs a vector backwards.
+    nodes
+        `Node` values: names and friction of heads and tails.
+    ground, bodies, joints
+        What vectors do not make: bodies that ``from`` and ``to`` name; masses, centres and further
+        points of links, in bodies of their names.
+    parameters, sketch
+        As of a `Mechanism`; a vector's name stands for its angle in the sketch.
+    rest
+        Other fields of `Mechanism`: loads, outputs, gravity.
+
+    Raises
+    ------
+    InputError
+        Loops that do not close or do not hang together, vectors that contradict each other; the
+        message names the key.
+    """
+    closure = Closure(
+        by_name(vectors),
+        Table({name: _entries(name, entries) for name, entries in loops.items()}),
+        by_name(nodes),
+        ground or Ground(),
+        by_name(bodies),
+        by_name(joints),
+    )
+    try:
+        known = evaluate_all(numbers_by_name(parameters or {}))
+    except MechdaeError as problem:
+        raise (problem if problem.where else problem.inside("parameters")) from None
+    made = _Expansion(closure, known)
+    try:
+        rough = numbers_by_coordinate(sketch or {})
+    except MechdaeError as problem:
+        raise problem.inside("sketch") from None
+    return Mechanism(
+        ground=made.ground,
+        bodies=made.bodies,
+        joints=made.joints,
+        parameters=parameters or Table(),  # type: ignore[arg-type]
+        sketch=Table(made.sketch(rough)),
+        closure=replace(closure, aliases=made.aliases, directions=made.directed),
+        **rest,
+    )
+
+
+def _entries(name: str, entries: Any) -> tuple[str, ...]:
+    if isinstance(entries, str) or not isinstance(entries, list | tuple):
+        raise InputError("a list of vectors is needed", where=f"loops.{name}")
+    for position, entry in enumerate(entries):
+        if not isinstance(entry, str):
+            raise InputError("the name of a vector is needed", where=f"loops.{name}[{position}]")
+    return tuple(entries)
+
+
+@dataclass
+class _Expansion:
+    """Bodies and joints of loops, and what the coordinates of vectors are called there."""
+
+    closure: Closure
+    known: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        closure = self.closure
+        if not closure.loops:
+            raise InputError("vectors need [loops] that they close", where="loops")
+        self._check_names()
+        check_loops(closure.vectors, closure.loops)
+        self.merged: Merged = nodes_of(closure.vectors, closure.loops)
+        directions = VectorDirections(closure.vectors, closure.bodies, closure.ground)
+        self.links = VectorLinks(directions, closure.loops, self.merged, self.known)
+        self._check_connected()
+        self.called = self._called()
+        self.inside = self._pins_in_slots()
+        self.points: dict[str, dict[str, str]] = {}
+        bodies = {link.name: self._body(link) for link in self.links.all if self._kept(link)}
+        ground = next((b for b in bodies.values() if isinstance(b, Ground)), closure.ground)
+        self.ground = ground
+        made = {name: body for name, body in bodies.items() if isinstance(body, Body)}
+        rest = {name: body for name, body in closure.bodies.items() if name not in made}
+        self.bodies: Table[Body] = Table({**made, **rest})
+        joints = [*self._turning(), *self._sliding()]
+        for joint in joints:
+            if joint.name in closure.joints:
+                raise InputError(
+                    f"the loops have a joint '{joint.name}' of their own",
+                    where=f"joints.{joint.name}",
+                    hint="rename it",
+                )
+        own = {joint.name: joint for joint in joints}
+        self.joints: Table[Joint] = Table({**closure.joints, **own})
+        self.aliases, self.directed = self._aliases()
+
+    # -- checks ----------------------------------------------------------------------------------
+
+    def _check_names(self) -> None:
+        for name in self.closure.vectors:
+            for taken, word in (
+                (self.closure.joints, "joint"),
+                (self.closure.nodes, "node"),
+                ([GROUND], "fixed link"),
+            ):
+                if name in taken:
+                    raise InputError(
+                        f"a {word} is called '{name}' too",
+                        where=f"vectors.{name}",
+                        hint="rename one of them",
+                    )
+        for name in self.closure.nodes:
+            if name in self.closure.joints or name in self.closure.bodies:
+                raise InputError(
+                    f"a body or joint is called '{name}' too", where=f"nodes.{name}",
+                    hint="rename one of them",
+                )  # fmt: skip
+
+    def _check_connected(self) -> None:
+        """Raise for a loop that hangs on nothing, and for links that nothing closes."""
+        ends = {
+            name: [self.links.node(f"{name}.{end}") for end in (TAIL, HEAD)]
+            for name in self.closure.vectors
+        }
+        pairs = [(tail, head) for tail, head in ends.values()]
+        tied = reached([self.links.origin], [*pairs, *self._ties()])
+        for name, entries in self.closure.loops.items():
+            if ends[signed(entries[0])[0]][0] not in tied:
+                raise InputError(
+                    "the loop shares no vector and no tail with the others: nothing tells where "
+                    "it lies",
+                    where=f"loops.{name}",
+                    hint="let it pass a vector of another loop, the frame for example",
+                )
+        for link in self.links.all:
+            pairs = [
+                (self.links.at(name, TAIL).name, self.links.at(name, HEAD).name)
+                for name, vector in self.closure.vectors.items()
+                if vector.slides and self.links.directions[name][0] == link.direction
+            ]
+            same = [other for other in self.links.all if other.direction == link.direction]
+            first = next((x.name for x in same if x.name == GROUND), same[0].name)
+            if link.name not in reached([first], pairs) and not link.direction.startswith("@"):
+                fixed = "the fixed frame" if link.direction == FIXED else f"'{first}'"
+                raise InputError(
+                    f"keeps the direction of {fixed}, but no given lengths and no slides of that "
+                    "direction join them to one link",
+                    where=f"vectors.{link.own or link.name}",
+                    hint="leave out its angle: the loop finds it",
+                )
+
+    def _ties(self) -> list[tuple[str, str]]:
+        """Return pairs of nodes on bodies that are described by themselves."""
+        found = []
+        nodes: dict[str, list[str]] = {}
+        for name, vector in self.closure.vectors.items():
+            if vector.body is not None:
+                nodes.setdefault(vector.body, []).append(self.links.node(f"{name}.{TAIL}"))
+        for joint in self.closure.joints.values():
+            nodes.setdefault(joint.first_body, []).append(joint.name)
+            nodes.setdefault(joint.second_body, []).append(joint.name)
+        nodes.setdefault(GROUND, []).append(self.links.origin)
+        for items in nodes.values():
+            found += [(items[0], other) for other in items[1:]]
+        return found
+
+    # -- bodies ----------------------------------------------------------------------------------
+
+    def _called(self) -> dict[str, Node]:
+        """Return node -> its name and friction."""
+        found: dict[str, Node] = {}
+        for name, node in self.closure.nodes.items():
+            vector, end = node.at.split(".")
+            place = f"nodes.{name}.at"
+            if vector not in self.closure.vectors:
+                raise UnknownName("vector", vector, self.closure.vectors, where=place)
+            if end not in (TAIL, HEAD):
+                raise UnknownName(
+                    "end", node.at, [f"{vector}.{e}" for e in (HEAD, TAIL)], where=place
+                )
+            own = self.links.node(node.at)
+            if own in found:
+                raise InputError(f"'{found[own].name}' is the same place", where=place)
+            found[own] = node
+        return found
+
+    def _name(self, node: str) -> str:
+        """Return the name of a node by itself, which its joint has too."""
+        if node in self.called:
+            return self.called[node].name
+        return node.removeprefix("@").replace(".", "_")
+
+    def _pins_in_slots(self) -> dict[str, str]:
+        """Return vector -> name of the body whose pin slides in it, for those without a block."""
+        found = {}
+        for name, vector in self.closure.vectors.items():
+            if not vector.slides or not vector.in_slot:
+                continue
+            block, node = self.links.at(name, HEAD), self.links.node(f"{name}.{HEAD}")
+            others = [link.name for link in self.links.on(node) if link is not block]
+            if block.own != name or len(block.nodes) > 1 or not others:
+                raise InputError(
+                    "a pin in its slot is the end of one link of another direction",
+                    where=f"vectors.{name}.pair",
+                    hint='leave out pair, or pair = "block"',
+                )
+            found[name] = others[0]
+        return found
+
+    def _kept(self, link: Link) -> bool:
+        return not (link.own in self.inside and link is self.links.at(link.own, HEAD))
+
+    def _body(self, link: Link) -> Body | Ground:
+        """Return a link as a body: the points of its nodes, and what the file says besides."""
+        typed: Any = self.closure.ground if link.name == GROUND else None
+        typed = typed or self.closure.bodies.get(link.name)
+        own = link.direction.removeprefix("@") == link.name or link.name == GROUND
+        bound = {n: p for n, (p, _) in self.links.bound(link.direction).items()} if own else {}
+        points = dict(typed.points) if typed else {}
+        named: dict[str, str] = {}
+        for node, place in link.places.items():
+            point = bound.get(node) or self._point(link, node)
+            if node not in bound:
+                if point in points:
+                    raise InputError(
+                        f"the vectors give the point '{point}' already",
+                        where=f"bodies.{link.name}.points.{point}".removeprefix("bodies.ground."),
+                        hint="rename it",
+                    )
+                points[point] = place
+            named[node] = point
+        self.points[link.name] = named
+        if link.name == GROUND:
+            ground: Ground = replace(self.closure.ground, points=Table(points))
+            return ground
+        body: Body = replace(typed or Body(link.name), points=Table(points))
+        return body
+
+    def _point(self, link: Link, node: str) -> str:
+        """Return the name of a point of a link at a node."""
+        if node in self.called:
+            return self.called[node].name
+        for end in (TAIL, HEAD):
+            if link.own == link.name and self.links.node(f"{link.own}.{end}") == node:
+                return end
+        return self._name(node)
+
+    # -- joints ----------------------------------------------------------------------------------
+
+    def _turning(self) -> list[Joint]:
+        """Return the revolutes of all nodes; the first link at a node carries its pins."""
+        joints: list[Joint] = []
+        for node in dict.fromkeys(n for link in self.links.all for n in link.nodes):
+            links = [link for link in self.links.on(node) if self._kept(link)]
+            pairs = [(j.first_body, j.second_body) for j in self.closure.joints.values() if j.hinge]
+            first, *others = links
+            others = [x for x in others if x.name not in reached([first.name], pairs)]
+            called = self.called.get(node)
+            numbers = {} if called is None else _given(called, (*FRICTION, "pin_radius"))
+            for other in others:
+                name = self._name(node)
+                joints.append(
+                    Revolute(
+                        name if len(others) == 1 else f"{name}_{other.name}",
+                        f"{first.name}.{self.points[first.name][node]}",
+                        f"{other.name}.{self.points[other.name][node]}",
+                        **numbers,
+                    )
+                )
+            if called is not None and not others and numbers:
+                raise InputError(
+                    "nothing turns here", where=f"nodes.{called.name}.{next(iter(numbers))}",
+                    hint="friction of a slide is a key of its vector",
+                )  # fmt: skip
+        return joints
+
+    def _sliding(self) -> list[Joint]:
+        """Return the sliding joint, or the pin in its slot, of each vector of unknown length."""
+        joints: list[Joint] = []
+        for name, vector in self.closure.vectors.items():
+            if not vector.slides:
+                continue
+            guide, block = self.links.at(name, TAIL), self.links.at(name, HEAD)
+            tail, head = (self.links.node(f"{name}.{end}") for end in (TAIL, HEAD))
+            angle = self.links.directions[name][1]
+            first = f"{guide.name}.{self.points[guide.name][tail]}"
+            axis = less(angle, guide.turn)
+            if name in self.inside:
+                owner = self.inside[name]
+                second = f"{owner}.{self.points[owner][head]}"
+                numbers = _given(vector, ("friction", "pin_radius", "one_sided"))
+                joints.append(PinInSlot(slide_of(name), first, second, axis=axis, **numbers))
+            else:
+                second = f"{block.name}.{self.points[block.name][head]}"
+                numbers = _given(vector, (*FRICTION, "contact_length", "one_sided"))
+                turn = less(block.turn, guide.turn)
+                joints.append(
+                    Prismatic(slide_of(name), first, second, axis=axis, turn=turn, **numbers)
+                )
+        return joints
+
+    # -- coordinates -----------------------------------------------------------------------------
+
+    def _aliases(self) -> tuple[Table[str], Table[tuple[str, Number]]]:
+        """Return coordinates of vectors by the names they have in the mechanism, and directions.
+
+        A direction is a body, "" for the fixed frame, and the angle of the vector from it.
+        """
+        aliases: dict[str, str] = {}
+        directed: dict[str, tuple[str, Number]] = {}
+        for name, vector in self.closure.vectors.items():
+            if vector.slides:
+                aliases[f"{name}.length"] = f"{slide_of(name)}.slide"
+            direction, angle = self.links.directions[name]
+            same = [x for x in self.links.all if x.direction == direction and self._kept(x)]
+            if direction == FIXED:
+                directed[name] = "", angle
+                continue
+            equal = next((x for x in same if less(angle, x.turn) == 0), None)
+            link = equal or same[0]
+            directed[name] = link.name, less(angle, link.turn)
+            if equal is not None and link.name != name:
+                aliases |= dict.fromkeys((name, f"{name}.angle"), f"{link.name}.angle")
+        return Table(aliases), Table(directed)
+
+    def sketch(self, rough: Mapping[str, Number]) -> dict[str, Number]:
+        """Return a sketch with the coordinates of vectors under their names in the mechanism."""
+        result: dict[str, Number] = {}
+        for name, value in rough.items():
+            vector, _, word = name.partition(".")
+            key = name
+            if vector in self.closure.vectors and word in ("", "angle", "length"):
+                if word == "length":
+                    if not self.closure.vectors[vector].slides:
+                        raise InputError(
+                            f"the length of '{vector}' is given", where=f"sketch.{name}"
+                        )
+                    key = slide_of(vector)
+                else:
+                    body, angle = self.directed[vector]
+                    if not body:
+                        raise InputError(f"'{vector}' does not turn", where=f"sketch.{name}")
+                    key, value = body, add(value, less(0.0, angle))
+            if key in result and not _same(result[key], value, self.known):
+                raise InputError(
+                    f"{key} is sketched twice", where=f"sketch.{name}", hint="delete one of them"
+                )
+            result[key] = value
+        return result
+
+
+def slide_of(vector: str) -> str:
+    """Return the name of the joint in which a vector of unknown length slides."""
+    return f"{vector}_slide"
+
+
+def _given(value: Any, words: tuple[str, ...]) -> dict[str, Any]:
+    return {word: getattr(value, word) for word in words if getattr(value, word) is not None}
+
+
+def _same(one: Number, other: Number, known: Mapping[str, float]) -> bool:
+    return evaluate(one, known) == evaluate(other, known)

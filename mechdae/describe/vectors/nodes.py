@@ -1,0 +1,115 @@
+"""Where vectors meet: their ends, joined to nodes by loops that are read head to tail."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from mechdae.describe.vectors.values import Vector
+from mechdae.errors import InputError, MechdaeError, UnknownName
+
+TAIL, HEAD = "tail", "head"
+
+
+class Merged:
+    """Names in classes: which are the same; each class goes by the name that stands first."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._of = {name: name for name in names}
+        self._rank = {name: rank for rank, name in enumerate(self._of)}
+
+    def first(self, name: str) -> str:
+        """Return the name by which the class of `name` goes."""
+        while self._of[name] != name:
+            name = self._of[name]
+        return name
+
+    def merge(self, one: str, other: str) -> None:
+        keep, drop = sorted((self.first(one), self.first(other)), key=self._rank.__getitem__)
+        self._of[drop] = keep
+
+
+def signed(entry: str) -> tuple[str, bool]:
+    """Return the vector of an entry of a loop, and whether it is run backwards."""
+    return (entry[1:].strip(), True) if entry.startswith("-") else (entry.strip(), False)
+
+
+def check_loops(vectors: Mapping[str, Vector], loops: Mapping[str, tuple[str, ...]]) -> None:
+    """Raise for loops of vectors that are not there, or twice there, and for vectors in none."""
+    used: set[str] = set()
+    for name, entries in loops.items():
+        try:
+            own: set[str] = set()
+            for position, entry in enumerate(entries):
+                vector, _ = signed(entry)
+                if vector not in vectors:
+                    raise UnknownName("vector", vector, vectors, where=f"[{position}]")
+                if vector in own:
+                    raise InputError(
+                        f"'{vector}' is in the loop twice", hint="a loop passes each vector once"
+                    )
+                own.add(vector)
+            if len(own) < 2:
+                raise InputError("a loop of two vectors at least is needed")
+            used |= own
+        except MechdaeError as problem:
+            raise problem.inside(f"loops.{name}") from None
+    for name in vectors:
+        if name not in used:
+            raise InputError(
+                "the vector is in no loop",
+                where=f"vectors.{name}",
+                hint="write it into a loop of [loops], or delete it",
+            )
+
+
+def nodes_of(vectors: Mapping[str, Vector], loops: Mapping[str, tuple[str, ...]]) -> Merged:
+    """Return the nodes: ends ``rod.head`` of vectors and points ``@crank.B`` that are one place."""
+    names = [f"{name}.{end}" for name in vectors for end in (TAIL, HEAD)]
+    points = [f"@{text}" for v in vectors.values() for text in (v.from_, v.to) if text is not None]
+    merged = Merged([*names, *points])
+    for entries in loops.values():
+        ends = [_ends(entry) for entry in entries]
+        for (_, end), (start, _) in zip(ends, [*ends[1:], ends[0]], strict=True):
+            merged.merge(end, start)
+    for name, vector in vectors.items():
+        if vector.from_ is not None and vector.to is not None:
+            merged.merge(f"{name}.{TAIL}", f"@{vector.from_}")
+            merged.merge(f"{name}.{HEAD}", f"@{vector.to}")
+    for name, entries in loops.items():
+        for entry in entries:
+            start, end = _ends(entry)
+            if merged.first(start) == merged.first(end):
+                raise InputError(
+                    f"head and tail of '{signed(entry)[0]}' meet",
+                    where=f"loops.{name}",
+                    hint="loops read head to tail; a minus sign runs a vector backwards",
+                )
+    return merged
+
+
+def _ends(entry: str) -> tuple[str, str]:
+    """Return where an entry of a loop starts and ends."""
+    vector, backwards = signed(entry)
+    tail, head = f"{vector}.{TAIL}", f"{vector}.{HEAD}"
+    return (head, tail) if backwards else (tail, head)
+
+
+def in_order(loops: Mapping[str, tuple[str, ...]]) -> list[str]:
+    """Return the vectors in the order in which loops pass them."""
+    return list(dict.fromkeys(signed(entry)[0] for entries in loops.values() for entry in entries))
+
+
+def reached(start: Iterable[str], pairs: Iterable[tuple[str, str]]) -> list[str]:
+    """Return what is connected with `start` by `pairs`, the start first."""
+    neighbours: dict[str, list[str]] = {}
+    for one, other in pairs:
+        neighbours.setdefault(one, []).append(other)
+        neighbours.setdefault(other, []).append(one)
+    found = dict.fromkeys(start)
+    front = list(found)
+    while front:
+        for other in neighbours.get(front.pop(), ()):
+            if other not in found:
+                found[other] = None
+                front.append(other)
+    return list(found)

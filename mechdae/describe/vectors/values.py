@@ -1,0 +1,95 @@
+"""Vectors and nodes of closed loops as frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mechdae.describe.joints import SIDES
+from mechdae.describe.values import Number, Value, key
+from mechdae.errors import InputError
+
+PAIRS = ("block", "pin-in-slot")
+
+
+@dataclass(frozen=True)
+class Vector(Value):
+    """A directed segment of a loop: length and angle; what is absent is unknown or driven.
+
+    ``along`` names a vector of the same direction, less ``offset``: they belong to one link.
+    ``from`` and ``to`` make it the segment between two points of one body. A vector of unknown
+    length slides: its head is a block with a pin of its own, or a pin in the slot itself.
+    """
+
+    name: str = key("name")
+    length: Number | None = key("number", None, doc="m; absent: unknown or driven", unit="m")
+    angle: Number | None = key(
+        "number", None, doc="from x, rad; absent: unknown or driven", unit="rad"
+    )
+    along: str | None = key("name", None, doc="vector of the same direction")
+    offset: Number | None = key("number", None, doc="angle from that vector, rad", unit="rad")
+    from_: str | None = key("reference", None, doc="tail: point of a body")
+    to: str | None = key("reference", None, doc="head: point of the same body")
+    pair: str = key("text", "block", choices=PAIRS, doc="of a vector of unknown length")
+    friction: Number | None = key("number", None, doc="in its sliding pair", unit="1")
+    friction_static: Number | None = key("number", None, unit="1")
+    contact_length: Number | None = key("number", None, doc="of its block, m", unit="m")
+    pin_radius: Number | None = key("number", None, doc="of a pin in the slot, m", unit="m")
+    one_sided: str | None = key("text", None, choices=SIDES, doc="side of the pin or block")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.from_ is None) != (self.to is None):
+            missing = "to" if self.to is None else "from"
+            raise InputError(f"the key '{missing}' is missing: a segment has two ends")
+        if self.from_ is not None and self.to is not None:
+            self._check_segment(self.from_, self.to)
+        if self.along is not None and self.angle is not None:
+            raise InputError(
+                "'angle' and 'along' contradict each other",
+                hint="keep one; offset = angle from the other vector",
+            )
+        if self.offset is not None and self.along is None:
+            raise InputError("'offset' is the angle from the vector that 'along' names, not given")
+        words: tuple[str, ...]
+        if self.slides:
+            words = ("friction_static", "contact_length") if self.in_slot else ("pin_radius",)
+        else:
+            words = ("friction", "friction_static", "contact_length", "pin_radius", "one_sided")
+        for word in words:
+            if getattr(self, word) is not None:
+                kind = f"a {self.pair}" if self.slides else "a vector that does not slide"
+                raise InputError(f"{kind} has no '{word}'", where=word)
+
+    def _check_segment(self, tail: str, head: str) -> None:
+        if tail.split(".")[0] != head.split(".")[0]:
+            raise InputError("'from' and 'to' are points of one body", where="to")
+        if tail == head:
+            raise InputError("'from' and 'to' are the same point", where="to")
+        for word in ("length", "angle", "along"):
+            if getattr(self, word) is not None:
+                raise InputError(f"'{word}' contradicts 'from' and 'to', which give it", where=word)
+
+    @property
+    def slides(self) -> bool:
+        """Its length is unknown or driven."""
+        return self.length is None and self.from_ is None
+
+    @property
+    def in_slot(self) -> bool:
+        return self.pair == "pin-in-slot"
+
+    @property
+    def body(self) -> str | None:
+        """The body whose two points it connects."""
+        return None if self.from_ is None else self.from_.split(".")[0]
+
+
+@dataclass(frozen=True)
+class Node(Value):
+    """A name for the head or the tail of a vector: its point and its turning joint."""
+
+    name: str = key("name")
+    at: str = key("reference", doc="VECTOR.head or VECTOR.tail")
+    friction: Number | None = key("number", None, doc="in its pins", unit="1")
+    friction_static: Number | None = key("number", None, unit="1")
+    pin_radius: Number | None = key("number", None, doc="m", unit="m")

@@ -1,0 +1,96 @@
+"""Which module of the vector method each Assur group is, and the loops it closes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.vectors.closure import Closure
+from mechdae.describe.vectors.expand import slide_of
+from mechdae.describe.vectors.nodes import signed
+from mechdae.model.groups import Group
+
+LETTERS = {"length": "l", "angle": "a"}
+SHOWN = {"length": "l", "angle": "\u03b1"}
+Unknown = tuple[str, str]
+"""A vector and what of it is unknown: its length, or the angle of its direction."""
+
+
+def modules(
+    mechanism: Mechanism, groups: Sequence[Group], drivers: Sequence[str]
+) -> list[dict[str, Any] | None]:
+    """Return the module of each group, in the order of computation; None for those without one.
+
+    ``unknown`` has vector -> its unknowns, ``loops`` the loops that the group closes, ``name`` the
+    module of the catalogue where it is one: one loop and two unknowns.
+    """
+    closure = mechanism.closure
+    if closure is None:
+        return [None] * len(groups)
+    known = {_driven(closure, text) for text in drivers}
+    pending = {name: _unknowns(closure, entries) for name, entries in closure.loops.items()}
+    result: list[dict[str, Any] | None] = []
+    for group in groups:
+        own = [
+            entry
+            for entry in dict.fromkeys(u for own in pending.values() for u in own)
+            if entry not in known and _found_by(closure, group, entry)
+        ]
+        known |= set(own)
+        closed = [name for name, unknown in pending.items() if set(unknown) <= known]
+        for name in closed:
+            del pending[name]
+        result.append(_module(own, closed) if own else None)
+    return result
+
+
+def _module(own: Sequence[Unknown], closed: list[str]) -> dict[str, Any]:
+    unknown: dict[str, list[str]] = {}
+    for word in ("length", "angle"):
+        for vector, quantity in own:
+            if quantity == word:
+                unknown.setdefault(vector, []).append(word)
+    words = ["".join(LETTERS[word] for word in sorted(u, reverse=True)) for u in unknown.values()]
+    name = "-".join(sorted(words, reverse=True)) if len(closed) == 1 and len(own) == 2 else None
+    text = ", ".join(f"{', '.join(SHOWN[w] for w in words)} of {v}" for v, words in unknown.items())
+    return {"name": name, "unknown": unknown, "loops": closed, "text": text}
+
+
+def _unknowns(closure: Closure, entries: Sequence[str]) -> list[Unknown]:
+    """Return what a loop leaves open, directions under the vector that they go by."""
+    found: list[Unknown] = []
+    for vector in (signed(entry)[0] for entry in entries):
+        if closure.vectors[vector].slides:
+            found.append((vector, "length"))
+        if closure.directions[vector][0]:
+            found.append((_root(closure, vector), "angle"))
+    return list(dict.fromkeys(found))
+
+
+def _root(closure: Closure, vector: str) -> str:
+    """Return the vector that a direction goes by: the one that others run along."""
+    along = closure.vectors[vector].along
+    while along is not None:
+        vector, along = along, closure.vectors[along].along
+    body = closure.vectors[vector].body
+    if body is not None:
+        return next(name for name, other in closure.vectors.items() if other.body == body)
+    return vector
+
+
+def _driven(closure: Closure, text: str) -> Unknown:
+    """Return the unknown that a driver gives."""
+    for vector in closure.vectors:
+        if closure.aliases.get(f"{vector}.length", "") == closure.aliases.get(text, text):
+            return vector, "length"
+    part = closure.aliases.get(text, text).split(".")[0]
+    owner = next((v for v, (body, _) in closure.directions.items() if body == part), "")
+    return (_root(closure, owner), "angle") if owner else (text, "")
+
+
+def _found_by(closure: Closure, group: Group, unknown: Unknown) -> bool:
+    vector, quantity = unknown
+    if quantity == "length":
+        return slide_of(vector) in group.joints
+    return closure.directions[vector][0] in group.bodies
