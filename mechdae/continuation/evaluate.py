@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
@@ -17,6 +17,7 @@ from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.setup.outputs import Outputs
+from mechdae.setup.scales import Constants
 
 H_LIMIT = 0.2
 """Largest Newton-Kantorovich number of a certified pose."""
@@ -24,6 +25,9 @@ ROUNDS = 8
 ATTEMPTS = 6
 TINY = 1e-17
 """Left-over distance to the solution below which no further Newton step is taken [rad]."""
+CARRIED = 1e-11
+"""Square of the last step of angles above which another one is taken: the kernel carries their
+sines and cosines along to second order in it."""
 HALF_TURN = 1.5
 FAR_OFF = 1e3
 """Largest steps of which the last bits may be counted where the drivers hardly move."""
@@ -31,8 +35,6 @@ RETURN = 1e-7
 """Share of a radian or of the mechanism's length within which two poses are the same one."""
 APART = 1e-3
 """Share above which they are not the same one, however badly they are known."""
-BLOCK = 1 << 17
-"""Numbers that are turned into rates at once: they stay near the processor."""
 TURN = 2 * np.pi
 MOST_TURNS = 64
 """Whole turns of an arc on which a pose is looked for."""
@@ -53,7 +55,8 @@ class Poses:
     limit positions, ``uncertain`` that a certificate failed, ``singular`` that a group's
     path stops at the pose for another reason than a limit; ``y`` holds outputs and their
     rates with respect to time. ``places`` (n,) are where the poses lie on the path: at ``s``, or
-    whole turns of the driver away where it gets there the other way round.
+    whole turns of the driver away where it gets there the other way round. ``bounds`` has the
+    largest bounds of what is reported, ``length`` [m] and ``angle`` [rad], where those are wanted.
     """
 
     s: Any
@@ -66,6 +69,7 @@ class Poses:
     error: Any
     condition: Any
     y: list[Any]
+    bounds: dict[str, Any] = field(default_factory=dict)
 
 
 def _poses_of(graphs: Graphs) -> Batch:
@@ -92,6 +96,7 @@ class Evaluator:
         unknowns = graphs.scene.unknowns
         self.angles = unknowns.turns
         self.lengths = np.array([unknowns.lengths[g.own].all() for g in graphs.blocks], bool)
+        self.turning = np.array([unknowns.turns[g.own].any() for g in graphs.blocks], bool)
         dyads = {group.index for group in graphs.scene.groups if group.is_dyad}
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.zones = ZonePoses(graphs)
@@ -109,9 +114,7 @@ class Evaluator:
         zero where they are left out; without any, the drivers' derivatives with respect to s.
         """
         s = np.asarray(s, float)
-        nothing = np.zeros((len(s), self.graphs.nu))
-        count = len(self.graphs.driven)
-        rates = tuple([*(rates or path.rates(s, count)), *[nothing] * count][:count])
+        rates = self.all_rates(path, s, rates)
         alive = np.stack([path.follows(g, s) for g in self.groups], axis=1)
         places, limits = s, self._limits(path, s)
         if not alive.all() and path.graphs.turns:
@@ -121,6 +124,15 @@ class Evaluator:
         poses = self._solve(path, s, places, guess, alive, limits, rates)
         poses.singular = stops & ~poses.alive.all(axis=1)
         return poses
+
+    def all_rates(self, path: AnyPath, s: Any, rates: Rates) -> Rates:
+        """Return as many rates as the kernel needs, zero where they are left out."""
+        count, nothing = len(self.graphs.driven), np.zeros((len(s), self.graphs.nu))
+        return tuple([*(rates or path.rates(s, count)), *[nothing] * count][:count])
+
+    def tiny(self, constants: Constants) -> Any:
+        """Return the left-over distance to the solution that is no more than rounding, (nb,)."""
+        return TINY * np.where(self.lengths, constants.scale, 1.0)
 
     @staticmethod
     def _stops(path: AnyPath, s: Any) -> Any:
@@ -142,14 +154,14 @@ class Evaluator:
             for limit in (reach.low, reach.high):
                 if limit is None or limit.kind != "limit":
                     continue
-                tolerance = 8 * np.finfo(float).eps * self._coarse(path, limit.s)
+                tolerance = 8 * np.finfo(float).eps * self.coarse(path, limit.s)
                 for k in np.flatnonzero(np.abs(s - limit.s) <= tolerance):
                     if limit not in found.setdefault(int(k), []):
                         found[int(k)].append(limit)
         return found
 
     @staticmethod
-    def _coarse(path: AnyPath, s: float) -> float:
+    def coarse(path: AnyPath, s: float) -> float:
         """Return what the last bits of a place are a share of: its own, or the drivers' values."""
         u, rate, *_ = path.motion(s)
         moving = rate != 0
@@ -316,11 +328,12 @@ class Evaluator:
         results = self._call(path, guess, s, rates, consts)
         with np.errstate(invalid="ignore", over="ignore"):
             first = constants.kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
-        tiny = TINY * np.where(self.lengths, constants.scale, 1.0)
+        tiny = self.tiny(constants)
         for _ in range(ROUNDS):
             with np.errstate(invalid="ignore", over="ignore"):
                 left = constants.kappa * results[3] * results[4]
-            again = np.flatnonzero((left > tiny).any(axis=1))
+                wide = (results[4] > CARRIED) & self.turning
+            again = np.flatnonzero(((left > tiny) | wide).any(axis=1))
             if not again.size:
                 break
             self.refined += len(again)
@@ -450,7 +463,7 @@ def _rows(rates: Rates, rows: Any) -> Rates:
 def in_time(values: list[Any], speed: Any, acceleration: Any, jerk: Any = 0.0) -> list[Any]:
     """Return y and its rates in time from its derivatives with respect to a single driver.
 
-    `speed`, `acceleration` and `jerk` of the driver are (n, 1) arrays.
+    `speed`, `acceleration` and `jerk` of the driver are numbers or (n, 1) arrays.
     """
     rates = list(values)
     if len(values) > 3:
@@ -461,13 +474,3 @@ def in_time(values: list[Any], speed: Any, acceleration: Any, jerk: Any = 0.0) -
     if len(values) > 1:
         rates[1] = values[1] * speed + 0.0
     return rates
-
-
-def into_time(values: list[Any], *rates: Any) -> None:
-    """Turn derivatives of y (n, ny) into rates as `in_time` does, in place and by few columns."""
-    count, width = values[0].shape
-    step = max(1, BLOCK // max(count, 1))
-    for k in range(0, width, step):
-        parts = [array[:, k : k + step] for array in values]
-        for part, new in zip(parts[1:], in_time(parts, *rates)[1:], strict=True):
-            part[...] = new

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,29 +11,23 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.setup.outputs import Outputs
 from mechdae.setup.scales import Constants
 
-
-def output_bounds(
-    graphs: Graphs, outputs: Outputs, constants: Constants, error: Any
-) -> dict[str, Any]:
-    """Return ``length`` (n,) [m] over the points and ``angle`` (n,) [rad] over the bodies.
-
-    `error` (n, nx) are the bounds of the unknowns. |dy/dx| is bounded for all poses at once; half
-    a unit in the last place of the driver's value does not count, the bound is for the float64
-    data given.
-    """
-    bounds = OutputBounds(graphs, outputs, constants)
-    result = {}
-    turns = [e for e in outputs.entries if e.is_output and e.unit == "rad"]
-    lengths = [e for e in outputs.entries if e.unit == "m"]
-    for word, entries in (("length", lengths), ("angle", turns)):
-        columns = [i for entry in entries for i in entry.columns]
-        if columns:
-            result[word] = bounds.largest(error, columns)
-    return result
+FEW = 64
+"""Rows of which those that others exceed everywhere are left out."""
+Row = tuple[tuple[int, ...], tuple[float, ...]]
+"""The columns and values of a sparse row."""
 
 
 class OutputBounds:
-    """Bounds on outputs from those on the unknowns, by |dy/dx| bounded for a whole path."""
+    """Bounds on outputs from those on the unknowns, by |dy/dx| bounded for a whole path.
+
+    Half a unit in the last place of the driver's value does not count, bounds are for the
+    float64 data given.
+
+    Attributes
+    ----------
+    words
+        ``length`` [m] of the points, ``angle`` [rad] of the bodies, those that there are.
+    """
 
     def __init__(self, graphs: Graphs, outputs: Outputs, constants: Constants) -> None:
         sizes = (constants.size_x, constants.size_u, constants.p, constants.floors)
@@ -44,17 +39,27 @@ class OutputBounds:
         else:
             rows, columns, call = graphs.output_slopes
             values, self.rounding = call(*sizes, *(part.ravel() for part in constants.boxes))
-        self.rows = _rows(rows, columns, values, graphs.ny, graphs.nx)
+        self._rows = _rows(rows, columns, values, graphs.ny, graphs.nx)
+        self.words = {word: self.of(own) for word, own in outputs.bounded.items()}
+
+    def of(self, columns: Sequence[int]) -> tuple[list[Row], float]:
+        """Return rows and rounding of which the largest bound of some columns is made."""
+        rows = list(dict.fromkeys(self._rows[i] for i in columns if self._rows[i][0]))
+        return _largest(rows), float(self.rounding[columns].max(initial=0.0))
+
+    def by_kind(self, error: Any) -> dict[str, Any]:
+        """Return the bounds (n,) of each of the `words` for those of the unknowns, (nx, n)."""
+        error = np.nan_to_num(error, nan=0.0)
+        return {word: self.of_kind(word, error, np.empty(error.shape[1])) for word in self.words}
+
+    def of_kind(self, word: str, error: Sequence[Any], into: Any) -> Any:
+        """Write the bounds of one of the `words` into an (n,) array, and return it."""
+        return _worst(error, *self.words[word], into)
 
     def largest(self, error: Any, columns: list[int]) -> Any:
         """Return the largest bound of some columns at each pose, (n,); `error` is (n, nx)."""
-        error = np.nan_to_num(error, nan=0.0)
-        worst = _worst(error, [self.rows[i] for i in columns])
-        return worst + float(self.rounding[columns].max(initial=0.0))
-
-
-Row = tuple[tuple[int, ...], tuple[float, ...]]
-"""The columns and values of a sparse row."""
+        known = np.nan_to_num(error, nan=0.0).T
+        return _worst(known, *self.of(columns), np.empty(len(error)))
 
 
 def _rows(rows: Any, columns: Any, values: Any, count: int, width: int) -> list[Row]:
@@ -66,14 +71,26 @@ def _rows(rows: Any, columns: Any, values: Any, count: int, width: int) -> list[
     return [(tuple(row), tuple(row.values())) for row in entries]
 
 
-def _worst(error: Any, rows: list[Row]) -> Any:
-    """Return the largest product of a row with each pose's errors, (n,)."""
-    values: dict[tuple[int, ...], dict[tuple[float, ...], None]] = {}
-    for columns, row in rows:
-        values.setdefault(columns, {})[row] = None
-    worst = np.zeros(len(error))
-    for columns, distinct in values.items():
-        if columns:
-            products = error[:, columns] @ np.array(list(distinct)).T
-            np.maximum(worst, products.max(axis=1), out=worst)
-    return worst
+def _largest(rows: list[Row]) -> list[Row]:
+    """Return the rows that no other one exceeds in every column, where there are few."""
+    if not 1 < len(rows) <= FEW:
+        return rows
+    tables = [dict(zip(*row, strict=True)) for row in rows]
+    kept: list[int] = []
+    for i, own in enumerate(tables):
+        others = [tables[k] for k in range(len(rows)) if k in kept or k > i]
+        if not any(all(v <= table.get(j, -1.0) for j, v in own.items()) for table in others):
+            kept.append(i)
+    return [rows[i] for i in kept]
+
+
+def _worst(error: Sequence[Any], rows: list[Row], rounding: float, into: Any) -> Any:
+    """Write the largest product of a row with each pose's errors (nx, n), and rounding."""
+    into[...] = 0.0
+    for columns, values in rows:
+        product = error[columns[0]] * values[0]
+        for j, value in zip(columns[1:], values[1:], strict=True):
+            product += error[j] * value
+        np.maximum(into, product, out=into)
+    into += rounding
+    return into

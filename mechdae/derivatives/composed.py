@@ -105,7 +105,7 @@ class Composed:
         for _ in range(0 if self.smooth else FAR if self.apart else STEPS):
             x, eta, trig = g.newton(x, g.u)
         parts = g.rates(x, g.u, g.driven, g.derivatives, trig)
-        found = [*g.output_rates(x, parts), sum(eta, SX(0))]
+        found = [*g.output_rates(x, (ca.sin(x), ca.cos(x)), parts), sum(eta, SX(0))]
         driven = [] if g.single else g.driven
         function = ca.Function("kinematics", [g.x, g.u, *driven, g.consts], found)
         rest = SX.ones(g.consts.numel() - self.p.numel())

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.evaluate import Poses, into_time
+from mechdae.continuation.evaluate import Poses, in_time
 from mechdae.forces.inverse_dynamics import Motion
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.model.model import Model
@@ -83,7 +83,7 @@ class Moving:
         poses = run.evaluator.at(run.path, places)
         values = run.path.drivers(places)
         if self.by_value:
-            into_time(poses.y, np.array([[self.speed]]), np.zeros((1, 1)))
+            poses.y = in_time(poses.y, self.speed, 0.0)
             rates = tuple(np.broadcast_to(r, values.shape) for r in (plan.speed, 0 * plan.speed))
             time = time_of(plan, run.values)
             if time is not None:

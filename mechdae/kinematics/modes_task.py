@@ -10,7 +10,7 @@ import numpy as np
 
 from mechdae.assembly import start
 from mechdae.assembly.assembler import Assembler, Mode
-from mechdae.continuation.output_bounds import output_bounds
+from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.single_pose import certified
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.file.problem import Problem
@@ -61,7 +61,8 @@ def modes(problem: Problem, name: str, task: Modes) -> ModesResult:
     tables: dict[str, Any] = found.outputs.named([found.y])
     there = [found.y[:, found.outputs.columns(found.expressions.coordinates)]]
     tables["outputs"], lost = found.expressions.evaluate(there, None, np.ones(len(listed), bool))
-    bounds = output_bounds(found.assembler.graphs, found.outputs, certain.constants, certain.error)
+    bounder = OutputBounds(found.assembler.graphs, found.outputs, certain.constants)
+    bounds = bounder.by_kind(certain.error.T)
     summary, notes = _summary(found), lost + _notes(found)
     if notes:
         summary["notes"] = notes

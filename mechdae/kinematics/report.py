@@ -12,7 +12,6 @@ from mechdae.continuation.across_change_point import Zone
 from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.evaluate import Poses
 from mechdae.continuation.near_change_point import zone_of
-from mechdae.continuation.output_bounds import output_bounds
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
@@ -21,6 +20,7 @@ from mechdae.kinematics.undercut import cuts, refined
 from mechdae.measures.measure import sorted_events
 from mechdae.model.groups import Group, formula
 from mechdae.results import (
+    CODES,
     FINE,
     LOST,
     Event,
@@ -29,9 +29,9 @@ from mechdae.results import (
     Series,
     Status,
     SweepResult,
+    among,
     counts,
     events_of,
-    statuses,
 )
 from mechdae.setup.drivers import DriverPlan
 from mechdae.setup.named_outputs import time_of
@@ -145,20 +145,18 @@ def _crossed(
 
 def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run) -> SweepResult:
     plan, poses, outputs = setting.plan, run.poses, setting.outputs
-    status = _status(poses)
-    doubtful = _ambiguous(run.path, poses.s) | _ambiguous(run.path, poses.places)
-    status[doubtful & (status == Status.OK)] = Status.AMBIGUOUS
+    status = _status(run.path, poses)
     found = run.found
     named: dict[str, Any] = outputs.named(poses.y, found.series)
     named["centres"] = Series(found.centres)
-    certified = np.isin(status, FINE)
+    certified = among(status, FINE)
     columns = outputs.columns(setting.expressions.coordinates)
     time = time_of(plan, run.values)
     there = [array[:, columns] for array in poses.y]
     named["outputs"], lost = setting.expressions.evaluate(there, time, certified)
-    bounds = output_bounds(run.path.graphs, outputs, run.path.constants, poses.error)
-    for bound in bounds.values():
-        bound[~certified] = np.nan
+    if not certified.all():
+        for numbers in (*poses.bounds.values(), poses.condition):
+            numbers[~certified] = np.nan
     failed = _failed(setting, run, status)
     summary = run.summary.copy()
     summary["poses"] = len(status)
@@ -169,7 +167,7 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     ]
     summary["mode"] = _mode(setting, run)
     summary["not_in_scene"] = setting.scene.not_in_scene
-    near = (zone_of(run.path.zones, poses.places) >= 0).any()
+    near = bool(run.path.zones) and (zone_of(run.path.zones, poses.places) >= 0).any()
     summary["bound"] = "estimated" if near or run.path.constants.estimated else "proved"
     if setting.scene.redundant:
         summary["superfluous"] = setting.assembler.superfluous(*_start(run))
@@ -194,8 +192,8 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
         problem.title,
         drivers=_drivers(plan, run.values, task),
         status=status,
-        bound=Series(bounds),
-        condition=_condition(poses, certified),
+        bound=Series(poses.bounds),
+        condition=poses.condition,
         events=_in_order(setting, run, [*run.events, *events, *found.events]),
         summary=summary,
         fault=_fault(setting, run, status, failed, rollers),
@@ -285,18 +283,16 @@ def _modes_at_start(setting: Setting, run: Run) -> str:
     return text
 
 
-def _condition(poses: Poses, certified: Any) -> Any:
-    condition = poses.condition.copy()
-    condition[~certified] = np.nan
-    return condition
-
-
-def _status(poses: Poses) -> Any:
-    status = statuses(len(poses.s))
+def _status(path: AnyPath, poses: Poses) -> Any:
+    """Return the statuses of the poses, one byte each."""
+    status = np.zeros(len(poses.s), np.uint8)
     dead = ~poses.alive.all(axis=1)
-    status[dead] = Status.UNASSEMBLED
-    status[poses.uncertain | poses.singular] = Status.SINGULAR
-    status[poses.at_limit & ~dead] = Status.LIMIT
+    status[dead] = CODES[Status.UNASSEMBLED]
+    status[poses.uncertain | poses.singular] = CODES[Status.SINGULAR]
+    status[poses.at_limit & ~dead] = CODES[Status.LIMIT]
+    if path.zones:
+        doubtful = _ambiguous(path, poses.s) | _ambiguous(path, poses.places)
+        status[doubtful & (status == CODES[Status.OK])] = CODES[Status.AMBIGUOUS]
     return status
 
 
@@ -331,11 +327,11 @@ def _drivers(plan: DriverPlan, values: Any, task: Sweep) -> Named:
     for k, c in enumerate(plan.coordinates):
         series = {"position": values[:, k]}
         if task.derivatives >= 1:
-            series["velocity"] = np.broadcast_to(plan.speed[:, k], n).copy()
+            series["velocity"] = np.broadcast_to(plan.speed[:, k], n)
         if task.derivatives >= 2:
-            series["acceleration"] = np.broadcast_to(plan.acceleration[:, k], n).copy()
+            series["acceleration"] = np.broadcast_to(plan.acceleration[:, k], n)
         if task.derivatives >= 3:
-            series["jerk"] = np.broadcast_to(plan.jerk[:, k], n).copy()
+            series["jerk"] = np.broadcast_to(plan.jerk[:, k], n)
         table[c.text] = Series(series)
     return Named("driver", table)
 
@@ -353,7 +349,7 @@ def _start(run: Run) -> tuple[Any, Any]:
 
 def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
     """Return the intervals of poses that have none: from, to, group and joint."""
-    lost = np.isin(status, LOST)
+    lost = among(status, LOST)
     if not lost.any():
         return []
     there = assembled(setting.assembler, run.values, np.flatnonzero(lost))
@@ -483,7 +479,7 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
     """Return which poses are lost and why."""
     entry = failed[0]
     c = setting.plan.coordinates[setting.plan.lead]
-    lost = int(np.isin(status, LOST).sum())
+    lost = int(among(status, LOST).sum())
     events = [event for event in run.events if event.get("reached", True)]
     stops = [e for e in events if e["kind"] in STOPS and e.get("action", "stop") == "stop"]
     stopped = bool(stops)
@@ -520,7 +516,7 @@ def _lost(setting: Setting, run: Run, status: Any, failed: list[dict[str, Any]])
         text += f"; the motion stops at {_place(setting, event)}: {why}{_range(event)}"
         if event.get("action") == "stop" and setting.on_change_point == "switch":
             text += f", and {_not_switched(event)}"
-    if status[0] == Status.UNASSEMBLED:
+    if status[0] == CODES[Status.UNASSEMBLED]:
         text += _modes_at_start(setting, run)
     return text
 

@@ -10,6 +10,7 @@ from mechdae.continuation.evaluate import Evaluator
 from mechdae.continuation.follower import extend
 from mechdae.continuation.legs import Legs, largest_step
 from mechdae.continuation.limit_positions import Limit
+from mechdae.continuation.many_poses import swept
 from mechdae.continuation.path import Path
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.kinematics.extremes import Spans
@@ -114,7 +115,7 @@ def from_pose_to_pose(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     evaluator = Evaluator(legs.graphs, setting.outputs)
     n = len(plan.values)
     places = np.arange(1.0, n + 1)
-    poses = evaluator.at(legs, places, _rates(setting))
+    poses = swept(evaluator, legs, places, _rates(setting))
     events = limit_events(setting, legs, 0.0, float(n))
     measured = at_poses(setting.outputs, task, poses)
     return Run(legs, evaluator, poses, plan.values, places, events, Summary(), measured)
@@ -145,7 +146,7 @@ def along_a_line(setting: Setting, task: Sweep, u: Any, x: Any) -> Run:
     path = covered(follow, setting, values, 0.0, (start, values[0] + begin * d))[0]
     evaluator = Evaluator(setting.graphs, setting.outputs)
     grid = np.linspace(0.0, 1.0, len(values))
-    poses = evaluator.at(path, grid, _rates(setting))
+    poses = swept(evaluator, path, grid, _rates(setting))
     spans = None
     if task.derivatives >= 2:
         spans = Spans(evaluator, setting.outputs, path, poses, 0.0, 1.0)

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from mechdae.continuation.change_points import NODES_PER_TURN
-from mechdae.continuation.evaluate import Evaluator, into_time
+from mechdae.continuation.evaluate import Evaluator, in_time
 from mechdae.continuation.follower import extend
+from mechdae.continuation.many_poses import swept
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
@@ -144,7 +145,13 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
         return path, places
 
     path, places = covered(follow, setting, span, margin, (x, u))
-    poses = evaluator.at(path, places, (plan.speed, plan.acceleration, plan.jerk) if laws else ())
+    rates = (plan.speed, plan.acceleration, plan.jerk)
+    own = [rate[:, [moving]] for rate in rates]
+    driver = None if laws else (own[0], own[1], own[2])
+    measures = bool(task.measures)  # of derivatives by the driver
+    poses = swept(
+        evaluator, path, places, rates if laws else (), None if measures else driver, measures
+    )
     low, high = float(np.min(places)), float(np.max(places))
     spans = None
     if not plan.named and task.derivatives >= 2:
@@ -166,8 +173,8 @@ def _along(setting: Setting, task: Sweep, u: Any, x: Any, begin: float | None = 
         along_path(setting.outputs, task, evaluator, path, places, measured, moving)
         for event in measured.events if graphs.nu > 1 else ():
             event["at"] = path.drivers(np.array([event["at"]]))[0].tolist()
-        rates = (plan.speed, plan.acceleration, plan.jerk)
-        into_time(poses.y, *(rate[:, [moving]] for rate in rates))
+        if measures:
+            poses.y = in_time(poses.y, *own)
     return Run(path, evaluator, poses, values, places, events, summary, measured, spans)
 
 

@@ -15,10 +15,11 @@ from mechdae.results.later import Later, Summary
 from mechdae.results.plain import plain
 from mechdae.results.result import Result
 from mechdae.results.series import Named, Series
-from mechdae.results.status import FINE, LOST, Status, counts, statuses
+from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
 from mechdae.results.units import KINDS, OUTPUT_RATES, REACTION, UNITS
 
 __all__ = [
+    "CODES",
     "FINE",
     "KINDS",
     "LOST",
@@ -40,6 +41,7 @@ __all__ = [
     "Summary",
     "SweepResult",
     "SynthesisResult",
+    "among",
     "counts",
     "events_of",
     "plain",

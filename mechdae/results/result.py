@@ -18,6 +18,7 @@ from mechdae.results.events import Event
 from mechdae.results.later import Later, Summary
 from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import Named, Series
+from mechdae.results.status import StatusOfPoses
 from mechdae.results.units import HISTORY, KINDS, path_unit, series_unit
 from mechdae.types import Floats, Texts
 
@@ -85,7 +86,7 @@ class Result:
     points: Named = field(default_factory=lambda: Named("point", {}))
     joints: Named = field(default_factory=lambda: Named("joint", {}))
     outputs: Named = field(default_factory=lambda: Named("output", {}))
-    status: Texts = field(default_factory=lambda: np.zeros(0, dtype=str))
+    status: Texts = StatusOfPoses()  # type: ignore[assignment]
     bound: Series = field(default_factory=lambda: Series({}))
     condition: Floats | None = None
     events: tuple[Event, ...] = ()
@@ -112,7 +113,7 @@ class Result:
         return [(f"efforts_{word}", series) for word, series in self.parts.items()]
 
     def __len__(self) -> int:
-        return len(self.status)
+        return len(self.__dict__["_codes"])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, as in the JSON of this task (nan as None)."""

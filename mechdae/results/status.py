@@ -39,15 +39,63 @@ FINE = (Status.OK, Status.LIMIT)
 """Poses that are certified."""
 LOST = (Status.UNASSEMBLED, Status.SINGULAR)
 """Poses that have no values."""
+CODES = {status.value: code for code, status in enumerate(Status)}
+"""The byte that stands for each status."""
+TEXTS = np.array(list(CODES))
 
 
 def statuses(count: int, status: Status = Status.OK) -> Any:
     """Return an array (count,) of one status, into which every other one fits."""
-    return np.full(count, str(status), dtype=f"<U{max(map(len, Status))}")
+    return np.full(count, str(status), dtype=TEXTS.dtype)
 
 
-def counts(status: Iterable[str]) -> dict[str, int]:
-    """Return the number of poses of each status."""
-    array = np.asarray(status, dtype=str)
-    found = {str(word): int(np.count_nonzero(array == word.value)) for word in Status}
-    return {word: count for word, count in found.items() if count}
+def coded(status: Any) -> Any:
+    """Return statuses (n,) as bytes; texts that are no `Status` stay an array of texts."""
+    array = np.asarray(status)
+    if array.dtype == np.uint8:
+        return array
+    words = array.astype(str)
+    codes = np.zeros(len(words), np.uint8)
+    known = words == TEXTS[0]
+    for word, code in list(CODES.items())[1:]:
+        own = words == word
+        codes[own], known = code, known | own
+    return codes if known.all() else words
+
+
+def texts(codes: Any) -> Any:
+    """Return statuses as texts (n,), read-only."""
+    array = TEXTS[codes] if codes.dtype == np.uint8 else codes.copy()
+    array.setflags(write=False)
+    return array
+
+
+def among(codes: Any, kinds: Iterable[Status]) -> Any:
+    """Return which of some bytes stand for one of these statuses, (n,)."""
+    table = np.zeros(len(CODES), bool)
+    table[[CODES[kind.value] for kind in kinds]] = True
+    return table[codes]
+
+
+def counts(status: Any) -> dict[str, int]:
+    """Return the number of poses of each status, given as texts or bytes."""
+    found = np.bincount(coded(status), minlength=len(CODES)).tolist()
+    return {word: found[code] for word, code in CODES.items() if found[code]}
+
+
+class StatusOfPoses:
+    """The statuses of a result: kept as one byte each, read as an array of texts."""
+
+    def __get__(self, result: Any, kind: Any = None) -> Any:
+        """Return the texts (n,), made when they are first read."""
+        if result is None:
+            return ()
+        known = result.__dict__
+        if "_status" not in known:
+            known["_status"] = texts(known["_codes"])
+        return known["_status"]
+
+    def __set__(self, result: Any, status: Any) -> None:
+        """Keep statuses given as texts or bytes."""
+        result.__dict__.pop("_status", None)
+        result.__dict__["_codes"] = coded(status)

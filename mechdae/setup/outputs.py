@@ -83,7 +83,24 @@ class Outputs:
         for key, expression, bodies in hidden:
             self._add("hidden", key, "value", expression, bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
-        self.expression = scene.expression(stacked)
+        self.expression = self._one_place(scene.expression(stacked))
+
+    def _one_place(self, expression: Any) -> Any:
+        """Return the scalars with points that a pin holds together as one of them, met first.
+
+        Where constraints are superfluous a pin is closed to within their tolerance only.
+        """
+        scene = self.scene
+        place = {e.part: list(e.columns) for e in self.entries if e.kind == "points"}
+        joints = scene.model.mechanism.joints
+        result = ca.SX(expression)
+        for group in scene.groups:
+            for joint in (joints[name] for name in group.joints if not group.superfluous):
+                if joint.coincide and {joint.first, joint.second} <= place.keys():
+                    ends = [place[joint.first], place[joint.second]]
+                    ends.sort(key=lambda own: max(scene.held(result[own])[0], default=-1))
+                    result[ends[1]] = result[ends[0]]
+        return result
 
     def at(self, scene: Scene) -> Outputs:
         """Return the same quantities of the scene with other numbers."""
@@ -110,6 +127,20 @@ class Outputs:
         self._scalars += scalars
         columns = tuple(range(start, start + len(scalars)))
         self.entries.append(ReportedQuantity(kind, part, name, columns, bodies))
+
+    @property
+    def bounded(self) -> dict[str, list[int]]:
+        """The columns of which bounds are told, by what these are called; none without columns."""
+        turns = [i for e in self.entries if e.is_output and e.unit == "rad" for i in e.columns]
+        lengths = [i for e in self.entries if e.unit == "m" for i in e.columns]
+        kinds = (("length", lengths), ("angle", turns))
+        return {word: columns for word, columns in kinds if columns}
+
+    @property
+    def without_rates(self) -> list[int]:
+        """The columns of which no rates are reported: turns of joints."""
+        turns = (e for e in self.entries if e.kind == "joints" and e.quantity is ANGLE)
+        return [i for entry in turns for i in entry.columns]
 
     def groups_of(self, entry: ReportedQuantity) -> set[int]:
         """Return the groups whose unknowns the quantity depends on."""

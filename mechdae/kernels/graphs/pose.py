@@ -24,8 +24,9 @@ from typing import Any, Self
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import PLACE
+from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
+from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inverse, norm, placed
 from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.call import Call
@@ -258,7 +259,7 @@ class PoseGraphs:
         """
         x, eta, trig = self.newton(self.x, self.u)
         parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta)
-        outputs = self.output_rates(x, parts)
+        outputs = self.output_rates(x, trig, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
         return ca.Function("pose", inputs, results, OPTIONS)
@@ -283,12 +284,13 @@ class PoseGraphs:
             rates = (v[own], a[own]) if self.single or self.course else (None, None)
             known[b] = (*rates, error[own])
         parts = self.rates(x, self.u, self.driven, self.derivatives, trig, eta, known)
-        outputs = self.output_rates(x, parts)
+        outputs = self.output_rates(x, trig, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
         return ca.Function("held", [*inputs, v, a, error], results, OPTIONS)
 
-    def output_rates(self, x: Any, parts: dict[str, Any]) -> list[Any]:
+    def output_rates(self, x: Any, trig: Any, parts: dict[str, Any]) -> list[Any]:
+        """Return y, y', ... at solved unknowns with the sines and cosines of all of them."""
         y, scene = self.outputs, self.scene
         old = ca.vertcat(scene.x, scene.u)
         # the total derivative along (v, a, j), as often as asked for
@@ -297,7 +299,12 @@ class PoseGraphs:
         for order in range(self.derivatives):
             at = ca.vertcat(old, *along[:order])
             values.append(ca.jtimes(values[-1], at, ca.vertcat(*along[: order + 1])))
-        function = ca.Function("outputs", [scene.x, scene.u, self.p, *along], values)
+        turning = [i for i, c in enumerate(scene.unknowns) if c.kind is ANGLE]
+        angles, (sines, cosines) = scene.x[turning], (part[turning] for part in trig)
+        symbols = [SX.sym(name, len(turning)) for name in ("sin", "cos")]
+        values = with_trig(values, angles, *symbols)
+        inputs = [scene.x, scene.u, self.p, *symbols, *along]
         rates = [ca.vertcat(parts[n], du) for n, du in zip("vaj", self.driven, strict=False)]
-        found = function(x, self.u, self.p, *rates[: self.derivatives])
-        return list(found) if self.derivatives else [found]
+        function = ca.Function("outputs", inputs, values)
+        known = (x, self.u, self.p, sines, cosines, *rates[: self.derivatives])
+        return function.call(known)

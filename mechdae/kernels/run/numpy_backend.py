@@ -6,7 +6,7 @@ Operation by operation the results are those of casadi's own virtual machine.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -47,6 +47,12 @@ _WRITERS = {**_UFUNCS, **{code: into(pair[1]) for code, pair in LOGIC.items()}}
 """Operations that write it where they are told to."""
 
 
+Place = tuple[str, Any]
+"""Where a value is: ("input", (i, j)), ("shared", (i, j)), ("constant", number), ("scalar", k),
+("buffer", k) or ("result", (output, row))."""
+Operation = tuple[Any, list[Place], Any]
+
+
 class NumpyFunction:
     """Evaluates an SX function with dense vector inputs and outputs for many poses.
 
@@ -56,16 +62,34 @@ class NumpyFunction:
         The function.
     shared
         Inputs that have one value for all poses.
+    unwanted
+        (output, row) of values that nobody reads: neither they nor what only they need is
+        computed.
+
+    Attributes
+    ----------
+    results : list of (output, row)
+        What is computed pose by pose: every value once.
+    places : dict
+        (output, row) -> the place of its value: one of `results`, an input, a constant, or one
+        of the `scalars` that all poses share.
     """
 
-    def __init__(self, function: Any, shared: Sequence[int] = ()) -> None:
-        self.function, self.shared = function, set(shared)
+    def __init__(
+        self,
+        function: Any,
+        shared: Sequence[int] = (),
+        unwanted: Container[tuple[int, int]] = (),
+    ) -> None:
+        self.function, self.shared, self._unwanted = function, set(shared), unwanted
+        self.places: dict[tuple[int, int], Place] = {}
         self._once: list[tuple[Any, ...]] = []
         self._line: list[tuple[Any, ...]] = []
         self.registers = 0
         self._spare: list[Any] = []
         """Buffers between two calls: fresh memory is slow at its first touch."""
         self._read()
+        self.results = [own for own, place in self.places.items() if place == ("result", own)]
         self.chunk = max(SMALLEST_CHUNK, CACHE_BYTES // (8 * max(self.registers, 1)))
 
     @staticmethod
@@ -85,10 +109,10 @@ class NumpyFunction:
         for the next. Scalars that all poses share are computed once and live apart.
         """
         f = self.function
-        place: dict[int, tuple[str, Any]] = {}  # register -> where its value is now
+        place: dict[int, Place] = {}  # register -> where its value is now
         highest: list[int] = []
-        steps: list[tuple[Any, list[tuple[str, Any]], Any]] = []
-        scalars = 0
+        steps: list[Operation] = []
+        first: dict[int, tuple[int, int]] = {}  # step -> the result that its value is
         for k in range(f.n_instructions()):
             code = f.instruction_id(k)
             into, out_of = f.instruction_output(k), f.instruction_input(k)
@@ -100,7 +124,15 @@ class NumpyFunction:
                 place[into[0]] = ("constant", f.instruction_constant(k))
                 continue
             sources = [place[i] for i in out_of]
-            need, shared = -1, code != ca.OP_OUTPUT
+            if code == ca.OP_OUTPUT:
+                (kind, what), own = sources[0], (into[0], into[1])
+                if own in self._unwanted:
+                    continue
+                if kind == "buffer":
+                    kind, what = "result", first.setdefault(what, own)
+                self.places[own] = (kind, what)
+                continue
+            need, shared = -1, True
             for kind, what in sources:
                 if kind == "buffer":
                     shared, need = False, max(need, highest[what])
@@ -109,58 +141,49 @@ class NumpyFunction:
             if code == ca.OP_TWICE:
                 code, sources = ca.OP_ADD, [sources[0], sources[0]]
             if shared:
-                place[into[0]] = ("scalar", scalars)
-                self._once.append((_VALUES[code], sources, scalars))
-                scalars += 1
+                place[into[0]] = ("scalar", len(self._once))
+                self._once.append((_VALUES[code], sources))
                 continue
-            if code == ca.OP_OUTPUT:
-                steps.append((None, sources, tuple(into)))
-            else:
-                place[into[0]] = ("buffer", len(steps))
-                steps.append((_WRITERS[code], sources, None))
+            place[into[0]] = ("buffer", len(steps))
+            steps.append((_WRITERS[code], sources, None))
             highest.append(need)
-        self._scalars = scalars
-        self._allocate(steps, sorted(range(len(steps)), key=highest.__getitem__))
+        self._allocate(steps, sorted(range(len(steps)), key=highest.__getitem__), first)
 
-    def _allocate(self, steps: list[tuple[Any, list[tuple[str, Any]], Any]], order: Any) -> None:
+    def _allocate(
+        self, steps: list[Operation], order: list[int], first: dict[int, tuple[int, int]]
+    ) -> None:
         """Give each value a place: the result it is, else a buffer until its last use."""
+        needed = set(first)
+        for k in reversed(range(len(steps))):
+            if k in needed:
+                needed |= {what for kind, what in steps[k][1] if kind == "buffer"}
+        order = [k for k in order if k in needed]
         last = {what: k for k in order for kind, what in steps[k][1] if kind == "buffer"}
-        home: dict[int, tuple[str, Any]] = {}
+        home: dict[int, Place] = {k: ("result", own) for k, own in first.items()}
         free: list[int] = []
-        for k in reversed(order):
-            ufunc, sources, output = steps[k]
-            if ufunc is None and sources[0][0] == "buffer":
-                home[sources[0][1]] = ("result", output)
-        line: list[tuple[Any, list[tuple[str, Any]], tuple[str, Any]]] = []
+        line: list[Operation] = []
         for k in order:
-            ufunc, sources, output = steps[k]
+            ufunc, sources, _ = steps[k]
             given = [home[what] if kind == "buffer" else (kind, what) for kind, what in sources]
             for kind, what in sources:
                 if kind == "buffer" and last[what] == k and home.get(what, ("",))[0] == "buffer":
                     free.append(home.pop(what)[1])
-            if ufunc is None:
-                if given[0] != ("result", output):
-                    line.append((np.positive, given, ("result", output)))
-                continue
             target = home.get(k)
             if target is None:
                 if not free:
                     free.append(self.registers)
                     self.registers += 1
                 target = ("buffer", free.pop())
-                if k in last:
-                    home[k] = target
-                else:
-                    free.append(target[1])
+                home[k] = target
             line.append((ufunc, given, target))
         self._number(line)
 
-    def _number(self, line: list[tuple[Any, list[tuple[str, Any]], tuple[str, Any]]]) -> None:
+    def _number(self, line: list[Operation]) -> None:
         """Number the arrays and scalars that the steps use: buffers first, then `others`."""
         number: dict[Any, int] = {("buffer", k): k for k in range(self.registers)}
-        self._others: list[tuple[str, Any]] = []
+        self._others: list[Place] = []
 
-        def key(place: tuple[str, Any]) -> tuple[str, Any]:
+        def key(place: Place) -> Place:
             return (place[0], repr(place[1])) if place[0] == "constant" else place
 
         for _, given, target in line:
@@ -172,6 +195,59 @@ class NumpyFunction:
             second = number[key(given[1])] if len(given) == 2 else -1
             self._line.append((ufunc, number[key(given[0])], second, number[target]))
 
+    def scalars(self, inputs: Sequence[Any]) -> list[Any]:
+        """Return the values that all poses share, for inputs of which only shared ones are read."""
+        found: list[Any] = []
+
+        def value(place: Place) -> Any:
+            kind, what = place
+            if kind == "shared":
+                return inputs[what[0]][what[1]]
+            return found[what] if kind == "scalar" else what
+
+        with np.errstate(all="ignore"):
+            for ufunc, sources in self._once:
+                found.append(ufunc(*[np.float64(value(place)) for place in sources]))
+        return found
+
+    def block(self, inputs: Sequence[Any], scalars: list[Any], into: Mapping[Any, Any]) -> None:
+        """Compute the results of one block of poses.
+
+        Parameters
+        ----------
+        inputs
+            One (rows, n) array for each input, shared ones (rows,); n is at most `chunk`.
+        scalars
+            What `scalars` gives for them.
+        into
+            (output, row) -> (n,) array to be written, for all of `results`.
+        """
+        n = next(a.shape[1] for i, a in enumerate(inputs) if i not in self.shared)
+        try:
+            work = self._spare.pop()  # another thread may have taken it
+        except IndexError:
+            work = np.empty((self.registers, n))
+        if work.shape[1] < n:
+            work = np.empty((self.registers, n))
+
+        def value(place: Place) -> Any:
+            kind, what = place
+            if kind in ("input", "shared"):
+                return inputs[what[0]][what[1]]
+            if kind == "result":
+                return into[what]
+            return scalars[what] if kind == "scalar" else what
+
+        at = [row[:n] for row in work]
+        at += [value(place) for place in self._others]
+        with np.errstate(all="ignore"):
+            for ufunc, i, j, k in self._line:
+                if j < 0:
+                    ufunc(at[i], out=at[k])
+                else:
+                    ufunc(at[i], at[j], out=at[k])
+        self._spare = [work]
+
     def __call__(self, inputs: Sequence[Any]) -> list[Any]:
         """Return one (n, rows) array per output for (n, rows) inputs, shared ones (rows,)."""
         n = next(len(a) for i, a in enumerate(inputs) if i not in self.shared)
@@ -179,42 +255,28 @@ class NumpyFunction:
             a if i in self.shared else np.ascontiguousarray(np.asarray(a).T)
             for i, a in enumerate(inputs)
         ]
-        results = [np.empty((self.function.size1_out(i), n)) for i in range(self.function.n_out())]
-        scalar: list[Any] = [None] * self._scalars
-        size = min(self.chunk, n)
-        try:
-            work = self._spare.pop()  # another thread may have taken it
-        except IndexError:
-            work = np.empty((self.registers, size))
-        if work.shape[1] < size:
-            work = np.empty((self.registers, size))
-
-        def value(place: tuple[str, Any], a: int = 0, b: int = 0) -> Any:
-            kind, what = place
-            if kind == "input":
-                return columns[what[0]][what[1], a:b]
+        f, scalars = self.function, self.scalars(columns)
+        whole = [np.empty((f.size1_out(i), n)) for i in range(f.n_out())]
+        for a in range(0, n, self.chunk):
+            some = slice(a, a + self.chunk)
+            block = [c if i in self.shared else c[:, some] for i, c in enumerate(columns)]
+            into = {own: whole[own[0]][own[1], some] for own in self.results}
+            self.block(block, scalars, into)
+        for (i, row), (kind, what) in self.places.items():
+            if (kind, what) == ("result", (i, row)):
+                continue
             if kind == "result":
-                return results[what[0]][what[1], a:b]
-            if kind == "scalar":
-                return scalar[what]
-            return columns[what[0]][what[1]] if kind == "shared" else what
-
-        with np.errstate(all="ignore"):
-            for ufunc, sources, target in self._once:
-                scalar[target] = ufunc(*[np.float64(value(place)) for place in sources])
-            for a in range(0, n, self.chunk):
-                b = min(a + self.chunk, n)
-                at = [row[: b - a] for row in work]
-                at += [value(place, a, b) for place in self._others]
-                for ufunc, i, j, k in self._line:
-                    if j < 0:
-                        ufunc(at[i], out=at[k])
-                    else:
-                        ufunc(at[i], at[j], out=at[k])
-        self._spare = [work]
-        return [result.T for result in results]
+                whole[i][row] = whole[what[0]][what[1]]
+            elif kind in ("input", "shared"):
+                whole[i][row] = columns[what[0]][what[1]]
+            else:
+                whole[i][row] = scalars[what] if kind == "scalar" else what
+        return [result.T for result in whole]
 
 
-def straight(function: Any, shared: Sequence[int] = ()) -> NumpyFunction | None:
+def straight(
+    function: Any, shared: Sequence[int] = (), unwanted: Container[tuple[int, int]] = ()
+) -> NumpyFunction | None:
     """Return the NumPy form of a function, None where there is none."""
-    return NumpyFunction(function, shared) if NumpyFunction.supports(function) else None
+    known = NumpyFunction.supports(function)
+    return NumpyFunction(function, shared, unwanted) if known else None
