@@ -94,8 +94,7 @@ def _stride(front: Front, ds: float, count: int) -> int:
     if held > 4:
         path.tries.bridge.clear()
     path.counts.rejected += held < count
-    for k in range(held):
-        front.append(float(places[k + 1]), states[k])
+    path.append_all(places[1 : held + 1].tolist(), list(states[:held]), front.up)
     return held
 
 

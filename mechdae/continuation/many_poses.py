@@ -76,9 +76,7 @@ def lean_line(graphs: Graphs, outputs: Outputs) -> NumpyFunction | None:
     orders = range(1, graphs.derivatives + 1)
     unshown = {(Y + k, i) for k in orders for i in outputs.without_rates}
     shared = [graphs.pose.n_in() - 1]
-    line: NumpyFunction | None = graphs.kept(
-        "lean", lambda: straight(graphs.pose, shared, unshown)
-    )
+    line: NumpyFunction | None = graphs.kept("lean", lambda: straight(graphs.pose, shared, unshown))
     return line
 
 
@@ -131,15 +129,14 @@ class ManyPoses:
         self.evaluator.pose.evaluations += n
         rest = np.concatenate(odd)
         first, *spans = self.layout.spans
-        x, y = Columns(self.table, *first), [Columns(self.table, *span) for span in spans]
+        x, y = None, [Columns(self.table, *span) for span in spans]
         shape = (n, len(self.evaluator.groups))
         alive, nothing = np.broadcast_to(True, shape), np.broadcast_to(False, n)
-        poses = Poses(
-            self.s, self.s, x, alive, nothing, nothing, nothing, None, self.condition, y
-        )
+        poses = Poses(self.s, self.s, x, alive, nothing, nothing, nothing, None, self.condition, y)
         poses.bounds = self.bounds
         if rest.size:
             self._put(poses, rest)
+        poses.x = np.asarray(Columns(self.table, *first))
         return poses
 
     def _put(self, poses: Poses, rows: Any) -> None:

@@ -137,6 +137,11 @@ class Path(AnyPath):
         self.s.insert(place, s)
         self.state.insert(place, state)
 
+    def append_all(self, s: list[float], states: list[Any], up: bool) -> None:
+        """Put nodes behind the last one, each beyond the one before."""
+        place = slice(len(self.s), None) if up else slice(0, 0)
+        self.s[place], self.state[place] = s[:: 1 if up else -1], states[:: 1 if up else -1]
+
     def pop(self, up: bool) -> tuple[float, Any]:
         """Take the last node away, and return it."""
         self._arrays = None

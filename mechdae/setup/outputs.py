@@ -86,20 +86,27 @@ class Outputs:
         self.expression = self._one_place(scene.expression(stacked))
 
     def _one_place(self, expression: Any) -> Any:
-        """Return the scalars with points that a pin holds together as one of them, met first.
+        """Return the scalars with points that a pin holds together as one of them.
 
-        Where constraints are superfluous a pin is closed to within their tolerance only.
+        That of the group solved first, else the one that moves in fewer directions. Where
+        constraints are superfluous a pin is closed to within their tolerance only.
         """
-        scene = self.scene
+        scene, result = self.scene, ca.SX(expression)
         place = {e.part: list(e.columns) for e in self.entries if e.kind == "points"}
-        joints = scene.model.mechanism.joints
-        result = ca.SX(expression)
+        at = {group.index: k for k, group in enumerate(scene.groups)}
+        stage = {i: at[block.group] for block in scene.blocks for i in block.x}
+
+        def rank(own: list[int]) -> tuple[int, int]:
+            each = [scene.held(result[i]) for i in own]
+            stages = [stage[i] for x, _, _ in each for i in x]
+            return max(stages, default=-1), sum(bool(x or u) for x, u, _ in each)
+
         for group in scene.groups:
-            for joint in (joints[name] for name in group.joints if not group.superfluous):
+            for name in group.joints if not group.superfluous else ():
+                joint = scene.model.mechanism.joints[name]
                 if joint.coincide and {joint.first, joint.second} <= place.keys():
-                    ends = [place[joint.first], place[joint.second]]
-                    ends.sort(key=lambda own: max(scene.held(result[own])[0], default=-1))
-                    result[ends[1]] = result[ends[0]]
+                    kept, other = sorted((place[joint.first], place[joint.second]), key=rank)
+                    result[other] = result[kept]
         return result
 
     def at(self, scene: Scene) -> Outputs:
