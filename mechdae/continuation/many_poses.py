@@ -26,7 +26,7 @@ from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.path import Path
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import MANY
-from mechdae.kernels.run.columns import Columns, Layout
+from mechdae.kernels.run.columns import Columns, StoreLayout
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.setup.outputs import Outputs
 
@@ -96,7 +96,7 @@ class ManyPoses:
         self.graphs, self.constants = evaluator.graphs, path.constants
         self.rates, self.speed = rates, 1.0 if speed is None else speed
         timed = speed is not None
-        self.layout: Layout = self.graphs.kept(("layout", timed), lambda: self._layout(timed))
+        self.layout: StoreLayout = self.graphs.kept(("layout", timed), lambda: self._layout(timed))
         g = self.graphs
         consts = self.constants.vector()
         if g.single:
@@ -113,12 +113,12 @@ class ManyPoses:
         self.between = places_between(path)
         self.flips = any(path.flips)
 
-    def _layout(self, timed: bool) -> Layout:
+    def _layout(self, timed: bool) -> StoreLayout:
         g = self.graphs
         groups = [entry.columns for entry in self.evaluator.outputs.entries]
         kept = [(X, 0, [tuple(range(g.nx))])]
         kept += [(Y + k, k, groups) for k in range(g.derivatives + 1)]
-        return Layout(self.line, kept, timed)
+        return StoreLayout(self.line, kept, timed)
 
     def run(self) -> Poses:
         n, size = len(self.s), self.line.chunk

@@ -92,6 +92,8 @@ class Outputs:
         constraints are superfluous a pin is closed to within their tolerance only.
         """
         scene, result = self.scene, ca.SX(expression)
+        if not scene.groups:
+            return result
         place = {e.part: list(e.columns) for e in self.entries if e.kind == "points"}
         at = {group.index: k for k, group in enumerate(scene.groups)}
         stage = {i: at[block.group] for block in scene.blocks for i in block.x}

@@ -12,7 +12,7 @@ from mechdae.kernels.run.numpy_backend import NumpyFunction, Place
 NOWHERE = -1
 
 
-class Table:
+class PoseTable:
     """Columns (n,) at poses, each a row of a `store` or an array of its own.
 
     Parameters
@@ -67,7 +67,7 @@ class Table:
 class Columns:
     """Some neighbours of a table, read by rows and columns like an (n, m) array."""
 
-    def __init__(self, table: Table, first: int, count: int) -> None:
+    def __init__(self, table: PoseTable, first: int, count: int) -> None:
         self.table, self._own = table, range(first, first + count)
 
     @property
@@ -89,7 +89,7 @@ class Columns:
         return self.table.columns(self._own)
 
 
-class Layout:
+class StoreLayout:
     """Which values of a kernel are kept at many poses, each once.
 
     Parameters
@@ -153,7 +153,7 @@ class Layout:
         kind = place[0] if place is not None else ""
         return kind == "result" or (kind == "input" and order > 0)
 
-    def table(self, n: int, inputs: Sequence[Any], scalars: list[Any], speed: float) -> Table:
+    def table(self, n: int, inputs: Sequence[Any], scalars: list[Any], speed: float) -> PoseTable:
         """Return a table of n poses, what does not come from the kernel's results filled in.
 
         `inputs` are those of the kernel for all poses, (rows, n); that of order 0 is not read.
@@ -177,7 +177,7 @@ class Layout:
                 others[i] = inputs[place[1][0]][place[1][1]]
             else:
                 others[i] = np.broadcast_to(constant(order, *place), n)
-        return Table(store, [row for _, _, row in self.columns], others)
+        return PoseTable(store, [row for _, _, row in self.columns], others)
 
     def factor(self, order: int, speed: float) -> float:
         """Return what a derivative of an order is multiplied by."""
