@@ -26,7 +26,7 @@ from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.path import Path
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import MANY
-from mechdae.kernels.run.columns import Columns, StoreLayout
+from mechdae.kernels.run.columns import PoseColumns, StoreLayout
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 from mechdae.setup.outputs import Outputs
 
@@ -129,14 +129,14 @@ class ManyPoses:
         self.evaluator.pose.evaluations += n
         rest = np.concatenate(odd)
         first, *spans = self.layout.spans
-        x, y = None, [Columns(self.table, *span) for span in spans]
+        x, y = None, [PoseColumns(self.table, *span) for span in spans]
         shape = (n, len(self.evaluator.groups))
         alive, nothing = np.broadcast_to(True, shape), np.broadcast_to(False, n)
         poses = Poses(self.s, self.s, x, alive, nothing, nothing, nothing, None, self.condition, y)
         poses.bounds = self.bounds
         if rest.size:
             self._put(poses, rest)
-        poses.x = np.asarray(Columns(self.table, *first))
+        poses.x = np.asarray(PoseColumns(self.table, *first))
         return poses
 
     def _put(self, poses: Poses, rows: Any) -> None:

@@ -1,4 +1,4 @@
-"""Columns of numbers at many poses: equal ones are kept once, constant ones as one number."""
+"""PoseColumns of numbers at many poses: equal ones are kept once, constant ones as one number."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NOWHERE = -1
 
 
 class PoseTable:
-    """Columns (n,) at poses, each a row of a `store` or an array of its own.
+    """PoseColumns (n,) at poses, each a row of a `store` or an array of its own.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class PoseTable:
     def write(self, poses: Any, values: Any) -> None:
         """Write values (k, columns) at some poses (k,).
 
-        Columns that are not one any more get a place of their own.
+        PoseColumns that are not one any more get a place of their own.
         """
         writer: dict[int, int] = {}
         for i, row in enumerate(self.rows):
@@ -64,7 +64,7 @@ class PoseTable:
                 self.others[i][poses] = values[:, i]
 
 
-class Columns:
+class PoseColumns:
     """Some neighbours of a table, read by rows and columns like an (n, m) array."""
 
     def __init__(self, table: PoseTable, first: int, count: int) -> None:
