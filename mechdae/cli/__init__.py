@@ -10,9 +10,11 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from mechdae import __version__
 from mechdae.errors import MechdaeError, SolveError
+from mechdae.kernels.machine.library import backend
 
 COMMANDS = {
     "list": "the predefined problems",
@@ -29,13 +31,24 @@ COMMANDS = {
 }
 
 
+class _Version(argparse.Action):
+    """Prints the version, and what evaluates kernels."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        try:
+            print(f"mechdae {__version__} (back end: {backend()})")
+        except MechdaeError as error:
+            parser.exit(2, f"mechdae: {error}\n")
+        parser.exit()
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
     parser = argparse.ArgumentParser(
         prog="mechdae", description="Mechanisms from symbolic constraints.", allow_abbrev=False
     )
-    parser.add_argument("--version", action="version", version=f"mechdae {__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="version and back end")
     commands = parser.add_subparsers(dest="command", metavar="command", required=True)
     asked = next((word for word in words if not word.startswith("-")), None)
     for name, title in COMMANDS.items():

@@ -20,7 +20,7 @@ ROOMS = {
     "describe": "errors",
     "numerics": "",
     "model": "describe errors numerics",
-    "kernels": "describe model",
+    "kernels": "describe errors model",
     "types": "",
     "results": "describe errors types",
     "export": "results",
@@ -47,8 +47,8 @@ ROOMS = {
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "numerics results setup solver studies synthesis",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
-    "cli": "assembly bench composition describe draw errors export jobs results synthesis tables "
-    "tasks",
+    "cli": "assembly bench composition describe draw errors export jobs kernels results synthesis "
+    "tables tasks",
 }
 """Each room, and the rooms before it of which it may import."""
 MOST = 20

@@ -17,6 +17,7 @@ import numpy as np
 
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.tableau import DENSE, FIFTH, NODES, STAGES, THIRD
+from mechdae.kernels.machine.program import program
 
 SX = ca.SX
 CHUNK = 32
@@ -243,14 +244,18 @@ class Stepper:
 
 
 class Chunk:
-    """Many trial steps in one call: `mapaccum` through a buffer."""
+    """Many trial steps in one call: of the compiled machine, else `mapaccum` through a buffer."""
 
     def __init__(self, stepper: Stepper, count: int = CHUNK) -> None:
-        function = stepper.advance.mapaccum("chunk", count)
-        self._buffer, self._trigger = function.buffer()
+        self.layout, self.count = stepper.layout, count
+        self._trial = program(stepper.trial)
         self.state: Any = np.zeros(stepper.layout.size)
         self.numbers: Any = np.zeros((count, stepper.trial.size1_in(1)))
         self.states: Any = np.zeros((count, stepper.layout.size))
+        if self._trial is not None:
+            return
+        function = stepper.advance.mapaccum("chunk", count)
+        self._buffer, self._trigger = function.buffer()
         inputs: list[Any] = [self.state, self.numbers]
         for i, array in enumerate(inputs):
             self._buffer.set_arg(i, memoryview(array))
@@ -259,10 +264,24 @@ class Chunk:
 
     def __call__(self, state: Any, numbers: Any) -> Any:
         """Return the states (count, .) after each trial step."""
+        if self._trial is not None:
+            return self._tried(state, numbers)
         self.state[:] = state
         self.numbers[:] = numbers
         self._trigger()
         return self.states.copy()
+
+    def _tried(self, state: Any, numbers: Any) -> Any:
+        """Return the same by single trials, see `Stepper.advance`."""
+        t, passed, accepted = (self.layout[name].start for name in ("t", "passed", "accepted"))
+        states = np.empty((self.count, self.layout.size))
+        for k in range(self.count):
+            if not (state[t] < numbers[0] and state[passed] == 0):
+                states[k:] = state
+                states[k:, accepted] = 0
+                break
+            states[k] = state = self._trial.one(state, numbers)[0]
+        return states
 
 
 def interpolate(coefficients: Any, start: Any, share: Any) -> Any:

@@ -1,7 +1,7 @@
 """casadi functions on arrays of poses: one row per pose.
 
-Few poses go through casadi's virtual machine and its buffers, many through a straight line
-of NumPy operations, which computes the same.
+The compiled machine does it where there is one. Else few poses go through casadi's virtual
+machine and its buffers, many through a straight line of NumPy operations, which computes the same.
 `Function.map` takes one column per pose, which is one C-ordered row; `Function.buffer`
 holds bare pointers, so the arrays it points to live as long as the adapter. Each thread has
 buffers of its own.
@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.kernels.machine.program import program
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
 
 CHUNK = 512
@@ -52,6 +53,7 @@ class Batch:
         self.limit = chunk
         self._kept = straight
         self.lines: list[NumpyFunction | None] = []
+        self._programs: list[Any] = []
         self._mapped: dict[int, Any] = {}
         self._buffers = threading.local()
         self.evaluations = 0
@@ -67,6 +69,11 @@ class Batch:
 
         Inputs are (n, rows) arrays, shared ones (rows,).
         """
+        if not self._programs:
+            self._programs.append(program(self.function, sorted(self.shared)))
+        found = self._programs[0]
+        if found is not None:
+            return self._compiled(found, inputs)
         arrays = [self._checked(i, np.asarray(value, float)) for i, value in enumerate(inputs)]
         n = next(len(a) for i, a in enumerate(arrays) if i not in self.shared)
         self.evaluations += n
@@ -89,6 +96,15 @@ class Batch:
                 result[start : start + count] = staged[:count]
         if buffer.ret():
             raise RuntimeError(f"casadi could not evaluate {self.function.name()}")
+        return results
+
+    def _compiled(self, found: Any, inputs: tuple[Any, ...]) -> list[Any]:
+        try:
+            results: list[Any] = found.many(*inputs)
+        except (TypeError, ValueError):
+            arrays = [self._checked(i, np.asarray(value, float)) for i, value in enumerate(inputs)]
+            results = found.many(*arrays)
+        self.evaluations += len(results[0]) if results else 0
         return results
 
     @property

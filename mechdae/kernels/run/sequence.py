@@ -1,28 +1,49 @@
-"""A chain of equal steps in one call: `mapaccum` through a buffer."""
+"""A chain of equal steps in one call: of the compiled machine, else `mapaccum` through a buffer."""
 
 from __future__ import annotations
 
 import threading
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from mechdae.kernels.machine.program import program
+
 
 class Sequence:
-    """Calls ``advance(state, [s, ds], consts)`` many times, each from the state before.
-
-    Each thread has buffers of its own.
-    """
+    """Calls ``advance(state, [s, ds], consts)`` many times, each from the state before."""
 
     def __init__(self, advance: Any, count: int) -> None:
-        self.function, self.count = advance.mapaccum("advances", count), count
+        self.advance, self.count = advance, count
         self._threads = threading.local()
+
+    @cached_property
+    def function(self) -> Any:
+        """All steps as a casadi function."""
+        return self.advance.mapaccum("advances", self.count)
+
+    @cached_property
+    def _program(self) -> Any:
+        return program(self.advance)
 
     def __call__(self, state: Any, s: Any, ds: Any, consts: Any) -> list[Any]:
         """Return states, tests, determinants and misses after each step, (count, .).
 
         `s`, `ds` and `consts` are the same for all steps or have one row for each.
         """
+        if self._program is None:
+            return self._interpreted(state, s, ds, consts)
+        steps = np.empty((self.count, 2))
+        steps[:, 0], steps[:, 1] = s, ds
+        rows = [self.advance.size1_out(i) for i in range(self.advance.n_out())]
+        results = [np.empty((self.count, row)) for row in rows]
+        given = [np.ascontiguousarray(value, float) for value in (state, steps, consts)]
+        self._program.chain(self.count, *given, *results)
+        return results
+
+    def _interpreted(self, state: Any, s: Any, ds: Any, consts: Any) -> list[Any]:
+        """Return the same by casadi's virtual machine; each thread has buffers of its own."""
         try:
             buffers = self._threads.buffers
         except AttributeError:

@@ -1,0 +1,1 @@
+"""A register machine in C for casadi's functions, where it was built; see `program`."""
