@@ -93,12 +93,7 @@ the errors of all links before it.
 ENDS = """
 ## Two back ends
 
-Below 512 poses the kernels run in casadi's virtual machine, above as a straight line of NumPy
-operations printed from the same instructions. Measured when it was decided: 78 against 355 ns a
-pose for the four-bar, 205 against 891 ns for the Jansen leg; so the second one stays. A call of
-NumPy costs as much as some 1500 numbers, memory that is touched for the first time as much as
-three operations on it: so chunks are as long as 4 MB of buffers allow, the buffers are kept, and
-results are written where they are returned.
+What evaluates the kernels, a compiled machine or NumPy, and what each needs for a pose: [back ends](back-ends.md).
 """
 
 

@@ -15,6 +15,7 @@ from mechdae import __version__
 from mechdae.kernels.machine import program as module
 from mechdae.kernels.machine.instructions import asked, stored
 from mechdae.kernels.machine.library import library
+from mechdae.kernels.machine.line import CompiledLine
 from mechdae.kernels.machine.program import program
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
@@ -199,6 +200,35 @@ def test_products_join_sums_and_sines_their_cosines() -> None:
     assert (size["line"], size["once"]) == (3, 1)
     far = ca.Function("f", [x], [ca.vertcat(*[ca.sqrt(x[k % 4] + k) for k in range(60)])])
     assert program(far).size["registers"] <= 1
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_lines_compute_each_wanted_value_once(seed: int) -> None:
+    function, inputs = random_function(seed, 90, functions=True), numbers(seed, 300)
+    rows = [(i, row) for i, count in enumerate((6, 3)) for row in range(count)]
+    unwanted = set(rows[seed % 3 :: 3])
+    line, whole = CompiledLine.of(function, [1], unwanted), program(function, [1]).many(*inputs)
+    assert line is not None
+    assert set(line.places) == set(rows) - unwanted
+    assert len(set(line.results)) == len(line.results) <= len(line.places)
+    turned = [inputs[0].T, inputs[1], inputs[2].T]
+    into = {own: np.full(300, 7.0) for own in line.results}
+    scalars = line.scalars(turned)
+    line.block(turned, scalars, into)
+    found = line(inputs)
+    for (i, row), (kind, what) in line.places.items():
+        value = {
+            "result": lambda at: into[at],
+            "input": lambda at: inputs[at[0]][:, at[1]],
+            "shared": lambda at: np.full(300, inputs[at[0]][at[1]]),
+            "scalar": lambda at: np.full(300, scalars[at]),
+        }[kind](what)
+        assert same(value, whole[i][:, row]), (kind, what)
+        assert same(found[i][:, row], whole[i][:, row])
+    with pytest.raises(TypeError):
+        line.block(turned, scalars, {own: np.zeros(299) for own in line.results})
+    size = line._program.size["line"]
+    assert size < program(function, [1]).size["line"]
 
 
 def test_functions_without_a_program_are_left_to_casadi() -> None:

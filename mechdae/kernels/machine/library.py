@@ -13,7 +13,7 @@ from typing import Any
 
 from mechdae.errors import InputError
 
-ABI = 1
+ABI = 2
 """That of `machine.c`: a library of other sources is not used."""
 VARIABLE = "MECHDAE_BACKEND"
 

@@ -18,9 +18,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ABI 1 /* the same number is in library.py */
+#define ABI 2 /* the same number is in library.py */
 #define LARGEST_BLOCK 512
-#define BLOCK_BYTES 32768 /* of the registers of a block */
+#define BLOCK_BYTES 131072 /* of the registers of a block: half of a small second cache */
 #define INLINE static inline __attribute__((always_inline))
 #if defined(__clang__)
 #define EVERY _Pragma("clang loop vectorize(assume_safety)") for (int i = 0; i < m; i++)
@@ -128,6 +128,9 @@ typedef struct {
     Step *once, *line;
     int n_once, n_line;
     double *numbers;               /* slots when a call begins: constants, the rest 0 */
+    int32_t *places;               /* where each output is, -1: unwanted */
+    uint8_t *computed;             /* whether an output is a place of its own */
+    int n_computed, lean;          /* lean: each value is written once, `block` only */
     int block;
     double *spare_one, *spare_many;/* memory between two calls, for the thread that takes it */
     atomic_flag one_taken, many_taken;
@@ -235,6 +238,8 @@ static int read_list(List *L, const Raw *raw, int n, int work, const uint8_t *ta
             int row = raw[k].u.i[1], x = value_of(L, raw[k].u.i[0], work);
             if (x < 0 || to < 0 || to >= P->n_out || row < 0 || row >= P->rows_out[to])
                 return -1;
+            if (P->places[P->first_out[to] + row] == -2) /* unwanted */
+                continue;
             own->s = (Step){OUTPUT, P->first_out[to] + row, x, x, x};
             own->kind = 1, own->needs = L->v[x].needs;
             L->drafts++;
@@ -269,6 +274,12 @@ static int read_list(List *L, const Raw *raw, int n, int work, const uint8_t *ta
             L->at[to] = L->values++;
         }
     }
+    return 0;
+}
+
+/* Count how often values are used; what nothing needs goes. */
+static void count_uses(List *L)
+{
     for (int k = 0; k < L->drafts; k++) {
         Draft *own = L->draft + k;
         L->v[own->s.a].uses++;
@@ -277,7 +288,15 @@ static int read_list(List *L, const Raw *raw, int n, int work, const uint8_t *ta
         if (own->needs > L->highest)
             L->highest = own->needs;
     }
-    return 0;
+    for (int k = L->drafts - 1; k >= 0; k--) {
+        Draft *own = L->draft + k;
+        if (own->s.op == OUTPUT || L->v[own->s.d].uses)
+            continue;
+        own->gone = 1;
+        L->v[own->s.a].uses--;
+        if (arguments(own->s.op) == 2)
+            L->v[own->s.b].uses--;
+    }
 }
 
 /* One instruction for sine and cosine of a value. */
@@ -335,7 +354,7 @@ static void find_places(List *L)
     Program *P = L->P;
     for (int k = 0; k < L->drafts; k++) {
         const Step *s = &L->draft[k].s;
-        if (!L->draft[k].kind)
+        if (!L->draft[k].kind && !L->draft[k].gone)
             P->once[P->n_once++] = (Step){s->op, L->v[s->d].slot, L->v[s->a].slot,
                                           L->v[s->b].slot, L->v[s->a].slot};
     }
@@ -368,7 +387,10 @@ static void place_step(List *L, int k)
     Value *v = L->v, *x = v + s.a;
     if (s.op == OUTPUT) {
         int to = P->work - P->outputs + s.d;
-        if (!x->result || x->slot != to)
+        P->places[s.d] = x->slot;
+        P->computed[s.d] = x->result && x->slot == to;
+        P->n_computed += P->computed[s.d];
+        if (!P->computed[s.d] && !P->lean)
             P->line[P->n_line++] = (Step){x->kind ? COPY : FILL, to, x->slot, 0, 0};
         return;
     }
@@ -420,13 +442,14 @@ static int ordered(Program *P, const Raw *raw, int n, int work, const uint8_t *t
     if (!L.v || !L.draft || !L.at || !L.sine || !L.order || !L.spare || !L.constants || !P->once ||
         !P->line || read_list(&L, raw, n, work, table))
         goto done;
+    count_uses(&L);
     L.tally = calloc(L.highest + 3, sizeof(int32_t));
     if (!L.tally)
         goto done;
     for (int k = 0; k < most; k++)
         L.sine[k] = -1;
     for (int k = 0; k < L.drafts; k++) {
-        int op = L.draft[k].s.op;
+        int op = L.draft[k].gone ? NONE : L.draft[k].s.op;
         if (L.draft[k].kind && (op == SIN || op == COS))
             join_sine(&L, k);
         else if (L.draft[k].kind && (op == ADD || op == SUB))
@@ -451,6 +474,7 @@ done:
 
 /* ---- running ------------------------------------------------------------------------------ */
 
+/* `results`: where each output goes, NULL where it is not computed. */
 static void run_many(const Program *P, Py_ssize_t n, const char *const *data,
                      const Py_ssize_t *of_pose, const Py_ssize_t *of_row, double *const *results,
                      double *memory)
@@ -488,9 +512,9 @@ static void run_many(const Program *P, Py_ssize_t n, const char *const *data,
                     to[j] = *(const double *)(own + j * of_pose[i]);
             }
         }
-        for (i = 0; i < P->n_out; i++)
-            for (k = 0; k < P->rows_out[i]; k++)
-                p[P->work - P->outputs + P->first_out[i] + k] = results[i] + k * n + from;
+        for (k = 0; k < P->outputs; k++)
+            if (results[k])
+                p[P->work - P->outputs + k] = results[k] + from;
         runners[level](P->line, P->line + P->n_line, p, w, m);
     }
 }
@@ -512,7 +536,7 @@ static void release(Py_buffer *views, int count)
 }
 
 /* Get float64 arrays; returns how many, -1 with an exception. */
-static int views_of(Program *P, PyObject *const *args, Py_buffer *views, int many)
+static int views_of(Program *P, PyObject *const *args, Py_buffer *views, int many, int turned)
 {
     for (int i = 0; i < P->n_in; i++) {
         Py_buffer *own = views + i;
@@ -522,7 +546,7 @@ static int views_of(Program *P, PyObject *const *args, Py_buffer *views, int man
             return -1;
         }
         if (own->itemsize != 8 || !own->format || strcmp(own->format, "d") ||
-            own->ndim != (vector ? 1 : 2) || own->shape[vector ? 0 : 1] != P->rows_in[i]) {
+            own->ndim != (vector ? 1 : 2) || own->shape[vector ? 0 : !turned] != P->rows_in[i]) {
             PyErr_Format(PyExc_TypeError, "input %d is no float64 array of %d rows", i,
                          P->rows_in[i]);
             release(views, i + 1);
@@ -532,39 +556,73 @@ static int views_of(Program *P, PyObject *const *args, Py_buffer *views, int man
     return P->n_in;
 }
 
+/* Inputs of many poses: where they are; returns how many poses, -1 with an exception. */
+static Py_ssize_t poses_of(const Program *P, const Py_buffer *views, const char **data,
+                           Py_ssize_t *of_pose, Py_ssize_t *of_row, int turned)
+{
+    Py_ssize_t n = -1;
+    for (int i = 0; i < P->n_in; i++) {
+        data[i] = views[i].buf;
+        if (P->shared[i]) {
+            of_pose[i] = 0, of_row[i] = views[i].strides[0];
+            continue;
+        }
+        of_pose[i] = views[i].strides[turned], of_row[i] = views[i].strides[!turned];
+        Py_ssize_t own = views[i].shape[turned];
+        if (n < 0)
+            n = own;
+        else if (own == 1)
+            of_pose[i] = 0; /* one for all poses */
+        else if (n != own) {
+            PyErr_Format(PyExc_ValueError, "inputs of %zd and %zd poses", n, own);
+            return -1;
+        }
+    }
+    return n < 0 ? 1 : n;
+}
+
+/* Run with memory that is kept between two calls. */
+static int run_with_memory(Program *P, Py_ssize_t n, const char *const *data,
+                           const Py_ssize_t *of_pose, const Py_ssize_t *of_row,
+                           double *const *results)
+{
+    int mine = !atomic_flag_test_and_set(&P->many_taken);
+    double *memory = mine ? P->spare_many : NULL;
+    if (!memory)
+        memory = malloc(memory_of(P));
+    if (mine)
+        P->spare_many = memory;
+    if (memory) {
+        Py_BEGIN_ALLOW_THREADS
+        run_many(P, n, data, of_pose, of_row, results, memory);
+        Py_END_ALLOW_THREADS
+    } else
+        PyErr_NoMemory();
+    if (mine)
+        atomic_flag_clear(&P->many_taken);
+    else
+        free(memory);
+    return memory ? 0 : -1;
+}
+
 static PyObject *program_many(PyObject *self, PyObject *const *args, Py_ssize_t nargs)
 {
     Program *P = (Program *)self;
     Py_buffer views[MOST], outs[MOST];
     const char *data[MOST];
-    Py_ssize_t of_pose[MOST], of_row[MOST], n = -1;
-    double *results[MOST], *memory;
+    Py_ssize_t of_pose[MOST], of_row[MOST], n;
+    double **results = NULL;
     PyObject *found = NULL;
-    int made = 0, mine = 0;
-    if (nargs != P->n_in)
+    int made = 0;
+    if (nargs != P->n_in || P->lean)
         return PyErr_Format(PyExc_TypeError, "%zd inputs, not %d", nargs, P->n_in);
-    if (views_of(P, args, views, 1) < 0)
+    if (views_of(P, args, views, 1, 0) < 0)
         return NULL;
-    for (int i = 0; i < P->n_in; i++) {
-        data[i] = views[i].buf;
-        of_pose[i] = P->shared[i] ? 0 : views[i].strides[0];
-        of_row[i] = views[i].strides[P->shared[i] ? 0 : 1];
-        if (P->shared[i])
-            continue;
-        if (n < 0)
-            n = views[i].shape[0];
-        else if (views[i].shape[0] == 1)
-            of_pose[i] = 0; /* one for all poses */
-        else if (n != views[i].shape[0]) {
-            PyErr_Format(PyExc_ValueError, "inputs of %zd and %zd poses", n, views[i].shape[0]);
-            goto done;
-        }
-    }
-    found = PyList_New(P->n_out);
+    n = poses_of(P, views, data, of_pose, of_row, 0);
+    results = n < 0 ? NULL : malloc((P->outputs + 1) * sizeof(double *));
+    found = results ? PyList_New(P->n_out) : NULL;
     if (!found)
         goto done;
-    if (n < 0)
-        n = 1;
     for (; made < P->n_out; made++) {
         PyObject *array = PyObject_CallFunction(empty, "((nn))", (Py_ssize_t)P->rows_out[made], n);
         if (!array)
@@ -573,7 +631,8 @@ static PyObject *program_many(PyObject *self, PyObject *const *args, Py_ssize_t 
             Py_DECREF(array);
             goto done;
         }
-        results[made] = outs[made].buf;
+        for (int k = 0; k < P->rows_out[made]; k++)
+            results[P->first_out[made] + k] = (double *)outs[made].buf + k * n;
         PyObject *turned = PyObject_GetAttr(array, name_T);
         Py_DECREF(array);
         if (!turned || PyList_SetItem(found, made, turned)) {
@@ -581,31 +640,65 @@ static PyObject *program_many(PyObject *self, PyObject *const *args, Py_ssize_t 
             goto done;
         }
     }
-    mine = !atomic_flag_test_and_set(&P->many_taken);
-    if (mine) {
-        if (!P->spare_many)
-            P->spare_many = malloc(memory_of(P));
-        memory = P->spare_many;
-    } else
-        memory = malloc(memory_of(P));
-    if (!memory) {
+    run_with_memory(P, n, data, of_pose, of_row, results);
+done:
+    free(results);
+    release(views, P->n_in);
+    release(outs, made);
+    if (PyErr_Occurred())
+        Py_CLEAR(found);
+    return found;
+}
+
+/* block(inputs (rows, n), shared ones (rows,)..., [arrays (n,) of what is computed]). */
+static PyObject *program_block(PyObject *self, PyObject *const *args, Py_ssize_t nargs)
+{
+    Program *P = (Program *)self;
+    Py_buffer views[MOST], *outs = NULL;
+    const char *data[MOST];
+    Py_ssize_t of_pose[MOST], of_row[MOST], n;
+    double **results = NULL;
+    int made = 0, place = 0;
+    if (nargs != P->n_in + 1 || !PyList_Check(args[P->n_in]) ||
+        PyList_Size(args[P->n_in]) != P->n_computed)
+        return PyErr_Format(PyExc_TypeError, "a block of %d inputs and %d results", P->n_in,
+                            P->n_computed);
+    if (views_of(P, args, views, 1, 1) < 0)
+        return NULL;
+    n = poses_of(P, views, data, of_pose, of_row, 1);
+    if (n < 0)
+        goto done;
+    results = calloc(P->outputs + 1, sizeof(double *));
+    outs = malloc((P->n_computed + 1) * sizeof(Py_buffer));
+    if (!results || !outs) {
         PyErr_NoMemory();
         goto done;
     }
-    Py_BEGIN_ALLOW_THREADS
-    run_many(P, n, data, of_pose, of_row, results, memory);
-    Py_END_ALLOW_THREADS
-    if (!mine)
-        free(memory);
-done:
-    if (mine)
-        atomic_flag_clear(&P->many_taken);
-    release(views, P->n_in);
-    release(outs, made);
-    if (PyErr_Occurred()) {
-        Py_CLEAR(found);
+    for (; made < P->n_computed; made++, place++) {
+        Py_buffer *own = outs + made;
+        while (!P->computed[place])
+            place++;
+        if (PyObject_GetBuffer(PyList_GetItem(args[P->n_in], made), own,
+                               PyBUF_WRITABLE | PyBUF_STRIDES | PyBUF_FORMAT))
+            goto done;
+        if (strcmp(own->format, "d") || own->ndim != 1 || own->shape[0] != n ||
+            (n > 1 && own->strides[0] != sizeof(double))) {
+            made++;
+            PyErr_Format(PyExc_TypeError, "result %d is no float64 array of %zd poses", made, n);
+            goto done;
+        }
+        results[place] = own->buf;
     }
-    return found;
+    run_with_memory(P, n, data, of_pose, of_row, results);
+done:
+    free(results);
+    release(views, P->n_in);
+    if (outs)
+        release(outs, made);
+    free(outs);
+    if (PyErr_Occurred())
+        return NULL;
+    Py_RETURN_NONE;
 }
 
 /* Memory of one set of numbers, with constants in it; `mine`: the program's own. */
@@ -664,7 +757,7 @@ static PyObject *program_one(PyObject *self, PyObject *const *args, Py_ssize_t n
     Program *P = (Program *)self;
     PyObject *found = NULL;
     int mine, results = P->work - P->outputs;
-    if (nargs != P->n_in)
+    if (nargs != P->n_in || P->lean)
         return PyErr_Format(PyExc_TypeError, "%zd inputs, not %d", nargs, P->n_in);
     double *w = taken(P, &mine);
     if (!w) {
@@ -697,6 +790,31 @@ done:
     return found;
 }
 
+/* What all poses share, for the inputs: constants and results, behind the inputs' places. */
+static PyObject *program_common(PyObject *self, PyObject *const *args, Py_ssize_t nargs)
+{
+    Program *P = (Program *)self;
+    int mine, count = P->work - P->outputs - P->inputs;
+    if (nargs != P->n_in)
+        return PyErr_Format(PyExc_TypeError, "%zd inputs, not %d", nargs, P->n_in);
+    double *w = taken(P, &mine);
+    if (!w) {
+        if (mine)
+            atomic_flag_clear(&P->one_taken);
+        return PyErr_NoMemory();
+    }
+    PyObject *found = PyList_New(count);
+    for (int i = 0; found && i < P->n_in; i++)
+        if (P->shared[i] && put(w + P->first_in[i], args[i], P->rows_in[i]))
+            Py_CLEAR(found);
+    if (found)
+        run_one(P->once, P->once + P->n_once, w);
+    for (int k = 0; found && k < count; k++)
+        PyList_SetItem(found, k, PyFloat_FromDouble(w[P->inputs + k]));
+    given_back(P, w, mine);
+    return found;
+}
+
 /* chain(count, first, ..., results...): the first input is the first result of the call before;
    the others are C-ordered arrays with one row for all or one for each of `count` calls, the
    results with one for each. */
@@ -706,7 +824,8 @@ static PyObject *program_chain(PyObject *self, PyObject *const *args, Py_ssize_t
     Py_buffer views[2 * MOST];
     Py_ssize_t stride[2 * MOST];
     int got = 0, mine, good = 1;
-    if (nargs != 1 + P->n_in + P->n_out || P->rows_in[0] != P->rows_out[0])
+    if (nargs != 1 + P->n_in + P->n_out || !P->n_in || !P->n_out || P->lean ||
+        P->rows_in[0] != P->rows_out[0])
         return PyErr_Format(PyExc_TypeError, "no chain of %zd arrays", nargs);
     Py_ssize_t count = PyLong_AsSsize_t(args[0]);
     if (count < 0)
@@ -775,10 +894,10 @@ static PyObject *program_new(PyTypeObject *type, PyObject *args, PyObject *keywo
     const char *code, *table;
     Py_ssize_t bytes, known;
     int work;
-    PyObject *in, *out, *shared;
+    PyObject *in, *out, *shared, *wanted = Py_None;
     (void)keywords;
-    if (with_numpy() || !PyArg_ParseTuple(args, "y#iO!O!O!y#", &code, &bytes, &work, &PyTuple_Type, &in,
-                          &PyTuple_Type, &out, &PyTuple_Type, &shared, &table, &known))
+    if (with_numpy() || !PyArg_ParseTuple(args, "y#iO!O!O!y#|O", &code, &bytes, &work, &PyTuple_Type, &in,
+                          &PyTuple_Type, &out, &PyTuple_Type, &shared, &table, &known, &wanted))
         return NULL;
     int n_in = (int)PyTuple_Size(in), n_out = (int)PyTuple_Size(out);
     if (n_in > MOST || n_out > MOST || PyTuple_Size(shared) != n_in || known != 256 || bytes % 16 ||
@@ -808,8 +927,15 @@ static PyObject *program_new(PyTypeObject *type, PyObject *args, PyObject *keywo
             P->first_out[i] = P->outputs;
             P->outputs += P->rows_out[i];
         }
+        P->places = calloc(P->outputs + 1, sizeof(int32_t));
+        P->computed = calloc(P->outputs + 1, 1);
+        P->lean = wanted != Py_None;
+        good = P->places && P->computed && (!P->lean || PyBytes_Check(wanted));
+        good = good && (!P->lean || PyBytes_Size(wanted) == P->outputs);
+        for (int k = 0; good && k < P->outputs; k++)
+            P->places[k] = !P->lean || PyBytes_AsString(wanted)[k] ? -1 : -2;
         memcpy(copy, code, bytes);
-        good = ordered(P, (const Raw *)copy, (int)(bytes / 16), work, (const uint8_t *)table) == 0;
+        good = good && ordered(P, (const Raw *)copy, (int)(bytes / 16), work, (const uint8_t *)table) == 0;
     }
     free(copy);
     atomic_flag_clear(&P->one_taken);
@@ -830,6 +956,7 @@ static void program_dealloc(PyObject *self)
     Program *P = (Program *)self;
     PyTypeObject *type = Py_TYPE(self);
     free(P->rows_in), free(P->shared), free(P->once), free(P->line), free(P->numbers);
+    free(P->places), free(P->computed);
     free(P->spare_one), free(P->spare_many);
     freefunc leave = (freefunc)PyType_GetSlot(type, Py_tp_free);
     leave(self);
@@ -844,15 +971,36 @@ static PyObject *program_size(PyObject *self, void *unused)
                          P->registers, "slots", P->slots, "block", P->block);
 }
 
+/* Of each output: 0 and the output that is computed, 1 and the input, 2 and the place among what
+   all poses share, -1 where it is unwanted. */
+static PyObject *program_places(PyObject *self, void *unused)
+{
+    Program *P = (Program *)self;
+    PyObject *found = PyList_New(P->outputs);
+    int results = P->work - P->outputs;
+    (void)unused;
+    for (int k = 0; found && k < P->outputs; k++) {
+        int at = P->places[k], kind = at < 0 ? -1 : at >= results ? 0 : at < P->inputs ? 1 : 2;
+        int first = kind == 0 ? results : kind == 2 ? P->inputs : 0;
+        PyList_SetItem(found, k, Py_BuildValue("(ii)", kind, at - first));
+    }
+    return found;
+}
+
 static PyMethodDef methods[] = {
     {"many", (PyCFunction)(void (*)(void))program_many, METH_FASTCALL,
      "Results (n, rows) of inputs (n, rows), shared ones (rows,)."},
+    {"block", (PyCFunction)(void (*)(void))program_block, METH_FASTCALL,
+     "Write what is computed for inputs (rows, n), shared ones (rows,), into arrays (n,)."},
+    {"common", (PyCFunction)(void (*)(void))program_common, METH_FASTCALL,
+     "What all poses share, for the inputs."},
     {"one", (PyCFunction)(void (*)(void))program_one, METH_FASTCALL,
      "Results (rows,) of one set of numbers."},
     {"chain", (PyCFunction)(void (*)(void))program_chain, METH_FASTCALL,
      "Calls in a row, each from the first result of the one before."},
     {NULL, NULL, 0, NULL}};
 static PyGetSetDef properties[] = {
+    {"places", program_places, NULL, "Kind and place of each output.", NULL},
     {"size", program_size, NULL, "Numbers of instructions and of places.", NULL},
     {NULL, NULL, NULL, NULL, NULL}};
 static PyType_Slot slots[] = {{Py_tp_new, program_new},

@@ -49,17 +49,24 @@ def program(function: Any, shared: Sequence[int] = ()) -> Any:
     shared
         Inputs that have one value for all poses of `many`.
     """
-    machine = library()
-    if machine is None or not function.is_a("SXFunction"):
+    if library() is None:
         return None
     known = _PROGRAMS.setdefault(function, {})
     key = tuple(sorted(shared))
     if key not in known:
-        known[key] = _made(machine, function, key)
+        known[key] = compiled(function, key)
     return known[key]
 
 
-def _made(machine: Any, function: Any, shared: tuple[int, ...]) -> Any:
+def compiled(function: Any, shared: Sequence[int], wanted: bytes | None = None) -> Any:
+    """Return a new program, None where there is none.
+
+    With `wanted`, a byte for each row of the outputs, it has only `block`: values that are asked
+    for are computed once each, and nothing else is.
+    """
+    machine = library()
+    if machine is None or not function.is_a("SXFunction"):
+        return None
     rows_in = tuple(function.numel_in(i) for i in range(function.n_in()))
     rows_out = tuple(function.numel_out(i) for i in range(function.n_out()))
     dense = all(function.nnz_in(i) == n for i, n in enumerate(rows_in))
@@ -68,6 +75,6 @@ def _made(machine: Any, function: Any, shared: tuple[int, ...]) -> Any:
     given = tuple(i in shared for i in range(len(rows_in)))
     code = instructions(function)
     try:
-        return machine.Program(code, function.sz_w(), rows_in, rows_out, given, _table())
+        return machine.Program(code, function.sz_w(), rows_in, rows_out, given, _table(), wanted)
     except ValueError:  # an operation that the machine does not know
         return None

@@ -27,6 +27,10 @@ class Sequence:
     def _program(self) -> Any:
         return program(self.advance)
 
+    @cached_property
+    def _rows(self) -> list[int]:
+        return [self.advance.size1_out(i) for i in range(self.advance.n_out())]
+
     def __call__(self, state: Any, s: Any, ds: Any, consts: Any) -> list[Any]:
         """Return states, tests, determinants and misses after each step, (count, .).
 
@@ -36,8 +40,7 @@ class Sequence:
             return self._interpreted(state, s, ds, consts)
         steps = np.empty((self.count, 2))
         steps[:, 0], steps[:, 1] = s, ds
-        rows = [self.advance.size1_out(i) for i in range(self.advance.n_out())]
-        results = [np.empty((self.count, row)) for row in rows]
+        results = [np.empty((self.count, rows)) for rows in self._rows]
         given = [np.ascontiguousarray(value, float) for value in (state, steps, consts)]
         self._program.chain(self.count, *given, *results)
         return results
