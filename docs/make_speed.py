@@ -93,7 +93,8 @@ the errors of all links before it.
 ENDS = """
 ## Two back ends
 
-What evaluates the kernels, a compiled machine or NumPy, and what each needs for a pose: [back ends](back-ends.md).
+What evaluates the kernels, a compiled machine or NumPy, and what each needs for a pose:
+[back ends](back-ends.md).
 """
 
 

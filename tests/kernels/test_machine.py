@@ -37,6 +37,8 @@ from tests.shared.paths import ROOT
 pytestmark = needs_machine
 PAIRS = np.array([(a, b) for a in SPECIAL for b in SPECIAL])
 A, B = ca.SX.sym("a"), ca.SX.sym("b")
+FEW = 512
+"""Poses from which sine and cosine are the machine's own."""
 
 
 def of_two(make) -> ca.Function:
@@ -141,7 +143,7 @@ def test_all_vector_instructions_give_the_same_bits() -> None:
 @pytest.mark.parametrize("n", [0, 1, 2, 7, 8, 9, 63, 64, 65, 511, 512, 513, 1500])
 def test_blocks_do_not_show(n: int) -> None:
     function = random_function(3, 80, functions=True)
-    x, p, y = numbers(3, 1500)
+    x, p, y = numbers(3, 1500 if n >= FEW else FEW - 1)
     whole = program(function, [1]).many(x, p, y)
     part = program(function, [1]).many(x[:n], p, y[:n])
     wide = np.zeros((2 * n, 12))
@@ -151,6 +153,20 @@ def test_blocks_do_not_show(n: int) -> None:
         assert a.shape == (n, b.shape[1])
         assert same(a, b[:n])
         assert same(a, c)
+
+
+def test_few_poses_have_the_bits_of_single_calls() -> None:
+    function = random_function(5, 80, functions=True)
+    x, p, y = numbers(5, FEW, special=False)
+    own = program(function, [1])
+    few, many = own.many(x[:-1], p, y[:-1]), own.many(x, p, y)
+    for k in range(0, FEW - 1, 10):
+        assert all(same(a[k], b) for a, b in zip(few, own.one(x[k], p, y[k]), strict=True))
+    turned = ca.Function("f", [A], [ca.sin(A), ca.cos(A)])
+    places = np.random.default_rng(6).uniform(-9, 9, (FEW, 1))
+    few, many = program(turned).many(places[:-1]), program(turned).many(places)
+    for a, b in zip(few, many, strict=True):
+        assert np.abs(a - b[:-1]).max() <= np.spacing(1.0) / 2
 
 
 def test_one_pose_may_stand_for_all() -> None:

@@ -9,7 +9,7 @@
     }
 
 static TARGET void RUN(const Step *step, const Step *end, double *const *p, const double *w,
-                       int m)
+                       int m, int few)
 {
     double kept[LARGEST_BLOCK], other[LARGEST_BLOCK];
     for (; step < end; step++) {
@@ -69,15 +69,15 @@ static TARGET void RUN(const Step *step, const Step *end, double *const *p, cons
         BOTH(LOG, log(a[i]))
         case SIN_COS:
             memcpy(kept, a, m * sizeof(double));
-            sines_cosines(kept, d, p[step->b], m);
+            turned(kept, d, p[step->b], m, few);
             break;
         case SIN:
             memcpy(kept, a, m * sizeof(double));
-            sines_cosines(kept, d, other, m);
+            turned(kept, d, other, m, few);
             break;
         case COS:
             memcpy(kept, a, m * sizeof(double));
-            sines_cosines(kept, other, d, m);
+            turned(kept, other, d, m, few);
             break;
         }
     }

@@ -21,6 +21,7 @@
 #define ABI 2 /* the same number is in library.py */
 #define LARGEST_BLOCK 512
 #define BLOCK_BYTES 131072 /* of the registers of a block: half of a small second cache */
+#define FEW 512 /* poses up to which sine and cosine are the C library's, as in casadi's machine */
 #define INLINE static inline __attribute__((always_inline))
 #if defined(__clang__)
 #define EVERY _Pragma("clang loop vectorize(assume_safety)") for (int i = 0; i < m; i++)
@@ -60,7 +61,7 @@ typedef struct {
 #include "loops.h"
 #endif
 
-typedef void Runner(const Step *, const Step *, double *const *, const double *, int);
+typedef void Runner(const Step *, const Step *, double *const *, const double *, int, int);
 static Runner *runners[3] = {run_plain};
 static const char *names[3] = {"baseline"};
 static int levels = 1, level = 0;
@@ -515,7 +516,7 @@ static void run_many(const Program *P, Py_ssize_t n, const char *const *data,
         for (k = 0; k < P->outputs; k++)
             if (results[k])
                 p[P->work - P->outputs + k] = results[k] + from;
-        runners[level](P->line, P->line + P->n_line, p, w, m);
+        runners[level](P->line, P->line + P->n_line, p, w, m, n < FEW);
     }
 }
 

@@ -76,3 +76,16 @@ INLINE void sines_cosines(const double *x, double *sines, double *cosines, int m
         }
     }
 }
+
+/* The same, of few poses by the C library. */
+INLINE void turned(const double *x, double *sines, double *cosines, int m, int few)
+{
+    if (!few) {
+        sines_cosines(x, sines, cosines, m);
+        return;
+    }
+    for (int i = 0; i < m; i++) {
+        sines[i] = sin(x[i]);
+        cosines[i] = cos(x[i]);
+    }
+}
