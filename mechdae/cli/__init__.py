@@ -25,6 +25,7 @@ COMMANDS = {
     "synthesize": "dimensions that do what a task asks for",
     "sensitivity": "derivatives by parameters, tolerances",
     "chains": "kinematic chains, inversions, drivers, Assur groups",
+    "modules": "the catalogue of vector modules",
     "bench": "speed against error",
     "schema": "JSON Schema of the problem file",
     "new": "a commented problem file to start from",

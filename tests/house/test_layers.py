@@ -19,6 +19,7 @@ ROOMS = {
     "errors": "",
     "describe": "errors",
     "numerics": "",
+    "modules": "errors numerics",
     "model": "describe errors numerics",
     "kernels": "describe errors model",
     "types": "",
@@ -47,8 +48,8 @@ ROOMS = {
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "numerics results setup solver studies synthesis",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
-    "cli": "assembly bench composition describe draw errors export jobs kernels results synthesis "
-    "tables tasks",
+    "cli": "assembly bench composition describe draw errors export jobs kernels modules results "
+    "synthesis tables tasks",
 }
 """Each room, and the rooms before it of which it may import."""
 MOST = 20
