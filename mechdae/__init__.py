@@ -19,6 +19,8 @@ _HOMES = {
     "Distance Curve",
     "mechdae.describe.vectors.values": "Vector Node",
     "mechdae.describe.vectors.expand": "from_loops",
+    "mechdae.describe.spatial_joints": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
+    "Universal PlanarPair Screw SpatialWeld",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
     "Study Sensitivity",

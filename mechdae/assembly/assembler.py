@@ -14,6 +14,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.assembly.axis_senses import AxisSenses, told_angles
 from mechdae.assembly.closure import Closing, NoPose
 from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, angle_slopes
@@ -33,6 +34,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
 from mechdae.model.reduction import own_freedom
+from mechdae.model.space import PLANE
 from mechdae.numerics.least_squares import solve
 from mechdae.numerics.null_space import dependent
 from mechdae.setup.drivers import Sketch
@@ -70,7 +72,7 @@ class Assembler:
         self.graphs, self.scene = graphs, graphs.scene
         inside = {GROUND, *(name for group in self.scene.groups for name in group.bodies)}
         joints = self.scene.model.mechanism.joints
-        self.sketch = dict(sketch.angles)
+        self.sketch = dict(sketch.angles) | told_angles(self.scene, sketch)
         self.places = {
             c: value
             for c, value in sketch.places.items()
@@ -94,6 +96,7 @@ class Assembler:
         """Whether turns without end move bodies solved later: modes are not all listed."""
         self.contacts = Contacts(self.scene, self.p)
         self.closing = Closing(graphs)
+        self.senses = AxisSenses(self.scene)
         self.natural = self.scene.unknowns.sizes(self.size)
         self._trusses: dict[int, Truss | None] = {}
         self._searches: dict[int, BlockSearch] = {}
@@ -218,6 +221,7 @@ class Assembler:
         found, missed = self._closed(group, None, found, u)
         failure = missed or failure
         touching = [pose for pose in found if self.contacts.touch(group, pose, u)]
+        touching = self.senses.met(group, touching, u)
         if found and not touching:
             failure = NoPose(group, 0.0)
         return touching, proven, failure if not touching else None
@@ -268,7 +272,8 @@ class Assembler:
         lengths = self.scene.model.coordinates.lengths[list(group.columns)]
         weights = np.where(lengths, self.size, 1.0)
         rows = np.flatnonzero(dependent(self.group_jacobian(x, u, group) * weights))
-        return list(dict.fromkeys(self.scene.rows[group.rows[k]].owner for k in rows))
+        owners = list(dict.fromkeys(self.scene.rows[group.rows[k]].owner for k in rows))
+        return self.scene.model.sharing(owners)
 
     def _truss(self, group: Group) -> Truss | None:
         """Return the group as a platform on three legs, None when it is none."""
@@ -504,6 +509,8 @@ class Assembler:
         own = [i for b in self.blocks_of(group) for i in self.graphs.blocks[b].own]
         if self.contacts.of(group):
             first = self.contacts.first(group, x, u)
+        elif self.scene.model.space is not PLANE:
+            first = 0.0  # bodies have no angle
         else:
             first = self._angles(group, pose, u)[group.bodies[0]]
             model = self.scene.model

@@ -20,7 +20,7 @@ from mechdae.assembly.closure import NoPose
 from mechdae.assembly.contacts import Contacts
 from mechdae.assembly.whole_turns import WholeTurns
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, PLACE
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.coordinates import NamedCoordinate, Selection, coordinate
 from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
@@ -321,6 +321,7 @@ class Sketched:
         All keys are needed; where any of some does, they are joined by "or".
         """
         keys, lines, p = [], [], self.assembler.p
+        in_plane = self.scene.model.mechanism.dimension == 2
         for part, poses in found.tied:
             left = poses
             while len(left) > 1:
@@ -330,11 +331,18 @@ class Sketched:
                 first = telling[0]
                 value = first.value(left[0], u, p).item()
                 angle = first.coordinate.kind == "body angle"
-                keys.append(" or ".join(_key(entry.coordinate) for entry in telling))
+                keys.append(" or ".join(_key(e.coordinate, in_plane) for e in telling))
                 shown = math.degrees(value) if angle else value
-                lines.append(f"{_key(first.coordinate)} = {shown:.6g}")
+                lines.append(f"{_key(first.coordinate, in_plane)} = {shown:.6g}")
                 left = [x for x in left if abs(self._moved(first, left[0], x, u)) <= TIE]
         return keys, lines
+
+    def _placed(self, body: str) -> list[str]:
+        """Return the points of a body that have a place: not those of a link that spins freely."""
+        model = self.scene.model
+        points = model.mechanism.bodies[body].points
+        every = Selection((), tuple(f"{body}.{point}" for point in points), ())
+        return [point.split(".")[1] for point in model.reported(every, False).points]
 
     def _moved(self, entry: SketchNumber, x: Any, y: Any, u: Any) -> float:
         """Return by how much a coordinate differs between two poses, in its size."""
@@ -346,17 +354,18 @@ class Sketched:
         """Return angles that differ between poses, else slides, else the point that moves most."""
         mechanism = self.scene.model.mechanism
         told = {entry.coordinate for entry in self.entries}
-        angles = [coordinate(mechanism, f"{body}.angle") for body in group.bodies]
+        in_plane = mechanism.dimension == 2
+        angles = [coordinate(mechanism, f"{body}.angle") for body in group.bodies if in_plane]
         slides = [
             coordinate(mechanism, f"{name}.{word}")
             for name in group.joints
             for word in mechanism.joints[name].coordinates
-            if KINDS[word] is not ANGLE
+            if KINDS[word] is not ANGLE or not in_plane
         ]
         points = [
             coordinate(mechanism, f"{body}.{point}.{axis}")
             for body in group.bodies
-            for point in mechanism.bodies[body].points
+            for point in self._placed(body)
             for axis in mechanism.axes
         ]
         for every in (angles, slides, points):
@@ -372,11 +381,13 @@ class Sketched:
         return []
 
 
-def _key(c: NamedCoordinate) -> str:
+def _key(c: NamedCoordinate, in_plane: bool = True) -> str:
     """Return a coordinate as a key of the sketch."""
     if c.kind == "point":
         return f'"{c.text}"'
-    return f"{c.part}_deg" if c.kind == "body angle" else c.part
+    if c.kind == "body angle":
+        return f"{c.part}_deg"
+    return c.part if in_plane else f'"{c.text}"'
 
 
 def told_apart(one: Any, other: Any) -> Any:

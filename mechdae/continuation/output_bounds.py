@@ -41,6 +41,12 @@ class OutputBounds:
             values, self.rounding = call(*sizes, *(part.ravel() for part in constants.boxes))
         self._rows = _rows(rows, columns, values, graphs.ny, graphs.nx)
         self.words = {word: self.of(own) for word, own in outputs.bounded.items()}
+        if outputs.matrices:
+            # the norm of the difference of two rotations is sqrt(2) times the angle between them
+            rows, rounding = self.of(outputs.matrices)
+            share = 3 / np.sqrt(2)
+            wider = [(columns, tuple(share * v for v in values)) for columns, values in rows]
+            self.words["angle"] = wider, share * rounding
 
     def of(self, columns: Sequence[int]) -> tuple[list[Row], float]:
         """Return rows and rounding of which the largest bound of some columns is made."""

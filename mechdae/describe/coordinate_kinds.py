@@ -16,6 +16,12 @@ class CoordinateKind:
 ANGLE = CoordinateKind("angle", "rad")
 LENGTH = CoordinateKind("length", "m")
 PLACE = CoordinateKind("place on a curve", "1")
+UNIT = CoordinateKind("component of a unit quaternion", "1")
 
-KINDS = {"x": LENGTH, "y": LENGTH, "z": LENGTH, "slide": LENGTH, "angle": ANGLE, "s": PLACE}
+KINDS = {
+    **dict.fromkeys(("x", "y", "z", "slide"), LENGTH),
+    **dict.fromkeys(("angle", "angle2"), ANGLE),
+    "s": PLACE,
+    **dict.fromkeys(("e0", "e1", "e2", "e3"), UNIT),
+}
 """By the name of a coordinate."""

@@ -8,7 +8,14 @@ from mechdae.describe.coordinate_kinds import KINDS, PLACE
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError, MechdaeError, UnknownName
 
-RELATIVE = {"angle": "joint angle", "slide": "slide", "s": "curve"}
+RELATIVE = {
+    "angle": "joint angle",
+    "angle2": "joint angle 2",
+    "slide": "slide",
+    "x": "joint x",
+    "y": "joint y",
+    "s": "curve",
+}
 """Kinds of the relative coordinates of joints by their names."""
 
 
@@ -16,8 +23,8 @@ RELATIVE = {"angle": "joint angle", "slide": "slide", "s": "curve"}
 class NamedCoordinate:
     """A scalar that can be driven, sketched or reported.
 
-    ``kind`` is "body angle", "point", "joint angle", "slide" or "curve"; ``part`` the body or
-    joint, ``point`` and ``axis`` (0, 1, 2) complete a point's coordinate.
+    ``kind`` is "body angle", "point" or one of `RELATIVE`; ``part`` the body or joint,
+    ``point`` and ``axis`` (0, 1, 2) complete a point's coordinate.
     """
 
     text: str
@@ -29,7 +36,12 @@ class NamedCoordinate:
     @property
     def is_angle(self) -> bool:
         """Whether the unit is the radian."""
-        return self.kind in ("body angle", "joint angle")
+        return self.kind in ("body angle", RELATIVE["angle"], RELATIVE["angle2"])
+
+    @property
+    def word(self) -> str:
+        """The last word of its name."""
+        return self.text.rpartition(".")[2]
 
     @property
     def on_curve(self) -> bool:
@@ -56,7 +68,7 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
         return replace(coordinate(mechanism, mechanism.aliases[text]), text=text)
     parts = text.split(".")
     if parts[0] in mechanism.bodies:
-        if parts[1:] == ["angle"]:
+        if parts[1:] == ["angle"] and mechanism.dimension == 2:
             return NamedCoordinate(text, "body angle", parts[0])
         points = mechanism.bodies[parts[0]].points
         if len(parts) == 3 and parts[1] in points:
@@ -72,7 +84,9 @@ def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:
     elif parts[0] == GROUND:
         raise MechanismError(f"'{text}' is fixed: the ground does not move")
     error = UnknownName("coordinate", text, coordinate_names(mechanism))
-    if text in mechanism.bodies:
+    if mechanism.dimension == 3 and parts[1:] in ([], ["angle"]) and parts[0] in mechanism.bodies:
+        error.hint = "bodies have no angle in space: name that of a joint, or a point"
+    elif text in mechanism.bodies:
         error.hint = f"did you mean {text}.angle?"
     raise error
 
@@ -96,7 +110,7 @@ def coordinate_names(mechanism: Mechanism) -> list[str]:
     """Return the names of all coordinates of the mechanism."""
     names = []
     for name, body in mechanism.bodies.items():
-        names.append(f"{name}.angle")
+        names += [f"{name}.angle"] if mechanism.dimension == 2 else []
         for point in body.points:
             names += [f"{name}.{point}.{axis}" for axis in mechanism.axes]
     for name, joint in mechanism.joints.items():

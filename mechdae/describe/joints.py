@@ -65,6 +65,12 @@ class Joint(Value):
     """Friction in it can be smoothed."""
     opening: ClassVar[int] = 5
     """Rank among joints to be opened where a mechanism cannot be assembled: pins first."""
+    spatial: ClassVar[bool] = False
+    """A pair of spatial mechanisms only."""
+    freedoms: ClassVar[int] = 0
+    """Relative freedoms of a pair in space."""
+    ball: ClassVar[bool] = False
+    """Two bodies have a point in common and nothing else."""
 
     @property
     def usual(self) -> str:
@@ -169,6 +175,10 @@ class Joint(Value):
             value = getattr(self, name)
             if value is not None:
                 yield name, value
+
+    def settled(self, values: Mapping[str, float]) -> tuple[int, ...]:
+        """Return what of the mechanism's values belongs to the structure."""
+        return ()
 
     def with_number(self, entry: str, number: Number) -> Joint:
         """Return the joint with one of its numbers replaced."""
@@ -599,4 +609,3 @@ JOINTS: dict[str, type[Joint]] = {
         Curve,
     )
 }
-SPATIAL = ("cylindrical", "spherical", "universal", "planar", "screw", "spatial")

@@ -15,9 +15,16 @@ from mechdae.describe.curve import check_curve, extent
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints import JOINTS, Joint, follows_curve
 from mechdae.describe.loads import Load
+from mechdae.describe.spatial_joints import KINDS_OF_JOINTS
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key
-from mechdae.errors import InputError, MechanismError, MechdaeError, UnknownName
+from mechdae.errors import (
+    InputError,
+    MechanismError,
+    MechdaeError,
+    UnavailableError,
+    UnknownName,
+)
 
 if TYPE_CHECKING:
     from mechdae.describe.vectors.closure import Closure
@@ -25,6 +32,8 @@ if TYPE_CHECKING:
 GROUND = "ground"
 MAX_BODIES = 2000
 RESERVED = (*CONSTANTS, "t")
+MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+"""Moments and products of inertia, in the order they are given in."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +57,13 @@ class Body(Value):
     number: int | None = key("whole", None, doc="number in the circle on the diagram")
     mass: Number | None = key("number", None, doc="kg; absent: massless", unit="kg")
     center: tuple[Number, ...] | None = key(
-        "pair", None, doc="centre of mass in the body's frame", unit="m"
+        "components", None, doc="centre of mass in the body's frame", unit="m"
     )
-    inertia: Number | None = key(
-        "number", None, doc="about the centre of mass, kg m2", unit="kg m2"
+    inertia: Number | tuple[Number, ...] | None = key(
+        "inertia",
+        None,
+        doc="about the centre of mass, kg m2; in space [Ixx, Iyy, Izz] or with Ixy, Ixz, Iyz",
+        unit="kg m2",
     )
     outline: tuple[str, ...] | None = key("outline", None, doc="points of the polygon drawn")
 
@@ -69,7 +81,10 @@ class Mechanism:
     sketch
         A rough pose: body name -> angle [rad], joint name or coordinate -> value.
     gravity
-        (gx, gy) [m/s2] or None.
+        (gx, gy[, gz]) [m/s2] or None.
+    dimension
+        2: points, centres, gravity are of the plane; 3: of space, joints are those of
+        `mechdae.describe.spatial_joints`, and a sketch may give rough places of points.
     closure
         The vector loops it was made from, see `from_loops`.
 
@@ -112,17 +127,17 @@ class Mechanism:
         put("joints", by_name(self.joints))
         put("loads", by_name(self.loads))
         put("outputs", Table(self.outputs))
-        for name, coerce in (
-            ("parameters", values.numbers_by_name),
-            ("sketch", values.numbers_by_coordinate),
-        ):
+        if self.dimension not in (2, 3):
+            raise MechanismError(f"2 or 3, not {self.dimension!r}", where="dimension")
+        sketch = values.numbers_by_coordinate if self.dimension == 2 else values.numbers_by_place
+        for name, coerce in (("parameters", values.numbers_by_name), ("sketch", sketch)):
             try:
                 put(name, coerce(getattr(self, name)))
             except MechdaeError as problem:
                 raise problem.inside(name) from None
         if self.gravity is not None:
             try:
-                put("gravity", values.pair(self.gravity))
+                put("gravity", values.components(self.gravity))
             except MechdaeError as problem:
                 raise problem.inside("gravity") from None
         _check(self)
@@ -150,10 +165,9 @@ class Mechanism:
                 for axis, number in zip(self.AXES, position, strict=False):
                     yield f"{name}.{point}.{axis}", number
             if isinstance(body, Body):
-                for entry in ("mass", "inertia"):
-                    number = getattr(body, entry)
-                    if number is not None:
-                        yield f"{name}.{entry}", number
+                if body.mass is not None:
+                    yield f"{name}.mass", body.mass
+                yield from _inertia(name, body.inertia)
                 for axis, number in zip(self.AXES, body.center or (), strict=False):
                     yield f"{name}.center.{axis}", number
         for joint in self.joints.values():
@@ -277,10 +291,11 @@ def _with_number(mechanism: Mechanism, name: str, number: Number) -> Mechanism:
         axis = Mechanism.AXES.index(rest[0])
         return replace(mechanism, gravity=_put(mechanism.gravity or (), axis, number))
     if part in mechanism.joints:
-        joint = mechanism.joints[part].with_number(rest[0], number)
+        joint = mechanism.joints[part].with_number(".".join(rest), number)
         return replace(mechanism, joints=mechanism.joints.with_(part, joint))
     body = mechanism.body(part)
-    place = Mechanism.AXES.index(rest[1]) if len(rest) == 2 else None
+    axes = MOMENTS if rest[0] == "inertia" else tuple(Mechanism.AXES)
+    place = axes.index(rest[1]) if len(rest) == 2 else None
     changes: dict[str, Any]
     if place is None:
         changes = {rest[0]: number}
@@ -288,10 +303,21 @@ def _with_number(mechanism: Mechanism, name: str, number: Number) -> Mechanism:
         changes = {"points": body.points.with_(rest[0], _put(body.points[rest[0]], place, number))}
     else:
         assert isinstance(body, Body)
-        changes = {"center": _put(body.center or (), place, number)}
+        changes = {rest[0]: _put(getattr(body, rest[0]) or (), place, number)}
     if isinstance(body, Ground):
         return replace(mechanism, ground=replace(body, **changes))
     return replace(mechanism, bodies=mechanism.bodies.with_(part, replace(body, **changes)))
+
+
+def _inertia(
+    name: str, inertia: Number | tuple[Number, ...] | None
+) -> Iterator[tuple[str, Number]]:
+    """Yield the moments of inertia of a body with their automatic names."""
+    if isinstance(inertia, tuple):
+        for word, number in zip(MOMENTS, inertia, strict=False):
+            yield f"{name}.inertia.{word}", number
+    elif inertia is not None:
+        yield f"{name}.inertia", inertia
 
 
 def _put(items: tuple[Number, ...], position: int, number: Number) -> tuple[Number, ...]:
@@ -327,9 +353,18 @@ def _check(mechanism: Mechanism) -> None:
                     where=f"{place}.points.{point}",
                 )
     for name, body in mechanism.bodies.items():
+        _check_size(mechanism, body.center, f"bodies.{name}.center")
+        if isinstance(body.inertia, tuple) != (
+            mechanism.dimension == 3 and body.inertia is not None
+        ):
+            need = (
+                "one number is needed" if mechanism.dimension == 2 else "[Ixx, Iyy, Izz] is needed"
+            )
+            raise MechanismError(need, where=f"bodies.{name}.inertia")
         for point in body.outline or ():
             if point not in body.points:
                 raise UnknownName("point", point, body.points, where=f"bodies.{name}.outline")
+    _check_size(mechanism, mechanism.gravity, "gravity")
     seen: dict[tuple[Any, ...], str] = {}
     for joint in mechanism.joints.values():
         _check_joint(mechanism, joint)
@@ -346,6 +381,13 @@ def _check(mechanism: Mechanism) -> None:
     _check_values(mechanism)
 
 
+def _check_size(mechanism: Mechanism, items: tuple[Number, ...] | None, place: str) -> None:
+    """Raise for a vector of another dimension."""
+    if items is not None and len(items) != mechanism.dimension:
+        count = {2: "two", 3: "three"}[mechanism.dimension]
+        raise MechanismError(f"{count} numbers are needed, not {len(items)}", where=place)
+
+
 def _all_points(mechanism: Mechanism) -> Iterable[tuple[str, Table[tuple[Number, ...]]]]:
     yield GROUND, mechanism.ground.points
     for name, body in mechanism.bodies.items():
@@ -354,6 +396,25 @@ def _all_points(mechanism: Mechanism) -> Iterable[tuple[str, Table[tuple[Number,
 
 def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
     place = f"joints.{joint.name}"
+    kinds = KINDS_OF_JOINTS[mechanism.dimension]
+    known = kinds.get(joint.kind)
+    if known is not type(joint):
+        here, other = ("the plane", "space") if mechanism.dimension == 2 else ("space", "the plane")
+        if known is not None:
+            raise MechanismError(
+                f"{type(joint).__name__} is a joint of {other}",
+                where=place,
+                hint=f"{known.__name__} is that of {here}",
+            )
+        if mechanism.dimension == 3:
+            raise UnavailableError(
+                f"joints of kind '{joint.kind}' are not computed in space by this version",
+                where=place,
+                hint=f"available: {', '.join(kinds)}",
+            )
+        raise MechanismError(
+            f"a {joint.kind} joint is one of space", where=place, hint="dimension = 3"
+        )
     for side in (joint.first, joint.second):
         body, point = side.split(".")
         if body != GROUND and body not in mechanism.bodies:
@@ -421,10 +482,12 @@ def _check_values(mechanism: Mechanism) -> None:
                 if owner != GROUND:
                     pins[owner].setdefault(point, joint.name)
     for name in mechanism.bodies:
-        for entry in ("mass", "inertia"):
+        moments = [f"inertia.{word}" for word in MOMENTS[:3]]
+        for entry in ("mass", "inertia", *moments):
             if values.get(f"{name}.{entry}", 0.0) < 0:
                 raise MechanismError(f"{entry} is negative", where=f"bodies.{name}.{entry}")
-        _check_link(mechanism, name, pins[name], values)
+        if mechanism.dimension == 2:  # axes that cross in a point make a link in space
+            _check_link(mechanism, name, pins[name], values)
 
 
 def _check_link(

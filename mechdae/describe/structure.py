@@ -42,9 +42,9 @@ def _joint(joint: Joint, mechanism: Mechanism) -> Hashable:
     """Return what a joint is but for its numbers."""
     numbers = dict(joint.numbers())
     rest = tuple(getattr(joint, e.name) for e in fields(joint) if e.name not in (*numbers, "range"))
-    if not follows_curve(joint):
-        return (joint.kind, rest)
     values = mechanism.values()
+    if not follows_curve(joint):
+        return (joint.kind, rest, *joint.settled(values))
     return (joint.kind, rest, span(joint, values), joint.closed and repeats(joint, values))
 
 

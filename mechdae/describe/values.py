@@ -41,7 +41,7 @@ def key(
 
 WITH_UNIT = (
     "number", "expression", "law", "numbers", "pair", "pairs", "points", "free", "start",
-    "freedoms", "lists", "coordinates",
+    "freedoms", "lists", "coordinates", "components", "inertia",
 )  # fmt: skip
 """Kinds of values whose keys may end in a unit."""
 
@@ -169,6 +169,33 @@ def pair(value: Any) -> tuple[Number, ...]:
     return numbers(items)
 
 
+def components(value: Any) -> tuple[Number, ...]:
+    """Return two or three numbers: a vector of the plane or of space."""
+    items = sequence(value)
+    return numbers(items) if len(items) == 3 else pair(items)
+
+
+def direction(value: Any) -> tuple[Number, ...]:
+    """Return the three numbers of a direction in space."""
+    items = sequence(value)
+    if len(items) != 3:
+        raise InputError(f"three numbers are needed, not {len(items)}", hint="like [0, 0, 1]")
+    return numbers(items)
+
+
+def inertia(value: Any) -> Number | tuple[Number, ...]:
+    """Return a moment of inertia, or three or six of space."""
+    if isinstance(value, str) or not (isinstance(value, Sequence) or hasattr(value, "tolist")):
+        return number(value)
+    items = sequence(value)
+    if len(items) not in (3, 6):
+        raise InputError(
+            f"[Ixx, Iyy, Izz] or six numbers are needed, not {len(items)}",
+            hint="Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centre",
+        )
+    return numbers(items)
+
+
 def numbers_in_rows(value: Any, size: int) -> tuple[tuple[Number, ...], ...]:
     """Return rows of as many numbers or expressions, two rows at least."""
 
@@ -215,6 +242,22 @@ def numbers_by_name(value: Any) -> Table[Number]:
 def numbers_by_coordinate(value: Any) -> Table[Number]:
     """Return a table whose keys may be dotted (``slider.C.x``)."""
     return Table(entries(value, number, check=text))
+
+
+def numbers_by_place(value: Any) -> Table[Number]:
+    """Return a sketch in space: rough places ``"rocker.C" = [x, y, z]`` by their components."""
+    result: dict[str, Number] = {}
+    for entry, item in entries(value, _place, check=text).items():
+        named = zip("xyz", item, strict=True) if isinstance(item, tuple) else ()
+        for name, one in [(f"{entry}.{axis}", n) for axis, n in named] or [(entry, item)]:
+            if name in result:
+                raise InputError("the coordinate is given twice", where=name)
+            result[name] = one
+    return Table(result)
+
+
+def _place(value: Any) -> Number | tuple[Number, ...]:
+    return direction(value) if isinstance(value, list | tuple) else number(value)
 
 
 def start(value: Any) -> Table[Number]:
@@ -324,6 +367,9 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "flag": flag,
     "numbers": numbers,
     "pair": pair,
+    "components": components,
+    "direction": direction,
+    "inertia": inertia,
     "pairs": partial(numbers_in_rows, size=2),
     "triples": partial(numbers_in_rows, size=3),
     "rows": rows,

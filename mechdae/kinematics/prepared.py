@@ -22,9 +22,9 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kinematics.extremes import Spans
 from mechdae.kinematics.shapes import Shapes, free_numbers, size_of
 from mechdae.measures import measure
-from mechdae.model.groups import assur_groups
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
+from mechdae.model.tree.choice import groups_of, model_of
 from mechdae.results import Summary
 from mechdae.setup.drivers import DriverPlan, plan, sketched
 from mechdae.setup.named_outputs import NamedOutputs, requests, time_of
@@ -131,7 +131,7 @@ def prepare(
     found = None if shape is None else _again(shape, mechanism, numbers, task, loaded)
     if found is not None:
         return found
-    model = Model(mechanism, free=names)
+    model = model_of(mechanism, numbers.coordinates, names)
     kept = None if loaded is None else tuple(loaded(model))
 
     def build(coarse: bool) -> Setting:
@@ -186,7 +186,7 @@ def _again(
     setting = shape.of(model, numbers, task.on_change_point)
     if not any(group.superfluous for group in shape.scene.all_groups):
         return setting
-    if shape.coarse or assur_groups(model, shape.scene.rows) != shape.scene.all_groups:
+    if shape.coarse or groups_of(model, shape.scene.rows) != shape.scene.all_groups:
         return None
     try:
         start.try_redundant(setting.assembler, numbers)

@@ -11,6 +11,7 @@ from mechdae.errors import MechdaeError
 from mechdae.kinematics.prepared import first_pose, prepare
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
+from mechdae.model.tree.choice import model_of
 from mechdae.setup.drivers import plan
 
 WORDS = ("positions", "velocities", "accelerations", "jerks")
@@ -40,7 +41,8 @@ def driven_structure(
     entry: dict[str, Any] = {"kind": task.kind, "available": task.available}
     try:
         numbers = plan(problem.mechanism, task)
-        model = Model(problem.mechanism) if model is None else model
+        if model is None:
+            model = model_of(problem.mechanism, numbers.coordinates)
         kept = None if loaded is None else list(loaded)
         own = scene(model, numbers.coordinates, task.outputs, loaded=kept)
         entry |= parts(own) if parts is not None else {}

@@ -52,16 +52,3 @@ def planar_frame(body: str) -> Frame:
     coordinates = of_owner(body, PLANE.twist)
     x, y, theta = (c.symbol for c in coordinates)
     return Frame(ca.vertcat(x, y), rotation(theta), theta, coordinates)
-
-
-def hinge_frame(body: str, axis: tuple[float, float, float]) -> Frame:
-    """Return the frame of a spatial body that turns about an axis of constant direction.
-
-    Rodrigues' formula; coordinates x, y, z and the angle about `axis` (a unit vector).
-    """
-    coordinates = of_owner(body, ("x", "y", "z", "angle"))
-    x, y, z, theta = (c.symbol for c in coordinates)
-    a = ca.DM(axis)
-    cross = ca.skew(a)
-    turn = SX.eye(3) + ca.sin(theta) * cross + (1 - ca.cos(theta)) * (cross @ cross)
-    return Frame(ca.vertcat(x, y, z), turn, theta, coordinates)

@@ -25,8 +25,11 @@ from mechdae.errors import MechanismError
 from mechdae.model.model import Model, Row
 from mechdae.model.redundant_constraints import redundant_blocks, square_blocks
 from mechdae.model.space import PLANE
+from mechdae.model.tree.idle_links import idle_links
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
+SPATIAL = "spatial"
+"""Begins the kind of a group in space, which has no class of Artobolevsky's."""
 KINDS = {"RRR": 1, "RRP": 2, "RPR": 3, "PRP": 4, "RPP": 5}
 
 
@@ -64,6 +67,9 @@ class Group:
     def name(self) -> str:
         """Name in the structural formula: ``II.3 RPR(2,3)``; redundant groups say so."""
         numbers = ",".join(map(str, self.numbers))
+        if self.kind.startswith(SPATIAL):
+            over = f" [{self.superfluous} superfluous]" if self.superfluous else ""
+            return f"{self.kind}({numbers}){over}"
         if self.kind in KINDS:
             return f"II.{KINDS[self.kind]} {self.kind}({numbers})"
         over = f" [{self.superfluous} superfluous]" if self.superfluous else ""
@@ -212,6 +218,8 @@ def _classify(
     if driven:
         kind = "driver" if len(bodies) == 1 else f"driven {len(bodies)} links"
         return {"class_": 1, "order": len(outer), "kind": kind, **common}
+    if mechanism.dimension == 3:
+        return {"class_": 0, "order": len(outer), "kind": spatial_kind(len(bodies)), **common}
     if [j.rigid for j in joints] == [True]:
         return {"class_": 0, "order": 1, "kind": "weld", **common}
     if len(bodies) + higher == 2 and not over:
@@ -223,6 +231,11 @@ def _classify(
     kind = _plural(len(bodies), "link")
     contour = _contour(bodies, joints)
     return {"class_": contour, "order": len(outer), "kind": kind, **common}
+
+
+def spatial_kind(count: int) -> str:
+    """Return the kind of a group of some links in space."""
+    return f"{SPATIAL} {_plural(count, 'link')}"
 
 
 def _dyad_kind(bodies: set[str], inner: list[Joint], outer: list[Joint]) -> str:
@@ -291,13 +304,27 @@ def formula(groups: Sequence[Group]) -> str:
     return " -> ".join(parts)
 
 
-def count_mobility(mechanism: Mechanism) -> dict[str, int]:
-    """Return n, p5, p4 and W = 3 n - 2 p5 - p4 (Chebyshev); a weld joins two links to one."""
+def count_mobility(mechanism: Mechanism) -> dict[str, Any]:
+    """Return n, p5, p4 and W = 3 n - 2 p5 - p4 (Chebyshev); a weld joins two links to one.
+
+    In space n, p5 to p1, W = 6 n - 5 p5 - ... - p1 and the ``idle`` links.
+    """
     joints = list(mechanism.joints.values())
+    if mechanism.dimension == 3:
+        return _count_in_space(mechanism)
     n = len(mechanism.bodies) - sum(j.rigid for j in joints)
     p5 = sum(j.lower and not j.rigid for j in joints)
     p4 = sum(not j.lower for j in joints)
     return {"n": n, "p5": p5, "p4": p4, "W": PLANE.mobility(n, p5, p4)}
+
+
+def _count_in_space(mechanism: Mechanism) -> dict[str, Any]:
+    """Return n, the pairs p5 to p1 by the freedoms they take, and W = 6 n - 5 p5 - ... - p1."""
+    joints = list(mechanism.joints.values())
+    n = len(mechanism.bodies) - sum(j.rigid for j in joints)
+    taken = [6 - j.freedoms if j.spatial else 1 for j in joints if not j.rigid]
+    pairs = {f"p{k}": taken.count(k) for k in (5, 4, 3, 2, 1)}
+    return {"n": n, **pairs, "W": 6 * n - sum(taken), "idle": list(idle_links(mechanism))}
 
 
 def _check_missing(
@@ -323,8 +350,12 @@ def _check_missing(
         parts.append(f"{_plural(extra, 'constraint')} superfluous among {_list(owners)}")
     count = count_mobility(model.mechanism)
     drivers = sum(row.driver for row in rows)
+    terms = [f"{k}*{count[f'p{k}']}" for k in (5, 4, 3, 2, 1) if count.get(f"p{k}")]
+    formula = f"3*{count['n']} - 2*{count['p5']} - {count['p4']}"
+    if model.mechanism.dimension == 3:
+        formula = " - ".join([f"6*{count['n']}", *terms])
     hint = (
-        f"3*{count['n']} - 2*{count['p5']} - {count['p4']} = {count['W']} freedom(s), "
+        f"{formula} = {count['W']} freedom(s), "
         f"{_plural(drivers, 'driver')}; add a driver or a joint"
     )
     raise MechanismError("; ".join(parts), where="mechanism", hint=hint)

@@ -16,7 +16,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.expression import build
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.model.coordinates import Coordinate, Coordinates
@@ -124,13 +124,17 @@ class Model:
         for name, number in mechanism.numbers():
             if isinstance(number, str):
                 self.numbers[name] = SX(build(number, symbols, FUNCTIONS))
-            elif number == 0 and name not in self._free:
-                self.numbers[name] = SX(0)
+            elif name not in self._free and (number == 0 or self._is_constant(name)):
+                self.numbers[name] = SX(number)
             else:
                 self.numbers[name] = symbols[name] = SX.sym(name)
         self.p_names = list(symbols)
         self.p = ca.vertcat(*symbols.values()) if symbols else SX(0, 1)
         self.p_values = self._values_of(mechanism)
+
+    def _is_constant(self, name: str) -> bool:
+        """Return whether a number is no parameter unless the caller frees it."""
+        return False
 
     def _values_of(self, mechanism: Mechanism) -> Any:
         """Return the values of p (np,) in a mechanism of the same structure."""
@@ -204,6 +208,10 @@ class Model:
         """Return the place of ``body.point`` in the fixed frame."""
         return self.frame(reference.split(".")[0]).point(self.local(reference))
 
+    def reported(self, chosen: Selection, listed: bool) -> Selection:
+        """Return what of a selection has a value; `listed`: the task names it."""
+        return chosen
+
     def coordinate(self, coordinate: NamedCoordinate) -> Any:
         """Return the expression of a named coordinate."""
         if coordinate.kind == "body angle":
@@ -216,6 +224,10 @@ class Model:
         if coordinate.kind == "joint angle":
             return ends.second.angle - ends.first.angle
         return ca.dot(ends.axis(), ends.gap)
+
+    def sharing(self, owners: list[str]) -> list[str]:
+        """Return joints and drivers whose equations depend on each other, by those of the rows."""
+        return owners
 
     def driven(self, coordinates: Iterable[NamedCoordinate]) -> tuple[list[Row], Any]:
         """Return all rows, those of the drivers last, and the drivers' symbols u."""

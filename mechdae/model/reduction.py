@@ -21,9 +21,10 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import bodies_of
 from mechdae.errors import FreedomError
 from mechdae.model.coordinates import Coordinates
-from mechdae.model.groups import Group, assur_groups
+from mechdae.model.groups import Group
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import Model, Row
+from mechdae.model.tree.choice import groups_of
 
 SX = ca.SX
 
@@ -171,8 +172,9 @@ def scene(
     `loaded` are the bodies that forces act on: those of their groups are kept too.
     """
     rows, u = model.driven(drivers)
-    groups = assur_groups(model, rows, coarse)
+    groups = groups_of(model, rows, coarse)
     chosen = selection(model.mechanism, outputs, forces=loaded is not None)
+    chosen = model.reported(chosen, outputs is not None)
     kept = groups if outputs is None else _needed(model, groups, chosen, loaded or ())
     result = Scene(model, tuple(drivers), rows, u, groups, kept, chosen)
     reduce(result)

@@ -63,4 +63,5 @@ def left(direction: Any) -> Any:
     return ca.vertcat(-direction[1], direction[0])
 
 
+SPACE = Space("xyz", ("x", "y", "z", "wx", "wy", "wz"))
 PLANE = Space("xy", ("x", "y", "angle"))

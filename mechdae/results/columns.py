@@ -58,7 +58,8 @@ def _of_series(whole: str, name: str, array: Any, unit: str) -> Iterator[Column]
         for axis, own, column in zip(*REACTION[name[9:]], array.T, strict=True):
             yield f"{whole}.{axis}", own, column
     else:
-        for axis, column in zip("xyz", array.T, strict=False):
+        axes = "wxyz" if name == "orientation" else "xyz"
+        for axis, column in zip(axes, array.T, strict=False):
             yield f"{whole}.{axis}", unit, column
 
 

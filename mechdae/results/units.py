@@ -12,6 +12,19 @@ UNITS = {
     "angle": "rad",
     "angular_velocity": "rad/s",
     "angular_acceleration": "rad/s2",
+    "orientation": "1",
+    **{
+        f"{word}{rate}": unit + over
+        for word, unit in (("angle", "rad"), ("angle2", "rad"), ("x", "m"), ("y", "m"))
+        for rate, over in (
+            ("_velocity", "/s"),
+            ("_acceleration", "/s2"),
+            ("_jerk", "/s3"),
+        )
+    },
+    "angle2": "rad",
+    "x": "m",
+    "y": "m",
     "slide": "m",
     "slide_velocity": "m/s",
     "slide_acceleration": "m/s2",
@@ -76,13 +89,13 @@ def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:
         return output_unit(mechanism, part, OUTPUT_RATES.index(name))
     if kind != "drivers":
         return UNITS.get(name, "1")
-    base = {"angle": "rad", "s": "1"}.get(part.rpartition(".")[2], "m")
+    base = {"angle": "rad", "angle2": "rad", "s": "1"}.get(part.rpartition(".")[2], "m")
     return base + DRIVER_UNITS.get(name, "")
 
 
 def effort_unit(name: str) -> str:
     """Return the unit of the effort at a driver's coordinate."""
-    return "N m" if name.endswith(".angle") else "N"
+    return "N m" if name.endswith((".angle", ".angle2")) else "N"
 
 
 def path_unit(mechanism: Mechanism, path: str) -> str:

@@ -14,17 +14,24 @@ from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, CoordinateKi
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
+from mechdae.model.tree.tree_model import TreeModel
 from mechdae.results import Named, Series
+from mechdae.setup.turning import turning
 from mechdae.types import Floats, Points, Sym
 
 RATES = {
+    "orientation": ("orientation", "angular_velocity", "angular_acceleration", "angular_jerk"),
     "angle": ("angle", "angular_velocity", "angular_acceleration", "angular_jerk"),
     "position": ("position", "velocity", "acceleration", "jerk"),
     "slide": ("slide", "slide_velocity", "slide_acceleration", "slide_jerk"),
+    "x": ("x", "x_velocity", "x_acceleration", "x_jerk"),
+    "y": ("y", "y_velocity", "y_acceleration", "y_jerk"),
     "s": ("s", "s_velocity", "s_acceleration", "s_jerk"),
 }
 
 
+TURNS = ("orientation",)
+"""Quantities that are rotation matrices inside."""
 Tables = Mapping[str, Mapping[str, Mapping[str, Any]]]
 Request = tuple[str, Any, tuple[str, ...]]
 """What is evaluated beside what is reported: key, expression over q, bodies it depends on."""
@@ -36,7 +43,7 @@ class ReportedQuantity:
 
     kind: str  # bodies, points or joints; hidden, for other quantities
     part: str
-    name: str  # angle, position, slide or s; value, for hidden ones
+    name: str  # angle, orientation, position, slide or s; value, for hidden ones
     columns: tuple[int, ...]
     bodies: tuple[str, ...]
 
@@ -49,6 +56,11 @@ class ReportedQuantity:
     def unit(self) -> str:
         """The SI unit; none of hidden ones."""
         return "m" if self.kind == "points" else self.quantity.unit if self.quantity else ""
+
+    @property
+    def is_orientation(self) -> bool:
+        """Whether it is the rotation matrix of a body."""
+        return self.name in TURNS
 
     @property
     def is_output(self) -> bool:
@@ -74,7 +86,10 @@ class Outputs:
         model, chosen = scene.model, scene.selection
         self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
         for name in chosen.bodies:
-            self._add("bodies", name, "angle", model.frame(name).angle, (name,))
+            if isinstance(model, TreeModel):
+                self._add("bodies", name, "orientation", ca.vec(model.frame(name).R), (name,))
+            else:
+                self._add("bodies", name, "angle", model.frame(name).angle, (name,))
         for reference in chosen.points:
             body = reference.split(".")[0]
             self._add("points", reference, "position", model.point(reference), (body,))
@@ -83,7 +98,7 @@ class Outputs:
         for key, expression, bodies in hidden:
             self._add("hidden", key, "value", expression, bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
-        self.expression = self._one_place(scene.expression(stacked))
+        self.expression = ca.densify(self._one_place(scene.expression(stacked)))
 
     def _one_place(self, expression: Any) -> Any:
         """Return the scalars with points that a pin holds together as one of them.
@@ -118,8 +133,14 @@ class Outputs:
         return other
 
     def _add_joint(self, name: str) -> None:
-        joint, ends = self.scene.model.mechanism.joints[name], self.scene.model.ends[name]
+        model = self.scene.model
+        joint = model.mechanism.joints[name]
         bodies = tuple(body for body in joint.bodies if body != GROUND)
+        if isinstance(model, TreeModel):
+            for word in joint.coordinates:
+                self._add("joints", name, word, model.relative(name, word), bodies)
+            return
+        ends = model.ends[name]
         if joint.straight:
             slide = ca.dot(ends.axis(), ends.gap)
             self._add("joints", name, "slide", slide, bodies)
@@ -146,10 +167,25 @@ class Outputs:
         return {word: columns for word, columns in kinds if columns}
 
     @property
+    def matrices(self) -> list[int]:
+        """The columns of rotation matrices of bodies."""
+        return [i for entry in self.entries if entry.is_orientation for i in entry.columns]
+
+    @property
     def without_rates(self) -> list[int]:
-        """The columns of which no rates are reported: turns of joints."""
+        """The columns of which no rates are reported: turns of joints of the plane."""
+        if isinstance(self.scene.model, TreeModel):
+            return []
         turns = (e for e in self.entries if e.kind == "joints" and e.quantity is ANGLE)
         return [i for entry in turns for i in entry.columns]
+
+    def _names(self, entry: ReportedQuantity) -> tuple[str, ...]:
+        """Return the names of a quantity and of its rates."""
+        if entry.kind != "joints" or entry.quantity is not ANGLE:
+            return RATES[entry.name]
+        if isinstance(self.scene.model, TreeModel):  # bodies have no angles whose rates would tell
+            return (entry.name, *(f"{entry.name}_{rate}" for rate in RATES["position"][1:]))
+        return RATES[entry.name][:1]
 
     def groups_of(self, entry: ReportedQuantity) -> set[int]:
         """Return the groups whose unknowns the quantity depends on."""
@@ -175,12 +211,10 @@ class Outputs:
         if not own:
             raise UnknownName("path", path, [f"{head}/{entry.part}" for entry in entries])
         for entry in own:
-            names = RATES[entry.name]
-            if quantity in names and (entry.kind != "joints" or entry.quantity is not ANGLE):
+            names = self._names(entry)
+            if quantity in names and entry.name not in TURNS:
                 return names.index(quantity), entry.columns
-            if quantity == entry.name:
-                return 0, entry.columns
-        known = [f"{head}/{part}/{name}" for entry in own for name in RATES[entry.name]]
+        known = [f"{head}/{part}/{name}" for entry in own for name in self._names(entry)]
         raise UnknownName("path", path, known)
 
     def named(self, values: list[Floats], extra: Tables | None = None) -> dict[str, Named]:
@@ -193,16 +227,17 @@ class Outputs:
             if entry.name == "guide" or entry.kind == "hidden":
                 continue
             series = tables[entry.kind].setdefault(entry.part, {})
-            names: tuple[str, ...] = RATES[entry.name]
-            if entry.kind == "joints" and entry.quantity is ANGLE:
-                names = names[:1]
+            names = self._names(entry)
+            if entry.name in TURNS:
+                series |= turning([y[:, list(entry.columns)] for y in values], names)
+                continue
             for order, name in enumerate(names[: len(values)]):
                 first, last = entry.columns[0], entry.columns[-1]
                 one = entry.name != "position"
                 series[name] = values[order][:, first if one else slice(first, last + 1)]
         if len(values) >= 3:
             for entry in self.entries:
-                if entry.name == "slide":
+                if entry.name == "slide" and not isinstance(self.scene.model, TreeModel):
                     tables["joints"][entry.part]["coriolis"] = self._coriolis(entry, values)
         for kind, parts in (extra or {}).items():
             for part, arrays in parts.items():

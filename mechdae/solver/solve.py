@@ -50,6 +50,7 @@ def solve(
             where=f"tasks.{name}.kind",
             hint=f"available: {', '.join(kinds)}",
         )
+    check_available(whole, name, chosen)
     try:
         result: Result = function(kinds[chosen.kind].run)(whole, name, chosen, **options)
     except MechdaeError as error:
@@ -60,6 +61,29 @@ def solve(
         whole.blame(error)
         raise
     return result
+
+
+IN_SPACE = ("sweep", "modes")
+"""Kinds of tasks that are computed of spatial mechanisms."""
+
+
+def available(problem: Problem, task: Task) -> bool:
+    """Return whether tasks of that kind are computed of the mechanism's dimension."""
+    return problem.mechanism.dimension == 2 or task.kind in IN_SPACE
+
+
+def check_available(problem: Problem, name: str, task: Task) -> None:
+    """Raise for what is not computed of a spatial mechanism."""
+    if not available(problem, task):
+        raise UnavailableError(
+            f"tasks of kind '{task.kind}' are not computed in space by this version",
+            where=f"tasks.{name}.kind",
+            hint=f"available: {', '.join(IN_SPACE)}",
+        )
+    if problem.mechanism.dimension == 3 and getattr(task, "measures", None):
+        raise UnavailableError(
+            "measures are not computed in space by this version", where=f"tasks.{name}.measures"
+        )
 
 
 def as_problem(problem: Problem | Mechanism | str | Path, task: Task | str | None) -> Problem:

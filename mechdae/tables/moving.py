@@ -10,6 +10,8 @@ import numpy as np
 from mechdae.results import Result
 from mechdae.tables.text import Column, cells, rest
 
+RELATIVE = ("angle", "angle2", "slide", "x", "y")
+"""Coordinates of joints in space, angles first."""
 SLIDE = ("slide", "slide_velocity", "slide_acceleration")
 ANGLE = ("angle", "angular_velocity", "angular_acceleration")
 
@@ -53,7 +55,7 @@ class Quantities:
         points = self.distinct_points()[::-1]
         points.sort(key=lambda name: f"{name.split('.')[0]}.angle" in driven)
         for name in points:
-            if not {f"{name}.x", f"{name}.y"} <= driven:
+            if not {f"{name}.{axis}" for axis in self.result.mechanism.axes} <= driven:
                 found += self._point(name)
         for kind in ("joints", "bodies"):
             for name in getattr(self.result, kind):
@@ -110,6 +112,8 @@ class Quantities:
         grounded = {body for joint in joints.values() if "ground" in joint.bodies
                     for body in joint.bodies}  # fmt: skip
         found: tuple[str, str] | None = None
+        if self.result.mechanism.dimension == 3:
+            return self._last_in_space(driven)
         for name, series in self.result.bodies.items():
             free = name in grounded and not self._coordinates(name) & driven
             if free and self._moves(series, "angle", "angular_velocity", self.angle):
@@ -121,12 +125,40 @@ class Quantities:
                 found = ("joints", name)
         return found
 
+    def _last_in_space(self, driven: set[str]) -> tuple[str, str] | None:
+        """Return the last joint on the ground that moves and is not driven, if any."""
+        joints, found = self.result.mechanism.joints, None
+        for name, series in self.result.joints.items():
+            free = "ground" in joints[name].bodies and not self._coordinates(name) & driven
+            if free and list(self._relative(name, series, 0)):
+                found = ("joints", name)
+        return found
+
+    def _relative(self, name: str, series: Any, rates: int) -> Iterator[Column]:
+        """Yield the coordinates of a joint in space that change, with some of their rates."""
+        for word in RELATIVE:
+            turns = word in RELATIVE[:2]
+            noise = self.angle if turns else self.length
+            if word not in series or not self._moves(series, word, f"{word}_velocity", noise):
+                continue
+            values = np.degrees(series[word]) if turns else series[word]
+            unit = "deg" if turns else "m"
+            own = float(np.degrees(noise)) if turns else noise
+            yield f"{name}.{word} [{unit}]", cells(values, noise=own)
+            for rate in ("velocity", "acceleration")[:rates]:
+                if f"{word}_{rate}" in series:
+                    unit = self.result.unit("joints", name, f"{word}_{rate}")
+                    yield f"{name}.{word} [{unit}]", cells(series[f"{word}_{rate}"])
+
     def _coordinates(self, name: str) -> set[str]:
-        return {f"{name}.{word}" for word in ("angle", "slide", "s")}
+        return {f"{name}.{word}" for word in (*RELATIVE, "s")}
 
     def _part(self, kind: str, name: str, rates: int) -> Iterator[Column]:
         """Yield a body's angle or a joint's slide or place, with some of its rates."""
         series = getattr(self.result, kind)[name]
+        if kind == "joints" and self.result.mechanism.dimension == 3:
+            yield from self._relative(name, series, rates)
+            return
         if kind == "joints" and "s" in series:
             if self._moves(series, "s", "s_velocity", 0.0):
                 yield f"{name}.s", cells(series["s"])
@@ -149,7 +181,7 @@ class Quantities:
     def _point(self, name: str) -> Iterator[Column]:
         """Yield the coordinates of a point that change."""
         places = self.result.points[name].position
-        for i, axis in enumerate("xy"):
+        for i, axis in enumerate(self.result.mechanism.axes):
             if len(places) < 2 or _span(places[:, i]) > self.length:
                 yield f"{name}.{axis} [m]", cells(places[:, i], noise=self.length)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,13 @@ from mechdae.results import KINDS, Result
 from mechdae.tables.forces import force_columns, is_force, motion_is_aside, single_forces
 from mechdae.tables.moving import Quantities
 from mechdae.tables.text import Column, cells, rows_of
+
+TURNS = ("angle", "angle2")
+ANGLES = tuple(f".{name}" for name in TURNS)
+
+
+def _vector(values: Any) -> str:
+    return "(" + ", ".join(f"{value: .12g}" for value in values) + ")"
 
 
 def pose_text(result: Result) -> list[str]:
@@ -37,12 +45,10 @@ def pose_text(result: Result) -> list[str]:
                 noise = moving.noise(kind, part, name)
                 value = np.where(np.abs(array[0]) <= noise, 0.0, array[0])
                 unit = units.get((part, name), "")
-                text = (
-                    f"({value[0]: .12g}, {value[1]: .12g})" if np.ndim(value) else f"{value: .15g}"
-                )
+                text = f"{value: .15g}" if not np.ndim(value) else _vector(value)
                 if "nan" in text:
                     text = " -"
-                turns = name == "angle" or (name == "position" and part.endswith(".angle"))
+                turns = name in TURNS or (name == "position" and part.endswith(ANGLES))
                 known = turns and np.isfinite(value)
                 degrees = f"   {math.degrees(value):.9g} deg" if known else ""
                 lines.append(f"  {part:18} {name:20} {text} {unit}{degrees}")
@@ -60,7 +66,7 @@ def poses_text(result: Result, width: int) -> list[str]:
     if result.time is not None:
         columns.append(("t [s]", cells(result.time)))
     for coordinate, series in result.drivers.items():
-        angle = coordinate.endswith(".angle")
+        angle = coordinate.endswith(ANGLES)
         values = np.degrees(series.position) if angle else series.position
         unit = "deg" if angle else result.unit("drivers", coordinate, "position")
         largest = float(np.max(np.abs(values), initial=0.0))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Expected, Problem
+from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import KINDS as SECTIONS
 from mechdae.results import Result
@@ -21,6 +22,10 @@ SERIES = (
     *SECTIONS, "efforts", "centres", "bound", "condition", "status",
     "time", "energy", "kinetic", "potential", "drift", "work",
 )  # fmt: skip
+
+
+NEAR = 1e-9
+"""Share of a driver's value within which a pose is the one that is meant."""
 
 
 @dataclass(frozen=True)
@@ -73,10 +78,34 @@ def check(problem: Problem) -> list[Verdict]:
             verdicts.append(Verdict(entry, None, np.inf, 0.0, str(result)))
             continue
         try:
-            verdicts.append(_verdict(entry, result, known))
-        except InputError as error:
+            verdicts.append(_verdict(entry, _with_pose(problem, entry, result, known), known))
+        except MechdaeError as error:
             verdicts.append(Verdict(entry, None, np.inf, 0.0, str(error)))
     return verdicts
+
+
+def _with_pose(
+    problem: Problem, entry: Expected, result: Result, known: Mapping[str, float]
+) -> Result:
+    """Return the result, or that of the pose alone which `at` names between those of a sweep."""
+    task = problem.task(entry.task)
+    if type(task) is not Sweep or entry.at is None or len(result) < 2:
+        return result
+    moving = [
+        (k, series.position)
+        for k, series in enumerate(result.drivers.values())
+        if np.ptp(series.position) > 0
+    ]
+    at = evaluate(entry.at, known)
+    if len(moving) != 1 or not moving[0][1].min() < at < moving[0][1].max():
+        return result
+    k, values = moving[0]
+    if np.abs(values - at).min() <= NEAR * max(1.0, abs(at)):
+        return result
+    drivers = list(task.all_drivers)
+    drivers[k] = replace(drivers[k], at=(at,), from_=None, to=None, range=None)
+    alone = replace(task, driver=None, drivers=tuple(drivers), poses=None)
+    return solve(problem, alone)
 
 
 def _verdict(entry: Expected, result: Result, known: Mapping[str, float]) -> Verdict:
@@ -136,6 +165,6 @@ def _pose(entry: Expected, result: Result, known: Mapping[str, float]) -> int:
     assert named is not None
     at = evaluate(named, known)
     row = int(np.argmin(np.abs(position - at)))
-    if abs(position[row] - at) > 1e-9 * max(1.0, abs(at)):
+    if abs(position[row] - at) > NEAR * max(1.0, abs(at)):
         raise InputError(f"no pose at {at:.12g}, the nearest is at {position[row]:.12g}")
     return row

@@ -18,10 +18,12 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.model.groups import ROMAN, Group, count_mobility, formula
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
+from mechdae.model.tree.choice import model_of
 from mechdae.numerics.null_space import dependences, dependent
 from mechdae.setup.drivers import plan, sketched
 from mechdae.setup.outputs import Outputs
 from mechdae.solver.kinds import function
+from mechdae.solver.solve import available
 from mechdae.tasks.registry import KINDS
 from mechdae.tasks.vector_modules import modules
 
@@ -34,7 +36,7 @@ def structure(problem: Problem) -> dict[str, Any]:
     will build.
     """
     mechanism = problem.mechanism
-    model = Model(mechanism)
+    model = Model(mechanism) if mechanism.dimension == 2 else None
     result: dict[str, Any] = {
         "problem": problem.name,
         "title": problem.title,
@@ -70,8 +72,9 @@ def structure(problem: Problem) -> dict[str, Any]:
 def _entry(problem: Problem, task: Task, model: Model | None = None) -> dict[str, Any]:
     """Return what a task will build."""
     show = KINDS[task.kind].show if task.kind in KINDS else ""
-    if not show:
-        return {"kind": task.kind, "available": task.available}
+    if not show or not available(problem, task):
+        computed = task.available and available(problem, task)
+        return {"kind": task.kind, "available": computed}
     entry: dict[str, Any] = function(show)(problem, task, model)
     return entry
 
@@ -84,10 +87,11 @@ def not_in_scene(problem: Problem, name: str) -> list[str]:
     return bodies
 
 
-def _driven(problem: Problem, task: Driven, model: Model) -> dict[str, Any]:
+def _driven(problem: Problem, task: Driven, model: Model | None) -> dict[str, Any]:
     entry: dict[str, Any] = {"drivers": [driver.coordinate for driver in task.all_drivers]}
     try:
         numbers = plan(problem.mechanism, task)
+        model = model or model_of(problem.mechanism, numbers.coordinates)
         whole = scene(model, numbers.coordinates)
     except MechdaeError as error:
         return {**entry, "error": str(error)}
@@ -150,11 +154,12 @@ def rank_mobility(whole: Scene, q: dict[tuple[str, str], float]) -> dict[str, An
     jacobian = jacobian * model.coordinates.sizes(scale)
     rank = len(jacobian) - dependences(jacobian).shape[1]
     owners = [model.rows[i].owner for i in np.flatnonzero(dependent(jacobian))]
+    owners = model.sharing(list(dict.fromkeys(owners)))
     return {
         "mobility": len(values) - rank,
         "rank": rank,
         "equations": len(model.rows),
-        "superfluous": list(dict.fromkeys(owners)),
+        "superfluous": owners,
     }
 
 

@@ -170,7 +170,7 @@ def keys_of(rule: Any) -> Iterator[str]:
 
 
 def test_every_key_is_documented() -> None:
-    pages = ("problem-file", "joints", "forces", "motion", "synthesis", "sensitivity")
+    pages = ("problem-file", "joints", "forces", "motion", "synthesis", "sensitivity", "space")
     text = " ".join((DOCS / f"{page}.md").read_text(encoding="utf-8") for page in pages)
     for key in set(keys_of(described())):
         assert re.search(rf"`[^`]*\b{split_unit(key)[0]}\b", text), key

@@ -1,4 +1,4 @@
-"""The symbolic model: residuals by hand, derivatives by differences, the third dimension."""
+"""The symbolic model: residuals by hand, derivatives by differences."""
 
 from __future__ import annotations
 
@@ -7,17 +7,10 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.continuation.follower import extend
-from mechdae.continuation.path import Path
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.coordinates import coordinate
 from mechdae.describe.mechanism import Mechanism
-from mechdae.kernels.graphs.steps import Graphs
-from mechdae.model.frames import hinge_frame
 from mechdae.model.model import Model
-from mechdae.model.reduction import scene
 from mechdae.model.space import PLANE
-from mechdae.setup.outputs import Outputs
-from mechdae.setup.scales import Constants
 
 
 def pair(joint: md.Prismatic, **bodies: dict) -> Mechanism:
@@ -132,63 +125,6 @@ def test_every_number_is_a_parameter() -> None:
     assert {"crank.A.y", "guide.axis"} <= set(freed.p_names)
     literal = md.load("gorshkov-seven-link").with_values({"crank.A.y": 0.01}).mechanism
     assert "crank.A.y" in Model(literal).p_names
-
-
-# -- the interface of frames carries a third axis ------------------------------------------------
-
-
-def rssr() -> tuple[Mechanism, dict[str, tuple[float, float, float]]]:
-    """Return an RSSR linkage: crank about z, rocker about x, a bar with two ball ends."""
-    mechanism = Mechanism(
-        ground=md.Ground({"A": (0, 0, 0), "D": (0.1, 0.25, 0.05)}),
-        bodies=[
-            md.Body("crank", {"A": (0, 0, 0), "B": (0.05, 0, 0)}),
-            md.Body("rocker", {"D": (0, 0, 0), "C": (0.02, 0.15, 0)}),
-        ],
-        joints=[
-            md.Revolute("A", "ground.A", "crank.A"),
-            md.Revolute("D", "ground.D", "rocker.D"),
-            md.Distance("bar", "crank.B", "rocker.C", length=0.3),
-        ],
-        dimension=3,
-    )
-    return mechanism, {"crank": (0.0, 0.0, 1.0), "rocker": (1.0, 0.0, 0.0)}
-
-
-def rssr_closed(u: np.ndarray, sign: float) -> np.ndarray:
-    """Return the rocker's angle: P cos + Q sin = R."""
-    b = np.stack([0.05 * np.cos(u), 0.05 * np.sin(u), 0 * u])
-    d = np.array([[0.1], [0.25], [0.05]]) - b
-    # |d + (0.02, 0.15 cos, 0.15 sin)|^2 = 0.09
-    P, S = 2 * 0.15 * d[1], 2 * 0.15 * d[2]
-    rest = 0.09 - np.sum(d**2, axis=0) - 0.02**2 - 0.15**2 - 2 * 0.02 * d[0]
-    return np.arctan2(S, P) + sign * np.arccos(rest / np.hypot(P, S))
-
-
-def test_a_spatial_rssr_runs_through_the_same_model() -> None:
-    mechanism, axes = rssr()
-    model = Model(mechanism, frames=lambda body: hinge_frame(body, axes[body]))
-    driver = NamedCoordinate("crank.angle", "body angle", "crank")
-    whole = scene(model, [driver])
-    assert whole.x_names == [("rocker", "angle")]
-    outputs = Outputs(whole)
-    graphs = Graphs(whole, outputs.expression)
-    constants = Constants(graphs, [7.0])
-    path = Path(graphs, constants, np.zeros(1), np.ones(1), 2 * np.pi / 128)
-    u = np.linspace(0, 2 * np.pi, 50)
-    for sign in (1.0, -1.0):
-        start = rssr_closed(np.zeros(1), sign)
-        path.s, path.state = [], []
-        path.begin(start, 0.0)
-        extend(path, 2 * np.pi)
-        guess = path.guess(u)
-        error = np.abs(np.exp(1j * guess[:, 0]) - np.exp(1j * rssr_closed(u, sign)))
-        assert error.max() < 1e-8
-        h = 1e-4
-        ends = rssr_closed(np.array([-h, 0.0, h]), sign)
-        _, _, V, A = path.arrays()
-        assert V[0, 0] == pytest.approx((ends[2] - ends[0]) / (2 * h), rel=1e-6)
-        assert A[0, 0] == pytest.approx((ends[2] - 2 * ends[1] + ends[0]) / h**2, rel=1e-5)
 
 
 def test_unknown_coordinates_name_the_nearest() -> None:

@@ -42,10 +42,14 @@ def _lines(data: dict[str, Any]) -> list[str]:
     for name, joint in data["joints"].items():
         lines.append(f"  {name}: {joint['kind']}, {' - '.join(joint['between'])}")
     lines += ["", "mobility"]
-    lines.append(
-        f"  by count: W = 3*{count['n']} - 2*{count['p5']} - {count['p4']} = {count['W']}"
-        f"   (n = {count['n']}, p5 = {count['p5']}, p4 = {count['p4']})"
-    )
+    words = [word for word in count if word not in ("rank", "W", "idle")]
+    pairs = ", ".join(f"{word} = {count[word]}" for word in words)
+    lines.append(f"  by count: W = {_counted(count)} = {count['W']}   ({pairs})")
+    if count.get("idle"):
+        lines.append(
+            f"  of them {len(count['idle'])} idle: {', '.join(count['idle'])} spin(s) freely "
+            "between ball joints"
+        )
     rank = count["rank"]
     if rank:
         lines.append(
@@ -70,6 +74,14 @@ def _lines(data: dict[str, Any]) -> list[str]:
         lines.append(f"  {name}: {_task(task)}")
         lines += [f"    {text}" for text in _forces(task.get("forces", {}))]
     return lines
+
+
+def _counted(count: dict[str, Any]) -> str:
+    """Return the formula of the mobility by count."""
+    if "p1" not in count:
+        return f"3*{count['n']} - 2*{count['p5']} - {count['p4']}"
+    terms = [f"{k}*{count[f'p{k}']}" for k in (5, 4, 3, 2, 1) if count[f"p{k}"]]
+    return " - ".join([f"6*{count['n']}", *terms])
 
 
 def _group(group: dict[str, Any]) -> str:

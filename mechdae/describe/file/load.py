@@ -108,8 +108,10 @@ def _from_dict(data: Mapping[str, Any], name: str) -> Problem:
             raise InputError("a text is needed", where=entry)
         if any(map(is_control, text)):
             raise InputError("a text without control characters is needed", where=entry)
-    if data.get("dimension", 2) != 2:
-        raise UnavailableError("only planar mechanisms (dimension = 2)", where="dimension")
+    if isinstance(data.get("dimension", 2), bool) or data.get("dimension", 2) not in (2, 3):
+        raise InputError(
+            "2 (of the plane, also where it is absent) or 3 is needed", where="dimension"
+        )
     expanded = expand(data)
     try:
         return read_problem(expanded.tables, name, data, from_dict)

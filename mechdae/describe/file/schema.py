@@ -12,6 +12,7 @@ from mechdae.describe.file.repeat import KEYS
 from mechdae.describe.joints import JOINTS
 from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground
+from mechdae.describe.spatial_joints import SPATIAL_JOINTS
 from mechdae.describe.tasks.constraints import Choices, Region
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.describe.values import WITH_UNIT, Value, required
@@ -47,11 +48,20 @@ _KINDS: dict[str, dict[str, Any]] = {
         "minItems": 2,
         "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
     },
+    "components": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 3},
+    "direction": {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3},
+    "inertia": {
+        "oneOf": [
+            *NUMBER["oneOf"],
+            {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3},
+            {"type": "array", "items": NUMBER, "minItems": 6, "maxItems": 6},
+        ]
+    },
     "names": {"type": "array", "items": {"type": "string"}},
     "outline": {"type": "array", "items": {"type": "string"}},
     "points": {
         "type": "object",
-        "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
+        "additionalProperties": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 3},
     },
     "reference": {"type": "string", "pattern": rf"^(\w|{HOLE})+\.(\w|{HOLE})+$"},
     "pairs": _rows(2),
@@ -80,8 +90,8 @@ def schema() -> dict[str, Any]:
         "schema": {"const": SCHEMA},
         "title": {"type": "string"},
         "source": {"type": "string"},
-        "dimension": {"const": 2},
-        "gravity": _KINDS["pair"],
+        "dimension": {"enum": [2, 3]},
+        "gravity": _KINDS["components"],
         "sizes": {"type": "object", "additionalProperties": {"type": "integer"}},
         **sections,
         "tasks": {"type": "object", "additionalProperties": {"oneOf": _tasks()}},
@@ -118,7 +128,10 @@ def _sections() -> dict[str, Any]:
             "additionalProperties": {"type": "array", "items": {"type": "string"}, "minItems": 2},
         },
         "nodes": {"type": "object", "additionalProperties": _object(Node, ("name",))},
-        "sketch": numbers,
+        "sketch": {
+            "type": "object",
+            "additionalProperties": {"oneOf": [*NUMBER["oneOf"], _KINDS["direction"]]},
+        },
         "loads": {
             "type": "object",
             "additionalProperties": {
@@ -148,8 +161,11 @@ def _cell(sections: dict[str, Any]) -> dict[str, Any]:
 def _joints() -> list[dict[str, Any]]:
     between = {"type": "array", "items": _KINDS["reference"], "minItems": 2, "maxItems": 2}
     entries = []
-    for word, kind in JOINTS.items():
+    spatial = [(word, kind) for word, kind in SPATIAL_JOINTS.items() if kind.spatial]
+    for word, kind in [*JOINTS.items(), *spatial]:
         entry = _object(kind, ("name", "first", "second"), kind=word)
+        if kind.spatial and word in JOINTS and "axis" not in entry["required"]:
+            entry["required"].append("axis")  # without one it is as in the plane
         entry["properties"]["between"] = between
         entry["required"].append("between")
         entries.append(entry)

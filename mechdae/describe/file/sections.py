@@ -9,9 +9,10 @@ from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.file.reading import check_suffix, chosen, plain, read
 from mechdae.describe.file.repeat import Read, pattern_of
 from mechdae.describe.file.units import check_units
-from mechdae.describe.joints import JOINTS, SPATIAL, Joint
+from mechdae.describe.joints import JOINTS, Joint
 from mechdae.describe.loads import LOADS
 from mechdae.describe.mechanism import Body, Ground, Mechanism
+from mechdae.describe.spatial_joints import KINDS_OF_JOINTS, SPATIAL_JOINTS
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import (
     TASKS,
@@ -29,17 +30,24 @@ def read_problem(
 
     `typed` are those with it, which `again` reads when a size is set.
     """
+    dimension = data.get("dimension", 2)
     parts: dict[str, Any] = {
         "ground": read(Ground, _with_points(_table(data, "ground"), "ground"), "ground"),
         "bodies": [_read_body(n, t) for n, t in _table(data, "bodies").items()],
-        "joints": [_read_joint(n, t) for n, t in _table(data, "joints").items()],
+        "joints": [_read_joint(n, t, dimension) for n, t in _table(data, "joints").items()],
         "loads": [_read_load(n, t) for n, t in _table(data, "loads").items()],
         "parameters": _plain(data, "parameters"),
         "sketch": _plain(data, "sketch"),
         "outputs": _outputs(_table(data, "outputs")),
         "gravity": data.get("gravity"),
+        "dimension": dimension,
     }
-    if any(_table(data, entry) for entry in ("vectors", "loops", "nodes")):
+    loops = [entry for entry in ("vectors", "loops", "nodes") if _table(data, entry)]
+    if loops and dimension == 3:
+        raise UnavailableError(
+            "vector loops are not computed in space by this version", where=loops[0]
+        )
+    if loops:
         mechanism = from_loops(
             [read(Vector, t, f"vectors.{n}", name=n) for n, t in _table(data, "vectors").items()],
             _table(data, "loops"),
@@ -111,11 +119,21 @@ def _chosen(table: Any, place: str, kinds: Mapping[str, Any], word: str) -> Any:
     return kinds[kind], rest
 
 
-def _read_joint(name: str, table: Any) -> Joint:
+def _read_joint(name: str, table: Any, dimension: int) -> Joint:
     place = f"joints.{name}"
-    if isinstance(table, Mapping) and table.get("kind") in SPATIAL:
-        raise UnavailableError("spatial joints are not computed by this version", where=place)
-    kind, rest = _chosen(table, place, JOINTS, "joint")
+    kinds = KINDS_OF_JOINTS[dimension]
+    word = table.get("kind") if isinstance(table, Mapping) else None
+    if dimension == 2 and word in SPATIAL_JOINTS.keys() - JOINTS.keys():
+        raise InputError(
+            f"a {word} joint is one of space", where=place, hint="dimension = 3 above the tables"
+        )
+    if dimension == 3 and word in JOINTS.keys() - SPATIAL_JOINTS.keys():
+        raise UnavailableError(
+            f"joints of kind '{word}' are not computed in space by this version",
+            where=place,
+            hint=f"available: {', '.join(kinds)}",
+        )
+    kind, rest = _chosen(table, place, kinds, "joint")
     between = rest.pop("between", None)
     if not isinstance(between, list) or len(between) != 2:
         raise InputError(

@@ -105,7 +105,7 @@ def dumps(problem: Problem) -> str:
 
 def _typed(tables: Mapping[str, Any]) -> list[str]:
     """Return the mechanism of a file with repetition, keys and units as they were typed."""
-    lines = [f"gravity = {_value(tables['gravity'])}"] if "gravity" in tables else []
+    lines = [f"{e} = {_value(tables[e])}" for e in ("dimension", "gravity") if e in tables]
     for name in ("sizes", "parameters", *LOOPS, "ground", *REST):
         lines += _section(name, tables.get(name, {}))
     for cell, entries in tables.get("repeat", {}).items():
@@ -119,7 +119,7 @@ def _typed(tables: Mapping[str, Any]) -> list[str]:
 
 def _mechanism(mechanism: Mechanism, loops: Closure | None) -> list[str]:
     """Return the lines of a mechanism; with `loops` its bodies are only what those leave out."""
-    lines = []
+    lines = [] if mechanism.dimension == 2 else [f"dimension = {mechanism.dimension}"]
     if mechanism.gravity is not None:
         lines.append(f"gravity = {_value(mechanism.gravity)}")
     lines += _section("parameters", mechanism.parameters)

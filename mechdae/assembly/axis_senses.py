@@ -1,0 +1,50 @@
+"""Poses at which axes of spatial joints have the sense they were given.
+
+The equations of a joint that is cut open hold for axes of opposite sense too, and for other half
+turns. On a continuous path that cannot change; every assembly has to be tested.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.kernels.run.local import local
+from mechdae.model.groups import Group
+from mechdae.model.reduction import Scene
+from mechdae.model.tree.tree_model import TreeModel
+from mechdae.setup.drivers import Sketch
+
+
+class AxisSenses:
+    """What must be positive at the poses of a scene, by group."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._of: dict[int, list[Any]] = {}
+        if isinstance(scene.model, TreeModel):
+            for name, value in scene.model.senses:
+                group = next((g.index for g in scene.groups if name in g.joints), None)
+                if group is not None:
+                    self._of.setdefault(group, []).append(value)
+
+    def met(self, group: Group, poses: list[Any], u: Any) -> list[Any]:
+        """Return the poses of a group with axes of the right sense."""
+        values = self._of.get(group.index)
+        if not values or not poses:
+            return poses
+        key = ("senses", group.index)
+        function = local(self.scene, key, lambda: ca.vertcat(*values))
+        p = self.scene.model.p_values
+        return [x for x in poses if np.all(function(x, u, p) > 0)]
+
+
+def told_angles(scene: Scene, sketch: Sketch) -> dict[str, float]:
+    """Return the sketched angles of spatial joints that are coordinates, by joint."""
+    if not isinstance(scene.model, TreeModel):
+        return {}
+    own = {c.key for c in scene.model.coordinates if c.kind is ANGLE}
+    return {c.part: v for c, v in sketch.places.items() if (c.part, c.word) in own and c.is_angle}

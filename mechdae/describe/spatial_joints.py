@@ -1,0 +1,285 @@
+"""The kinematic pairs of spatial mechanisms as frozen values.
+
+A pair has a frame on either body: the axis a, the normal n that is its zero, and a x n. ``axis``
+and ``zero`` are directions in the first body, ``axis2`` and ``zero2`` in the second; where the
+second ones are absent they are the same numbers. An absent ``zero`` is the coordinate axis that
+follows the largest component of the axis (z -> x, as in the plane), made normal to the axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar
+
+from mechdae.describe.joints import JOINTS, Distance, Joint
+from mechdae.describe.values import Number, key
+from mechdae.errors import MechanismError
+
+AXES = "xyz"
+ALONG = 1e-9
+"""Share of its length by which a zero direction must leave the axis."""
+Direction = tuple[Number, ...]
+
+
+def largest(vector: tuple[float, ...]) -> int:
+    """Return which component of a direction is the largest, the first of equal ones."""
+    return max(range(3), key=lambda i: (abs(vector[i]), -i))
+
+
+@dataclass(frozen=True)
+class SpatialJoint(Joint):
+    """Base of the pairs in space.
+
+    ``freedoms`` are its coordinates as an edge of the tree, ``straightens`` tells that the rows of
+    an opened pair hold for axes of opposite sense too, which no assembly may have.
+    """
+
+    spatial: ClassVar[bool] = True
+    freedoms: ClassVar[int] = 0
+    crossed: ClassVar[bool] = False
+    """The second axis crosses the first one: it is no other name of the first."""
+    opening: ClassVar[int] = 0
+
+    def directions(self) -> Iterator[tuple[str, Direction]]:
+        """Yield the directions that are given, by their keys."""
+        for entry in fields(self):
+            if entry.metadata.get("kind") == "direction" and getattr(self, entry.name) is not None:
+                yield entry.name, getattr(self, entry.name)
+
+    def numbers(self) -> Iterator[tuple[str, Number]]:
+        yield from super().numbers()
+        for name, direction in self.directions():
+            for axis, number in zip(AXES, direction, strict=True):
+                yield f"{name}.{axis}", number
+
+    def with_number(self, entry: str, number: Number) -> Joint:
+        name, _, axis = entry.partition(".")
+        if not axis:
+            return super().with_number(entry, number)
+        place = AXES.index(axis)
+        old = getattr(self, name)
+        changes: dict[str, Any] = {name: (*old[:place], number, *old[place + 1 :])}
+        return replace(self, **changes)
+
+    def side(self, second: bool) -> tuple[str, str | None]:
+        """Return the keys of the axis and of the zero of a side; no zero: it follows the axis."""
+        given = dict(self.directions())
+        if not second or "axis2" not in given:
+            zero = "zero2" if second and "zero2" in given else "zero"
+            return "axis", zero if zero in given else None
+        return "axis2", "zero2" if "zero2" in given else None
+
+    def settled(self, values: Mapping[str, float]) -> tuple[int, ...]:
+        """Return what of its values is part of the structure: where absent zeros point."""
+        found = []
+        for second in (False, True):
+            axis, zero = self.side(second) if dict(self.directions()) else ("", "")
+            if zero is None:
+                found.append(largest(_vector(values, f"{self.name}.{axis}")))
+        return tuple(found)
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        vectors = {name: _vector(values, name) for name, _ in self.directions()}
+        for name, vector in vectors.items():
+            if not any(vector):
+                raise MechanismError(
+                    "a direction needs a length", where=f"joints.{self.name}.{name}",
+                    hint="like [0, 0, 1]",
+                )  # fmt: skip
+        for second in (False, True) if vectors else ():
+            axis, zero = self.side(second)
+            if zero is not None and _along(vectors[axis], vectors[zero]):
+                raise MechanismError(
+                    f"{zero} lies along {axis}",
+                    where=f"joints.{self.name}.{zero}",
+                    hint=f"a direction across the axis, or leave {zero} out",
+                )
+
+
+def _vector(values: Mapping[str, float], name: str) -> tuple[float, ...]:
+    return tuple(values[f"{name}.{axis}"] for axis in AXES)
+
+
+def _along(a: tuple[float, ...], b: tuple[float, ...]) -> bool:
+    """Return whether two directions lie on one line."""
+    a, b = (tuple(x / max(map(abs, v)) for x in v) for v in (a, b))
+    cross = [a[i - 2] * b[i - 1] - a[i - 1] * b[i - 2] for i in range(3)]
+    return math.hypot(*cross) <= ALONG * math.hypot(*a) * math.hypot(*b)
+
+
+def _axis() -> Any:
+    return key("direction", doc="direction of the axis in the first body", unit="1")
+
+
+def _other(doc: str) -> Any:
+    return key("direction", None, doc=doc, unit="1")
+
+
+AXIS2 = "direction of the axis in the second body; absent: the same numbers"
+ZERO = "normal of the axis in the first body, from which it is counted"
+ZERO2 = "normal of the axis in the second body, which coincides with the first one's at zero"
+
+
+@dataclass(frozen=True)
+class SpatialRevolute(SpatialJoint):
+    """Turning pair: points and axes coincide. Relative coordinate: angle."""
+
+    axis: Direction = _axis()
+    axis2: Direction | None = _other(AXIS2)
+    zero: Direction | None = _other(ZERO)
+    zero2: Direction | None = _other(ZERO2)
+
+    kind: ClassVar[str] = "revolute"
+    letter: ClassVar[str] = "R"
+    coordinates: ClassVar[tuple[str, ...]] = ("angle",)
+    coincide: ClassVar[bool] = True
+    freedoms: ClassVar[int] = 1
+
+
+@dataclass(frozen=True)
+class SpatialPrismatic(SpatialJoint):
+    """Sliding pair: the second point on the axis through the first. Coordinate: slide."""
+
+    axis: Direction = _axis()
+    axis2: Direction | None = _other(AXIS2)
+    zero: Direction | None = _other(ZERO)
+    zero2: Direction | None = _other(ZERO2)
+
+    kind: ClassVar[str] = "prismatic"
+    letter: ClassVar[str] = "P"
+    coordinates: ClassVar[tuple[str, ...]] = ("slide",)
+    straight: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = True
+    freedoms: ClassVar[int] = 1
+    opening: ClassVar[int] = 2
+
+
+@dataclass(frozen=True)
+class Cylindrical(SpatialJoint):
+    """Turns about its axis and slides along it. Coordinates: angle, slide."""
+
+    axis: Direction = _axis()
+    axis2: Direction | None = _other(AXIS2)
+    zero: Direction | None = _other(ZERO)
+    zero2: Direction | None = _other(ZERO2)
+
+    kind: ClassVar[str] = "cylindrical"
+    letter: ClassVar[str] = "C"
+    coordinates: ClassVar[tuple[str, ...]] = ("angle", "slide")
+    straight: ClassVar[bool] = True
+    freedoms: ClassVar[int] = 2
+    opening: ClassVar[int] = 1
+
+
+@dataclass(frozen=True)
+class Screw(SpatialJoint):
+    """Turns and slides along its axis by ``pitch`` a turn. Coordinates: angle, slide."""
+
+    axis: Direction = _axis()
+    pitch: Number = key("number", doc="m a turn; negative: left-handed", unit="m")
+    axis2: Direction | None = _other(AXIS2)
+    zero: Direction | None = _other(ZERO)
+    zero2: Direction | None = _other(ZERO2)
+
+    kind: ClassVar[str] = "screw"
+    letter: ClassVar[str] = "H"
+    coordinates: ClassVar[tuple[str, ...]] = ("angle", "slide")
+    straight: ClassVar[bool] = True
+    freedoms: ClassVar[int] = 1
+    opening: ClassVar[int] = 2
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["pitch"] == 0:
+            raise MechanismError(
+                "pitch is zero", where=f"joints.{self.name}.pitch", hint="that is a revolute joint"
+            )
+
+
+@dataclass(frozen=True)
+class Universal(SpatialJoint):
+    """Two crossed axes through one point: ``axis`` in the first body, ``axis2`` in the second.
+
+    They are the pins of the cross. The first angle turns the cross about ``axis``, the second one
+    the second body about ``axis2``. ``zero`` is where the second pin lies at angle 0, ``zero2``
+    where the first pin lies, in the second body, at angle2 0. Coordinates: angle, angle2.
+    """
+
+    axis: Direction = _axis()
+    axis2: Direction = key("direction", doc="the pin of the second body, in it", unit="1")
+    zero: Direction | None = _other(ZERO)
+    zero2: Direction | None = _other("where the first pin lies in the second body at angle2 = 0")
+
+    kind: ClassVar[str] = "universal"
+    letter: ClassVar[str] = "U"
+    coordinates: ClassVar[tuple[str, ...]] = ("angle", "angle2")
+    coincide: ClassVar[bool] = True
+    freedoms: ClassVar[int] = 2
+    crossed: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class Spherical(SpatialJoint):
+    """Ball joint: the points coincide."""
+
+    kind: ClassVar[str] = "spherical"
+    letter: ClassVar[str] = "S"
+    coincide: ClassVar[bool] = True
+    freedoms: ClassVar[int] = 3
+    ball: ClassVar[bool] = True
+
+
+@dataclass(frozen=True)
+class PlanarPair(SpatialJoint):
+    """A plane of the second body slides on one of the first. Coordinates: angle, x, y.
+
+    ``axis`` is the normal of the planes; x is along ``zero``.
+    """
+
+    axis: Direction = _axis()
+    axis2: Direction | None = _other(AXIS2)
+    zero: Direction | None = _other(ZERO)
+    zero2: Direction | None = _other(ZERO2)
+
+    kind: ClassVar[str] = "planar"
+    letter: ClassVar[str] = "E"
+    coordinates: ClassVar[tuple[str, ...]] = ("angle", "x", "y")
+    freedoms: ClassVar[int] = 3
+
+
+@dataclass(frozen=True)
+class SpatialWeld(SpatialJoint):
+    """Rigid connection: points and the frames of both sides coincide."""
+
+    axis: Direction = key(
+        "direction", (0.0, 0.0, 1.0), doc="a direction in the first body", unit="1"
+    )
+    axis2: Direction | None = _other("the same direction in the second body")
+    zero: Direction | None = _other("a normal of it in the first body")
+    zero2: Direction | None = _other("the same normal in the second body")
+
+    kind: ClassVar[str] = "weld"
+    letter: ClassVar[str] = "W"
+    coincide: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = True
+
+
+SPATIAL_JOINTS: dict[str, type[Joint]] = {
+    joint.kind: joint
+    for joint in (
+        SpatialRevolute,
+        SpatialPrismatic,
+        Cylindrical,
+        Spherical,
+        Universal,
+        PlanarPair,
+        Screw,
+        SpatialWeld,
+        Distance,
+    )
+}
+KINDS_OF_JOINTS: dict[int, dict[str, type[Joint]]] = {2: JOINTS, 3: SPATIAL_JOINTS}
+"""The kinds of joints of a file by its dimension."""

@@ -1,0 +1,1 @@
+"""Spatial mechanisms: coordinates of a tree of joints, equations of the others."""

@@ -1,0 +1,83 @@
+"""The absolute equations of a spatial mechanism, for its structure only.
+
+Six coordinates a body, equations of all joints: what the Assur groups are found from. The groups of
+a tree of joints are the same. It is never evaluated at a pose.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.model.coordinates import Coordinates, of_owner
+from mechdae.model.kept import Kept
+from mechdae.model.model import Model, Row
+from mechdae.model.tree.closures import CutJoint, rows_of
+from mechdae.model.tree.meshes import bearings
+from mechdae.model.tree.sides import side
+from mechdae.model.tree.spatial_frames import TreeFrame, about_x, about_z
+
+SX = ca.SX
+NAMES = ("x", "y", "z", "e1", "e2", "e3")
+"""Three coordinates of a point, and three angles that count as numbers here."""
+
+
+class Skeleton(Model):
+    """Coordinates and equations of all bodies.
+
+    Parameters
+    ----------
+    mechanism
+        Without links that spin freely.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.kept, self._free = mechanism, Kept(), set()
+        self._make_parameters()
+        self._anchors, self.contacts = {}, {}
+        own = {name: of_owner(name, NAMES) for name in mechanism.bodies}
+        self._frames = {}
+        for name, coordinates in own.items():
+            x, y, z, a, b, c = (coordinate.symbol for coordinate in coordinates)
+            turn = about_z(a) @ about_x(b) @ about_z(c)
+            self._frames[name] = TreeFrame(ca.vertcat(x, y, z), turn, SX.eye(3))  # type: ignore[assignment]
+        self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))  # type: ignore[assignment]
+        self.coordinates = Coordinates(c for part in own.values() for c in part)
+        self.q_names = self.coordinates.keys
+        self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
+        self._values = mechanism.values()
+        self.rows = []
+        for name, joint in mechanism.joints.items():
+            if joint.meshes:
+                self.rows.append(Row(name, "mesh", self._mesh(name), "rad"))
+                continue
+            self.rows += [Row(name, *row) for row in rows_of(joint.kind, self._cut(name))]
+
+    def _cut(self, name: str) -> CutJoint:
+        joint = self.mechanism.joints[name]
+        sides = [
+            self._frames[body].side(side(joint, bool(k), self.numbers, self._values))  # type: ignore[attr-defined]
+            for k, body in enumerate((joint.first_body, joint.second_body))
+        ]
+        gap = self.point(joint.second) - self.point(joint.first)
+        length = self.numbers.get(f"{name}.length")
+        pitch = self.numbers.get(f"{name}.pitch")
+        turned = {"angle": ca.dot(sides[0][:, 1], sides[1][:, 0])}
+        return CutJoint(gap, sides[0], sides[1], turned, length, pitch)
+
+    def _mesh(self, name: str) -> Any:
+        """Return a stand-in for the equation of wheels: it holds the same bodies."""
+        found = bearings(self.mechanism, self.mechanism.joints[name])
+        return sum((k + 2) * self._cut(joint).own["angle"] for k, (joint, _) in enumerate(found))
+
+    def coordinate(self, coordinate: NamedCoordinate) -> Any:
+        """Return a stand-in for a coordinate: it holds the same bodies."""
+        if coordinate.kind == "point":
+            return super().coordinate(coordinate)
+        cut = self._cut(coordinate.part)
+        if coordinate.unit == "rad":
+            return cut.own["angle"]
+        return ca.dot(cut.A1[:, "xy".find(coordinate.word)], cut.gap)

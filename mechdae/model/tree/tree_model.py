@@ -1,0 +1,360 @@
+"""The symbolic model of a spatial mechanism: coordinates of a tree of joints, rows of the others.
+
+It has the interface of `mechdae.model.model.Model`, so that elimination, blocks, kernels and paths
+know nothing of space. The tree belongs to the drivers: what they drive is one of its coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import NamedCoordinate, Selection
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.errors import UnavailableError
+from mechdae.model.coordinates import Coordinate, Coordinates, of_owner
+from mechdae.model.groups import Group, assur_groups, body_numbers, spatial_kind
+from mechdae.model.kept import Kept
+from mechdae.model.model import Model, Row
+from mechdae.model.space import SPACE
+from mechdae.model.tree.closures import (
+    ROWS,
+    CutJoint,
+    angles_of,
+    rows_of,
+    senses,
+    turned,
+)
+from mechdae.model.tree.idle_links import IdleLink, idle_links, without
+from mechdae.model.tree.meshes import bearings
+from mechdae.model.tree.sides import literal, side
+from mechdae.model.tree.skeleton import Skeleton
+from mechdae.model.tree.spanning import Edge, edges
+from mechdae.model.tree.spatial_frames import (
+    QUATERNION,
+    TreeFrame,
+    backward,
+    by_quaternion,
+    forward,
+    moved,
+)
+
+SX = ca.SX
+
+
+class TreeModel(Model):
+    """Symbols and equations of one spatial mechanism.
+
+    Parameters
+    ----------
+    mechanism
+        The description.
+    drivers
+        Coordinates that are driven.
+    free
+        Names of numbers that must stay symbols even where they are a literal zero, or a direction.
+
+    Attributes
+    ----------
+    edges : list of Edge
+        The tree, in the order in which it places the bodies.
+    idle : dict
+        Links that spin freely between two ball joints, by name.
+    senses : list of (joint, expression)
+        What must be positive at a pose: equations of cut joints hold for opposite axes too.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        drivers: Sequence[NamedCoordinate] = (),
+        free: Iterable[str] = (),
+    ) -> None:
+        self.mechanism, self.kept, self._free = mechanism, Kept(), set(free)
+        self.drivers, self.space, self.contacts, self.ends = tuple(drivers), SPACE, {}, {}
+        named = [c.part for c in drivers if c.kind == "point"]
+        self.idle = idle_links(mechanism, named)
+        self._spun = {n: link for link in self.idle.values() for n in (link.joint, *link.others)}
+        self._make_parameters()
+        self._values = mechanism.values()
+        skeleton = self._skeleton()
+        self._groups = assur_groups(skeleton, skeleton.driven(self.drivers)[0]) if drivers else []
+        every = [name for name in mechanism.bodies if name not in self.idle]
+        parts = [list(group.bodies) for group in self._groups] or [every]
+        joints = [j for name, j in mechanism.joints.items() if name not in self._spun]
+        self.edges = edges(joints, parts, self._first())
+        self._anchors, self._frames = {}, {}
+        self._of: dict[tuple[str, str], Coordinate] = {}
+        self._placed: dict[str, str] = {}
+        self._place_bodies()
+        self.senses: list[tuple[str, Any]] = []
+        self.rows = [row for edge in self.edges for row in self._norms(edge)]
+        tree = {edge.joint for edge in self.edges}
+        self._cut_joints = [j.name for j in joints if j.name not in tree]
+        for name in self._cut_joints:
+            self.rows += self._closed(name)
+        self.rows += [self._length_row(link) for link in self.idle.values()]
+        self.coordinates = Coordinates(self._of.values())
+        self.q_names = self.coordinates.keys
+        self.q = ca.vertcat(*[c.symbol for c in self.coordinates])
+        self._of_symbol = {c.symbol.element_hash(): c for c in self.coordinates}
+
+    def _is_constant(self, name: str) -> bool:
+        """Directions that are plain numbers are no parameters."""
+        part, _, entry = name.partition(".")
+        joint = self.mechanism.joints.get(part)
+        return joint is not None and "." in entry and literal(joint)
+
+    def _skeleton(self) -> Skeleton:
+        return Skeleton(without(self.mechanism, self.idle))
+
+    def _first(self) -> set[str]:
+        """Return the joints that must be edges: driven ones, bearings of wheels, screws."""
+        found = {c.part for c in self.drivers if c.part in self.mechanism.joints}
+        for joint in self.mechanism.joints.values():
+            if joint.meshes:
+                found |= {name for name, _ in bearings(self.mechanism, joint)}
+        return found
+
+    # -- the tree --------------------------------------------------------------------------
+
+    def _side(self, name: str, second: bool) -> Any:
+        joint = self.mechanism.joints[name]
+        return side(joint, second, self.numbers, self._values)
+
+    def _own(self, owner: str, names: Iterable[str], body: str) -> dict[str, Any]:
+        """Return new coordinates of a joint or body by name, known with `body`."""
+        made = of_owner(owner, tuple(names))
+        self._of |= {c.key: c for c in made}
+        self._placed[owner] = body
+        return {c.name: c.symbol for c in made}
+
+    def _place_bodies(self) -> None:
+        self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))  # type: ignore[assignment]
+        for edge in self.edges:
+            self._frames[edge.child] = self._placed_by(edge)  # type: ignore[assignment]
+
+    def _placed_by(self, edge: Edge) -> TreeFrame:
+        if not edge.joint:
+            at = self._own(edge.child, ("x", "y", "z", *QUATERNION), edge.child)
+            joints = self.mechanism.joints.values()
+            sides = [side for j in joints for side in (j.first, j.second)]
+            points = [side for side in sides if side.split(".")[0] == edge.child]
+            self._anchors[edge.child] = points[0].split(".")[1]
+            e = ca.vertcat(*[at[name] for name in QUATERNION])
+            place = ca.vertcat(*[at[name] for name in "xyz"])
+            return TreeFrame(place, by_quaternion(e), SX.eye(3))
+        joint = self.mechanism.joints[edge.joint]
+        names = QUATERNION if joint.ball else joint.coordinates
+        lead = self._lead(edge.joint)
+        if lead is not None:
+            names = ("angle",)
+        at = self._own(edge.joint, names, edge.child)
+        motion = moved(at, getattr(joint, "crossed", False), lead)
+        C1, C2 = (self._side(edge.joint, second) for second in (False, True))
+        known: Any = self._frames[edge.parent]
+        here, there = joint.first, joint.second
+        if edge.forward:
+            self._anchors[edge.child] = there.split(".")[1]
+            return forward(known, self.local(here), C1, C2, motion)
+        self._anchors[edge.child] = here.split(".")[1]
+        return backward(known, self.local(there), C1, C2, motion)
+
+    def _lead(self, name: str) -> Any:
+        pitch = self.numbers.get(f"{name}.pitch")
+        return None if pitch is None else pitch / (2 * ca.pi)
+
+    # -- rows ------------------------------------------------------------------------------
+
+    def _norms(self, edge: Edge) -> list[Row]:
+        owner = edge.joint or edge.child
+        if (owner, "e0") not in self._of:
+            return []
+        e = ca.vertcat(*[self._of[owner, name].symbol for name in QUATERNION])
+        return [Row(owner, "norm", (ca.sumsqr(e) - 1) / 2, "1")]
+
+    def cut(self, name: str) -> CutJoint:
+        """Return a joint as the gap and the frames of its sides."""
+        joint = self.mechanism.joints[name]
+        frames: list[Any] = [self.frame(body) for body in (joint.first_body, joint.second_body)]
+        A1, A2 = (f.side(self._side(name, bool(k))) for k, f in enumerate(frames))
+        gap = self.point(joint.second) - self.point(joint.first)
+        own = {w: self._of[name, w].symbol for w in joint.coordinates if (name, w) in self._of}
+        return CutJoint(gap, A1, A2, own, self.numbers.get(f"{name}.length"), self._lead(name))
+
+    def _closed(self, name: str) -> list[Row]:
+        """Return the equations of a joint that is no edge; its angles become coordinates."""
+        joint = self.mechanism.joints[name]
+        if joint.meshes:
+            return [Row(name, "mesh", self._mesh(name), "rad")]
+        angles = [word for word in joint.coordinates if word.startswith("angle")]
+        if angles:
+            self._own(name, angles, joint.second_body)
+        cut = self.cut(name)
+        rows = [Row(name, *row) for row in rows_of(joint.kind, cut)]
+        self.senses += [(name, value) for value in senses(ROWS[joint.kind], cut)]
+        for word, sine, cosine in (
+            angles_of(cut, getattr(joint, "crossed", False)) if angles else ()
+        ):
+            row, positive = turned(cut.own[word], sine, cosine)
+            rows.append(Row(name, word, row, "rad"))
+            self.senses.append((name, positive))
+        return rows
+
+    def _mesh(self, name: str) -> Any:
+        """(angle of the first) - ratio (angle of the second) - phase = 0, in the bearings."""
+        joint = self.mechanism.joints[name]
+        first, second = (
+            sense * self._of[bearing, "angle"].symbol
+            for bearing, sense in bearings(self.mechanism, joint)
+        )
+        ratio, phase = (self.numbers[f"{name}.{entry}"] for entry in ("ratio", "phase"))
+        return ratio * second + phase - first
+
+    def _length_row(self, link: IdleLink) -> Row:
+        first, second = (self.point(end) for end in link.ends)
+        length = self.length(link)
+        square = ca.sumsqr(second - first)
+        return Row(link.joint, "l", (square / length - length) / 2, "m")
+
+    def length(self, link: IdleLink) -> Any:
+        """Return the distance of the two ball joints of a link that spins freely."""
+        along = self._span(*link.own)
+        held = [part for part in along if not part.is_zero()]
+        return ca.fabs(held[0]) if len(held) == 1 else ca.sqrt(ca.sumsqr(ca.vertcat(*along)))
+
+    def _span(self, first: str, second: str) -> list[Any]:
+        """Return the way between two points of one body, by component."""
+        return [
+            self.numbers[f"{second}.{axis}"] - self.numbers[f"{first}.{axis}"]
+            for axis in self.mechanism.axes
+        ]
+
+    # -- what others ask for ---------------------------------------------------------------
+
+    def bodies_of(self, part: str) -> tuple[str, ...]:
+        """Return the bodies that place a body or a joint: of an idle link its neighbours."""
+        joint = self.mechanism.joints.get(part)
+        if part in self._spun:
+            return self.bodies_of(self._spun[part].name)
+        if part in self.idle:
+            return tuple(end.split(".")[0] for end in self.idle[part].ends)
+        return joint.bodies if joint is not None else (part,)
+
+    def point(self, reference: str) -> Any:
+        body = reference.split(".")[0]
+        if body not in self.idle:
+            return super().point(reference)
+        link = self.idle[body]
+        share = self._share(link, reference)
+        if share is None:
+            raise UnavailableError(
+                f"{body} spins freely about the line of its ball joints: {reference} has no place",
+                where=f"bodies.{body}",
+                hint="points on that line have one",
+            )
+        first, second = (self.point(end) for end in link.ends)
+        return first + (second - first) * share
+
+    def _share(self, link: IdleLink, reference: str) -> Any:
+        """Return where on the line of a link's ball joints a point lies, None beside it."""
+        if reference in link.own:
+            return SX(float(reference == link.own[1]))
+        along, here = self._span(*link.own), self._span(link.own[0], reference)
+        held = [i for i, part in enumerate(along) if not part.is_zero()]
+        if len(held) > 1 or any(not v.is_zero() for i, v in enumerate(here) if i not in held):
+            return None
+        return here[held[0]] / along[held[0]]
+
+    def reported(self, chosen: Selection, listed: bool) -> Selection:
+        """Return what of a selection has a value: not what turns with a link that spins freely."""
+        bodies = tuple(name for name in chosen.bodies if name not in self.idle)
+        lost = [
+            point
+            for point in chosen.points
+            if (link := self.idle.get(point.split(".")[0])) is not None
+            and self._share(link, point) is None
+        ]
+        if listed and lost:
+            self.point(lost[0])
+        points = tuple(point for point in chosen.points if point not in lost)
+        return replace(chosen, bodies=bodies, points=points)
+
+    def coordinate(self, coordinate: NamedCoordinate) -> Any:
+        if coordinate.kind == "point":
+            return self.point(f"{coordinate.part}.{coordinate.point}")[coordinate.axis]
+        return self.relative(coordinate.part, coordinate.word)
+
+    def relative(self, joint: str, word: str) -> Any:
+        """Return a coordinate of a joint: one of the tree, or an expression of them."""
+        found = self._of.get((joint, word))
+        if found is not None:
+            return found.symbol
+        if (joint, "angle") in self._of and self._lead(joint) is not None:
+            return self._lead(joint) * self._of[joint, "angle"].symbol
+        cut = self.cut(joint)
+        return ca.dot(cut.A1[:, "xy".find(word)], cut.gap)
+
+    def sharing(self, owners: list[str]) -> list[str]:
+        """Return with the cut joints those of their loops, in the order they are declared."""
+        way = {edge.child: edge for edge in self.edges}
+
+        def to_root(body: str) -> list[Edge]:
+            found = []
+            while body in way:
+                found.append(way[body])
+                body = way[body].parent
+            return found
+
+        names = set(owners)
+        for owner in owners:
+            if owner in self._cut_joints:
+                first, second = (to_root(body) for body in self.mechanism.joints[owner].bodies[:2])
+                names |= {
+                    edge.joint for edge in (*first, *second) if (edge in first) != (edge in second)
+                }
+        declared = [name for name in self.mechanism.joints if name in names]
+        return declared + [owner for owner in owners if owner not in declared]
+
+    def groups(self, rows: Sequence[Row], coarse: bool = False) -> list[Group]:
+        """Return the Assur groups with their shares of this model's rows and coordinates."""
+        skeleton = self._skeleton()
+        found = assur_groups(skeleton, skeleton.driven(self.drivers)[0], coarse)
+        stage = {body: k for k, group in enumerate(found) for body in group.bodies}
+        numbers = body_numbers(self.mechanism)
+
+        def latest(part: str) -> int:
+            return max((stage[b] for b in self.bodies_of(part) if b in stage), default=0)
+
+        part_of = {c.text: c.part for c in self.drivers}
+        own_rows: list[list[int]] = [[] for _ in found]
+        columns: list[list[int]] = [[] for _ in found]
+        for i, row in enumerate(rows):
+            owner = part_of.get(row.owner, row.owner)
+            stays = self._placed.get(owner) if row.part == "norm" else None
+            own_rows[latest(stays or owner)].append(i)
+        for j, c in enumerate(self.coordinates):
+            part = c.owner if c.owner in self._cut_joints else self._placed[c.owner]
+            columns[latest(part)].append(j)
+        result = []
+        for k, group in enumerate(found):
+            links = [link for link in self.idle.values() if latest(link.name) == k]
+            bodies = sorted(
+                [*group.bodies, *(link.name for link in links)], key=numbers.__getitem__
+            )
+            joints = [*group.joints, *(name for link in links for name in link.others)]
+            result.append(
+                replace(
+                    group,
+                    bodies=tuple(bodies),
+                    joints=tuple(joints),
+                    rows=tuple(own_rows[k]),
+                    columns=tuple(columns[k]),
+                    numbers=tuple(numbers[name] for name in bodies),
+                    kind=group.kind if group.driven else spatial_kind(len(bodies)),
+                )
+            )
+        return result

@@ -1,0 +1,208 @@
+"""Spatial mechanisms against reference data of 25 and more digits, and by what must hold."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.tasks.check import check
+from tests.shared.paths import DATA
+from tests.shared.space import (
+    bennett,
+    cardan,
+    double_cardan,
+    numbers,
+    off,
+    reference,
+    rssp,
+    rssr,
+    sarrus,
+)
+
+PLACES, RATES, ACCELERATIONS = 1e-14, 1e-13, 1e-12
+
+
+def at(data: dict[str, Any], row: dict[str, Any], key: str = "u") -> dict[str, Any]:
+    """Return the keys of a driver at a row of the data."""
+    rate = float(data.get("driver_acceleration", 0.0))
+    return {"at": [float(row[key])], "speed": float(data["driver_speed"]), "acceleration": rate}
+
+
+def solved(
+    mechanism: md.Mechanism, driver: str, data: dict[str, Any], row: dict[str, Any], near: Any
+) -> md.Result:
+    """Return the pose of the mode for which `near` of the modes is least."""
+    modes = md.solve(mechanism, md.Modes(driver=md.Driver(driver, at=[float(row["u"])])))
+    label = ",".join(modes.labels[int(np.argmin(near(modes)))])
+    task = md.Sweep(driver=md.Driver(driver, **at(data, row)), mode=label)
+    result = md.solve(mechanism, task)
+    assert list(result.status) == ["ok"]
+    return result
+
+
+def turned(angle: Any, wanted: str) -> Any:
+    """Return by how much angles differ, whole turns left out."""
+    return np.abs(np.exp(1j * np.asarray(angle)) - np.exp(1j * float(wanted)))
+
+
+@pytest.mark.parametrize("name", ["rssr", "rssr_skew"])
+def test_rssr(name: str) -> None:
+    data = reference(name)
+    mechanism = rssr(data["params"])
+    for row in [row for row in data["rows"] if "C" in row]:
+
+        def near(modes: md.Result) -> Any:
+            return turned(modes.joints["D"].angle, row["rocker_angle"])  # noqa: B023
+
+        result = solved(mechanism, "A.angle", data, row, near)
+        C, D = result.points["rocker.C"], result.joints["D"]
+        assert off(C.position[0], row["C"]) < PLACES
+        assert off(result.points["bar.C"].velocity[0], row["C_velocity"]) < RATES
+        assert off(C.acceleration[0], row["C_acceleration"]) < ACCELERATIONS
+        assert off(D.angle_velocity[0], row["rocker_rate"]) < RATES
+        assert off(D.angle_acceleration[0], row["rocker_acceleration"]) < ACCELERATIONS
+        assert np.abs(C.position[0] - numbers(row["C"])).max() <= result.bound.length[0] < 1e-13
+        spin = result.bodies["rocker"].angular_velocity[0]
+        axis = numbers(data["params"]["axis_D"])
+        assert off(spin, D.angle_velocity[0] * axis / np.linalg.norm(axis)) < RATES
+
+
+def test_rssp() -> None:
+    data = reference("rssp")
+    mechanism = rssp(data["params"])
+    for row in data["rows"]:
+
+        def near(modes: md.Result) -> Any:
+            return np.abs(modes.joints["G"].slide - float(row["slide"]))  # noqa: B023
+
+        result = solved(mechanism, "A.angle", data, row, near)
+        G = result.joints["G"]
+        assert off(result.points["slider.C"].position[0], row["C"]) < PLACES
+        assert off(G.slide[0], row["slide"]) < PLACES
+        assert off(G.slide_velocity[0], row["slide_velocity"]) < RATES
+        assert off(G.slide_acceleration[0], row["slide_acceleration"]) < ACCELERATIONS
+
+
+@pytest.mark.parametrize("name", ["cardan", "cardan_oblique_pins"])
+def test_cardan_joint(name: str) -> None:
+    data = reference(name)
+    mechanism = cardan(data["params"])
+    sizes = [abs(float(row["out_acceleration"])) for row in data["rows"]]
+    sizes.append(float(data["driver_speed"]) ** 2)
+    for row in data["rows"]:
+
+        def near(modes: md.Result) -> Any:
+            return turned(modes.joints["E"].angle, row["out_angle"])  # noqa: B023
+
+        result = solved(mechanism, "I.angle", data, row, near)
+        E = result.joints["E"]
+        assert turned(E.angle[0], row["out_angle"]) < PLACES
+        assert off(E.angle_velocity[0], row["out_rate"]) < RATES
+        gap = abs(E.angle_acceleration[0] - float(row["out_acceleration"]))
+        assert gap < ACCELERATIONS * max(sizes)
+        assert result.summary["superfluous"][0]["count"] == 3
+
+
+@pytest.mark.parametrize("name", ["double_cardan_z", "double_cardan_general"])
+def test_two_cardan_joints(name: str) -> None:
+    data = reference(name)
+    mechanism = double_cardan(data["params"])
+    sizes = [abs(float(row["out_acceleration"])) for row in data["rows"]]
+    sizes.append(float(data["driver_speed"]) ** 2)
+    for row in data["rows"]:
+
+        def near(modes: md.Result) -> Any:
+            slide = np.abs(modes.joints["E"].slide - float(data["slide"]))
+            return turned(modes.joints["E"].angle, row["out_angle"]) + slide  # noqa: B023
+
+        result = solved(mechanism, "I.angle", data, row, near)
+        E = result.joints["E"]
+        assert turned(E.angle[0], row["out_angle"]) < PLACES
+        assert off(E.slide[0], data["slide"]) < PLACES
+        assert off(E.angle_velocity[0], row["out_rate"]) < RATES
+        gap = abs(E.angle_acceleration[0] - float(row["out_acceleration"]))
+        assert gap < ACCELERATIONS * max(sizes)
+
+
+def test_bennett() -> None:
+    data = reference("bennett_motion")
+    mechanism = bennett(data["params"])
+    for row in data["rows"]:
+        task = md.Sweep(driver=md.Driver("P.angle", **at(data, row, "theta1")))
+        result = md.solve(mechanism, task)
+        assert list(result.status) == ["ok"]
+        R, Q = result.points["two.R"], result.joints["Q"]
+        assert off(R.position[0], row["joint3"]) < PLACES
+        assert off(R.velocity[0], row["joint3_velocity"]) < RATES
+        assert off(R.acceleration[0], row["joint3_acceleration"]) < ACCELERATIONS
+        assert turned(Q.angle[0], row["theta2"]) < PLACES
+        assert off(Q.angle_velocity[0], row["theta2_rate"]) < RATES
+        for joint, angle in (("R", "theta3"), ("S", "theta4")):
+            assert turned(result.joints[joint].angle[0], row[angle]) < PLACES
+        assert result.summary["superfluous"] == [{"joints": ["P", "Q", "R", "S"], "count": 3}]
+
+
+@pytest.mark.parametrize("name", ["sarrus_motion", "sarrus_unequal"])
+def test_sarrus(name: str) -> None:
+    data = reference(name)
+    mechanism = sarrus(data["params"])
+    for row in [row for row in data["rows"] if "mode" in row]:
+
+        def near(modes: md.Result) -> Any:
+            high = modes.points["platform.O"].position[:, 2]
+            return np.abs(high - float(row["platform_z"]))  # noqa: B023
+
+        result = solved(mechanism, "A1.angle", data, row, near)
+        top, platform = result.points["platform.O"], result.bodies["platform"]
+        assert off(top.position[0], [0, 0, float(row["platform_z"])]) < PLACES
+        assert off(top.velocity[0], [0, 0, float(row["platform_velocity"])]) < RATES
+        assert off(top.acceleration[0], [0, 0, float(row["platform_acceleration"])]) < ACCELERATIONS
+        assert np.abs(platform.orientation[0] - [1, 0, 0, 0]).max() < PLACES
+        assert result.summary["superfluous"][0]["count"] == 1
+
+
+@pytest.mark.parametrize("name", ["rssr", "bennett"])
+def test_example_files_run_as_printed(name: str) -> None:
+    problem = md.load(DATA / "spatial" / "examples" / f"{name}.toml")
+    for task in problem.tasks:
+        result = md.solve(problem, task)
+        assert result.fault is None
+        assert set(result.status) == {"ok"}
+    assert all(verdict.met for verdict in check(problem))
+    assert md.dumps(problem)
+
+
+def test_rates_are_the_derivatives_of_what_is_reported() -> None:
+    """Quaternion and angular velocity by differences, a turn comes back to where it began."""
+    data = reference("rssr")
+    mechanism = rssr(data["params"])
+    with pytest.raises(md.MechanismError, match="which assembly mode") as caught:
+        md.solve(mechanism, md.Sweep(driver=md.Driver("A.angle", at=[0.0])))
+    assert '"D.angle"' in caught.value.hint
+    mechanism = replace(mechanism, sketch={"rocker.C": [0.12, 0.15, 0.15]})
+    n = 3601
+    driver = md.Driver("A.angle", from_=0.0, to=2 * np.pi, speed=1.0)
+    result = md.solve(mechanism, md.Sweep(driver=driver, poses=n))
+    h = 2 * np.pi / (n - 1)
+    for body in ("crank", "rocker"):
+        own = result.bodies[body]
+        q = own.orientation
+        assert np.abs(np.linalg.norm(q, axis=1) - 1).max() < 1e-15
+        assert np.abs(np.diff(q, axis=0)).max() < 3 * h  # continuous in sign
+        rate = (q[2:] - q[:-2]) / (2 * h)
+        w, x, y, z = q[1:-1].T
+        E = np.array([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
+        assert (
+            np.abs(2 * np.einsum("ijn,nj->ni", E, rate) - own.angular_velocity[1:-1]).max() < 1e-4
+        )
+        slope = (own.angular_velocity[2:] - own.angular_velocity[:-2]) / (2 * h)
+        assert np.abs(slope - own.angular_acceleration[1:-1]).max() < 1e-4
+    assert np.allclose(
+        result.points["rocker.C"].position[0], result.points["rocker.C"].position[-1]
+    )
+    assert result.summary["work"]["unknowns"] == 1
+    assert result.summary["work"]["path_steps"] <= 160
