@@ -103,8 +103,9 @@ def _half_turn(a: Any) -> Any:
 
 def _equations(graph: BlockGraph) -> tuple[list[list[bool]], Any, Batch]:
     """Return which columns of J hold which unknowns not, and F for one pose and for many."""
-    columns = [graph.J[:, j] for j in range(graph.size)]
-    constant = [[ca.jacobian(J, x).nnz() == 0 for x in graph.x.elements()] for J in columns]
+    J, x = graph.shape.J, graph.shape.x
+    bent = [ca.jacobian(J[:, j], x).sparsity() for j in range(graph.size)]
+    constant = [[i not in own.get_col() for i in range(graph.size)] for own in bent]
     return constant, graph.function, Batch(graph.function, [1, 2, 3], straight=lambda: None)
 
 
@@ -161,7 +162,7 @@ class BlockSolver:
     def _unwinds(self) -> bool:
         """Return whether whole turns, which move no body, change the equations."""
         turned = [j for j in range(self.n) if self.angle[j] and self.turns[j]]
-        if not turned or self.graph.redundant or self.graph.turns_alone:
+        if not turned or self.graph.redundant or self.graph.shape.turns_alone:
             return False
         rng = np.random.default_rng(1)
         x = rng.uniform(-1, 1, self.n) * np.where(self.angle, 3.0, self.size)
@@ -213,7 +214,7 @@ class BlockSolver:
 
     def _lengths(self, z: Any, u: Any) -> Solutions | None:
         """Solve for unknown lengths: all equations but one linear, that one quadratic."""
-        J, x = self.graph.J, self.graph.x
+        J, x = self.graph.shape.J, self.graph.shape.x
         bent = [i for i in range(self.n) if ca.jacobian(J[i, :].T, x).nnz()]
         if len(bent) != 1:
             return None

@@ -9,7 +9,7 @@ Algorithms, 2002, 3.3).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial, reduce
 from typing import Any
 
@@ -29,7 +29,10 @@ class NoMajorant(Exception):
 
 
 def majorant(
-    expressions: Any, moving: Sequence[Any], bounds: Sequence[Any], rounding: bool = False
+    expressions: Any,
+    moving: Sequence[Any],
+    bounds: Sequence[Any],
+    noise: Mapping[int, Any] | None = None,
 ) -> tuple[Any, Any]:
     """Return bounds of the absolute values and of the rounding errors of `expressions`.
 
@@ -39,8 +42,9 @@ def majorant(
     moving, bounds : lists of SX vectors
         Symbols that change with the pose, and the bounds to use for their absolute values;
         all other symbols are parameters, the same along a sweep.
-    rounding
-        Whether the errors are wanted; without them they are zero, and half the work is left out.
+    noise
+        Errors of parameters, by the hash of their symbols; 0 of others. Without it no errors are
+        wanted: they are zero, and half the work is left out.
 
     Returns
     -------
@@ -56,8 +60,9 @@ def majorant(
     parameters = [s for s in ca.symvar(stacked) if s.element_hash() not in known]
     function = ca.Function("f", [*moving, ca.veccat(*parameters)], [stacked])
     inputs = [[(m, ZERO, None) for m in ca.vec(bound).elements()] for bound in bounds]
-    inputs.append([(_size(p), ZERO, p) for p in parameters])
-    found = replay(function, inputs, _rounded if rounding else _step, _constant)[0]
+    noisy = noise or {}
+    inputs.append([(_size(p), noisy.get(p.element_hash(), ZERO), p) for p in parameters])
+    found = replay(function, inputs, _step if noise is None else _rounded, _constant)[0]
     if not found:
         return SX(0, 1), SX(0, 1)
     return ca.vertcat(*[f[0] for f in found]), ca.vertcat(*[f[1] for f in found])

@@ -24,7 +24,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.kernels.bounds.walk import with_trig
+from mechdae.kernels.graphs.block_shape import BlockShape, Equations
 from mechdae.kernels.run.call import Call
 from mechdae.model.kept import Kept
 from mechdae.model.reduction import Block, Scene
@@ -34,79 +34,71 @@ ADJUGATE_LIMIT = 4
 
 
 class BlockGraph:
-    """Graphs of one block, to be called with symbols of the caller."""
+    """Graphs of one block, to be called with symbols of the caller.
+
+    Attributes
+    ----------
+    x, z, p, F : SX
+        Own unknowns, those of earlier blocks, own parameters and equations, in the scene's symbols.
+    q, noise : SX
+        The numbers of the block's shape as expressions over p, and their rounding.
+    """
 
     def __init__(self, scene: Scene, block: Block) -> None:
         self.block, self.kept = block, Kept()
         self.own, self.uses = list(block.x), list(block.uses)
         self.size, self.rows = len(self.own), len(block.units)
         self.redundant = block.redundant
-        xb = scene.x[self.own]
-        z = scene.x[self.uses] if self.uses else SX(0, 1)
-        u, F = scene.u, block.residual
-        self.params = scene.held(F)[2]
-        p = scene.model.p[self.params] if self.params else SX(0, 1)
-        self.x, self.z, self.p, self.F = xb, z, p, F
-        self._u = u
-        self.vx, self.vz = SX.sym("vx", xb.numel()), SX.sym("vz", z.numel())
-        self.vu, self.az = SX.sym("vu", u.numel()), SX.sym("az", z.numel())
-        self.au = SX.sym("au", u.numel())
-        self.J = ca.jacobian(F, xb)
-        self.Fz = ca.jacobian(F, z)
-        self.drift = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.vz, self.vu))
-        every = ca.vertcat(xb, z, u)
-        rates = ca.vertcat(self.vx, self.vz, self.vu)
-        self.first = ca.jtimes(F, every, rates)
-        self.second = ca.jtimes(self.first, every, rates)
-        pushed = ca.jtimes(F, ca.vertcat(z, u), ca.vertcat(self.az, self.au))
-        rate = [self.vx, self.vz, self.vu, self.az, self.au]
+        self.x, self.F = scene.x[self.own], block.residual
+        self.z = scene.x[self.uses] if self.uses else SX(0, 1)
+        self.params = scene.held(self.F)[2]
+        self.p = scene.model.p[self.params] if self.params else SX(0, 1)
+        self._u = scene.u
         self._angles = [i for i in (*self.own, *self.uses) if scene.unknowns[i].kind is ANGLE]
-        angles = scene.x[self._angles] if self._angles else SX(0, 1)
-        sines, cosines = SX.sym("sin", angles.numel()), SX.sym("cos", angles.numel())
-        parts = [F, self.J, self.Fz, -self.drift, -(self.second + pushed)]
-        F, J, Fz, r1, r2 = with_trig(parts, angles, sines, cosines)
-        self.turns_alone = not ca.depends_on(F, angles)
-        """Whether angles are in the equations by their sines and cosines only."""
-        at = [xb, z, u, p, sines, cosines]
-        self._value = ca.Function("value", at, [F, J, Fz])
-        self._dense = Call(ca.Function("value", at, [ca.densify(part) for part in (F, J, Fz)]))
-        self._rates = ca.Function("rates", [*at, *rate], [r1, r2])
-        self._trig, self._moving = (angles, sines, cosines), (xb, z, u, p)
-
-    @cached_property
-    def _thirds(self) -> Any:
-        """Right-hand side of the third rates as a function."""
-        xb, z, u, p = self._moving
-        ax, jz = SX.sym("ax", xb.numel()), SX.sym("jz", z.numel())
-        ju = SX.sym("ju", u.numel())
-        every = ca.vertcat(xb, z, u)
-        third = ca.jtimes(self.second, every, ca.vertcat(self.vx, self.vz, self.vu))
-        third += 3 * ca.jtimes(self.first, every, ca.vertcat(ax, self.az, self.au))
-        third += ca.jtimes(self.F, ca.vertcat(z, u), ca.vertcat(jz, ju))
-        (r3,) = with_trig([-third], *self._trig)
-        rates = [self.vx, self.vz, self.vu, ax, self.az, self.au, jz, ju]
-        return ca.Function("thirds", [xb, z, u, p, *self._trig[1:], *rates], [r3])
-
-    @cached_property
-    def function(self) -> Any:
+        self.function = ca.Function("F", [self.x, self.z, self._u, self.p], [ca.densify(self.F)])
         """The residual (x_b, z, u, p) -> F; p are the block's own parameters."""
-        inputs = [self.x, self.z, self._u, self.p]
-        return ca.Function("F", inputs, [ca.densify(self.F)])
+        self.shape = self._shape(scene)
 
-    def _at(self, x: Any, u: Any, p: Any, trig: Any) -> list[Any]:
+    def _shape(self, scene: Scene) -> BlockShape:
+        kinds = tuple(scene.unknowns[i].kind for i in (*self.own, *self.uses))
+        angles = [i for i, kind in enumerate(kinds) if kind is ANGLE]
+        if self.redundant or scene.model.contacts:  # bounds of curves are in the scene's symbols
+            self.q, self.noise = self.p, SX.zeros(self.p.numel())
+            return BlockShape(self.x, self.z, self._u, self.p, self.F, angles)
+        found = Equations(self.function, self.p)
+        self.q, self.noise = column(found.numbers), column(found.noise)
+        key = (self.size, kinds, self.block.units, tuple(found.steps), tuple(found.rows))
+        shape: BlockShape = scene.kept(key, lambda: found.shape(angles))
+        return shape
+
+    @cached_property
+    def J(self) -> Any:
+        """The Jacobian in the scene's symbols."""
+        return ca.jacobian(self.F, self.x)
+
+    @cached_property
+    def drift(self) -> Any:
+        """F_z z' + F_u u' in the scene's symbols, with the shape's `vz` and `vu`."""
+        rates = ca.vertcat(self.shape.vz, self.shape.vu)
+        return ca.jtimes(self.F, ca.vertcat(self.z, self._u), rates)
+
+    @cached_property
+    def _dense(self) -> Call:
+        sines, cosines = (SX.sym(name, len(self._angles)) for name in ("sin", "cos"))
+        values = self.shape.value(self.x, self.z, self._u, self.q, sines, cosines)
+        at = [self.x, self.z, self._u, self.p, sines, cosines]
+        return Call(ca.Function("value", at, [ca.densify(part) for part in values]))
+
+    def at(self, x: Any, u: Any, trig: Any) -> list[Any]:
+        """Return the inputs of the shape's functions; `trig` are sin x, cos x of all unknowns."""
         sines, cosines = trig
         nothing = SX(0, 1)
         chosen = [v[self._angles] if self._angles else nothing for v in (sines, cosines)]
-        p = p[self.params] if self.params else nothing
-        return [x[self.own], x[self.uses] if self.uses else nothing, u, p, *chosen]
+        return [x[self.own], self.used(x), u, self.q, *chosen]
 
-    def value(self, x: Any, u: Any, p: Any, trig: Any = None) -> tuple[Any, Any, Any]:
-        """Return F, J and F_z with the unknown vector `x` of the whole scene.
-
-        `trig` holds sin x and cos x where the caller has them.
-        """
-        trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
-        result: tuple[Any, Any, Any] = self._value(*self._at(x, u, p, trig))
+    def value(self, x: Any, u: Any) -> tuple[Any, Any, Any]:
+        """Return F, J and F_z with the unknown vector `x` of the whole scene."""
+        result: tuple[Any, Any, Any] = self.shape.value(*self.at(x, u, (ca.sin(x), ca.cos(x))))
         return result
 
     def value_at(self, x: Any, u: Any, p: Any) -> tuple[Any, Any, Any]:
@@ -117,32 +109,23 @@ class BlockGraph:
         F, J, Fz = self._dense(*own, np.sin(turned), np.cos(turned))
         return F, J.reshape(self.rows, -1), Fz.reshape(self.rows, -1)
 
-    def first_rate(self, x: Any, u: Any, p: Any, v: Any, du: Any, trig: Any) -> Any:
+    def first_rate(self, at: list[Any], v: Any, du: Any) -> Any:
         """Return the right-hand side of J x' (entries of `v` up to this block are known)."""
-        zero, nothing = SX.zeros(self.size), SX.zeros(self.az.numel())
-        no_u = SX.zeros(self.au.numel())
-        rates = (zero, self._used(v), du, nothing, no_u)
-        return self._rates(*self._at(x, u, p, trig), *rates)[0]
+        zero, nothing = SX.zeros(self.size), SX.zeros(len(self.uses))
+        return self.shape.push(*at, zero, self.used(v), du, nothing, SX.zeros(du.numel()))[0]
 
-    def second_rate(
-        self, x: Any, u: Any, p: Any, v: Any, du: Any, a: Any, ddu: Any, trig: Any
-    ) -> Any:
+    def second_rate(self, at: list[Any], v: Any, du: Any, a: Any, ddu: Any) -> Any:
         """Return the right-hand side of J x''."""
-        rates = (self._own(v), self._used(v), du, self._used(a), ddu)
-        return self._rates(*self._at(x, u, p, trig), *rates)[1]
+        return self.shape.push(*at, v[self.own], self.used(v), du, self.used(a), ddu)[1]
 
-    def third_rate(
-        self, x: Any, u: Any, p: Any, rates: tuple[Any, Any, Any], driven: list[Any], trig: Any
-    ) -> Any:
+    def third_rate(self, at: list[Any], rates: tuple[Any, Any, Any], driven: list[Any]) -> Any:
         """Return the right-hand side of J x'''; `driven` holds the three rates of u."""
         (v, a, j), (du, ddu, dddu) = rates, driven
-        known = (self._own(v), self._used(v), du, self._own(a), self._used(a), ddu)
-        return self._thirds(*self._at(x, u, p, trig), *known, self._used(j), dddu)
+        known = (v[self.own], self.used(v), du, a[self.own], self.used(a), ddu)
+        return self.shape.third(*at, *known, self.used(j), dddu)
 
-    def _own(self, x: Any) -> Any:
-        return x[self.own]
-
-    def _used(self, x: Any) -> Any:
+    def used(self, x: Any) -> Any:
+        """Return the entries of the earlier unknowns."""
         return x[self.uses] if self.uses else SX(0, 1)
 
 

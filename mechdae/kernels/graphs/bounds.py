@@ -5,6 +5,8 @@ Majorants where every operation has one, enclosures in boxes for curves.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -29,18 +31,18 @@ class BoundGraphs(PoseGraphs):
         moving: list[Any],
         sizes: list[Any],
         ranges: list[Any],
-        rounding: bool = False,
+        noise: Mapping[int, Any] | None = None,
     ) -> tuple[Any, Any]:
-        """Return bounds of |expressions| and, with `rounding`, of their rounding errors.
+        """Return bounds of |expressions| and, with `noise` of parameters, of their rounding errors.
 
         `ranges` are tighter than `sizes`, and used by the curves that need it.
         """
         try:
-            return majorant(expressions, moving, sizes, rounding)
+            return majorant(expressions, moving, sizes, noise)
         except NoMajorant:
             if not self.contacts:
                 raise
-            return enclosure(expressions, moving, ranges, self.floors, rounding)
+            return enclosure(expressions, moving, ranges, self.floors, noise is not None)
 
     def _ranges(self, sizes: list[Any]) -> list[Any]:
         """Return where unknowns and drivers lie: contacts in a box, the rest by their sizes."""
@@ -67,37 +69,44 @@ class BoundGraphs(PoseGraphs):
         ranges = self._ranges(sizes)
         kappas, rhos, mus = [], [], []
         for b, graph in enumerate(self.blocks):
-            w, r = self.weights(b)
-            moving, size, box = self._own(graph, sizes, ranges)
-            kappas.append(self._lipschitz(b, moving, size, box))
-            _, rounding = self._bound(graph.F, moving, size, box, rounding=True)
-            bound, _ = self._bound(graph.J, moving, size, box)
-            square = ca.reshape(bound, graph.rows, graph.size)
-            if graph.redundant:
-                rounding += square @ size[0] + self._data(graph.F, graph.p, moving, size, box)
-            rhos.append(ROUNDOFF * norm(rounding / r))
-            mus.append(norm(ca.diag(1 / r) @ square @ ca.diag(w)))
+            size, box = self._own(graph, sizes, ranges)
+            make = partial(self._constants, b, box)
+            kappa, rho, mu = self._once("constants", b, make, [*size, graph.noise])
+            kappas.append(kappa)
+            rhos.append(rho)
+            mus.append(mu)
         results = [ca.densify(column(parts)) for parts in (kappas, rhos, mus)]
         inputs = [*sizes, self.p, self.scale, self.floors.symbols, self.low, self.high]
         return ca.Function("constants", inputs, results)
 
+    def _constants(self, b: int, box: list[Any], *sizes: Any) -> list[Any]:
+        """Return kappa, rho and mu of a block for the sizes of x, z, u and the noise of q."""
+        graph, (w, r) = self.blocks[b], self.weights(b)
+        shape, size = graph.shape, list(sizes[:3])
+        noise = {
+            q.element_hash(): error
+            for q, error in zip(shape.q.elements(), sizes[3].elements(), strict=True)
+        }
+        _, rounding = self._bound(shape.F, shape.moving, size, box, noise)
+        bound, _ = self._bound(shape.J, shape.moving, size, box)
+        square = ca.reshape(bound, graph.rows, graph.size)
+        if graph.redundant:
+            rounding += square @ size[0] + self._data(shape.F, shape.q, shape.moving, size, box)
+        rho, mu = ROUNDOFF * norm(rounding / r), norm(ca.diag(1 / r) @ square @ ca.diag(w))
+        return [self._lipschitz(b, size, box), rho, mu]
+
     def _own(self, graph: BlockGraph, sizes: list[Any], ranges: list[Any]) -> Any:
-        """Return the symbols that a block's equations hold, with their sizes and ranges."""
-        nothing, (low, high) = SX(0, 1), ranges[0]
+        """Return sizes and ranges of what a block's equations hold: x, z, u."""
+        (low, high), own, used = ranges[0], graph.own, graph.used
+        size = [sizes[0][own], used(sizes[0]), sizes[1]]
+        return size, [(low[own], high[own]), (used(low), used(high)), ranges[1]]
 
-        def used(vector: Any) -> Any:
-            return vector[graph.uses] if graph.uses else nothing
-
-        moving = [graph.x, graph.z, self.scene.u]
-        size = [sizes[0][graph.own], used(sizes[0]), sizes[1]]
-        box = [(low[graph.own], high[graph.own]), (used(low), used(high)), ranges[1]]
-        return moving, size, box
-
-    def _lipschitz(self, b: int, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
+    def _lipschitz(self, b: int, sizes: list[Any], ranges: list[Any]) -> Any:
         """Return a Lipschitz constant of a block's weighted Jacobian in its own unknowns."""
-        graph = self.blocks[b]
+        graph, shape = self.blocks[b], self.blocks[b].shape
         w, r = self.weights(b)
-        bound, _ = self._bound(ca.jacobian(ca.vec(graph.J), graph.x), moving, sizes, ranges)
+        bent = ca.jacobian(ca.vec(shape.J), shape.x)
+        bound, _ = self._bound(bent, shape.moving, sizes, ranges)
         square = ca.reshape(bound, graph.rows * graph.size, graph.size) @ ca.diag(w)
         pairs = ca.reshape(square, graph.rows, graph.size * graph.size)
         return norm(ca.diag(1 / r) @ pairs @ ca.diag(ca.kron(SX.ones(graph.size), w)))
@@ -108,7 +117,8 @@ class BoundGraphs(PoseGraphs):
         (|x|, |u|, p) -> |dJ/dx|, |dJ/dz|, |dF/dz|, J column by column.
         """
         graph, sizes = self.blocks[b], [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
-        moving, size, box = self._own(graph, sizes, self._ranges(sizes))
+        size, box = self._own(graph, sizes, self._ranges(sizes))
+        moving = [graph.x, graph.z, self.scene.u]
         results = []
         for value, symbols in ((graph.J, graph.x), (graph.J, graph.z), (graph.F, graph.z)):
             entries = ca.vec(ca.densify(value))
@@ -126,12 +136,16 @@ class BoundGraphs(PoseGraphs):
 
     def plain(self, b: int) -> bool:
         """Return whether majorants bound a block for all poses."""
-        graph = self.blocks[b]
-        try:
-            majorant(graph.F, [graph.x], [graph.x])
-        except NoMajorant:
-            return False
-        return True
+        shape = self.blocks[b].shape
+
+        def bounded() -> bool:
+            try:
+                majorant(shape.F, [shape.x], [shape.x])
+            except NoMajorant:
+                return False
+            return True
+
+        return bool(shape.kept("plain", bounded))
 
     @kept_property
     def check_bounds(self) -> Any:
@@ -144,7 +158,7 @@ class BoundGraphs(PoseGraphs):
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         rows = ca.vertcat(*[check.residual for check in self.scene.checks])
         slope, _ = self._bound(ca.jacobian(rows, self.scene.x), moving, sizes, ranges)
-        _, rounding = self._bound(rows, moving, sizes, ranges, rounding=True)
+        _, rounding = self._bound(rows, moving, sizes, ranges, noise={})
         rounding += self._data(rows, self.p, moving, sizes, ranges)
         shaped = ca.reshape(slope, rows.numel(), self.nx)
         inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
@@ -172,7 +186,7 @@ class BoundGraphs(PoseGraphs):
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         jacobian = ca.jacobian(self.outputs, self.scene.x)
         slope, _ = self._bound(column(jacobian.nonzeros()), moving, sizes, ranges)
-        _, rounding = self._bound(self.outputs, moving, sizes, ranges, rounding=True)
+        _, rounding = self._bound(self.outputs, moving, sizes, ranges, noise={})
         shaped = SX(jacobian.sparsity(), slope)
         inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
         return ca.Function("output_bounds", inputs, [shaped, ROUNDOFF * rounding])

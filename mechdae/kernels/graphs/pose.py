@@ -16,7 +16,7 @@ then holds for A F = 0, which every solution of F = 0 solves; that F itself vani
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from types import MappingProxyType
 from typing import Any, Self
@@ -27,7 +27,7 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE, PLACE
 from mechdae.kernels.bounds.intervals import SLOTS, Floors
 from mechdae.kernels.bounds.walk import with_trig
-from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inverse, norm, placed
+from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inverse, norm
 from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
@@ -148,13 +148,44 @@ class PoseGraphs:
         ends = np.cumsum([graph.rows for graph in self.blocks])[:-1]
         return np.split(columns, self.first[1:]), np.split(rows, ends)
 
-    def _solve(self, b: int, x: Any, u: Any, trig: Any) -> tuple[Any, Any, Any, Any, Any]:
+    def _once(
+        self, name: str, b: int, make: Callable[..., list[Any]], inputs: list[Any]
+    ) -> list[Any]:
+        """Return make(*inputs), made once for all blocks of one shape.
+
+        `make` holds no other symbols of the scene but the scale, and of the shape its q.
+        """
+        shape = self.blocks[b].shape
+        if not shape.shared:
+            return make(*inputs)
+
+        def function() -> Any:
+            symbols = [SX.sym("i", part.sparsity()) for part in inputs]
+            return ca.Function(name, [*symbols, self.scale, shape.q], make(*symbols))
+
+        made = self.kept((name, shape), function)
+        results: list[Any] = made.call([*inputs, self.scale, self.blocks[b].q])
+        return results
+
+    def _solve(self, b: int, at: list[Any]) -> list[Any]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
-        F, J, Fz = self.blocks[b].value(x, u, self.p, trig)
-        inv, det = self._inverse(b, J)
-        w, r = self.weights(b)
-        beta = norm(ca.diag(1 / w) @ inv @ ca.diag(r))
-        return F, Fz, inv, det, beta
+
+        def make(*at: Any) -> list[Any]:
+            F, J, Fz = self.blocks[b].shape.value(*at)
+            inv, det = self._inverse(b, J)
+            w, r = self.weights(b)
+            return [F, Fz, inv, det, norm(ca.diag(1 / w) @ inv @ ca.diag(r))]
+
+        return self._once("solve", b, make, at)
+
+    def _step(self, b: int, at: list[Any]) -> Any:
+        """Return the step of Newton's method of a block."""
+
+        def make(*at: Any) -> list[Any]:
+            F, J, _ = self.blocks[b].shape.value(*at)
+            return [self._inverse(b, J)[0] @ F]
+
+        return self._once("step", b, make, at)[0]
 
     def _inverse(self, b: int, J: Any) -> tuple[Any, Any]:
         """Return the inverse of a block's Jacobian and its determinant."""
@@ -179,18 +210,16 @@ class PoseGraphs:
         steps below 1e-5: a later block sees its earlier unknowns as they are after the step.
         """
         eta = []
-        sines, cosines = ca.sin(x), ca.cos(x)
+        x, sines, cosines = SX(x), ca.sin(x), ca.cos(x)
         for b, graph in enumerate(self.blocks):
             if b in held:
                 eta.append(SX(0))
                 continue
-            F, J, _ = graph.value(x, u, self.p, (sines, cosines))
-            step = self._inverse(b, J)[0] @ F
-            own = graph.own
+            step, own = self._step(b, graph.at(x, u, (sines, cosines))), graph.own
             s, c, half = sines[own], cosines[own], step * step / 2
-            x = placed(x, own, x[own] - step)
-            sines = placed(sines, own, s - (step * c + half * s))
-            cosines = placed(cosines, own, c + (step * s - half * c))
+            x[own] = ca.densify(x[own] - step)
+            sines[own] = ca.densify(s - (step * c + half * s))
+            cosines[own] = ca.densify(c + (step * s - half * c))
             eta.append(ca.sumsqr(step / self.weights(b)[0]))
         return x, eta, (sines, cosines)
 
@@ -217,21 +246,20 @@ class PoseGraphs:
         dets, betas = [], []
         trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
         for b, graph in enumerate(self.blocks):
-            F, Fz, inv, det, beta = self._solve(b, x, u, trig)
-            own = graph.own
+            at, own = graph.at(x, u, trig), graph.own
+            F, Fz, inv, det, beta = self._solve(b, at)
             first, second, known = held.get(b, (None, None, None))
             if order >= 1:
                 if first is None:
-                    first = inv @ graph.first_rate(x, u, self.p, v, driven[0], trig)
-                v = placed(v, own, first)
+                    first = inv @ graph.first_rate(at, v, driven[0])
+                v[own] = ca.densify(first)
             if order >= 2:
                 if second is None:
-                    push = graph.second_rate(x, u, self.p, v, driven[0], a, driven[1], trig)
-                    second = inv @ push
-                a = placed(a, own, second)
+                    second = inv @ graph.second_rate(at, v, driven[0], a, driven[1])
+                a[own] = ca.densify(second)
             if order >= 3:
-                push = graph.third_rate(x, u, self.p, (v, a, j), driven, trig)
-                j = placed(j, own, SX.nan(graph.size) if b in held else inv @ push)
+                push = graph.third_rate(at, (v, a, j), driven)
+                j[own] = SX.nan(graph.size) if b in held else ca.densify(inv @ push)
             left = 2 * self.kappa[b] * eta[b] if eta else 0
             if graph.redundant:
                 r, noise = self.weights(b)[1], self.rho[b]
@@ -242,7 +270,7 @@ class PoseGraphs:
             local = beta * (self.rho[b] + left) * self.weights(b)[0] + self.grain[own]
             if graph.uses:
                 local += ca.fabs(inv @ Fz) @ error[graph.uses]
-            error = placed(error, own, local if known is None else known)
+            error[own] = ca.densify(local if known is None else known)
             dets.append(det)
             betas.append(beta)
         certificate = {"error": error, "det": column(dets), "beta": column(betas)}

@@ -55,7 +55,7 @@ def crossing(scene: Scene, graph: BlockGraph) -> Any:
     x, e, w = y[:n] * columns, y[n], y[n + 1 :]
     driven = ca.Function(
         "driven",
-        [graph.x, graph.z, scene.u, p, graph.vz, graph.vu],
+        [graph.x, graph.z, scene.u, p, graph.shape.vz, graph.shape.vu],
         [graph.F, graph.J, graph.drift],
     )
     ahead = [z + z1 * e + z2 * e**2 / 2, u + u1 * e + u2 * e**2 / 2]

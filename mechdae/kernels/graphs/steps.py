@@ -5,6 +5,7 @@ Notation and theorem are those of `mechdae.kernels.graphs.pose`.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -17,6 +18,8 @@ from mechdae.kernels.graphs.pose import OPTIONS
 from mechdae.model.kept import kept_property
 
 SX = ca.SX
+Pair = tuple[Any, Any]
+"""Of the own unknowns of a block and of the earlier ones that it holds."""
 PATH_STEP_LIMIT = 0.45
 NEAR = 0.5
 """Share of a step by which its bounds hold around it where they are not for all poses."""
@@ -111,61 +114,62 @@ class Graphs(BoundGraphs):
         drivers on a course (`drift`).
         """
         graph = self.blocks[b]
-        w, r = self.weights(b)
-        moving = [graph.x, graph.z, self.scene.u, graph.vx, graph.vz, graph.vu]
-        own, uses = graph.own, graph.uses
-        across = ds * ca.fabs(du) + (drift if drift is not None else 0)
+        own, used = graph.own, graph.used
+        inputs = [x[own], used(x), v[own], used(v), away[own], used(away), u, du, beta, ds]
+        inputs += [self.kappa[b], self.rho[b], *([] if drift is None else [drift])]
+        test, radius = self._once("tube", b, partial(self._tube_of, b), inputs)
+        return test, radius
+
+    def _tube_of(self, b: int, *parts: Any) -> list[Any]:
+        """Return test and radius from the inputs that `_tube` lists, unknowns in two parts."""
+        x, v, away = zip(parts[0:6:2], parts[1:6:2], strict=True)
+        u, du, beta, ds, kappa, rho, *drift = parts[6:]
+        graph, (w, r) = self.blocks[b], self.weights(b)
+        shape = graph.shape
+        moving = [*shape.moving, shape.vx, shape.vz, shape.vu]
+        across = ds * ca.fabs(du) + (drift[0] if drift else 0)
         around = (x, v, away, u, du, across)
-        size = ca.fabs(x) + ds * ca.fabs(v) + away
-        limits = [
-            size[own],
-            size[uses] if uses else SX(0, 1),
-            ca.fabs(u) + across,
-            ca.fabs(v[own]),
-            ca.fabs(v[uses]) if uses else SX(0, 1),
-            ca.fabs(du),
-        ]
+        sizes = [ca.fabs(i) + ds * ca.fabs(di) + d for i, di, d in zip(x, v, away, strict=True)]
+        limits = [*sizes, ca.fabs(u) + across, *map(ca.fabs, v), ca.fabs(du)]
         ranges = self._step_ranges(b, *around, ds) if self.contacts else []
-        every = ca.vertcat(graph.x, graph.z, self.scene.u)
-        rates = ca.vertcat(graph.vx, graph.vz, graph.vu)
-        turned = ca.jtimes(ca.vec(graph.J), every, rates)
-        tau, _ = self._bound(graph.second, moving, limits, ranges)
+        turned = ca.jtimes(ca.vec(shape.J), shape.every, shape.rates)
+        tau, _ = self._bound(shape.second, moving, limits, ranges)
         sigma, _ = self._bound(turned, moving, limits, ranges)
-        residual = ds * ds * tau / 2 + ca.fabs(graph.value(x, u, self.p)[0])
+        residual = ds * ds * tau / 2 + ca.fabs(shape.at(*x, u)[0])
         change = ds * ca.reshape(sigma, graph.rows, graph.size)
-        inputs = [(graph.z, away[uses])] if uses else []
-        inputs += [(self.scene.u, drift)] if drift is not None else []
-        for symbols, deviation in inputs:
+        deviations = [(shape.z, away[1])] if graph.uses else []
+        deviations += [(shape.u, drift[0])] if drift else []
+        for symbols, deviation in deviations:
             count = symbols.numel()
-            slope, _ = self._bound(ca.jacobian(graph.F, symbols), moving, limits, ranges)
+            slope, _ = self._bound(ca.jacobian(shape.F, symbols), moving, limits, ranges)
             residual += ca.reshape(slope, graph.rows, count) @ deviation
-            cross = ca.jacobian(ca.vec(graph.J), symbols)
+            cross = ca.jacobian(ca.vec(shape.J), symbols)
             bound, _ = self._bound(cross, moving, limits, ranges)
             moved = ca.reshape(bound, graph.rows * graph.size, count) @ deviation
             change += ca.reshape(moved, graph.rows, graph.size)
         delta = beta * norm(ca.diag(1 / r) @ change @ ca.diag(w))
         grown = beta / ca.fmax(1 - delta, 1e-9)
-        eta = grown * (norm(residual / r) + self.rho[b])
-        kappa, everywhere = self.kappa[b], self.plain(b)
+        eta = grown * (norm(residual / r) + rho)
+        everywhere = self.plain(b)
         if not everywhere:  # bounds for all poses are too wide: those near the tangent
-            units = ca.vertcat(*[self.scene.unknowns[i].size_symbol(self.scale) for i in own])
-            reach = ds * ca.fabs(v[own]) + away[own]
-            near = NEAR * ca.mmax(reach / units)
+            near = NEAR * ca.mmax((ds * ca.fabs(v[0]) + away[0]) / self._sizes(graph.own))
             if not self.single:  # a law may stand still over a step
                 near = ca.fmax(near, LEAST)
-            wide = self._step_ranges(b, *around, ds, near)
-            kappa = self._lipschitz(b, moving, limits, wide)
+            kappa = self._lipschitz(b, limits, self._step_ranges(b, *around, ds, near))
         h = grown * kappa * eta
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
         test = ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT)
-        return test if everywhere else ca.fmax(test, radius / near), radius
+        return [test if everywhere else ca.fmax(test, radius / near), radius]
+
+    def _sizes(self, unknowns: list[int]) -> Any:
+        return column([self.scene.unknowns[i].size_symbol(self.scale) for i in unknowns])
 
     def _step_ranges(
         self,
         b: int,
-        x: Any,
-        v: Any,
-        away: Any,
+        x: Pair,
+        v: Pair,
+        away: Pair,
         u: Any,
         du: Any,
         across: Any,
@@ -174,19 +178,14 @@ class Graphs(BoundGraphs):
     ) -> list[tuple[Any, Any]]:
         """Return where unknowns, drivers and rates of a block lie over a step.
 
-        The unknowns leave their tangents by `away`, the drivers their values by `across`; the
-        unknowns may lie `near`, in their units, on both sides of that.
+        The unknowns, its own and earlier ones, leave their tangents by `away`, the drivers their
+        values by `across`; the unknowns may lie `near`, in their units, on both sides of that.
         """
-        graph = self.blocks[b]
-
-        def parts(vector: Any) -> tuple[Any, Any]:
-            return vector[graph.own], vector[graph.uses] if graph.uses else SX(0, 1)
-
-        units = ca.vertcat(*[c.size_symbol(self.scale) for c in self.scene.unknowns])
-        reach = ds * ca.fabs(v) + away + near * units
-        around = list(zip(parts(x - reach), parts(x + reach), strict=True))
-        rates = [(rate, rate) for rate in parts(v)]
-        return [*around, (u - across, u + across), *rates, (du, du)]
+        graph, around = self.blocks[b], []
+        for i, di, d, places in zip(x, v, away, (graph.own, graph.uses), strict=True):
+            reach = ds * ca.fabs(di) + d + near * self._sizes(places)
+            around.append((i - reach, i + reach))
+        return [*around, (u - across, u + across), *[(rate, rate) for rate in v], (du, du)]
 
     # -- limit positions -------------------------------------------------------------------
 
@@ -236,8 +235,9 @@ class Graphs(BoundGraphs):
         """
         v, du = SX.sym("v", self.nx), SX.sym("du", self.nu)
         trig = (ca.sin(self.x), ca.cos(self.x))
-        F, _, inv, det, beta = self._solve(b, self.x, self.u, trig)
-        rate = inv @ self.blocks[b].first_rate(self.x, self.u, self.p, v, du, trig)
+        at = self.blocks[b].at(self.x, self.u, trig)
+        F, _, inv, det, beta = self._solve(b, at)
+        rate = inv @ self.blocks[b].first_rate(at, v, du)
         inputs = [self.x, self.u, v, du, self.consts]
         left = norm(F / self.weights(b)[1]) if self.blocks[b].redundant else SX(0)
         results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
@@ -269,7 +269,7 @@ class Graphs(BoundGraphs):
         s, v = y[len(chain)], y[len(chain) + 1 :]
         u = self._drivers(s, u0, d)[0]
         w, _ = self.weights(b)
-        values = [self.blocks[k].value(x, u, self.p) for k in self.ancestors(b)]
+        values = [self.blocks[k].value(x, u) for k in self.ancestors(b)]
         F, J, _ = values[-1]
         own = [chain.index(i) for i in graph.own]
         system = ca.vertcat(*[value[0] for value in values], J @ (w * v), ca.sumsqr(v) - 1)
