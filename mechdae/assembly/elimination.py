@@ -254,9 +254,8 @@ class BlockSolver:
             x[:, alpha], x[:, beta] = a, b
             return self.F(x, z, u)
 
-        zero = np.zeros(1)
-        arm = (at(zero, 0.0) - at(zero, np.pi))[0] / 2
-        quarter = (at(zero, np.pi / 2) - at(zero, -np.pi / 2))[0] / 2
+        ahead, back, left, right = at(np.zeros(4), np.array([0.0, np.pi, np.pi / 2, -np.pi / 2]))
+        arm, quarter = (ahead - back) / 2, (left - right) / 2
         turn = np.array([-arm[1], arm[0]])
         size = float(np.hypot(*arm))
         self._scale = size
@@ -265,7 +264,9 @@ class BlockSolver:
         sense = 1.0 if np.abs(quarter - turn).max() <= np.abs(quarter + turn).max() else -1.0
 
         def rest(a: Any) -> Any:
-            return (at(a, _zero(a)) + at(a, _half_turn(a))) / 2
+            ends = [np.full_like(a, end) for end in (_zero(a), _half_turn(a))]
+            both = at(np.append(a, a), np.concatenate(ends))
+            return (both[: len(a)] + both[len(a) :]) / 2
 
         def close(a: Any) -> Any:
             far = size**2

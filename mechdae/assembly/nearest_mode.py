@@ -115,6 +115,9 @@ class Sketched:
         }
         entries = [self._entry(c, value) for c, value in (told | assembler.places).items()]
         self.entries = [entry for entry in entries if entry is not None]
+        self._at_stage: dict[int, list[SketchNumber]] = {}
+        for entry in self.entries:
+            self._at_stage.setdefault(entry.stage, []).append(entry)
         self.parts = self._parts()
         self.ended = False
         """Whether the last search ended before all modes were compared."""
@@ -230,7 +233,7 @@ class Sketched:
 
     def _square(self, stage: int, x: Any, u: Any) -> float:
         p = self.assembler.p
-        return sum(entry.gap(x, u, p) ** 2 for entry in self.entries if entry.stage == stage)
+        return sum(entry.gap(x, u, p) ** 2 for entry in self._at_stage.get(stage, ()))
 
     def _unwound(self, part: list[int], x: Any, u: Any) -> float:
         """Return how far geared bodies are from the sketch, whole turns included [rad]."""

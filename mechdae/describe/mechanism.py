@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from mechdae.describe.vectors.closure import Closure
 
 GROUND = "ground"
-MAX_BODIES = 2000
+MAX_BODIES = 3000
 RESERVED = (*CONSTANTS, "t")
 MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Moments and products of inertia, in the order they are given in."""

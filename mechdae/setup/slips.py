@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 
@@ -69,16 +68,13 @@ def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, str]]:
             size = abs(values[f"{joint.name}.length"])
             yield size, f"{joint.name}.length is {size:g} m"
     for body, own in points.items():
-        places = {
-            point: np.array([values.get(f"{body}.{point}.{axis}", 0.0) for axis in "xy"])
-            for point in dict.fromkeys(own)
-        }
-        pairs = [
-            (float(np.hypot(*(places[a] - places[b]))), a, b)
-            for a, b in itertools.combinations(places, 2)
-        ]
-        if pairs:
-            size, a, b = max(pairs)
+        names = list(dict.fromkeys(own))
+        x, y = ([values.get(f"{body}.{name}.{axis}", 0.0) for name in names] for axis in "xy")
+        apart = np.triu(np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y)), 1)
+        if len(names) > 1:
+            size = float(apart.max())
+            farthest = np.argwhere((apart == size) & np.triu(np.ones_like(apart, bool), 1))
+            a, b = max((names[i], names[j]) for i, j in farthest)
             where = "on the ground" if body == GROUND else f"of {body}"
             yield size, f"{b} and {a} {where} are {size:g} m apart"
     known = mechanism.parameter_values

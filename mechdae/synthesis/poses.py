@@ -67,7 +67,7 @@ class FreePoses:
         self.asked |= {SINE + d.joint: d.sine for d in self.dyads if self.branch_of(d) is None}
         residuals, signs = [], []
         for k, graph in enumerate(g.blocks):
-            F, J, _ = graph.value(g.x, g.u, g.p)
+            F, J, _ = graph.value(g.x, g.u)
             residuals.append(F)
             dyad = self._dyad_of(k)
             if dyad is not None and not (graph.size == 2 and dyad.group.kind == "RRR"):

@@ -155,7 +155,7 @@ def test_no_copy_and_one_copy() -> None:
         ('count = "N"', "count = true", ["repeat.loop.count", "whole"]),
         ('count = "N"', 'count = "1/0"', ["repeat.loop.count"]),
         ('count = "N"', f"count = {MAX_COUNT + 1}", ["repeat.loop.count", str(MAX_COUNT)]),
-        ('count = "N"', "count = 1001", ["repeat.loop.count", "2002 bodies", "2000"]),
+        ('count = "N"', "count = 1501", ["repeat.loop.count", "3002 bodies", "3000"]),
         ('count = "N"', 'cuont = "N"', ["repeat.loop", "cuont", "did you mean count"]),
         ('count = "N"', "from = 2", ["repeat.loop", "count", "missing"]),
         ('count = "N"', 'count = "N"\nfrom = 0.5', ["repeat.loop.from", "0.5"]),
@@ -267,7 +267,7 @@ def test_sizes_are_set_like_parameters(capsys) -> None:
     ("changes", "words"),
     [
         ({"N": -1}, ["set N", "negative"]),
-        ({"N": 1000}, ["set N", "2000 bodies"]),
+        ({"N": 1500}, ["set N", "3000 bodies"]),
         ({"N": "M"}, ["set N", "unknown size 'M'"]),
         ({"n": 4}, ["set n", "the sizes are N"]),
     ],

@@ -106,7 +106,7 @@ def test_majorants_bound_values_and_rounding() -> None:
         X[0] * X[2] - 2 * P[0] + ca.sqrt(P[1]),
         ca.sin(P[0]) * X[1] ** 2,
     )
-    bound, rounding = majorant(expression, [X], [size], rounding=True)
+    bound, rounding = majorant(expression, [X], [size], noise={})
     limits = ca.Function("m", [size, P], [bound, rounding])
     exact = ca.Function("e", [X, P], [expression])
     del q

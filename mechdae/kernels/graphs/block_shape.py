@@ -101,7 +101,9 @@ class Equations:
     _known: dict[int, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        moving = [[f"{k}.{i}" for i in range(self.function.numel_in(k))] for k in range(3)]
+        moving: list[list[Any]] = [
+            [f"{k}.{i}" for i in range(self.function.numel_in(k))] for k in range(3)
+        ]
         parameters = [(symbol, SX(0)) for symbol in self.p.elements()]
         inputs = [*moving, parameters]
         (found,) = replay(self.function, inputs, self._step, lambda number: (SX(number), SX(0)))
@@ -131,9 +133,11 @@ class Equations:
     def shape(self, angles: list[int]) -> BlockShape:
         """Return the shape; `angles` are the angles among (x, z)."""
         counts = [*[self.function.numel_in(k) for k in range(3)], len(self.numbers)]
-        symbols = [SX.sym(name, count) for name, count in zip("xzuq", counts, strict=True)]
+        x, z, u, q = (SX.sym(name, count) for name, count in zip("xzuq", counts, strict=True))
         values: dict[Any, Any] = {
-            f"{k}.{i}": s for k, part in enumerate(symbols) for i, s in enumerate(part.elements())
+            f"{k}.{i}": symbol
+            for k, part in enumerate((x, z, u, q))
+            for i, symbol in enumerate(part.elements())
         }
 
         def at(place: Any) -> Any:
@@ -142,4 +146,4 @@ class Equations:
         for k, (code, *inputs) in enumerate(self.steps):
             values[k] = symbolic(code, *map(at, inputs))
         F = ca.vertcat(*map(at, self.rows))
-        return BlockShape(*symbols, F, angles, shared=True)
+        return BlockShape(x, z, u, q, F, angles, shared=True)

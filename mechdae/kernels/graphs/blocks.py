@@ -40,6 +40,8 @@ class BlockGraph:
     ----------
     x, z, p, F : SX
         Own unknowns, those of earlier blocks, own parameters and equations, in the scene's symbols.
+    turning : list of int
+        Those of the own unknowns that are angles.
     q, noise : SX
         The numbers of the block's shape as expressions over p, and their rounding.
     """
@@ -54,7 +56,8 @@ class BlockGraph:
         self.params = scene.held(self.F)[2]
         self.p = scene.model.p[self.params] if self.params else SX(0, 1)
         self._u = scene.u
-        self._angles = [i for i in (*self.own, *self.uses) if scene.unknowns[i].kind is ANGLE]
+        self.turning = [i for i in self.own if scene.unknowns[i].kind is ANGLE]
+        self._angles = self.turning + [i for i in self.uses if scene.unknowns[i].kind is ANGLE]
         self.function = ca.Function("F", [self.x, self.z, self._u, self.p], [ca.densify(self.F)])
         """The residual (x_b, z, u, p) -> F; p are the block's own parameters."""
         self.shape = self._shape(scene)
@@ -109,20 +112,23 @@ class BlockGraph:
         F, J, Fz = self._dense(*own, np.sin(turned), np.cos(turned))
         return F, J.reshape(self.rows, -1), Fz.reshape(self.rows, -1)
 
-    def first_rate(self, at: list[Any], v: Any, du: Any) -> Any:
-        """Return the right-hand side of J x' (entries of `v` up to this block are known)."""
-        zero, nothing = SX.zeros(self.size), SX.zeros(len(self.uses))
-        return self.shape.push(*at, zero, self.used(v), du, nothing, SX.zeros(du.numel()))[0]
+    def first_rate(self, at: Any, known: Any, used: Any, driven: Any) -> Any:
+        """Return the right-hand side of J x'; `at` as of `at`.
 
-    def second_rate(self, at: list[Any], v: Any, du: Any, a: Any, ddu: Any) -> Any:
+        `known` are the lower rates of the block, `used` the rates of the earlier unknowns, `driven`
+        those of the drivers.
+        """
+        zero, nothing, still = (SX.zeros(n.numel()) for n in (at[0], at[1], at[2]))
+        return self.shape.push(*at, zero, used[0], driven[0], nothing, still)[0]
+
+    def second_rate(self, at: Any, known: Any, used: Any, driven: Any) -> Any:
         """Return the right-hand side of J x''."""
-        return self.shape.push(*at, v[self.own], self.used(v), du, self.used(a), ddu)[1]
+        return self.shape.push(*at, known[0], used[0], driven[0], used[1], driven[1])[1]
 
-    def third_rate(self, at: list[Any], rates: tuple[Any, Any, Any], driven: list[Any]) -> Any:
-        """Return the right-hand side of J x'''; `driven` holds the three rates of u."""
-        (v, a, j), (du, ddu, dddu) = rates, driven
-        known = (v[self.own], self.used(v), du, a[self.own], self.used(a), ddu)
-        return self.shape.third(*at, *known, self.used(j), dddu)
+    def third_rate(self, at: Any, known: Any, used: Any, driven: Any) -> Any:
+        """Return the right-hand side of J x'''."""
+        (v, a, j), (du, ddu, dddu) = used, driven
+        return self.shape.third(*at, known[0], v, du, known[1], a, ddu, j, dddu)
 
     def used(self, x: Any) -> Any:
         """Return the entries of the earlier unknowns."""

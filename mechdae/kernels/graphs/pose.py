@@ -16,8 +16,9 @@ then holds for A F = 0, which every solution of F = 0 solves; that F itself vani
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
+from functools import partial
 from types import MappingProxyType
 from typing import Any, Self
 
@@ -39,6 +40,8 @@ CLOSURE = 64
 """Rounding bounds of a redundant block by which its equations may stay open: data that are
 consistent in exact arithmetic are not so as float64 numbers."""
 OPTIONS = {"cse": True}
+FEW = 8
+"""Blocks up to which what several of them share is looked for: it takes longer than all else."""
 
 
 class PoseGraphs:
@@ -110,6 +113,11 @@ class PoseGraphs:
         """Whether s is an angle: a whole turn of it leads to the same pose."""
         return self.course.turns if self.course else self.single and self.scene.drivers[0].is_angle
 
+    @property
+    def options(self) -> dict[str, bool]:
+        """How functions of all blocks are made; what a block repeats is shared in any case."""
+        return OPTIONS if self.nb <= FEW else {}
+
     def ancestors(self, b: int) -> list[int]:
         """Return the blocks that block `b` depends on, itself last."""
         wanted = {b}
@@ -161,31 +169,18 @@ class PoseGraphs:
 
         def function() -> Any:
             symbols = [SX.sym("i", part.sparsity()) for part in inputs]
-            return ca.Function(name, [*symbols, self.scale, shape.q], make(*symbols))
+            return ca.Function(name, [*symbols, self.scale, shape.q], make(*symbols), OPTIONS)
 
         made = self.kept((name, shape), function)
         results: list[Any] = made.call([*inputs, self.scale, self.blocks[b].q])
         return results
 
-    def _solve(self, b: int, at: list[Any]) -> list[Any]:
+    def _solve(self, b: int, at: Sequence[Any]) -> tuple[Any, Any, Any, Any, Any]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
-
-        def make(*at: Any) -> list[Any]:
-            F, J, Fz = self.blocks[b].shape.value(*at)
-            inv, det = self._inverse(b, J)
-            w, r = self.weights(b)
-            return [F, Fz, inv, det, norm(ca.diag(1 / w) @ inv @ ca.diag(r))]
-
-        return self._once("solve", b, make, at)
-
-    def _step(self, b: int, at: list[Any]) -> Any:
-        """Return the step of Newton's method of a block."""
-
-        def make(*at: Any) -> list[Any]:
-            F, J, _ = self.blocks[b].shape.value(*at)
-            return [self._inverse(b, J)[0] @ F]
-
-        return self._once("step", b, make, at)[0]
+        F, J, Fz = self.blocks[b].shape.value(*at)
+        inv, det = self._inverse(b, J)
+        w, r = self.weights(b)
+        return F, Fz, inv, det, norm(ca.diag(1 / w) @ inv @ ca.diag(r))
 
     def _inverse(self, b: int, J: Any) -> tuple[Any, Any]:
         """Return the inverse of a block's Jacobian and its determinant."""
@@ -206,8 +201,8 @@ class PoseGraphs:
 
         Blocks that are `held` keep their unknowns.
 
-        Sine and cosine are carried along to second order in the step, exact to rounding for
-        steps below 1e-5: a later block sees its earlier unknowns as they are after the step.
+        Sine and cosine of angles are carried along to second order in the step, exact to rounding
+        for steps below 1e-5: a later block sees its earlier unknowns as they are after the step.
         """
         eta = []
         x, sines, cosines = SX(x), ca.sin(x), ca.cos(x)
@@ -215,13 +210,24 @@ class PoseGraphs:
             if b in held:
                 eta.append(SX(0))
                 continue
-            step, own = self._step(b, graph.at(x, u, (sines, cosines))), graph.own
-            s, c, half = sines[own], cosines[own], step * step / 2
-            x[own] = ca.densify(x[own] - step)
-            sines[own] = ca.densify(s - (step * c + half * s))
-            cosines[own] = ca.densify(c + (step * s - half * c))
-            eta.append(ca.sumsqr(step / self.weights(b)[0]))
+            at = graph.at(x, u, (sines, cosines))
+            new, s, c, square = self._once("newton", b, partial(self._newton, b), at)
+            x[graph.own] = new
+            if graph.turning:
+                sines[graph.turning], cosines[graph.turning] = s, c
+            eta.append(square)
         return x, eta, (sines, cosines)
+
+    def _newton(self, b: int, *at: Any) -> list[Any]:
+        """Return new unknowns of a block, sine and cosine of its angles, |step|^2."""
+        graph = self.blocks[b]
+        F, J, _ = graph.shape.value(*at)
+        step = ca.densify(self._inverse(b, J)[0] @ F)
+        turning = [graph.own.index(i) for i in graph.turning]
+        turn = step[turning] if turning else SX(0, 1)
+        s, c, half = at[4][: len(turning)], at[5][: len(turning)], turn * turn / 2
+        sine, cosine = s - (turn * c + half * s), c + (turn * s - half * c)
+        return [at[0] - step, sine, cosine, ca.sumsqr(step / self.weights(b)[0])]
 
     def rates(
         self,
@@ -245,36 +251,47 @@ class PoseGraphs:
         error = SX.zeros(self.nx)
         dets, betas = [], []
         trig = trig if trig is not None else (ca.sin(x), ca.cos(x))
+        name = f"rates_{order}_{eta is None}"
         for b, graph in enumerate(self.blocks):
-            at, own = graph.at(x, u, trig), graph.own
-            F, Fz, inv, det, beta = self._solve(b, at)
-            first, second, known = held.get(b, (None, None, None))
-            if order >= 1:
-                if first is None:
-                    first = inv @ graph.first_rate(at, v, driven[0])
-                v[own] = ca.densify(first)
-            if order >= 2:
-                if second is None:
-                    second = inv @ graph.second_rate(at, v, driven[0], a, driven[1])
-                a[own] = ca.densify(second)
-            if order >= 3:
-                push = graph.third_rate(at, (v, a, j), driven)
-                j[own] = SX.nan(graph.size) if b in held else ca.densify(inv @ push)
-            left = 2 * self.kappa[b] * eta[b] if eta else 0
-            if graph.redundant:
-                r, noise = self.weights(b)[1], self.rho[b]
-                if graph.uses:
-                    noise = noise + norm((ca.fabs(Fz) @ error[graph.uses]) / r)
-                det = 1 - norm(F / r) / (CLOSURE * noise)
-                left += 2 * norm(F / r)
-            local = beta * (self.rho[b] + left) * self.weights(b)[0] + self.grain[own]
-            if graph.uses:
-                local += ca.fabs(inv @ Fz) @ error[graph.uses]
-            error[own] = ca.densify(local if known is None else known)
+            own, used = graph.own, graph.used
+            inputs = [*graph.at(x, u, trig), used(error), self.kappa[b], self.rho[b]]
+            inputs += [self.grain[own], SX(0) if eta is None else eta[b]]
+            inputs += [used(v), used(a), used(j), *driven[:order]]
+            found = self._once(name, b, partial(self._rates, b), inputs)
+            local, det, beta, *rates = found
+            if b in held:
+                first, second, local = held[b]
+                if first is not None:
+                    rates[:2] = [first, second][:order]
+                rates[2:] = [SX.nan(graph.size)] * (order - 2)
+            for vector, rate in zip((v, a, j), rates, strict=False):
+                vector[own] = ca.densify(rate)
+            error[own] = ca.densify(local)
             dets.append(det)
             betas.append(beta)
         certificate = {"error": error, "det": column(dets), "beta": column(betas)}
         return {"v": v, "a": a, "j": j, **certificate}
+
+    def _rates(self, b: int, *parts: Any) -> list[Any]:
+        """Return error, determinant, beta and rates of a block from the inputs of `rates`."""
+        at, (before, kappa, rho, grain, eta, *used), driven = parts[:6], parts[6:14], parts[14:]
+        graph = self.blocks[b]
+        F, Fz, inv, det, beta = self._solve(b, at)
+        known: list[Any] = []
+        for k, make in enumerate((graph.first_rate, graph.second_rate, graph.third_rate)):
+            if k < len(driven):
+                known.append(inv @ make(at, known, used, driven))
+        left = 2 * kappa * eta
+        if graph.redundant:
+            r, noise = self.weights(b)[1], rho
+            if graph.uses:
+                noise = noise + norm((ca.fabs(Fz) @ before) / r)
+            det = 1 - norm(F / r) / (CLOSURE * noise)
+            left += 2 * norm(F / r)
+        error = beta * (rho + left) * self.weights(b)[0] + grain
+        if graph.uses:
+            error += ca.fabs(inv @ Fz) @ before
+        return [error, det, beta, *known]
 
     @kept_property
     def pose(self) -> Any:
@@ -290,7 +307,7 @@ class PoseGraphs:
         outputs = self.output_rates(x, trig, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
-        return ca.Function("pose", inputs, results, OPTIONS)
+        return ca.Function("pose", inputs, results, self.options)
 
     @kept_property
     def straight_pose(self) -> NumpyFunction | None:
@@ -315,7 +332,7 @@ class PoseGraphs:
         outputs = self.output_rates(x, trig, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
-        return ca.Function("held", [*inputs, v, a, error], results, OPTIONS)
+        return ca.Function("held", [*inputs, v, a, error], results, self.options)
 
     def output_rates(self, x: Any, trig: Any, parts: dict[str, Any]) -> list[Any]:
         """Return y, y', ... at solved unknowns with the sines and cosines of all of them."""

@@ -95,7 +95,7 @@ class Graphs(BoundGraphs):
         after = ca.vertcat(new, parts["v"], parts["a"], parts["beta"])
         results = [after, column(tests), parts["det"], column(misses)]
         inputs = [state, step, ca.vertcat(self.consts, u0, d)]
-        return ca.Function("advance", inputs, results, OPTIONS)
+        return ca.Function("advance", inputs, results, self.options)
 
     def _drivers(self, s: Any, u0: Any, d: Any) -> tuple[Any, Any, Any]:
         """Return the drivers' values and their derivatives with respect to s."""
@@ -237,7 +237,7 @@ class Graphs(BoundGraphs):
         trig = (ca.sin(self.x), ca.cos(self.x))
         at = self.blocks[b].at(self.x, self.u, trig)
         F, _, inv, det, beta = self._solve(b, at)
-        rate = inv @ self.blocks[b].first_rate(at, v, du)
+        rate = inv @ self.blocks[b].first_rate(at, (), [self.blocks[b].used(v)], [du])
         inputs = [self.x, self.u, v, du, self.consts]
         left = norm(F / self.weights(b)[1]) if self.blocks[b].redundant else SX(0)
         results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
