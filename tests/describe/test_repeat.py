@@ -423,7 +423,7 @@ def test_a_chain_against_the_closed_form(count: int, changes: dict) -> None:
 def test_work_grows_with_the_chain_and_no_faster() -> None:
     """Instructions of a pose and of a step per loop, buffers, and evaluations of all poses."""
     counts = []
-    for loops in (4, 8, 16):
+    for loops in (12, 24, 48):
         item = chain(loops)
         setting = prepare(item.problem, replace(item.task, poses=91))
         done = run(setting, replace(item.task, poses=91))
@@ -438,7 +438,7 @@ def test_work_grows_with_the_chain_and_no_faster() -> None:
                 done.path.counts.steps,
             )
         )
-    per_loop = np.diff(np.array(counts)[:, :3], axis=0) / np.array([[4], [8]])
+    per_loop = np.diff(np.array(counts)[:, :3], axis=0) / np.array([[12], [24]])
     assert np.all(np.abs(per_loop[1] / per_loop[0] - 1) < 0.02)
     assert len({row[3] for row in counts}) == 1
     assert len({row[4:] for row in counts}) == 1

@@ -171,7 +171,7 @@ class PoseGraphs:
             symbols = [SX.sym("i", part.sparsity()) for part in inputs]
             return ca.Function(name, [*symbols, self.scale, shape.q], make(*symbols), OPTIONS)
 
-        made = self.kept((name, shape), function)
+        made = self.kept((name, shape, len(inputs)), function)
         results: list[Any] = made.call([*inputs, self.scale, self.blocks[b].q])
         return results
 
@@ -223,11 +223,12 @@ class PoseGraphs:
         graph = self.blocks[b]
         F, J, _ = graph.shape.value(*at)
         step = ca.densify(self._inverse(b, J)[0] @ F)
-        turning = [graph.own.index(i) for i in graph.turning]
-        turn = step[turning] if turning else SX(0, 1)
-        s, c, half = at[4][: len(turning)], at[5][: len(turning)], turn * turn / 2
-        sine, cosine = s - (turn * c + half * s), c + (turn * s - half * c)
-        return [at[0] - step, sine, cosine, ca.sumsqr(step / self.weights(b)[0])]
+        new, square = at[0] - step, ca.sumsqr(step / self.weights(b)[0])
+        if not graph.turning:
+            return [new, SX(0, 1), SX(0, 1), square]
+        turn = step[[graph.own.index(i) for i in graph.turning]]
+        s, c, half = at[4][: turn.numel()], at[5][: turn.numel()], turn * turn / 2
+        return [new, s - (turn * c + half * s), c + (turn * s - half * c), square]
 
     def rates(
         self,
