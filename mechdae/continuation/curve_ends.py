@@ -27,7 +27,7 @@ SLACK = 1e-13
 """Share of the range by which rounding may put a contact outside."""
 
 
-class Nodes(Protocol):
+class CurveNodes(Protocol):
     """What is asked of the path whose contacts are watched."""
 
     @property
@@ -75,7 +75,7 @@ class CurveEnds:
         """Forget what was seen: the path begins anew."""
         self._seen.clear()
 
-    def left(self, path: Nodes, up: bool) -> list[Limit]:
+    def left(self, path: CurveNodes, up: bool) -> list[Limit]:
         """Return where contacts left their curves on the nodes added since the last call."""
         if not self.open:
             return []
@@ -115,7 +115,7 @@ class CurveEnds:
                 found.append(Limit(place, -1, self._owner[name], "end_of_curve", x, joint=name))
         return found
 
-    def _located(self, path: Nodes, j: int, end: float, a: float, b: float) -> float:
+    def _located(self, path: CurveNodes, j: int, end: float, a: float, b: float) -> float:
         """Return the path's place in [a, b] at which the contact is at `end` of its curve."""
 
         def beyond(s: float) -> float:

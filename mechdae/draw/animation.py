@@ -18,7 +18,7 @@ from PIL import Image
 from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.loads import peak_force
-from mechdae.draw.diagram.scene import Scene, longest_run, read_scene
+from mechdae.draw.diagram.scene import DrawnScene, longest_run, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
@@ -98,7 +98,7 @@ class Animation:
         }
         return [ready[pose] for pose in self.poses]
 
-    def _view(self, scene: Scene, poses: Sequence[int]) -> diagram.View:
+    def _view(self, scene: DrawnScene, poses: Sequence[int]) -> diagram.View:
         """Return what all frames have in common: the scale above all."""
         traces = self.traces and diagram.has_paths(self.result, scene)
         every = [diagram.extent(scene, pose, traces, 0) for pose in (*poses, *self.ghosts)]
@@ -117,7 +117,7 @@ class Animation:
             subtitle=self.subtitle,
         )
 
-    def _picture(self, scene: Scene, pose: int, view: diagram.View) -> Image.Image:
+    def _picture(self, scene: DrawnScene, pose: int, view: diagram.View) -> Image.Image:
         theme = style.DARK if self.dark else style.LIGHT
         axes = new_axes(theme)
         figure = axes.get_figure(root=True)
@@ -282,7 +282,7 @@ def _duration(seconds: float, count: int) -> int:
     return max(FASTEST, round(1000.0 * seconds / count / 10.0) * 10)
 
 
-def closes(scene: Scene, run: Sequence[int]) -> bool:
+def closes(scene: DrawnScene, run: Sequence[int]) -> bool:
     """Return whether a run of poses ends where it begins.
 
     Gears may return to another tooth: what counts is where points and directions are.

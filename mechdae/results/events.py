@@ -97,7 +97,7 @@ class PointCusp(Event):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Crossing(Event):
+class ValueEvent(Event):
     """A quantity that the task watches passes a value."""
 
     name: str
@@ -107,7 +107,7 @@ class Crossing(Event):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Rubbing(Event):
+class RubbingEvent(Event):
     """A pair sticks, slips or reverses: of a joint, or of a load that resists."""
 
     sign: float
@@ -122,7 +122,7 @@ class SingularPose(Event):
     rank_drop: int
 
 
-CLASSES = (ChangePoint, GroupEvent, Stationary, PointCusp, Crossing, Rubbing, SingularPose)
+CLASSES = (ChangePoint, GroupEvent, Stationary, PointCusp, ValueEvent, RubbingEvent, SingularPose)
 
 
 def events_of(entries: Iterable[Mapping[str, Any]]) -> tuple[Event, ...]:

@@ -6,7 +6,14 @@ import pytest
 
 import mechdae as md
 from mechdae.results import Event, events_of
-from mechdae.results.events import CLASSES, ChangePoint, Crossing, GroupEvent, PointCusp, Rubbing
+from mechdae.results.events import (
+    CLASSES,
+    ChangePoint,
+    GroupEvent,
+    PointCusp,
+    RubbingEvent,
+    ValueEvent,
+)
 
 GROUP = {"kind": "limit", "at": 1.0, "group": ["rod"], "joint": "A", "name": "I", "in_range": True}
 
@@ -27,7 +34,10 @@ def test_what_happens_has_named_parts() -> None:
         (GROUP, GroupEvent),
         (GROUP | {"action": "stop", "tangents": {}, "exact": True, "gap": 0.0}, ChangePoint),
         ({"kind": "cusp", "point": "p", "at": 1, "position": [0, 0], "in_range": True}, PointCusp),
-        ({"kind": "slip", "at": 1, "time": 1, "load": "f", "sign": 1, "in_range": True}, Rubbing),
+        (
+            {"kind": "slip", "at": 1, "time": 1, "load": "f", "sign": 1, "in_range": True},
+            RubbingEvent,
+        ),
         ({"kind": "impact", "code": "S9", "at": 1, "time": 1, "in_range": True}, Event),
     ],
 )
@@ -40,6 +50,6 @@ def test_entries_become_events(entry: dict, kind: type) -> None:
 
 
 def test_every_class_can_be_told() -> None:
-    assert Crossing in CLASSES
+    assert ValueEvent in CLASSES
     with pytest.raises(KeyError):
         events_of([{"kind": "limit"}])

@@ -72,7 +72,7 @@ nest("timetable", Nested("table", {"": TimeTable}, '{ file = "law.csv" }'))
 
 
 @dataclass(frozen=True)
-class Event(Value):
+class Watched(Value):
     """An expression of coordinates, speeds and ``t`` crosses a value, in a motion.
 
     With ``stop`` the motion ends there. ``name`` is that of the expression where it has no other.
@@ -85,7 +85,7 @@ class Event(Value):
     stop: bool = key("flag", False, doc="the motion ends there")
 
 
-nest("events", Nested("event", {"": Event}, "events = [{...}]", several=True))
+nest("events", Nested("event", {"": Watched}, "events = [{...}]", several=True))
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class Motion(Task):
     friction: str | None = key("text", None, choices=("event", "smooth", "none"))
     v_s: Number | None = key("number", None, doc="slope speed of smooth friction [m/s]")
     omega_s: Number | None = key("number", None, doc="the same of pairs that turn [rad/s]")
-    events: tuple[Event, ...] | None = key("events", None)
+    events: tuple[Watched, ...] | None = key("events", None)
     outputs: tuple[str, ...] | None = key("names", None)
     linearise: Number | None = key("number", None, doc="time of the linear system A, B, C, D [s]")
     inputs: tuple[str, ...] | None = key("names", None, doc="inputs of the linear system")

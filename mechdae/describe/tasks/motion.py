@@ -13,7 +13,7 @@ from mechdae.describe.coordinates import (
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import RATES, check_expression, split_rate, unknown_name
-from mechdae.describe.tasks.kinds import Driver, Equilibrium, Event, Motion
+from mechdae.describe.tasks.kinds import Driver, Equilibrium, Motion, Watched
 from mechdae.describe.values import Number
 from mechdae.errors import InputError, MechdaeError
 
@@ -52,7 +52,7 @@ def start_values(
     return result
 
 
-def crossings(mechanism: Mechanism, task: Motion) -> list[Event]:
+def crossings(mechanism: Mechanism, task: Motion) -> list[Watched]:
     """Return the events of a task, each with its name and an expression of coordinates.
 
     Raises

@@ -22,7 +22,7 @@ from mechdae.draw.designs.targets import (
     enlarged,
 )
 from mechdae.draw.diagram.diagram import View, draw_pose, extent
-from mechdae.draw.diagram.scene import Array, Scene, read_scene
+from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.sheet import Sheet
@@ -186,7 +186,7 @@ def _swinging(design: DrawnDesign, axes: Axes, labels: bool, words: Words) -> No
 
 
 def _end_of(
-    design: DrawnDesign, scene: Scene, body: str | None
+    design: DrawnDesign, scene: DrawnScene, body: str | None
 ) -> tuple[str, str, Array, bool] | None:
     """Return the link whose extremes are drawn, its point on the ground, its motion, if it turns.
 

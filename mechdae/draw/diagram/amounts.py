@@ -10,14 +10,14 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.named import TIME
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.errors import MechdaeError
 
 STILL = 1e-9
 """A coordinate that changes less than this share of its range in a step stands still."""
 
 
-def series(scene: Scene, entry: NamedCoordinate) -> Array:
+def series(scene: DrawnScene, entry: NamedCoordinate) -> Array:
     """Return a coordinate in all poses, (n,); nan where it is not known."""
     unknown = np.full(len(scene.status), np.nan)
     if entry.kind == "body angle":
@@ -34,7 +34,7 @@ def series(scene: Scene, entry: NamedCoordinate) -> Array:
     return scene.slide(joint)
 
 
-def sense(scene: Scene, result: Any, entry: NamedCoordinate, pose: int) -> float:
+def sense(scene: DrawnScene, result: Any, entry: NamedCoordinate, pose: int) -> float:
     """Return +1 or -1 as the coordinate grows or falls at a pose, 0 where that is not known.
 
     The change from pose to pose is turned into one with time by that of the driver.
@@ -60,7 +60,7 @@ def result_in_time(result: Any) -> bool:
     return getattr(result, "time", None) is not None
 
 
-def load_values(scene: Scene, result: Any, load: Any, pose: int) -> tuple[float, ...] | None:
+def load_values(scene: DrawnScene, result: Any, load: Any, pose: int) -> tuple[float, ...] | None:
     """Return the values of a load in one pose, None where the description does not give them.
 
     A force has two, in the axes of its frame; a resistance has that which acts against the
@@ -93,7 +93,7 @@ def acts(load: Spring, name: str) -> bool:
 class _Known:
     """Names of the description with their values in a pose."""
 
-    def __init__(self, scene: Scene, result: Any, pose: int) -> None:
+    def __init__(self, scene: DrawnScene, result: Any, pose: int) -> None:
         self.scene, self.result, self.pose = scene, result, pose
 
     def value(self, load: Any, name: str, axis: int | None = None) -> float:

@@ -11,7 +11,7 @@ from mechdae.describe.joints import Curve
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import Sheet, normal, unit
 
 PLACES = 240
@@ -22,7 +22,7 @@ CORNERS = 8
 """Corners of the polygon that stands for a cam where its number is placed."""
 
 
-def curve_points(scene: Scene, joint: Curve, pose: int, count: int = PLACES) -> Array:
+def curve_points(scene: DrawnScene, joint: Curve, pose: int, count: int = PLACES) -> Array:
     """Return points of a curve [m] in one pose, both ends among them."""
     first, last = span(joint, scene.numbers)
     origin = scene.place(joint.first, pose)
@@ -32,14 +32,14 @@ def curve_points(scene: Scene, joint: Curve, pose: int, count: int = PLACES) -> 
     return points
 
 
-def reach(scene: Scene, joint: Curve, pose: int) -> Array:
+def reach(scene: DrawnScene, joint: Curve, pose: int) -> Array:
     """Return points [m] between which curve and roller lie."""
     center, radius = scene.place(joint.second, pose), _radius(scene, joint)
     return np.vstack([curve_points(scene, joint, pose), center - radius, center + radius])
 
 
 def draw_curve(
-    sheet: Sheet, scene: Scene, joint: Curve, pose: int, colors: Mapping[str, str]
+    sheet: Sheet, scene: DrawnScene, joint: Curve, pose: int, colors: Mapping[str, str]
 ) -> Array | None:
     """Draw curve and follower; return the corners of a cam on the sheet, None for a track.
 
@@ -79,7 +79,7 @@ def draw_curve(
     return corners
 
 
-def tangent(scene: Scene, joint: Curve, pose: int) -> Array:
+def tangent(scene: DrawnScene, joint: Curve, pose: int) -> Array:
     """Return the direction of growing s nearest to the follower."""
     points = curve_points(scene, joint, pose)
     middles = (points[1:] + points[:-1]) / 2
@@ -87,7 +87,7 @@ def tangent(scene: Scene, joint: Curve, pose: int) -> Array:
     return unit(points[k + 1] - points[k])
 
 
-def _radius(scene: Scene, joint: Curve) -> float:
+def _radius(scene: DrawnScene, joint: Curve) -> float:
     return scene.numbers.get(f"{joint.name}.roller_radius", 0.0)
 
 

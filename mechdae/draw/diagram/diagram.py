@@ -26,7 +26,7 @@ from mechdae.draw.diagram.gaps import blame_text, draw_gaps, open_text
 from mechdae.draw.diagram.guides import draw_guides, gaps_of, travel
 from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
 from mechdae.draw.diagram.places import Place, free_points, places_of
-from mechdae.draw.diagram.scene import SHORT, Array, Scene, choose_pose, read_scene
+from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, read_scene
 from mechdae.draw.diagram.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
 from mechdae.draw.figure import new_axes
@@ -163,14 +163,14 @@ class View:
     overlay: Callable[[Sheet], str] | None = None
 
 
-def has_paths(result: Any, scene: Scene) -> bool:
+def has_paths(result: Any, scene: DrawnScene) -> bool:
     """Return whether the poses of a result are a motion."""
     return getattr(result, "kind", "") != "modes" and len(scene.status) > SHORT
 
 
 def draw_pose(
     axes: Axes,
-    scene: Scene,
+    scene: DrawnScene,
     result: Any,
     pose: int,
     view: View,
@@ -217,7 +217,7 @@ def draw_pose(
     return sheet
 
 
-def _larger(scene: Scene, pose: int, low: Array, high: Array) -> tuple[float, float]:
+def _larger(scene: DrawnScene, pose: int, low: Array, high: Array) -> tuple[float, float]:
     """Return how much larger a new figure is to be so that labels find room between joints."""
     spots = np.array([scene.place(own.references[0], pose) for own in places_of(scene, pose)])
     border = np.array([2 * style.MARGIN, 2 * style.MARGIN + style.STRIP])
@@ -232,7 +232,7 @@ def _larger(scene: Scene, pose: int, low: Array, high: Array) -> tuple[float, fl
     return width, height
 
 
-def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
+def extent(scene: DrawnScene, pose: int, traces: bool, ghosts: int) -> tuple[Array, Array, float]:
     """Return the corners of what is to be in the picture, and the size of the mechanism."""
     points = [
         scene.place(f"{name}.{point}", pose)
@@ -276,7 +276,7 @@ def extent(scene: Scene, pose: int, traces: bool, ghosts: int) -> tuple[Array, A
     return low, high, size
 
 
-def _draw_traces(sheet: Sheet, scene: Scene) -> None:
+def _draw_traces(sheet: Sheet, scene: DrawnScene) -> None:
     for reference, track in scene.paths.items():
         points = sheet.at(track)
         sheet.line(
@@ -305,7 +305,7 @@ def _thinned(points: Array) -> Array:
     return thinned
 
 
-def _others(scene: Scene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
+def _others(scene: DrawnScene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
     """Return up to `ghosts` other assembled poses, evenly spread, or those that are named."""
     if not isinstance(ghosts, int):
         return [choose_pose(scene, "", other) for other in ghosts]
@@ -318,7 +318,7 @@ def _others(scene: Scene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
 
 def _draw_links(
     sheet: Sheet,
-    scene: Scene,
+    scene: DrawnScene,
     pose: int,
     size: float,
     colors: dict[str, str],
@@ -368,7 +368,9 @@ def _draw_links(
     return links
 
 
-def _draw_places(sheet: Sheet, scene: Scene, pose: int, places: list[Place], links: Links) -> None:
+def _draw_places(
+    sheet: Sheet, scene: DrawnScene, pose: int, places: list[Place], links: Links
+) -> None:
     for place in places:
         center = sheet.at(scene.place(place.references[0], pose))
         _draw_bridges(sheet, scene, pose, place, center, links)
@@ -386,7 +388,7 @@ def _draw_places(sheet: Sheet, scene: Scene, pose: int, places: list[Place], lin
         symbols.dot(sheet, sheet.at(scene.place(reference, pose)), f"point-{reference}")
 
 
-def _weld_arms(sheet: Sheet, scene: Scene, pose: int, place: Place) -> list[Array]:
+def _weld_arms(sheet: Sheet, scene: DrawnScene, pose: int, place: Place) -> list[Array]:
     """Return one direction of each welded body."""
     arms = []
     for reference in place.references:
@@ -401,7 +403,7 @@ def _weld_arms(sheet: Sheet, scene: Scene, pose: int, place: Place) -> list[Arra
 
 
 def _draw_bridges(
-    sheet: Sheet, scene: Scene, pose: int, place: Place, center: Array, links: Links
+    sheet: Sheet, scene: DrawnScene, pose: int, place: Place, center: Array, links: Links
 ) -> None:
     """Mark the bars that run past this pin without a break."""
     bodies = [name for name in place.bodies if name != GROUND]
@@ -441,7 +443,7 @@ def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
 
 
 def _draw_frame(
-    sheet: Sheet, scene: Scene, result: Any, pose: int, words: Words, extra: str = ""
+    sheet: Sheet, scene: DrawnScene, result: Any, pose: int, words: Words, extra: str = ""
 ) -> None:
     """Draw the scale bar and the note on what is not drawn."""
     length = nice_length(0.2 * float(sheet.size[0]) / sheet.metre)
@@ -468,7 +470,7 @@ def outside_of(result: Any) -> set[str]:
     return set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
 
 
-def note_text(scene: Scene, result: Any, pose: int, words: Words) -> str:
+def note_text(scene: DrawnScene, result: Any, pose: int, words: Words) -> str:
     """Return which bodies are not drawn, and why."""
     outside = outside_of(result)
     missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]

@@ -15,7 +15,7 @@ from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import tangent
 from mechdae.draw.diagram.guides import cylinder_of
 from mechdae.draw.diagram.places import Place
-from mechdae.draw.diagram.scene import Array, Scene, driver_names
+from mechdae.draw.diagram.scene import Array, DrawnScene, driver_names
 from mechdae.draw.diagram.wheels import circles
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import ENGLISH, Words
@@ -25,12 +25,12 @@ NEAR = 3.0
 """A line covers what is so near."""
 
 
-def drivers_of(scene: Scene, result: Any) -> list[NamedCoordinate]:
+def drivers_of(scene: DrawnScene, result: Any) -> list[NamedCoordinate]:
     """Return the coordinates that are given as functions of the pose, or of the time."""
     return [coordinate(scene.mechanism, text) for text in driver_names(result)]
 
 
-def driven_bodies(scene: Scene, drivers: Iterable[NamedCoordinate]) -> set[str]:
+def driven_bodies(scene: DrawnScene, drivers: Iterable[NamedCoordinate]) -> set[str]:
     """Return the links that the drivers move."""
     return {
         entry.part
@@ -108,7 +108,7 @@ def _plain(value: float, digits: int, words: Words) -> str:
 
 def draw_drivers(
     sheet: Sheet,
-    scene: Scene,
+    scene: DrawnScene,
     result: Any,
     pose: int,
     drivers: list[NamedCoordinate],
@@ -133,7 +133,7 @@ def draw_drivers(
 
 
 def draw_brake(
-    sheet: Sheet, scene: Scene, entry: NamedCoordinate, places: list[Place], pose: int
+    sheet: Sheet, scene: DrawnScene, entry: NamedCoordinate, places: list[Place], pose: int
 ) -> None:
     """Draw what holds a coordinate: jaws on a link or a wheel, stops beside what slides."""
     gid = f"held-{entry.text}"
@@ -173,7 +173,7 @@ def draw_brake(
     symbols.jaws(sheet, center + min(style.GRIP, 0.5 * length) * along, along, gid, fixed)
 
 
-def arm_of(scene: Scene, reference: str, pose: int) -> Array | None:
+def arm_of(scene: DrawnScene, reference: str, pose: int) -> Array | None:
     """Return the way [m] from a point to the farthest one of its body, None if it has one place."""
     body, pivot = reference.split(".")[0], scene.place(reference, pose)
     points = scene.mechanism.body(body).points
@@ -197,7 +197,7 @@ def _sense(result: Any, entry: NamedCoordinate) -> float:
 
 
 def pivot_of(
-    scene: Scene, entry: NamedCoordinate, places: list[Place], pose: int
+    scene: DrawnScene, entry: NamedCoordinate, places: list[Place], pose: int
 ) -> tuple[Array, Array | None]:
     """Return where a link turns [m] and the direction of its bar from there."""
     if entry.part in scene.mechanism.joints:
@@ -262,7 +262,7 @@ def _covered(lines: Array, boxes: Array, points: Array) -> float:
     return total + float((boxes[:, 4] * inside.all(axis=-1).mean(axis=0)).sum())
 
 
-def travel_of(scene: Scene, entry: NamedCoordinate, pose: int) -> tuple[Array, Array]:
+def travel_of(scene: DrawnScene, entry: NamedCoordinate, pose: int) -> tuple[Array, Array]:
     """Return the point [m] that travels along a coordinate, and the direction of its growth."""
     if entry.part in scene.mechanism.joints:
         joint = scene.mechanism.joints[entry.part]

@@ -10,12 +10,12 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.loads import Mark
-from mechdae.draw.diagram.scene import Scene, open_of
+from mechdae.draw.diagram.scene import DrawnScene, open_of
 from mechdae.draw.sheet import Sheet
 from mechdae.draw.words import Words
 
 
-def draw_gaps(sheet: Sheet, scene: Scene, result: Any, words: Words) -> list[Mark]:
+def draw_gaps(sheet: Sheet, scene: DrawnScene, result: Any, words: Words) -> list[Mark]:
     """Draw the gap of each open joint as a dashed line; return what its size is written beside."""
     marks = []
     for entry in open_of(result):

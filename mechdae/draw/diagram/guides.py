@@ -8,7 +8,7 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.diagram.shapes import HiddenStretch, edges, pieces, shape_of
 from mechdae.draw.sheet import Sheet, normal, unit
 
@@ -16,12 +16,12 @@ REACH = 2.5
 """A guide is drawn at most so many sizes of the mechanism beyond its block."""
 
 
-def axis_of(scene: Scene, joint: Joint, pose: int) -> Array:
+def axis_of(scene: DrawnScene, joint: Joint, pose: int) -> Array:
     """Return the direction of a guide or slot."""
     return scene.direction(joint.first_body, scene.numbers[f"{joint.name}.axis"], pose)
 
 
-def travel(scene: Scene, joint: Joint, pose: int, size: float) -> tuple[float, float]:
+def travel(scene: DrawnScene, joint: Joint, pose: int, size: float) -> tuple[float, float]:
     """Return the least and greatest slide [m] of all poses, near the one drawn."""
     slides = scene.slide(joint)
     now = float(slides[pose])
@@ -29,7 +29,9 @@ def travel(scene: Scene, joint: Joint, pose: int, size: float) -> tuple[float, f
     return float(near.min()), float(near.max())
 
 
-def gaps_of(sheet: Sheet, scene: Scene, pose: int, size: float) -> dict[str, list[HiddenStretch]]:
+def gaps_of(
+    sheet: Sheet, scene: DrawnScene, pose: int, size: float
+) -> dict[str, list[HiddenStretch]]:
     """Return for each body the stretches of its bars hidden by blocks and slots."""
     result: dict[str, list[HiddenStretch]] = {}
     for joint in scene.joints(pose):
@@ -49,7 +51,9 @@ def gaps_of(sheet: Sheet, scene: Scene, pose: int, size: float) -> dict[str, lis
     return result
 
 
-def cylinder_of(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> tuple[Array, Array, Array]:
+def cylinder_of(
+    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int
+) -> tuple[Array, Array, Array]:
     """Return where a cylinder's barrel begins and ends on the sheet, and its piston.
 
     The barrel ends before the shortest travel; the piston is where the travel is in it.
@@ -67,7 +71,7 @@ def cylinder_of(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> tuple[Ar
 
 
 def draw_guides(
-    sheet: Sheet, scene: Scene, pose: int, size: float, colors: dict[str, str]
+    sheet: Sheet, scene: DrawnScene, pose: int, size: float, colors: dict[str, str]
 ) -> dict[str, list[tuple[Array, Array]]]:
     """Draw all sliding pairs; return the lines of moving guides by body."""
     gaps = gaps_of(sheet, scene, pose, size)
@@ -87,7 +91,7 @@ def draw_guides(
 
 
 def _draw_cylinder(
-    sheet: Sheet, scene: Scene, joint: Joint, pose: int, colors: dict[str, str]
+    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, colors: dict[str, str]
 ) -> list[tuple[Array, Array]]:
     """Draw a cylinder; return the lines of its barrel and of its rod."""
     eye, tip = (sheet.at(scene.place(side, pose)) for side in (joint.first, joint.second))
@@ -99,7 +103,7 @@ def _draw_cylinder(
 
 def _draw_prismatic(
     sheet: Sheet,
-    scene: Scene,
+    scene: DrawnScene,
     joint: Joint,
     pose: int,
     size: float,
@@ -148,7 +152,7 @@ def _draw_prismatic(
 
 
 def _clear_side(
-    sheet: Sheet, scene: Scene, joint: Joint, pose: int, ends: tuple[Array, Array]
+    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, ends: tuple[Array, Array]
 ) -> Array:
     """Return the side of a fixed guide that fewer bars cross, in a motion in all its poses."""
     key, poses = f"guide-{joint.name}", [pose]
@@ -171,7 +175,7 @@ def _clear_side(
     return side
 
 
-def _draw_corner(sheet: Sheet, scene: Scene, joint: Joint, pose: int, center: Array) -> None:
+def _draw_corner(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, center: Array) -> None:
     """Mark where a moving guide is fixed to a bar of its body."""
     origin = sheet.at(scene.place(joint.first, pose))
     toward = center - origin
@@ -185,7 +189,7 @@ def _draw_corner(sheet: Sheet, scene: Scene, joint: Joint, pose: int, center: Ar
             symbols.corner(sheet, origin, (toward, arm), f"joint-{joint.name}-corner")
 
 
-def _covered(sheet: Sheet, scene: Scene, body: str, pose: int) -> list[HiddenStretch]:
+def _covered(sheet: Sheet, scene: DrawnScene, body: str, pose: int) -> list[HiddenStretch]:
     """Return the stretch of a moving guide that the body's own bar draws."""
     shape = shape_of(scene, body)
     if shape.kind != "bar":
@@ -207,7 +211,7 @@ def guide_side(axis: Array, center: Array, middle: Array) -> Array:
     return side
 
 
-def _other_bars(sheet: Sheet, scene: Scene, own: str, pose: int) -> list[tuple[Array, Array]]:
+def _other_bars(sheet: Sheet, scene: DrawnScene, own: str, pose: int) -> list[tuple[Array, Array]]:
     """Return the lines of all bodies but one."""
     return [
         (sheet.at(scene.place(f"{name}.{a}", pose)), sheet.at(scene.place(f"{name}.{b}", pose)))
@@ -228,7 +232,7 @@ def _crossings(start: Array, end: Array, lines: list[tuple[Array, Array]]) -> in
     return count
 
 
-def _middle(scene: Scene, pose: int) -> Array:
+def _middle(scene: DrawnScene, pose: int) -> Array:
     """Return the mean of all joints' points."""
     points = [
         scene.place(reference, pose)
@@ -240,7 +244,7 @@ def _middle(scene: Scene, pose: int) -> Array:
 
 
 def _slot_ends(
-    sheet: Sheet, scene: Scene, joint: Joint, pose: int, size: float
+    sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int, size: float
 ) -> tuple[Array, Array]:
     """Return the places of the pin at the ends of the slot, with some play."""
     low, high = travel(scene, joint, pose, size)
@@ -254,7 +258,7 @@ def _slot_ends(
 
 def _draw_slot(
     sheet: Sheet,
-    scene: Scene,
+    scene: DrawnScene,
     joint: Joint,
     pose: int,
     size: float,

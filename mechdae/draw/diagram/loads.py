@@ -22,7 +22,7 @@ from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.amounts import acts, load_values, sense
 from mechdae.draw.diagram.driver import blocked, pivot_of, travel_of, turn_arrow
 from mechdae.draw.diagram.places import Place
-from mechdae.draw.diagram.scene import Array, Scene, turned
+from mechdae.draw.diagram.scene import Array, DrawnScene, turned
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
 
@@ -48,7 +48,7 @@ class Mark:
 
 def draw_loads(
     sheet: Sheet,
-    scene: Scene,
+    scene: DrawnScene,
     result: Any,
     pose: int,
     places: list[Place],
@@ -102,7 +102,7 @@ def draw_loads(
     return [*marks, *_draw_masses(sheet, scene, pose)]
 
 
-def load_points(scene: Scene, pose: int) -> list[Array]:
+def load_points(scene: DrawnScene, pose: int) -> list[Array]:
     """Return the points [m] at which forces and springs take hold."""
     references: list[str] = []
     for load in scene.mechanism.loads.values():
@@ -114,7 +114,7 @@ def load_points(scene: Scene, pose: int) -> list[Array]:
     return [scene.place(entry, pose) for entry in shown]
 
 
-def peak_force(scene: Scene, result: Any, poses: Sequence[int]) -> float | None:
+def peak_force(scene: DrawnScene, result: Any, poses: Sequence[int]) -> float | None:
     """Return the largest of the forces with a straight arrow that are known, in some poses."""
     sizes = []
     for load in scene.mechanism.loads.values():
@@ -127,7 +127,7 @@ def peak_force(scene: Scene, result: Any, poses: Sequence[int]) -> float | None:
     return max(sizes, default=0.0) or None
 
 
-def _bodies(scene: Scene, load: Load) -> set[str]:
+def _bodies(scene: DrawnScene, load: Load) -> set[str]:
     """Return the bodies a load acts on."""
     if isinstance(load, Force):
         return {load.point.split(".")[0]}
@@ -138,7 +138,7 @@ def _bodies(scene: Scene, load: Load) -> set[str]:
     return {entry.part} if joint is None else set(joint.bodies)
 
 
-def _coordinate(scene: Scene, load: Load) -> NamedCoordinate:
+def _coordinate(scene: DrawnScene, load: Load) -> NamedCoordinate:
     """Return the coordinate along which a load works."""
     body = getattr(load, "body", None)
     text = f"{body}.angle" if body is not None else None
@@ -152,7 +152,7 @@ def _text(name: str, size: float | None, unit: str, words: Words) -> str:
 
 
 def _force(
-    scene: Scene, load: Force, values: tuple[float, ...] | None, pose: int
+    scene: DrawnScene, load: Force, values: tuple[float, ...] | None, pose: int
 ) -> tuple[Load, Array, Array | None, float | None, float]:
     point = scene.place(load.point, pose)
     gap = style.PIN + 2.0
@@ -193,7 +193,7 @@ def _draw_force(
 
 
 def _draw_torque(
-    sheet: Sheet, scene: Scene, load: Load, entry: NamedCoordinate, size: float | None,
+    sheet: Sheet, scene: DrawnScene, load: Load, entry: NamedCoordinate, size: float | None,
     way: float, pose: int, places: list[Place], words: Words,
 ) -> list[Mark]:  # fmt: skip
     """Draw a curved arrow; one with two heads where the sense is not known."""
@@ -216,7 +216,9 @@ def _draw_torque(
 # -- springs and dampers -------------------------------------------------------------------
 
 
-def _draw_spring(sheet: Sheet, scene: Scene, load: Spring, pose: int, places: list[Place]) -> Mark:
+def _draw_spring(
+    sheet: Sheet, scene: DrawnScene, load: Spring, pose: int, places: list[Place]
+) -> Mark:
     elastic = acts(load, "stiffness") or acts(load, "preload") or not acts(load, "damping")
     damped = acts(load, "damping")
     if load.between is None:
@@ -251,7 +253,9 @@ def _is_place(reference: str, places: list[Place]) -> bool:
     return any(reference in place.references and place.pinned for place in places)
 
 
-def _ends(sheet: Sheet, scene: Scene, entry: NamedCoordinate, pose: int) -> tuple[Array, Array]:
+def _ends(
+    sheet: Sheet, scene: DrawnScene, entry: NamedCoordinate, pose: int
+) -> tuple[Array, Array]:
     """Return the ends of a spring on a slide or on a point's coordinate.
 
     From where the coordinate is zero to the point, if that is long enough; else on the
@@ -281,7 +285,7 @@ def _ends(sheet: Sheet, scene: Scene, entry: NamedCoordinate, pose: int) -> tupl
 
 
 def _draw_torsion(
-    sheet: Sheet, scene: Scene, load: Spring, entry: NamedCoordinate, pose: int,
+    sheet: Sheet, scene: DrawnScene, load: Spring, entry: NamedCoordinate, pose: int,
     places: list[Place], elastic: bool, damped: bool,
 ) -> Mark:  # fmt: skip
     pivot, _ = pivot_of(scene, entry, places, pose)
@@ -303,7 +307,7 @@ def _draw_torsion(
 # -- gravity and masses --------------------------------------------------------------------
 
 
-def _draw_masses(sheet: Sheet, scene: Scene, pose: int) -> list[Mark]:
+def _draw_masses(sheet: Sheet, scene: DrawnScene, pose: int) -> list[Mark]:
     """Draw centres of mass that are no joints, and the direction of gravity."""
     pull = np.array([scene.numbers.get(f"gravity.{axis}", 0.0) for axis in "xy"])
     heavy = False

@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.draw.diagram.scene import Scene
+from mechdae.draw.diagram.scene import DrawnScene
 
 LONG = 3
 """A joint name of more letters gives way to the name of the point."""
@@ -63,7 +63,7 @@ class Place:
         return short[0] if short else min(points, key=lambda text: (len(text), points.index(text)))
 
 
-def places_of(scene: Scene, pose: int) -> list[Place]:
+def places_of(scene: DrawnScene, pose: int) -> list[Place]:
     """Return the joint places shown, in the order of the joints.
 
     A pin in the ground is shown also where its link does not assemble in this pose.
@@ -106,7 +106,7 @@ def places_of(scene: Scene, pose: int) -> list[Place]:
     return result
 
 
-def free_points(scene: Scene, pose: int) -> list[str]:
+def free_points(scene: DrawnScene, pose: int) -> list[str]:
     """Return the points of moving bodies that belong to no joint."""
     used = {
         reference
@@ -136,7 +136,7 @@ def numbers_of(mechanism: Mechanism) -> dict[str, int]:
     return {name: next(free) if number is None else number for name, number in given.items()}
 
 
-def letters_of(scene: Scene, pose: int, places: Sequence[Place]) -> dict[str, str]:
+def letters_of(scene: DrawnScene, pose: int, places: Sequence[Place]) -> dict[str, str]:
     """Return the letter of each point of joint places and of free points, one for each place.
 
     Where two places would have one letter, those with one joint of a short name have that name,
@@ -187,7 +187,7 @@ def _points_of(joint: Joint) -> list[tuple[str, ...]]:
     return [(joint.first,), (joint.second,)]
 
 
-def _same_local(scene: Scene, groups: list[set[str]]) -> list[set[str]]:
+def _same_local(scene: DrawnScene, groups: list[set[str]]) -> list[set[str]]:
     """Join groups that hold the same place of one body under two names."""
     result: list[set[str]] = []
     spots: dict[str, list[tuple[float, float, str]]] = {}

@@ -28,7 +28,7 @@ SHORT = 4
 
 
 @dataclass(frozen=True)
-class Scene:
+class DrawnScene:
     """Placements of the bodies of a mechanism in n poses.
 
     Parameters
@@ -180,7 +180,7 @@ def turned(angle: Array, vector: Array) -> Array:
     return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]], axis=-1)
 
 
-def read_scene(result: Any) -> Scene:
+def read_scene(result: Any) -> DrawnScene:
     """Return the placements that a result holds or implies.
 
     A body is placed by its angle and one point; what a task left out of its result is
@@ -200,7 +200,7 @@ def read_scene(result: Any) -> Scene:
     if not status:
         raise InputError("the result holds no pose to draw")
     n = len(status)
-    scene = Scene(
+    scene = DrawnScene(
         mechanism,
         mechanism.values(),
         {GROUND: np.zeros(n)},
@@ -219,10 +219,10 @@ def read_scene(result: Any) -> Scene:
         reference: np.asarray(entry.position, dtype=float)
         for reference, entry in result.points.items()
     }
-    scene = Scene(mechanism, scene.numbers, angles, origins, status)
+    scene = DrawnScene(mechanism, scene.numbers, angles, origins, status)
     while _complete(scene, angles, origins, known):
         pass
-    return Scene(
+    return DrawnScene(
         mechanism,
         scene.numbers,
         {body: angles[body] for body in origins},
@@ -269,7 +269,7 @@ def _hangs(mechanism: Mechanism, guide: Joint, body: str, point: str) -> bool:
 
 
 def _complete(
-    scene: Scene,
+    scene: DrawnScene,
     angles: dict[str, Array],
     origins: dict[str, Array],
     known: dict[str, Array],
@@ -297,7 +297,7 @@ def _complete(
 
 
 def _angle_from_points(
-    scene: Scene, body: str, angles: dict[str, Array], known: Mapping[str, Array]
+    scene: DrawnScene, body: str, angles: dict[str, Array], known: Mapping[str, Array]
 ) -> None:
     """Add the angle of a body of which two different points are known."""
     references = [entry for entry in known if entry.split(".")[0] == body]
@@ -319,7 +319,7 @@ def longest_run(poses: list[int]) -> list[int]:
     return max(runs, key=len)
 
 
-def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
+def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     """Return the index of the pose to draw.
 
     Without a wish: the first assembled pose of a few, or of a list of assembly modes; of a
@@ -355,7 +355,7 @@ def choose_pose(scene: Scene, kind: str, pose: int | None = None) -> int:
     return middle
 
 
-def _aligned(scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _aligned(scene: DrawnScene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return in which poses two links that share a pin point the same way, and opposite ways."""
     pairs = [
         (first, second)
@@ -372,7 +372,7 @@ def _aligned(scene: Scene) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     return (cosine > FOLDED).any(axis=0), (cosine < -IN_LINE).any(axis=0)
 
 
-def _crowded(scene: Scene) -> NDArray[np.bool_]:
+def _crowded(scene: DrawnScene) -> NDArray[np.bool_]:
     """Return in which poses two joints that are apart elsewhere come together."""
     joints = [
         joint
@@ -393,7 +393,7 @@ def _crowded(scene: Scene) -> NDArray[np.bool_]:
     return result
 
 
-def _arms(scene: Scene, reference: str) -> list[Array]:
+def _arms(scene: DrawnScene, reference: str) -> list[Array]:
     """Return the unit vectors from a point to the other points of its body."""
     body = reference.split(".")[0]
     if body == GROUND:

@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND, Body
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import Sheet, unit
 
 FLAT = 0.02
@@ -47,7 +47,7 @@ class HiddenStretch:
 Piece = tuple[Array, Array]
 
 
-def shape_of(scene: Scene, name: str) -> LinkShape:
+def shape_of(scene: DrawnScene, name: str) -> LinkShape:
     """Return the shape of a body from its points; points on one place count once."""
     body = scene.mechanism.body(name)
     local = {point: scene.local(f"{name}.{point}") for point in body.points}
@@ -123,7 +123,7 @@ def edges(shape: LinkShape) -> list[tuple[str, str]]:
 
 def draw_body(
     sheet: Sheet,
-    scene: Scene,
+    scene: DrawnScene,
     name: str,
     pose: int,
     gaps: Iterable[HiddenStretch],
@@ -171,7 +171,7 @@ def draw_body(
     return drawn
 
 
-def draw_ghost(sheet: Sheet, scene: Scene, name: str, pose: int) -> None:
+def draw_ghost(sheet: Sheet, scene: DrawnScene, name: str, pose: int) -> None:
     """Draw the lines of a body in another pose, faintly."""
     for first, second in edges(shape_of(scene, name)):
         ends = [sheet.at(scene.place(f"{name}.{point}", pose)) for point in (first, second)]

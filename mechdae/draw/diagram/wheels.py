@@ -9,7 +9,7 @@ import numpy as np
 from mechdae.describe.joints import Joint
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import Sheet, normal, unit
 
 BELT_SHARE = 0.3
@@ -45,7 +45,7 @@ def belt_radii(distance: float, ratio: float) -> tuple[float, float]:
     return first, first * abs(ratio)
 
 
-def circles(scene: Scene, joint: Joint, pose: int) -> list[tuple[str, Array, float]]:
+def circles(scene: DrawnScene, joint: Joint, pose: int) -> list[tuple[str, Array, float]]:
     """Return the circles of a joint of wheels: point, centre [m], radius [m]."""
     first, second = scene.place(joint.first, pose), scene.place(joint.second, pose)
     if joint.wheels == 1:
@@ -61,7 +61,7 @@ def circles(scene: Scene, joint: Joint, pose: int) -> list[tuple[str, Array, flo
 
 
 def draw_wheels(
-    sheet: Sheet, scene: Scene, pose: int, colors: Mapping[str, str]
+    sheet: Sheet, scene: DrawnScene, pose: int, colors: Mapping[str, str]
 ) -> dict[str, tuple[Array, float]]:
     """Draw the circles of all gears, racks and belts, each once.
 
@@ -99,7 +99,7 @@ def draw_wheels(
 
 def _draw_spoke(
     sheet: Sheet,
-    scene: Scene,
+    scene: DrawnScene,
     body: str,
     center: Array,
     radius: float,
@@ -121,7 +121,7 @@ def _draw_spoke(
     symbols.dot(sheet, end, f"body-{body}-wheel", color)
 
 
-def _draw_belt(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> None:
+def _draw_belt(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int) -> None:
     rows = circles(scene, joint, pose)
     (_, first, r1), (_, second, r2) = rows
     a, b = sheet.at(first), sheet.at(second)
@@ -139,7 +139,7 @@ def _draw_belt(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> None:
         sheet.line(ends, gid=f"joint-{joint.name}-strand")
 
 
-def rack_span(scene: Scene, joint: Joint, pose: int) -> tuple[Array, Array, Array]:
+def rack_span(scene: DrawnScene, joint: Joint, pose: int) -> tuple[Array, Array, Array]:
     """Return start and end [m] of a rack's pitch line, and the side away from the wheel."""
     wheel, radius = scene.place(joint.first, pose), scene.numbers[f"{joint.name}.radius"]
     axis = scene.direction(joint.second_body, scene.numbers[f"{joint.name}.axis"], pose)
@@ -157,7 +157,7 @@ def rack_span(scene: Scene, joint: Joint, pose: int) -> tuple[Array, Array, Arra
     )
 
 
-def _draw_rack(sheet: Sheet, scene: Scene, joint: Joint, pose: int) -> None:
+def _draw_rack(sheet: Sheet, scene: DrawnScene, joint: Joint, pose: int) -> None:
     start, end, side = rack_span(scene, joint, pose)
     a, b = sheet.at(start), sheet.at(end)
     symbols.toothed_line(sheet, a, b, side, f"joint-{joint.name}-rack")

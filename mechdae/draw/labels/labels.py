@@ -11,7 +11,7 @@ from matplotlib.font_manager import FontProperties
 from mechdae.draw import style
 from mechdae.draw.diagram.loads import Mark
 from mechdae.draw.diagram.places import Place, free_points, letters_of, numbers_of, written
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.diagram.shapes import Piece, inside
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.arrangement import feet_of
@@ -58,7 +58,7 @@ class Writing:
 
 def draw_labels(
     sheet: Sheet,
-    scene: Scene,
+    scene: DrawnScene,
     pose: int,
     places: Sequence[Place],
     links: Links,
@@ -118,7 +118,7 @@ def _steady(entry: Writing, before: Array | None) -> Writing:
     return replace(entry, label=replace(label, costs=costs))
 
 
-def _letters(sheet: Sheet, scene: Scene, pose: int, places: Sequence[Place]) -> list[Writing]:
+def _letters(sheet: Sheet, scene: DrawnScene, pose: int, places: Sequence[Place]) -> list[Writing]:
     result = []
     letters = letters_of(scene, pose, places)
     rows = [
@@ -171,7 +171,7 @@ def _gap(place: Place) -> float:
     return style.DOT + 2.5
 
 
-def _arms(scene: Scene, references: Sequence[str], pose: int) -> list[Array]:
+def _arms(scene: DrawnScene, references: Sequence[str], pose: int) -> list[Array]:
     """Return the directions of the links that meet at a place."""
     arms = []
     for reference in references:
@@ -186,7 +186,7 @@ def _arms(scene: Scene, references: Sequence[str], pose: int) -> list[Array]:
     return arms
 
 
-def _numbers(scene: Scene, pose: int, links: Links) -> list[Writing]:
+def _numbers(scene: DrawnScene, pose: int, links: Links) -> list[Writing]:
     result = []
     chosen = font(style.NUMBER)
     for name, number in numbers_of(scene.mechanism).items():

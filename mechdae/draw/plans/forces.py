@@ -18,7 +18,7 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.loads import Force, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.draw.diagram.places import numbers_of
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.motion import STILL, groups_of
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow, Plan
@@ -30,7 +30,7 @@ ZERO = np.zeros(2)
 class BodyForces:
     """The forces on the bodies in one pose of a result of kind reactions."""
 
-    def __init__(self, result: Any, scene: Scene, pose: int) -> None:
+    def __init__(self, result: Any, scene: DrawnScene, pose: int) -> None:
         self.result, self.scene, self.pose = result, scene, pose
         self.rates = Rates(result, scene, pose)
         self.numbers = {**numbers_of(scene.mechanism), GROUND: 0}
@@ -198,7 +198,7 @@ def loaded_bodies(mechanism: Mechanism) -> tuple[set[str], set[str]]:
     return forces - {GROUND}, torques - {GROUND}
 
 
-def force_plans(result: Any, scene: Scene, pose: int) -> list[Plan]:
+def force_plans(result: Any, scene: DrawnScene, pose: int) -> list[Plan]:
     """Return the force polygon of each group in one pose, the last group first."""
     balance = BodyForces(result, scene, pose)
     groups = groups_of(result, scene)

@@ -16,7 +16,7 @@ from matplotlib.patches import Circle
 
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.board import caption, draw_arrow, heading, scale_text, smallest, write
 from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.motion import written_letter
@@ -59,7 +59,7 @@ class Pin:
     text: str
 
 
-def pins_of(result: Any, scene: Scene, pose: int) -> list[Pin]:
+def pins_of(result: Any, scene: DrawnScene, pose: int) -> list[Pin]:
     """Return the pins with friction whose reaction is known in that pose and not zero."""
     balance, found = BodyForces(result, scene, pose), []
     plain = getattr(result.definition, "friction_radius", "") == "article"

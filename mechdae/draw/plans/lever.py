@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.draw import style
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.board import (
     caption,
     draw_arrow,
@@ -78,7 +78,7 @@ def turned(vector: Array) -> Array:
     return np.array([vector[1], -vector[0]])
 
 
-def lever(result: Any, scene: Scene, pose: int) -> Lever:
+def lever(result: Any, scene: DrawnScene, pose: int) -> Lever:
     """Return Zhukovsky's lever of one pose."""
     plan = motion_plan(result, scene, pose, "velocity")
     arrows = tuple(

@@ -19,7 +19,7 @@ import numpy as np
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.diagram.places import Place, free_points, letters_of, numbers_of, places_of
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow, End, Plan
 
@@ -51,13 +51,13 @@ class StepsBetween:
     gap: float = 0.0
 
 
-def motion_plan(result: Any, scene: Scene, pose: int, word: str) -> Plan:
+def motion_plan(result: Any, scene: DrawnScene, pose: int, word: str) -> Plan:
     """Return the plan of ``"velocity"`` or ``"acceleration"`` of one pose."""
     return _Builder(result, scene, pose, word).plan()
 
 
 class _Builder:
-    def __init__(self, result: Any, scene: Scene, pose: int, word: str) -> None:
+    def __init__(self, result: Any, scene: DrawnScene, pose: int, word: str) -> None:
         self.word, self.scene, self.pose = word, scene, pose
         self.symbol, self.unit, self.pole = SYMBOLS[word]
         self.rates = Rates(result, scene, pose)
@@ -315,7 +315,7 @@ class _Builder:
                 yield one.value, other.value
 
 
-def groups_of(result: Any, scene: Scene) -> list[tuple[str, tuple[str, ...]]]:
+def groups_of(result: Any, scene: DrawnScene) -> list[tuple[str, tuple[str, ...]]]:
     """Return the Assur groups in the order of their computation: name and bodies."""
     listed = result.summary.get("groups")
     if listed:
@@ -324,7 +324,7 @@ def groups_of(result: Any, scene: Scene) -> list[tuple[str, tuple[str, ...]]]:
 
 
 def _letters(
-    scene: Scene, pose: int, places: list[Place], numbers: dict[str, int]
+    scene: DrawnScene, pose: int, places: list[Place], numbers: dict[str, int]
 ) -> dict[str, str]:
     """Return the capital letter of each point; different points have different ones."""
     found = letters_of(scene, pose, places)

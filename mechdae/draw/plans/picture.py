@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
-from mechdae.draw.diagram.scene import Scene, choose_pose, read_scene
+from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
@@ -141,7 +141,7 @@ def _scales(scale: float | Mapping[str, float] | None, which: str | None) -> Map
     return scales
 
 
-def _pose(result: Any, scene: Scene, pose: int | None, which: str | None) -> int:
+def _pose(result: Any, scene: DrawnScene, pose: int | None, which: str | None) -> int:
     """Return the pose to draw: it has the rates, and for forces the efforts."""
     order = 1 if which == "velocity" else 2
     names = ("velocity", "acceleration")[:order]
@@ -184,7 +184,7 @@ def _key(plan: Plan) -> str:
 
 def _single(
     result: Any,
-    scene: Scene,
+    scene: DrawnScene,
     pose: int,
     ax: Axes | None,
     plan: Plan,
@@ -196,7 +196,7 @@ def _single(
     return axes
 
 
-def _titles(sheet: Sheet, result: Any, scene: Scene, pose: int) -> None:
+def _titles(sheet: Sheet, result: Any, scene: DrawnScene, pose: int) -> None:
     drivers = drivers_of(scene, result)
     held = held_drivers(result, drivers)
     values = [value_text(result, own, pose, held=own.text in held) for own in drivers]
@@ -220,7 +220,7 @@ def _paper() -> Axes:
 
 def _outer(
     result: Any,
-    scene: Scene,
+    scene: DrawnScene,
     pose: int,
     ax: Axes | None,
     relations: Sequence[Sequence[tuple[str, tuple[str, ...]]]] = (),
@@ -271,7 +271,7 @@ def _panel(axes: Axes, left: float, low: float, right: float, high: float) -> Ax
 
 def _page(
     result: Any,
-    scene: Scene,
+    scene: DrawnScene,
     pose: int,
     ax: Axes | None,
     plans: Sequence[Plan],
@@ -312,7 +312,7 @@ def _grid(axes: Axes, low: float, count: int, whole: bool) -> list[Axes]:
     ]
 
 
-def _diagram(result: Any, scene: Scene, pose: int, panel: Axes) -> Sheet:
+def _diagram(result: Any, scene: DrawnScene, pose: int, panel: Axes) -> Sheet:
     """Draw the diagram to a round scale and state it."""
     found: list[float] = []
 
@@ -361,7 +361,7 @@ def _lines(rows: Sequence[tuple[str, tuple[str, ...]]], room: float) -> list[str
     return lines
 
 
-def _friction(result: Any, scene: Scene, pose: int, ax: Axes | None) -> Axes:
+def _friction(result: Any, scene: DrawnScene, pose: int, ax: Axes | None) -> Axes:
     pins = pins_of(result, scene, pose)
     if getattr(result.definition, "friction", "coupled") != "coupled" or not pins:
         raise InputError(

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.diagram.scene import Array, Scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import normal
 
 ZERO = np.zeros(2)
@@ -27,7 +27,7 @@ class Rates:
         Index of the pose.
     """
 
-    def __init__(self, result: Any, scene: Scene, pose: int) -> None:
+    def __init__(self, result: Any, scene: DrawnScene, pose: int) -> None:
         self.result, self.scene, self.pose = result, scene, pose
         self.spins = {GROUND: (0.0, 0.0)}
         for body, series in result.bodies.items():

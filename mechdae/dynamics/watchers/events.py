@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.tasks.kinds import Event
+from mechdae.describe.tasks.kinds import Watched
 from mechdae.describe.tasks.motion import crossings
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
@@ -27,7 +27,7 @@ ROUNDING = 4e-15
 class LocatedEvent:
     """A crossing at a state; ``rises`` tells its direction."""
 
-    crossing: Event
+    crossing: Watched
     state: Any
     rises: bool
     signs: Any
