@@ -16,7 +16,7 @@ TOP, BOTTOM = asin(E / (L + R)), pi + asin(E / (L - R))
 """Angles of the crank at the ends of the stroke."""
 FAR, NEAR = sqrt((L + R) ** 2 - E**2), sqrt((L - R) ** 2 - E**2)
 SHARE = 0.02
-SUITE = "measures/test_measures.py::"
+SUITE = "measures/"
 
 
 @cache
@@ -135,7 +135,7 @@ SLIPS = [
         "(TURN - ratio) / ratio",
         "ratio / (TURN - ratio)",
         strokes,
-        SUITE + "test_time_ratio_of_slider_cranks_and_quick_returns",
+        SUITE + "test_strokes.py::test_time_ratio_of_slider_cranks_and_quick_returns",
     ),
     Slip(
         "measures.strokes",
@@ -149,97 +149,97 @@ SLIPS = [
         "float(inside.max()) - self.half",
         "float(inside.max())",
         dwell,
-        SUITE + "test_dwells_of_a_slider_crank_and_a_yoke",
+        SUITE + "test_dwell.py::test_dwells_of_a_slider_crank_and_a_yoke",
     ),
     Slip(
         "measures.dwell",
         "level = mean - self.half if peak else mean + self.half",
         "level = mean - 2 * self.half if peak else mean + self.half",
         dwell,
-        SUITE + "test_dwells_of_a_slider_crank_and_a_yoke",
+        SUITE + "test_dwell.py::test_dwells_of_a_slider_crank_and_a_yoke",
     ),
     Slip(
         "measures.transmission",
         "np.arctan2(np.abs(lines[:, 0]), np.abs(lines[:, 1]))",
         "np.arctan2(np.abs(lines[:, 1]), np.abs(lines[:, 0]))",
         transmission,
-        SUITE + "test_transmission_angle_of_slider_cranks",
+        SUITE + "test_transmission.py::test_transmission_angle_of_slider_cranks",
     ),
     Slip(
         "measures.transmission",
         "np.stack([turn, s[0], c[0]], axis=1)",
         "np.stack([turn, s[0], s[0]], axis=1)",
         transmission,
-        SUITE + "test_transmission_angle_of_slider_cranks",
+        SUITE + "test_transmission.py::test_transmission_angle_of_slider_cranks",
     ),
     Slip(
         "measures.stops",
         "return -self.before if",
         "return self.before if",
         extremes,
-        SUITE + "test_extremes_of_a_rocker_and_its_dead_points",
+        SUITE + "test_extremes.py::test_extremes_of_a_rocker_and_its_dead_points",
     ),
     Slip(
         "measures.extremes",
         'first = 0 if axis == "x" else 2',
         'first = 0 if axis == "y" else 2',
         extremes,
-        SUITE + "test_what_stands_still_has_no_extremes_and_counts_in_the_box",
+        SUITE + "test_extremes.py::test_what_stands_still_has_no_extremes_and_counts_in_the_box",
     ),
     Slip(
         "measures.courses",
         "max(values) - min(values) if",
         "max(values) if",
         dwell,
-        SUITE + "test_dwells_of_a_slider_crank_and_a_yoke",
+        SUITE + "test_dwell.py::test_dwells_of_a_slider_crank_and_a_yoke",
     ),
     Slip(
         "measures.curve",
         "across / speed**3",
         "across / speed**2",
         curve,
-        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+        SUITE + "test_curve.py::test_an_ellipse_drawn_by_a_trammel",
     ),
     Slip(
         "measures.curve",
         "v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0]",
         "v[:, 0] * a[:, 0] + v[:, 1] * a[:, 1]",
         curve,
-        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+        SUITE + "test_curve.py::test_an_ellipse_drawn_by_a_trammel",
     ),
     Slip(
         "measures.curve",
         "(x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) / 2",
         "x[:, 0] * v[:, 1] / 2",
         curve,
-        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+        SUITE + "test_curve.py::test_an_ellipse_drawn_by_a_trammel",
     ),
     Slip(
         "measures.curve",
         "track.sense * float(area)",
         "float(area)",
         curve,
-        SUITE + "test_measures_do_not_depend_on_the_poses_nor_on_the_direction",
+        SUITE + "test_extremes.py::test_measures_do_not_depend_on_the_poses_nor_on_the_direction",
     ),
     Slip(
         "measures.centres",
         "base + _cross(drift) / turn[:, None]",
         "base - _cross(drift) / turn[:, None]",
         centre,
-        SUITE + "test_centrodes_of_a_trammel_are_cardans_circles",
+        SUITE + "test_centres.py::test_centrodes_of_a_trammel_are_cardans_circles",
     ),
     Slip(
         "measures.centres",
         "cos * arm[:, 0] + sin * arm[:, 1]",
         "cos * arm[:, 0] - sin * arm[:, 1]",
         centre,
-        SUITE + "test_centrodes_of_a_trammel_are_cardans_circles",
+        SUITE + "test_centres.py::test_centrodes_of_a_trammel_are_cardans_circles",
     ),
     Slip(
         "numerics.quadrature",
         "self.low + width * t, width + 0 * t",
         "self.low + width * t, 0.999 * width + 0 * t",
         curve,
-        SUITE + "test_an_ellipse_drawn_by_a_trammel",
+        SUITE + "test_curve.py::test_an_ellipse_drawn_by_a_trammel",
     ),
 ]
