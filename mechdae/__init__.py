@@ -21,6 +21,7 @@ _HOMES = {
     "mechdae.describe.vectors.expand": "from_loops",
     "mechdae.describe.spatial_joints": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
     "Universal PlanarPair Screw SpatialWeld",
+    "mechdae.homotopy.platforms": "platform_poses",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
     "Study Sensitivity",

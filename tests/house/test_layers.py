@@ -20,6 +20,7 @@ ROOMS = {
     "describe": "errors",
     "numerics": "",
     "modules": "errors numerics",
+    "homotopy": "errors",
     "model": "describe errors numerics",
     "kernels": "describe errors model",
     "types": "",

@@ -1,0 +1,1 @@
+"""All solutions of systems of equations by paths through complex parameters."""

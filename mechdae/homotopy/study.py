@@ -1,0 +1,120 @@
+"""Two bodies joined by six distances: the quadrics of a platform in Study's coordinates.
+
+A pose is (e, g), e a quaternion and g = t e / 2 with the displacement t, up to a factor. With the
+base points a, platform points b and legs L
+
+    e.g = 0,  4 g.g + (a.a + b.b - L^2) e.e + 4 b.vec(e* g) - 4 a.vec(g e*) - 2 a.(e b e*) = 0.
+
+They have 40 solutions at most (Ronga and Vust; Lazard; Mourrain).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+MOST = 40
+
+
+def product(p: Any, q: Any) -> Any:
+    """Return the quaternion product of arrays (..., 4), real part first."""
+    a, b = p[..., :1], q[..., :1]
+    u, v = p[..., 1:], q[..., 1:]
+    real = a * b - (u * v).sum(axis=-1, keepdims=True)
+    return np.concatenate([real, a * v + b * u + np.cross(u, v)], axis=-1)
+
+
+def conjugate(q: Any) -> Any:
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def displacement(X: Any) -> Any:
+    """Return the displacements (n, 3) of poses (n, 8)."""
+    e, g = X[..., :4], X[..., 4:]
+    return 2 * product(g, conjugate(e))[..., 1:] / (e * e).sum(axis=-1, keepdims=True)
+
+
+@cache
+def _forms() -> tuple[Any, ...]:
+    """Return e.g, e.e, g.g (8, 8), vec(e* g), vec(g e*) (3, 8, 8) and e b e* (3, 3, 8, 8)."""
+    basis = np.eye(8)
+    X = (basis[:, None] + basis[None, :]).reshape(-1, 8)
+
+    def polar(form: Any) -> Any:
+        values = form(X).reshape(8, 8, -1)
+        own = form(basis).reshape(8, -1)
+        return np.moveaxis((values - own[:, None] - own[None, :]) / 2, -1, 0)
+
+    def e(x: Any) -> Any:
+        return x[..., :4]
+
+    def g(x: Any) -> Any:
+        return x[..., 4:]
+
+    points = np.concatenate([np.zeros((3, 1)), np.eye(3)], axis=1)
+    turned = [
+        polar(lambda x, b=b: product(product(e(x), np.broadcast_to(b, e(x).shape)),
+                                     conjugate(e(x)))[..., 1:])
+        for b in points
+    ]  # fmt: skip
+    return (
+        polar(lambda x: (e(x) * g(x)).sum(axis=-1))[0],
+        polar(lambda x: (e(x) * e(x)).sum(axis=-1))[0],
+        polar(lambda x: (g(x) * g(x)).sum(axis=-1))[0],
+        polar(lambda x: product(conjugate(e(x)), g(x))[..., 1:]),
+        polar(lambda x: product(g(x), conjugate(e(x)))[..., 1:]),
+        np.stack(turned, axis=1),
+    )
+
+
+def quadrics(base: Any, platform: Any, squares: Any) -> Any:
+    """Return the matrices (7, 8, 8) of the quadrics; real or complex numbers."""
+    eg, ee, gg, left, right, turned = _forms()
+    a, b = np.asarray(base), np.asarray(platform)
+    size = (a * a).sum(axis=1) + (b * b).sum(axis=1) - np.asarray(squares)
+    legs = (
+        4 * gg
+        + size[:, None, None] * ee
+        + 4 * np.einsum("ik,kxy->ixy", b, left)
+        - 4 * np.einsum("ik,kxy->ixy", a, right)
+        - 2 * np.einsum("ij,ik,jkxy->ixy", a, b, turned)
+    )
+    return np.concatenate([eg[None].astype(legs.dtype), legs])
+
+
+def route(start: Any, end: Any, bend: Any = None) -> Any:
+    """Return the quadrics along a route of parameters (42,) as a polynomial in t, (d, 7, 8, 8).
+
+    Parameters are base and platform (6, 3) row by row and squared legs; with a `bend` they are
+    start + t (end - start) + t (1 - t) bend.
+    """
+    degree = 2 if bend is None else 4
+    t = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1)) / 2 + 0.5
+    values = []
+    for own in t:
+        p = start + own * (end - start) + (0 if bend is None else own * (1 - own) * bend)
+        values.append(quadrics(p[:18].reshape(6, 3), p[18:36].reshape(6, 3), p[36:]))
+    inverse = np.linalg.inv(np.vander(t, increasing=True))
+    return np.tensordot(inverse, np.stack(values), axes=1)
+
+
+def along(Q: Any, patch: Any) -> Any:
+    """Return the system of a route: seven quadrics, and patch.X = 1."""
+    d = len(Q)
+    flat = Q.reshape(d * 56, 8).T.copy()
+
+    def system(X: Any, t: Any) -> tuple[Any, Any, Any]:
+        n = len(X)
+        half = (X @ flat).reshape(n, d, 7, 8)
+        powers = t[:, None] ** np.arange(d)
+        slopes = np.zeros_like(powers)
+        slopes[:, 1:] = powers[:, :-1] * np.arange(1, d)
+        here = np.einsum("nd,ndia->nia", powers, half)
+        rate = np.einsum("nd,ndia,na->ni", slopes, half, X)
+        F = np.concatenate([np.einsum("nia,na->ni", here, X), (X @ patch - 1)[:, None]], axis=1)
+        J = np.concatenate([2 * here, np.broadcast_to(patch, (n, 1, 8))], axis=1)
+        return F, J, np.concatenate([rate, np.zeros((n, 1))], axis=1)
+
+    return system

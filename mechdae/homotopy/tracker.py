@@ -1,0 +1,127 @@
+"""Paths of solutions x(t) of F(x, t) = 0 from t = 0 to 1, all at once in complex arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+FIRST, SMALLEST, MOST = 0.02, 1e-9, 4000
+FAR = 1e8
+"""Size beyond which a solution is at infinity."""
+FIRST_STEP, SECOND_STEP, DONE = 1e-2, 1e-6, 1e-8
+"""Newton steps at a prediction: most of the first and the second, and what needs no ratio."""
+RATIO, WANTED = 0.3, 3e-4
+"""Most of the second by the first, and the first that the length of a step aims at."""
+FINAL = 8
+
+System = Callable[[Any, Any], tuple[Any, Any, Any]]
+"""(x (n, k), t (n,)) -> F (n, k), J (n, k, k), the derivative of F by t (n, k)."""
+
+
+@dataclass(frozen=True)
+class PathEnds:
+    """Where paths end: ``x`` (n, k), which were ``followed`` to t = 1, and ``step`` (n,).
+
+    The last Newton step there tells simple solutions from multiple ones.
+    """
+
+    x: Any
+    followed: Any
+    step: Any
+
+
+def solve(J: Any, F: Any) -> Any:
+    """Return J^-1 F for many systems; `nan` where J is singular."""
+    try:
+        return np.linalg.solve(J, F[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        result = np.full(F.shape, np.nan, complex)
+        for row in range(len(F)):
+            try:
+                result[row] = np.linalg.solve(J[row], F[row])
+            except np.linalg.LinAlgError:
+                continue
+        return result
+
+
+def _largest(values: Any) -> Any:
+    size = np.abs(values).max(axis=-1)
+    return np.where(np.isfinite(size), size, np.inf)
+
+
+def _ahead(last: Any, here: Any, rates: tuple[Any, Any], gap: Any, h: Any) -> Any:
+    """Return the cubic through two points and tangents, a step h beyond the second."""
+    before, now = rates
+    s = ((gap + h) / gap)[:, None]
+    gap = gap[:, None]
+    value = (2 * s**3 - 3 * s**2 + 1) * last + (s**3 - 2 * s**2 + s) * gap * before
+    return value + (3 * s**2 - 2 * s**3) * here + (s**3 - s**2) * gap * now
+
+
+def track(system: System, x: Any) -> PathEnds:
+    """Follow solutions of F(x, 0) = 0, each with steps of its own, to t = 1.
+
+    Predicted by a cubic through the last two points, corrected by two Newton steps.
+    """
+    with np.errstate(all="ignore"):
+        return _track(system, np.array(x, complex))
+
+
+def _track(system: System, x: Any) -> PathEnds:
+    n = len(x)
+    t, h = np.zeros(n), np.full(n, FIRST)
+    _, J, Ft = system(x, t)
+    v = -solve(J, Ft)
+    last, last_v, last_t = x.copy(), v.copy(), np.full(n, -1.0)
+    going = np.isfinite(v).all(axis=1)
+    for _ in range(MOST):
+        own = np.flatnonzero(going & (t < 1))
+        if not own.size:
+            break
+        step = np.minimum(h[own], 1 - t[own])
+        ahead = np.where(step >= 1 - t[own], 1.0, t[own] + step)
+        straight = x[own] + step[:, None] * v[own]
+        bent = _ahead(last[own], x[own], (last_v[own], v[own]), t[own] - last_t[own], step)
+        y = np.where((last_t[own] < 0)[:, None], straight, bent)
+        F, J, _ = system(y, ahead)
+        first = solve(J, F)
+        y = y - first
+        F, J, Ft = system(y, ahead)
+        second = solve(J, F)
+        y = y - second
+        e1, e2 = _largest(first), _largest(second)
+        good = (e1 < FIRST_STEP) & (e2 < SECOND_STEP) & ((e2 <= RATIO * e1) | (e2 < DONE))
+        rate = -solve(J, Ft)
+        good &= np.isfinite(rate).all(axis=1)
+        yes = own[good]
+        last[yes], last_v[yes], last_t[yes] = x[yes], v[yes], t[yes]
+        x[yes], v[yes], t[yes] = y[good], rate[good], ahead[good]
+        factor = np.clip(0.8 * (WANTED / np.maximum(e1, 1e-300)) ** 0.25, 0.5, 2.0)
+        h[own] = np.where(good, step * factor, step / 2)
+        going[own] = (h[own] > SMALLEST) & (_largest(x[own]) < FAR)
+    return _ended(system, x, t >= 1)
+
+
+def _ended(system: System, x: Any, followed: Any) -> PathEnds:
+    """Return end points after Newton steps that no longer shrink."""
+    one, best = np.ones(len(x)), np.full(len(x), np.inf)
+    for _ in range(FINAL):
+        F, J, _ = system(x, one)
+        step = solve(J, F)
+        size = _largest(step)
+        better = followed & (size < best)
+        x = np.where(better[:, None], x - step, x)
+        best = np.where(better, size, best)
+    return PathEnds(x, followed, best)
+
+
+def distinct(x: Any, same: float) -> Any:
+    """Return the indices of rows that are no copies of earlier ones, by their largest entry."""
+    kept: list[int] = []
+    for row in range(len(x)):
+        if not kept or np.abs(x[kept] - x[row]).max(axis=1).min() > same:
+            kept.append(row)
+    return np.array(kept, int)

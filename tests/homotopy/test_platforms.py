@@ -1,0 +1,102 @@
+"""Platforms on six legs against solutions of 25 and more digits."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.homotopy import certify, platforms
+from mechdae.homotopy.study import quadrics
+from tests.shared.paths import DATA
+
+
+def turn(q: Any) -> Any:
+    """Return the rotation matrices (n, 3, 3) of unit quaternions (n, 4)."""
+    w, x, y, z = np.moveaxis(np.atleast_2d(q), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def test_all_forty_poses_are_real_and_proven() -> None:
+    data = json.loads((DATA / "stewart_dietmaier_40.json").read_text(encoding="utf-8"))
+    numbers = [np.array(data["params"][word], float) for word in ("base", "platform", "legs")]
+    found = md.platform_poses(*numbers)
+    assert found.proven
+    assert (found.regular, found.singular, len(found.position)) == (40, 0, 40)
+    R = turn(found.quaternion)
+    ours = np.concatenate([found.position, R[:, :, 0], R[:, :, 1]], axis=1)
+    for solution in data["solutions"]:
+        wanted = np.array([float(text) for text in solution["x"]])
+        assert np.abs(ours - wanted).max(axis=1).min() < 1e-9
+
+
+@pytest.mark.parametrize("index", range(5))
+def test_platforms_with_shared_points_and_flat_ones(index: int) -> None:
+    data = json.loads((DATA / "stewart_gough.json").read_text(encoding="utf-8"))
+    case = data["platforms"][index]
+    numbers = [np.array(case[word], float) for word in ("base", "platform", "legs")]
+    found = md.platform_poses(*numbers)
+    assert (found.regular, len(found.position)) == (case["count_complex"], case["count_real"])
+    assert found.regular + found.singular == 40
+    assert found.proven == (case["count_complex"] == 40)
+    for solution in case["solutions"]:
+        place = np.array(solution["position"], float)
+        R = turn(np.array(solution["quaternion"], float))[0]
+        gaps = np.abs(found.position - place).max(axis=1)
+        gaps += np.abs(turn(found.quaternion) - R).max(axis=(1, 2))
+        assert gaps.min() < 1e-11
+
+
+def test_poses_drawn_at_random_are_among_those_found() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(8):
+        base, platform, place = rng.normal(size=(6, 3)), rng.normal(size=(6, 3)), rng.normal(size=3)
+        q = rng.normal(size=4)
+        R = turn(q / np.linalg.norm(q))[0]
+        legs = np.linalg.norm(place + platform @ R.T - base, axis=1)
+        found = md.platform_poses(base, platform, legs)
+        assert found.proven
+        gaps = np.abs(found.position - place).max(axis=1)
+        gaps += np.abs(turn(found.quaternion) - R).max(axis=(1, 2))
+        assert gaps.min() < 1e-8
+        points = found.position[:, None] + np.einsum(
+            "nij,kj->nki", turn(found.quaternion), platform
+        )
+        assert np.allclose(np.linalg.norm(points - base, axis=2), legs, rtol=1e-9)
+
+
+def test_scale_does_not_matter() -> None:
+    data = json.loads((DATA / "stewart_gough.json").read_text(encoding="utf-8"))["platforms"][3]
+    numbers = [np.array(data[word], float) for word in ("base", "platform", "legs")]
+    one = md.platform_poses(*numbers)
+    small = md.platform_poses(*(1e-6 * own for own in numbers))
+    assert small.proven
+    order = [np.abs(small.position * 1e6 - p).max(axis=1).argmin() for p in one.position]
+    assert np.allclose(small.position[order] * 1e6, one.position, rtol=1e-9, atol=1e-10)
+
+
+def test_certificates_refuse_what_is_no_solution() -> None:
+    p, X = platforms.generic()
+    Q = quadrics(p[:18].reshape(6, 3), p[18:36].reshape(6, 3), p[36:])
+    rng = np.random.default_rng(1)
+    moved = X + 1e-2 * rng.normal(size=X.shape)
+    assert certify.certify(X, Q).simple.all()
+    assert not certify.certify(moved, Q).simple.any()
+    twice = np.concatenate([X, (2 - 1j) * X[:1]])
+    assert certify.apart(certify.certify(X, Q))
+    assert not certify.apart(certify.certify(twice, Q))
+
+
+def test_what_is_refused() -> None:
+    with pytest.raises(md.InputError, match="six points"):
+        md.platform_poses(np.zeros((5, 3)), np.zeros((6, 3)), np.ones(6))
+    with pytest.raises(md.InputError, match="above 0"):
+        md.platform_poses(np.eye(6)[:, :3], np.eye(6)[:, :3], np.zeros(6))
