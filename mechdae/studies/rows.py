@@ -24,6 +24,7 @@ from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError,
 from mechdae.jobs.distribute import Failure
 from mechdae.results import FINE, Result, Status
 from mechdae.studies.batches.batch import SERIES, SeriesBatch
+from mechdae.studies.batches.screening import Screening
 
 OF_PARTS = (
     "swing",
@@ -87,6 +88,7 @@ class Sets:
     name: str
     outputs: tuple[str, ...]
     names: tuple[str, ...]
+    certify: bool
     values: Any
 
 
@@ -100,14 +102,17 @@ def computed(work: Sets) -> PortionRows | Failure:
     if work.version != __version__:
         return Failure(f"mechdae {__version__} runs there, {work.version} here")
     try:
-        return _computer(work.text, work.name, work.outputs, work.names)(work.values)
+        asked = (work.outputs, work.names, work.certify)
+        return _computer(work.text, work.name, *asked)(work.values)
     except MechdaeError as error:
         return Failure(str(error), error=error)
 
 
 @lru_cache(maxsize=KEPT)
-def _computer(text: str, name: str, outputs: tuple[str, ...], names: tuple[str, ...]) -> Computer:
-    return Computer(from_dict(tomllib.loads(text)), name, outputs, names)
+def _computer(
+    text: str, name: str, outputs: tuple[str, ...], names: tuple[str, ...], certify: bool
+) -> Computer:
+    return Computer(from_dict(tomllib.loads(text)), name, outputs, names, certify)
 
 
 class Computer:
@@ -119,21 +124,29 @@ class Computer:
         The problem and the name of the task that is repeated.
     outputs, names
         Paths, and the numbers that differ between sets.
+    certify
+        Whether poses are certified; else dyads are solved in closed form only.
 
     Attributes
     ----------
     portion : int
         Sets that are best computed at once.
+    note : str
+        Why sets are certified although it was not asked for.
     """
 
     def __init__(
-        self, problem: Problem, name: str, outputs: tuple[str, ...], names: tuple[str, ...]
-    ) -> None:
+        self, problem: Problem, name: str, outputs: tuple[str, ...], names: tuple[str, ...],
+        certify: bool = True,
+    ) -> None:  # fmt: skip
         self.problem, self.name, self.outputs, self.names = problem, name, outputs, names
         self.batch: SeriesBatch | None = None
-        task = problem.tasks[name]
+        self.certify, self.note = certify, ""
+        task, reason = problem.tasks[name], "only series of a plain sweep are screened"
         if isinstance(task, Sweep) and in_series(task, outputs):
-            self.batch = _batch(problem, task, names, outputs)
+            self.batch, reason = _batch(problem, task, names, outputs, certify)
+        if not certify and self.batch is None:
+            self.note = f"the sets are not screened but computed with certificates: {reason}"
         self.portion = self.batch.portion if self.batch is not None else MOST
 
     def __call__(self, sets: Any, done: Callable[[int], None] | None = None) -> PortionRows:
@@ -181,14 +194,15 @@ class Computer:
 
 
 def _batch(
-    problem: Problem, task: Sweep, names: tuple[str, ...], outputs: tuple[str, ...]
-) -> SeriesBatch | None:
-    """Return what computes many sets at once, None where that is not possible."""
+    problem: Problem, task: Sweep, names: tuple[str, ...], outputs: tuple[str, ...], certify: bool
+) -> tuple[SeriesBatch | None, str]:
+    """Return what computes many sets at once, None where that is not possible, and why not."""
+    kind = SeriesBatch if certify else Screening
     try:
-        found = SeriesBatch(problem, task, names, outputs)
-    except (SolveError, MechanismError):  # other sets may be assembled
-        return None
-    return found if found.usable else None
+        found = kind(problem, task, names, outputs)
+    except (SolveError, MechanismError) as error:  # other sets may be assembled
+        return None, str(error.what)
+    return (found if found.usable else None), found.why_not
 
 
 def in_series(task: Sweep, outputs: Sequence[str]) -> bool:

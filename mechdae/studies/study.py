@@ -61,7 +61,7 @@ def study(
     for path in task.outputs:
         _check_summary(problem, path)
     problem = prepared(problem, base_name, tuple(task.outputs))
-    computer = Computer(problem, base_name, tuple(task.outputs), tuple(names))
+    computer = Computer(problem, base_name, tuple(task.outputs), tuple(names), task.certify)
     collector = _Collector(computer, sets, progress)
     collector.run(workers)
     status = collector.status
@@ -73,6 +73,9 @@ def study(
         "units": {key: units[key] for key in names if key in units},
         "work": {"together": collector.together, "alone": len(sets) - collector.together},
     }
+    summary["certified"] = bool(computer.certify or computer.batch is None)
+    if computer.note:
+        summary["notes"] = [computer.note]
     if collector.faults:
         faults = sorted(collector.faults.items())
         summary["faults"] = [{"set": k, "fault": fault} for k, fault in faults]
@@ -176,7 +179,10 @@ class _Collector:
         task = own.problem.tasks[own.name]
         text = text_of(own.problem, own.name, task)
         works = {
-            i: Sets(__version__, text, own.name, own.outputs, own.names, self.sets[portion])
+            i: Sets(
+                *(__version__, text, own.name, own.outputs, own.names, own.certify),
+                self.sets[portion],
+            )
             for i, portion in enumerate(portions)
         }
 

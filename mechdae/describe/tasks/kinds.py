@@ -264,6 +264,7 @@ class Study(Task):
     )
     of: str | None = key("text", None, doc="the sweep, motion or equilibrium repeated")
     outputs: tuple[str, ...] | None = key("names", None, doc="paths below that task in the JSON")
+    certify: bool = key("flag", True, doc="false: dyads in closed form, without certificates")
 
     kind: ClassVar[str] = "study"
     available: ClassVar[bool] = True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from mechdae.kinematics.prepared import Setting, prepare
 from mechdae.results import Status
 from mechdae.studies.batches.closed_form import ClosedForm, closed_form
 from mechdae.studies.batches.march import Followed, March
-from mechdae.studies.batches.modes import StartingModes
+from mechdae.studies.batches.modes import StartingModes, Starts
 from mechdae.studies.batches.numbers import Numbers, bounds_of, numbers_of
 from mechdae.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
 
@@ -25,6 +25,8 @@ NUMBERS = 20_000_000
 """Numbers that a portion of lanes may hold, roughly."""
 LEAST, MOST = 64, 8192
 """Lanes of a portion."""
+Follow = Callable[..., tuple[Any, Any, int]]
+"""Of numbers, lanes, starts, places, values and table: lanes left, whole poses, steps."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +57,29 @@ class SeriesBatch:
         self.setting: Setting = prepare(problem, task, free=self.names)
         graphs = self.setting.graphs
         self.asked = Asked(tuple(self.setting.outputs.column_of(path) for path in outputs))
-        self.usable = graphs.single and not graphs.contacts and not self.setting.scene.redundant
-        self.usable = self.usable and self.setting.plan.values is not None
-        if not self.usable:
-            return
-        form = closed_form(graphs, self.setting.scene.model.p_values)
-        self.usable = isinstance(form, ClosedForm)
-        if isinstance(form, ClosedForm):
-            self.modes = StartingModes(self.setting, form)
-            self.usable = self.modes.usable
-            self.poses = LanePoses(graphs, self.setting.outputs, form, self.asked)
+        self.why_not = self._why_not()
+
+    @property
+    def usable(self) -> bool:
+        """Whether sets can be computed at once."""
+        return not self.why_not
+
+    def _why_not(self) -> str:
+        """Return why sets cannot be computed at once, '' where they can."""
+        setting, graphs = self.setting, self.setting.graphs
+        if not graphs.single or setting.plan.values is None:
+            return "the driver does not go through given values alone"
+        if setting.scene.redundant or graphs.contacts:
+            names = ", ".join(group.name for group in setting.scene.redundant)
+            return f"group {names} has superfluous equations" if names else "a joint is on a curve"
+        form = closed_form(graphs, setting.scene.model.p_values)
+        if not isinstance(form, ClosedForm):
+            own = {graphs.blocks[b].block.group for b in form}
+            names = ", ".join(group.name for group in setting.scene.groups if group.index in own)
+            return f"no closed form of group {names} is known: it is no dyad"
+        self.modes = StartingModes(setting, form)
+        self.poses = LanePoses(graphs, setting.outputs, form, self.asked)
+        return "" if self.modes.usable else "whole turns of geared bodies tell modes apart"
 
     @property
     def portion(self) -> int:
@@ -76,6 +91,10 @@ class SeriesBatch:
 
     def rows(self, sets: Any) -> Rows:
         """Return the rows of some sets (k, m)."""
+        return self.started(sets, self._followed)
+
+    def started(self, sets: Any, follow: Follow) -> Rows:
+        """Return the rows of some sets; `follow` computes those whose start is known."""
         numbers = numbers_of(self.problem, self.task, self.setting, self.names, sets)
         if numbers is None:
             return self._none(len(sets))
@@ -90,10 +109,9 @@ class SeriesBatch:
         status = np.full(count, str(Status.UNASSEMBLED), object)
         steps = 0
         if lanes.size:
-            trace, whole = self._followed(numbers, lanes, starts, s, values, table)
-            left[lanes[trace.left]] = True
+            missed, whole, steps = follow(numbers, lanes, starts, s, values, table)
+            left[lanes[missed]] = True
             status[lanes[whole.all(axis=1)]] = str(Status.OK)
-            steps = trace.steps
         shaped = [self._shaped(k, part) for k, part in enumerate(table)]
         return Rows(shaped, status.tolist(), left, steps)
 
@@ -101,9 +119,9 @@ class SeriesBatch:
         return Rows([], [str(Status.UNASSEMBLED)] * count, np.ones(count, bool))
 
     def _followed(
-        self, numbers: Numbers, lanes: Any, starts: Any, s: Any, values: Any, table: list[Any]
-    ) -> tuple[Followed, Any]:
-        """Write series of lanes into the table; return their trace and which poses are whole."""
+        self, numbers: Numbers, lanes: Any, starts: Starts, s: Any, values: Any, table: list[Any]
+    ) -> tuple[Any, Any, int]:
+        """Write series of lanes into the table; return which are left, whole poses, steps."""
         g, setting = self.setting.graphs, self.setting
         is_angle = setting.plan.coordinates[0].is_angle
         scale, s = numbers.scale[lanes], s[lanes]
@@ -135,7 +153,7 @@ class SeriesBatch:
         for part, (order, columns) in zip(table, self.asked.paths, strict=True):
             for k, column in enumerate(columns):
                 part[lanes, :, k] = y[order][place[column]]
-        return trace, complete
+        return trace.left, complete, trace.steps
 
     def _the_other_way(
         self, march: March, trace: Followed, ends: Any, values: Any, grid: Any
