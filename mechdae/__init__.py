@@ -30,6 +30,7 @@ _HOMES = {
     "mechdae.describe.file.writing": "dump dumps",
     "mechdae.tasks.solve": "solve",
     "mechdae.tasks.solver": "Solver",
+    "mechdae.tasks.study": "study screen",
     "mechdae.derivatives.function": "function",
     "mechdae.assembly.open_mechanism": "opened",
     "mechdae.synthesis.job.run": "synthesize",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,8 @@ from mechdae.results import Result, plain
 
 LINEAR = ("A", "B", "C", "D", "states", "inputs", "outputs")
 """What an NPZ has of a linear system."""
+AT_ONCE = 1_000_000
+"""Numbers of a table that are turned into text at once."""
 
 
 def document(results: Sequence[Result]) -> dict[str, Any]:
@@ -34,43 +37,91 @@ def json_text(results: Sequence[Result], indent: int | None = None) -> str:
 
 def csv_text(result: Result) -> str:
     """Return a table of all scalar series, one row per pose, units in the header."""
+    return "".join(_csv_pieces(result))
+
+
+def _csv_pieces(result: Result) -> Iterator[str]:
+    """Yield the text of the table, a few rows at a time."""
     columns = list(result.columns())
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     labels = result.labels or ()
     head = ["status"] + (["mode"] if labels else [])
-    writer.writerow(head + [f"{name} [{unit}]" if unit else name for name, unit, _ in columns])
-    first = [plain(np.asarray(result.status, dtype=str))]
-    first += [[",".join(row) for row in labels]] if labels else []
-    numbers = [plain(np.asarray(array, float)) for _, _, array in columns]
-    writer.writerows(zip(*first, *numbers, strict=True))
+    yield _lines([head + [f"{name} [{unit}]" if unit else name for name, unit, _ in columns]])
+    step = max(1, AT_ONCE // (len(columns) + 1))
+    status = np.asarray(result.status, dtype=str)
+    for start in range(0, len(status), step):
+        some = slice(start, start + step)
+        first = [plain(status[some])]
+        first += [[",".join(row) for row in labels[some]]] if labels else []
+        numbers = [plain(np.asarray(array[some], float)) for _, _, array in columns]
+        yield _lines(zip(*first, *numbers, strict=True))
+
+
+def _lines(rows: Iterable[Any]) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue()
+
+
+def _json_pieces(result: Result) -> Iterator[str]:
+    """Yield the JSON text of one task; that of a large table row by row."""
+    if sum(np.size(array) for array in result.table.values()) <= AT_ONCE:
+        yield json_text([result], indent=1)
+        return
+    small = document([result.as_kind(type(result), table={})])
+    words = {path: f"table {k} of {id(result)}" for k, path in enumerate(result.table)}
+    small["tasks"][result.task]["table"] = words
+    text = json.dumps(small, indent=1, allow_nan=False, ensure_ascii=False)
+    for path, word in words.items():
+        before, text = text.split(json.dumps(word), 1)
+        yield before + "["
+        array = result.table[path]
+        step = max(1, AT_ONCE // max(1, int(np.prod(array.shape[1:]))))
+        for start in range(0, len(array), step):
+            rows = json.dumps(plain(np.asarray(array[start : start + step])), allow_nan=False)
+            yield (",\n" if start else "") + rows[1:-1]
+        yield "]"
+    yield text
+
+
+def _arrays(result: Result) -> dict[str, Any]:
+    """Return what an NPZ holds."""
+    arrays = {name: array for name, _, array in result.columns()}
+    linear = result.data.get("linear", {})
+    arrays |= {f"linear.{key}": np.array(own) for key, own in linear.items() if key in LINEAR}
+    return {"status": np.asarray(result.status, dtype=str), **arrays}
 
 
 def save(result: Result, folder: str | Path) -> list[Path]:
     """Write ``<task>.json``, ``<task>.csv`` and ``<task>.npz`` into `folder`.
 
-    Of a synthesis also each design as a problem file, ``<task>-1.toml`` and so on.
+    Of a synthesis also each design as a problem file, ``<task>-1.toml`` and so on. Large tables
+    are written in pieces.
     """
     place = Path(folder)
     place.mkdir(parents=True, exist_ok=True)
-    packed = io.BytesIO()
-    arrays = {name: array for name, _, array in result.columns()}
-    linear = result.data.get("linear", {})
-    arrays |= {f"linear.{key}": np.array(own) for key, own in linear.items() if key in LINEAR}
-    np.savez(packed, status=np.asarray(result.status, dtype=str), **arrays)
-    contents = {
-        ".json": json_text([result], indent=1).encode(),
-        ".csv": csv_text(result).encode(),
-        ".npz": packed.getvalue(),
-    }
+    texts: dict[str, Iterable[str]] = {".json": _json_pieces(result), ".csv": _csv_pieces(result)}
     for rank, design in enumerate(result.data.get("designs", ()), 1):
-        contents[f"-{rank}.toml"] = design["problem"].encode()
+        texts[f"-{rank}.toml"] = [design["problem"]]
     written = []
-    for suffix, content in contents.items():
-        path = place / f"{result.task}{suffix}"
-        partial = path.with_name(path.name + ".part")
-        partial.write_bytes(content)
+    for suffix, pieces in texts.items():
+        with _whole(place / f"{result.task}{suffix}") as file:
+            for piece in pieces:
+                file.write(piece.encode())
+        written.append(place / f"{result.task}{suffix}")
+    path = place / f"{result.task}.npz"
+    with _whole(path) as file:
+        np.savez(file, **_arrays(result))
+    return [*written[:2], path, *written[2:]]
+
+
+@contextmanager
+def _whole(path: Path) -> Iterator[Any]:
+    """Open a file that is there when all of it is written, or as it was before."""
+    partial = path.with_name(path.name + ".part")
+    try:
+        with partial.open("wb") as file:
+            yield file
         partial.replace(path)
-        written.append(path)
-    return written
+    except BaseException:
+        partial.unlink(missing_ok=True)
+        raise

@@ -23,6 +23,7 @@ COMMANDS = {
     "solve": "run the tasks of a problem",
     "plot": "pictures of a problem",
     "synthesize": "dimensions that do what a task asks for",
+    "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",
     "chains": "kinematic chains, inversions, drivers, Assur groups",
     "modules": "the catalogue of vector modules",

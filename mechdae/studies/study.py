@@ -7,12 +7,13 @@ that are not certified that way, and everything else that a task gives, one by o
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mechdae import __version__
 from mechdae.derivatives.figures import base_of, prepared
 from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.dimensions import parameter_units
@@ -20,27 +21,28 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Study
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.jobs.distribute import distribute
-from mechdae.jobs.executors import Processes, Supply
-from mechdae.results import Status, StudyResult, Summary
-from mechdae.studies.rows import OF_PARTS, Computer, PortionRows, Sets, computed, text_of
+from mechdae.results import StudyResult, Summary
+from mechdae.studies.job import Collector, Progress
+from mechdae.studies.rows import OF_PARTS, Computer
 
 MAX_SETS = 200_000
-MAX_NUMBERS = 50_000_000
-SHARES, LARGE_SHARES = 8, 2
-"""Portions for each process at least: of sets computed one by one, and of those at once."""
-AHEAD = 2
-"""Portions that are handed over for each process: the next one lies ready."""
-Progress = Callable[[int, int], None]
 
 
 def study(
-    problem: Problem, name: str, task: Study, workers: int = 1, progress: Progress | None = None
+    problem: Problem,
+    name: str,
+    task: Study,
+    workers: int = 1,
+    progress: Progress | None = None,
+    executor: Executor | None = None,
+    out: str | Path | None = None,
+    given: Mapping[str, Any] | None = None,
 ) -> StudyResult:
     """Return a result whose rows are sets of parameters.
 
-    Sets that are computed one by one are spread over `workers` processes; `progress` is told how
-    many of how many are done.
+    Portions of sets are spread over `workers` processes or over an `executor`; `progress` is told
+    how many of how many are done. In a folder `out` a study that was broken off goes on, and
+    tables are read from there. `given` are sets in the place of the task's own, (k,) by name.
 
     ``parameters`` holds the sets, ``table`` one array (sets, ...) for each path in `outputs`;
     ``status`` is ok for sets in which all poses are, else the first other status; sets whose
@@ -53,7 +55,7 @@ def study(
         Unknown parameters, paths or tasks, too many sets.
     """
     base_name, _ = base_of(problem, task.of, "varied")
-    names, sets = _sets(problem, task)
+    names, sets = _sets(problem, task) if given is None else _given(problem, given)
     if not task.outputs:
         raise InputError(
             "name the paths to tabulate", where="outputs", hint='"summary/swing/rocker"'
@@ -62,8 +64,8 @@ def study(
         _check_summary(problem, path)
     problem = prepared(problem, base_name, tuple(task.outputs))
     computer = Computer(problem, base_name, tuple(task.outputs), tuple(names), task.certify)
-    collector = _Collector(computer, sets, progress)
-    collector.run(workers)
+    collector = Collector(computer, sets, progress)
+    collector.run(workers, executor, out, name)
     status = collector.status
     units = parameter_units(problem.mechanism, problem.tasks.values())
     summary = {
@@ -129,6 +131,26 @@ def _sets(problem: Problem, task: Study) -> tuple[list[str], Any]:
     return list(table), sets
 
 
+def _given(problem: Problem, given: Mapping[str, Any]) -> tuple[list[str], Any]:
+    """Return names (m,) and values (k, m) of sets given as arrays; nan makes no mechanism."""
+    known = {*problem.mechanism.parameter_values, *dict(problem.mechanism.numbers())}
+    columns = []
+    for name, values in given.items():
+        if name not in known:
+            raise UnknownName("parameter", name, known, where="sets")
+        try:
+            columns.append(np.asarray(values, float))
+        except (TypeError, ValueError):
+            raise InputError("numbers are needed", where=f"sets.{name}") from None
+    if not columns or columns[0].ndim != 1 or not len(columns[0]):
+        raise InputError("a list of values is needed for each name", where="sets")
+    if len({column.shape for column in columns}) > 1:
+        raise InputError("the lists have different lengths", where="sets")
+    if len(columns[0]) > MAX_SETS:
+        raise InputError(f"{len(columns[0])} sets, at most {MAX_SETS} are computed", where="sets")
+    return list(given), np.stack(columns, axis=1)
+
+
 def _column(word: str, items: Any, known: Mapping[str, float]) -> list[float]:
     values = [evaluate(item, dict(known)) for item in items]
     if word == "samples":
@@ -137,96 +159,6 @@ def _column(word: str, items: Any, known: Mapping[str, float]) -> list[float]:
         raise InputError("[from, to, count] is needed, count a whole number above 0")
     count = int(values[2])
     return [values[0]] if count == 1 else np.linspace(values[0], values[1], count).tolist()
-
-
-class _Collector:
-    """Fills the table of a study, portion by portion.
-
-    Parameters
-    ----------
-    computer
-        Computes rows.
-    sets
-        The parameter sets (k, m).
-    """
-
-    def __init__(self, computer: Computer, sets: Any, progress: Progress | None) -> None:
-        self.computer, self.sets, self.progress = computer, sets, progress
-        self.status = [str(Status.UNASSEMBLED)] * len(sets)
-        self.table: list[Any] = [None] * len(computer.outputs)
-        self.together = self.done = 0
-        self.faults: dict[int, str] = {}
-        self.refused: dict[int, InputError] = {}
-        self.errors: dict[str, float] = {}
-
-    def run(self, workers: int) -> None:
-        """Compute all sets, in this process or in several."""
-        count, size = len(self.sets), self.computer.portion
-        if workers > 1:
-            shares = SHARES if self.computer.batch is None else LARGE_SHARES
-            size = min(size, max(1, -(-count // (shares * workers))))
-        portions = [range(i, min(i + size, count)) for i in range(0, count, size)]
-        if workers == 1 or len(portions) < 2:
-            for portion in portions:
-                self._take(portion, self.computer(self.sets[portion], self._tell))
-        else:
-            self._spread(portions, workers)
-        if len(self.refused) == count:
-            raise self.refused[min(self.refused)]
-
-    def _spread(self, portions: list[range], workers: int) -> None:
-        own = self.computer
-        task = own.problem.tasks[own.name]
-        text = text_of(own.problem, own.name, task)
-        works = {
-            i: Sets(
-                *(__version__, text, own.name, own.outputs, own.names, own.certify),
-                self.sets[portion],
-            )
-            for i, portion in enumerate(portions)
-        }
-
-        def landed(i: int, found: PortionRows) -> None:
-            self._take(portions[i], found)
-            self._tell(len(portions[i]))
-
-        with Supply(lambda: Processes(workers)) as supply:
-            distribute(works, supply, landed, AHEAD * workers, computed, "portion")
-
-    def _tell(self, more: int) -> None:
-        self.done += more
-        if self.progress is not None and more:
-            self.progress(self.done, len(self.sets))
-
-    def _take(self, portion: range, rows: PortionRows) -> None:
-        """Enter the rows of a portion."""
-        first = portion.start
-        self.status[first : portion.stop] = rows.status
-        self.together += rows.together
-        self.faults |= {first + k: fault for k, fault in rows.faults.items()}
-        self.refused |= {first + k: error for k, error in rows.refused.items()}
-        for path, error in rows.errors.items():
-            self.errors[path] = max(self.errors.get(path, 0.0), error)
-        for j, values in enumerate(rows.values):
-            if values is None:
-                continue
-            if self.table[j] is None:
-                self.table[j] = self._empty(j, values.shape[1:])
-            if self.table[j].shape[1:] == values.shape[1:]:
-                self.table[j][first : portion.stop] = values
-
-    def _empty(self, j: int, shape: tuple[int, ...]) -> Any:
-        """Return the table of a path without values."""
-        if len(self.sets) * int(np.prod(shape, initial=1)) > MAX_NUMBERS:
-            path = self.computer.outputs[j]
-            raise InputError(f"{path}: more than {MAX_NUMBERS} numbers", where="outputs")
-        return np.full((len(self.sets), *shape), np.nan)
-
-    def tables(self) -> dict[str, Any]:
-        """Return the table of each path."""
-        none = np.full(len(self.sets), np.nan)
-        pairs = zip(self.computer.outputs, self.table, strict=True)
-        return {path: none if table is None else table for path, table in pairs}
 
 
 def _check_summary(problem: Problem, path: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -19,8 +20,7 @@ from mechdae.kinematics.shapes import Held, held_by
 from mechdae.results import Result
 from mechdae.solver.solve import as_problem, task_of
 from mechdae.tasks.solve import solve
-
-MANY = "sets_of_the_solver"
+from mechdae.tasks.study import study
 
 
 class Solver:
@@ -133,8 +133,11 @@ class Solver:
         outputs: Sequence[str],
         workers: int = 1,
         progress: Callable[[int, int], None] | None = None,
+        executor: Executor | None = None,
+        out: str | FilePath | None = None,
+        certify: bool = True,
     ) -> Result:
-        """Return a table of outputs over many sets of numbers, in lockstep where that is proved.
+        """Return a table of outputs over many sets of numbers, computed at once where they can be.
 
         Parameters
         ----------
@@ -142,19 +145,19 @@ class Solver:
             name -> values (k,), as many for each name.
         outputs
             Paths below the task in the JSON: ``points/rod.B/position``, ``summary/swing/rocker``.
-        workers, progress
-            As of `md.solve` for a study.
+        workers, progress, executor, out, certify
+            As of `md.study`.
 
         Returns
         -------
         Result
             That of a study: ``table`` has one array (k, ...) for each path, ``status`` (k,).
         """
-        samples = {name: np.asarray(own, float).tolist() for name, own in sets.items()}
-        study = Study(samples=samples, of=self.name, outputs=tuple(outputs))
         with held_by(self._held):
-            whole = self.problem.with_task(MANY, study)
-            return solve(whole, MANY, workers=workers, progress=progress)
+            return study(
+                self.problem, Study(certify=certify), sets=sets, of=self.name, outputs=outputs,
+                workers=workers, executor=executor, out=out, progress=progress,
+            )  # fmt: skip
 
     def function(self, outputs: Sequence[str], inputs: Sequence[str] = ()) -> Any:
         """Return outputs as a casadi function of the driver and of `vary`, see `md.function`.

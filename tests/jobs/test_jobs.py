@@ -327,8 +327,8 @@ def test_optima_come_back_with_all_bits(path, tmp_path) -> None:
     start = (0, Seed({"d": odd}, {"sense": 1.0}, 0.5))
     with opened(path, tmp_path) as log:
         log.known({3: start})
-        log.add(3, start, found)
-        log.add(3, start, replace(found, status="twice"))
+        log.put(3, start, found)
+        log.put(3, start, replace(found, status="twice"))
     with opened(path, tmp_path) as log:
         again = log.known({3: start})[3]
         with pytest.raises(md.InputError, match="start 3 there is not the one"):

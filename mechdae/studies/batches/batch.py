@@ -55,7 +55,6 @@ class SeriesBatch:
     ) -> None:
         self.problem, self.task, self.names, self.outputs = problem, task, list(names), outputs
         self.setting: Setting = prepare(problem, task, free=self.names)
-        graphs = self.setting.graphs
         self.asked = Asked(tuple(self.setting.outputs.column_of(path) for path in outputs))
         self.why_not = self._why_not()
 

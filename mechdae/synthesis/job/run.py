@@ -145,7 +145,7 @@ class Job:
         def take(k: int, optimum: Optimum) -> None:
             if k not in self._optima:
                 if self._log is not None:
-                    self._log.add(k, starts[k], optimum)
+                    self._log.put(k, starts[k], optimum)
                 self._enter(k, optimum)
                 self._tell(search)
 

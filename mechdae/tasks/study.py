@@ -1,0 +1,132 @@
+"""`md.study` and `md.screen`: one task for many sets of numbers, as a job or by the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Study
+from mechdae.describe.values import Number
+from mechdae.errors import InputError
+from mechdae.results import Result
+from mechdae.solver.solve import solve
+from mechdae.tasks.registry import KINDS
+
+
+def study(
+    problem: Problem | str | Path,
+    task: Study | str | None = None,
+    *,
+    sets: Mapping[str, Sequence[float]] | None = None,
+    vary: Mapping[str, Sequence[Number]] | None = None,
+    of: str | None = None,
+    outputs: Sequence[str] | None = None,
+    certify: bool | None = None,
+    workers: int = 1,
+    executor: Executor | None = None,
+    out: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Result:
+    """Return a table of outputs over many sets of numbers.
+
+    Rows depend on the sets alone: not on where they are computed, nor on whether the study was
+    broken off and begun again.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, or a file.
+    task
+        A study as a value, or the name of one (default: the first of the problem, where nothing
+        else says what is varied).
+    sets
+        name -> values (k,), as many for each name; a set with a nan makes no mechanism.
+    vary
+        name -> (from, to, count); all combinations.
+    of, outputs
+        The task that is repeated, and the paths to tabulate, in place of the study's own.
+    certify
+        False: dyads are solved in closed form, without certificates.
+    workers
+        Processes of this machine; 1: this one.
+    executor
+        Computes in place of own processes; it is not shut down.
+    out
+        Folder in which a study that was broken off goes on, and where its table is.
+    progress
+        Called with the number of sets that are done, and of all.
+
+    Raises
+    ------
+    InputError
+        Something in the description or the call is wrong; the folder is of another study.
+    SolveError
+        A file cannot be written: what is finished is kept.
+    """
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise InputError("a whole number above 0 is needed", where="workers")
+    if executor is not None and workers != 1:
+        raise InputError("'workers' and 'executor' are given, one is needed", where="executor")
+    if sets is not None and vary is not None:
+        raise InputError("'sets' and 'vary' are given, one is needed", where="vary")
+    whole = problem if isinstance(problem, Problem) else load(problem)
+    name, own = _study(whole, task, sets is not None or vary is not None)
+    if vary is not None:
+        own = replace(own, vary=vary, samples=None)
+    elif sets is not None:
+        own = replace(own, vary=None, samples=None)
+    given = {"of": of, "outputs": None if outputs is None else tuple(outputs), "certify": certify}
+    own = replace(own, **{key: value for key, value in given.items() if value is not None})  # type: ignore[arg-type]
+    if dict(whole.tasks).get(name) != own:
+        whole = whole.with_task(name, own)
+    options: dict[str, Any] = {"workers": workers, "progress": progress, "given": sets}
+    return solve(whole, name, kinds=KINDS, executor=executor, out=out, **options)
+
+
+def screen(
+    problem: Problem | str | Path,
+    sets: Mapping[str, Sequence[float]],
+    outputs: Sequence[str],
+    task: str | None = None,
+    *,
+    workers: int = 1,
+    executor: Executor | None = None,
+) -> Result:
+    """Return a table of series in closed form, without certificates: ``certified`` is false.
+
+    Poses keep the assembly mode that each set starts on; whether a motion leads from pose to pose
+    is not asked. Groups that are no dyads are computed with certificates, and a note says so.
+
+    Parameters
+    ----------
+    problem, sets, outputs, workers, executor
+        As of `study`.
+    task
+        The sweep that is repeated.
+    """
+    asked = {"of": task, "outputs": outputs, "workers": workers, "executor": executor}
+    return study(problem, Study(certify=False), sets=sets, **asked)  # type: ignore[arg-type]
+
+
+def _study(problem: Problem, task: Study | str | None, sets: bool) -> tuple[str, Study]:
+    """Return name and value of the study that is meant."""
+    if isinstance(task, Study):
+        return "study", task
+    if task is None:
+        known = [(name, own) for name, own in problem.tasks.items() if isinstance(own, Study)]
+        if sets or not known:
+            return "study", Study()
+        return known[0]
+    found = problem.task(task)
+    if not isinstance(found, Study):
+        raise InputError(
+            f"is of kind '{found.kind}', not study",
+            where=f"tasks.{task}",
+            hint=f"study(..., of={task!r}) repeats it",
+        )
+    return task, found
