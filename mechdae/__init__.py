@@ -37,6 +37,7 @@ _HOMES = {
     "mechdae.results": "Result SweepResult ModesResult ReactionsResult MotionResult "
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
     "mechdae.draw": "plot",
+    "mechdae.pages": "Page page",
     "mechdae.composition.chains": "KinematicChain chains count_chains assur_groups",
     "mechdae.composition.mechanisms": "mechanism_of problem_of",
 }

@@ -22,6 +22,7 @@ COMMANDS = {
     "check": "validate files and verify the values they expect",
     "solve": "run the tasks of a problem",
     "plot": "pictures of a problem",
+    "page": "a live page of a mechanism, one HTML file",
     "synthesize": "dimensions that do what a task asks for",
     "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",

@@ -43,7 +43,7 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     Raises
     ------
     UnavailableError
-        A kind that this version does not draw.
+        The live page, see `mechdae.pages`.
     UnknownName
         Not a kind of picture, or no option of one.
     InputError

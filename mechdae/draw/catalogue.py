@@ -12,8 +12,8 @@ from typing import Any
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.errors import InputError, UnavailableError, UnknownName
 
-LATER = ("page",)
-"""Kinds that a later version draws."""
+PAGE = "page"
+"""No picture of matplotlib's: `mechdae.pages` and ``mechdae page`` write it."""
 
 
 @dataclass(frozen=True)
@@ -239,14 +239,14 @@ def picture_of(kind: str) -> Picture:
     Raises
     ------
     UnavailableError
-        A kind that this version does not draw.
+        The live page.
     UnknownName
         Not a kind of picture.
     """
-    if kind in LATER:
-        raise UnavailableError(f"pictures of kind '{kind}' are not drawn by this version")
+    if kind == PAGE:
+        raise UnavailableError("a page is no picture on axes", hint="md.page, or mechdae page")
     if kind not in PICTURES:
-        raise UnknownName("kind of picture", str(kind), [*PICTURES, *LATER])
+        raise UnknownName("kind of picture", str(kind), [*PICTURES, PAGE])
     return PICTURES[kind]
 
 

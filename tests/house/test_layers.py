@@ -48,9 +48,10 @@ ROOMS = {
     "numerics results setup solver studies",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "numerics results setup solver studies synthesis",
+    "pages": "continuation describe errors kernels kinematics model results setup tasks",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
-    "cli": "assembly bench composition describe draw errors export jobs kernels modules results "
-    "synthesis tables tasks",
+    "cli": "assembly bench composition describe draw errors export jobs kernels modules pages "
+    "results synthesis tables tasks",
 }
 """Each room, and the rooms before it of which it may import."""
 MOST = 20

@@ -11,7 +11,7 @@ from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of
 from mechdae.cli.pictures import file_name, kind_for, options_for, task_for
 from mechdae.cli.progress import progress
-from mechdae.draw.catalogue import OPTIONS, PICTURES, check_suits, kinds_with, picture_of
+from mechdae.draw.catalogue import OPTIONS, PAGE, PICTURES, check_suits, kinds_with, picture_of
 from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--kind",
         metavar="K",
-        help=f"{', '.join(PICTURES)} (default: diagram of a sweep or of modes, curves of "
+        help=f"{', '.join(PICTURES)}, {PAGE} (default: diagram of a sweep or of modes, curves of "
         "reactions and motions, map of a study, design of a synthesis; diagram with --pose, "
         "--dark, --lang)",
     )
@@ -50,6 +50,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     from mechdae.tasks.pictures import for_picture
 
+    if options.kind == PAGE:
+        return _page(options)
     asked = {name: getattr(options, name) for name in OPTIONS}
     asked = {name: value for name, value in asked.items() if value is not None}
     form = _form(options)
@@ -77,6 +79,21 @@ def run(options: argparse.Namespace) -> int:
         kind, extra, asked = "census", {}, {}
     stem = file_name(result.problem, result.task, kind, asked)
     return _written(options, result, kind, extra, f"{stem}.{form}")
+
+
+def _page(options: argparse.Namespace) -> int:
+    """Write the live page, as ``mechdae page`` does."""
+    from mechdae.pages import page
+
+    given = [name for name in OPTIONS if name != "lang" and getattr(options, name) is not None]
+    if given or options.mode is not None or options.format not in (None, "html"):
+        raise InputError("a page has no options but --lang", where="--kind page")
+    _check_folder(options.out)
+    made = page(problem_of(options), options.task, options.lang or "en")
+    folder = Path(options.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    print(made.save(folder / f"{made.data['problem']}-{made.data['task']}.html"))
+    return 0
 
 
 def _form(options: argparse.Namespace) -> str:

@@ -1,0 +1,246 @@
+"""A casadi SX function as JavaScript text: the same operations in the same order.
+
+Arithmetic is IEEE double in both; sine, cosine and powers may differ in the last bit. A kernel
+works on one ``Float64Array``: inputs, then outputs, then values that pass from one piece to the
+next. Long functions are printed in pieces, because engines do not optimise very long ones.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from mechdae.errors import UnavailableError
+
+PIECE = 300
+"""Operations in one piece,"""
+WHOLE = 1500
+"""of functions with more than that."""
+LONGEST = 1500
+"""Characters of one expression."""
+
+OPERATIONS: dict[int, str] = {
+    ca.OP_ASSIGN: "{0}",
+    ca.OP_ADD: "({0}+{1})",
+    ca.OP_SUB: "({0}-{1})",
+    ca.OP_MUL: "({0}*{1})",
+    ca.OP_DIV: "({0}/{1})",
+    ca.OP_NEG: "(-{0})",
+    ca.OP_SQ: "sq({0})",
+    ca.OP_TWICE: "(2*{0})",
+    ca.OP_INV: "(1/{0})",
+    ca.OP_POW: "Math.pow({0},{1})",
+    ca.OP_CONSTPOW: "Math.pow({0},{1})",
+    ca.OP_SIN: "Math.sin({0})",
+    ca.OP_COS: "Math.cos({0})",
+    ca.OP_TAN: "Math.tan({0})",
+    ca.OP_SQRT: "Math.sqrt({0})",
+    ca.OP_EXP: "Math.exp({0})",
+    ca.OP_LOG: "Math.log({0})",
+    ca.OP_ASIN: "Math.asin({0})",
+    ca.OP_ACOS: "Math.acos({0})",
+    ca.OP_ATAN: "Math.atan({0})",
+    ca.OP_ATAN2: "Math.atan2({0},{1})",
+    ca.OP_SINH: "Math.sinh({0})",
+    ca.OP_COSH: "Math.cosh({0})",
+    ca.OP_TANH: "Math.tanh({0})",
+    ca.OP_FABS: "Math.abs({0})",
+    ca.OP_SIGN: "Math.sign({0})",
+    ca.OP_FMIN: "Math.min({0},{1})",
+    ca.OP_FMAX: "Math.max({0},{1})",
+    ca.OP_FLOOR: "Math.floor({0})",
+    ca.OP_CEIL: "Math.ceil({0})",
+    ca.OP_FMOD: "({0}%{1})",
+    ca.OP_LOG1P: "Math.log1p({0})",
+    ca.OP_EXPM1: "Math.expm1({0})",
+    ca.OP_LT: "({0}<{1}?1:0)",
+    ca.OP_LE: "({0}<={1}?1:0)",
+    ca.OP_EQ: "({0}==={1}?1:0)",
+    ca.OP_NE: "({0}!=={1}?1:0)",
+    ca.OP_NOT: "({0}===0?1:0)",
+    ca.OP_AND: "({0}!==0&&{1}!==0?1:0)",
+    ca.OP_OR: "({0}!==0||{1}!==0?1:0)",
+    ca.OP_IF_ELSE_ZERO: "({0}!==0?{1}:0)",
+    ca.OP_REMAINDER: "remainder({0},{1})",
+    ca.OP_COPYSIGN: "copysign({0},{1})",
+}
+"""What each operation is; NaN goes through minimum and maximum as it does in NumPy."""
+
+HELPERS = """\
+const sq = (a) => a * a;
+const even = (a) => {
+  const low = Math.floor(a), rest = a - low;
+  return rest < 0.5 ? low : rest > 0.5 ? low + 1 : low % 2 === 0 ? low : low + 1;
+};
+const remainder = (a, b) => a - b * even(a / b);
+const copysign = (a, b) => (b < 0 || Object.is(b, -0) ? -Math.abs(a) : Math.abs(a));
+"""
+"""Functions that the printed ones call."""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A printed function.
+
+    Attributes
+    ----------
+    text
+        Definition of a JavaScript function of one ``Float64Array``.
+    inputs, outputs
+        Where each begins, and its number of entries.
+    size
+        Length of the array.
+    """
+
+    text: str
+    inputs: tuple[tuple[int, int], ...]
+    outputs: tuple[tuple[int, int], ...]
+    size: int
+
+
+def supported(function: Any) -> bool:
+    """Return whether every operation of the function can be printed."""
+    known = {*OPERATIONS, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
+    return function.is_a("SXFunction") and all(
+        function.instruction_id(k) in known for k in range(function.n_instructions())
+    )
+
+
+def printed(function: Any, name: str) -> Printed:
+    """Return a function with dense outputs as JavaScript.
+
+    Parameters
+    ----------
+    function
+        An SX function; sparse outputs are printed densely.
+    name
+        Of the JavaScript function.
+
+    Raises
+    ------
+    UnavailableError
+        An operation that JavaScript does not have.
+    """
+    arguments = function.sx_in()
+    results = [ca.densify(part) for part in function.call(arguments)]
+    function = ca.Function(name, arguments, results)
+    if not supported(function):
+        raise UnavailableError(f"{name} holds an operation that cannot be printed as JavaScript")
+    return _Printer(function, name).result()
+
+
+@dataclass
+class _Value:
+    """A value: where it is, or the operation that gives it."""
+
+    text: str = ""
+    code: int = -1
+    sources: tuple[int, ...] = ()
+    uses: int = 0
+    piece: int = -1
+    last: int = -1
+    slot: int = -1
+
+
+class _Printer:
+    """Prints one function; values are numbered in the order of the instructions."""
+
+    def __init__(self, function: Any, name: str) -> None:
+        self.function, self.name = function, name
+        counts = [function.numel_in(i) for i in range(function.n_in())]
+        results = [function.numel_out(i) for i in range(function.n_out())]
+        begins = [sum([*counts, *results][:k]) for k in range(len(counts) + len(results))]
+        self.inputs = tuple(zip(begins, counts, strict=False))
+        self.outputs = tuple(zip(begins[len(counts) :], results, strict=True))
+        self.size = sum(counts) + sum(results)
+        self.values: list[_Value] = []
+        self.stores: list[tuple[int, int, int]] = []  # place in memory, value, piece
+        self._read()
+
+    def _read(self) -> None:
+        """Number the values, count their uses, and divide the instructions into pieces."""
+        f, place = self.function, dict[int, int]()
+        many = f.n_instructions() > WHOLE
+        operations = 0
+        for k in range(f.n_instructions()):
+            code, into, source = (
+                f.instruction_id(k),
+                f.instruction_output(k),
+                f.instruction_input(k),
+            )
+            piece = operations // PIECE if many else 0
+            if code == ca.OP_INPUT:
+                entry = _Value(f"M[{self.inputs[source[0]][0] + source[1]}]")
+            elif code == ca.OP_CONST:
+                entry = _Value(_number(f.instruction_constant(k)))
+            elif code == ca.OP_OUTPUT:
+                value = self.values[place[source[0]]]
+                value.uses, value.last = value.uses + 1, max(value.last, piece)
+                self.stores.append((self.outputs[into[0]][0] + into[1], place[source[0]], piece))
+                continue
+            else:
+                sources = tuple(place[i] for i in source)
+                for i in sources:
+                    self.values[i].uses += 1
+                    self.values[i].last = max(self.values[i].last, piece)
+                entry = _Value(code=code, sources=sources, piece=piece)
+                operations += 1
+            place[into[0]] = len(self.values)
+            self.values.append(entry)
+        self.pieces = operations // PIECE + 1 if many else 1
+
+    def result(self) -> Printed:
+        bodies: list[list[str]] = [[] for _ in range(self.pieces)]
+        stores = sorted(self.stores, key=lambda store: store[1])
+        at = 0
+        for number, value in enumerate(self.values):
+            if value.code >= 0:
+                self._put(number, value, bodies)
+            while at < len(stores) and stores[at][1] == number:
+                to, _, piece = stores[at]
+                bodies[piece].append(f"M[{to}]={self._use(number, piece)};")
+                at += 1
+        if self.pieces == 1:
+            text = f"function {self.name}(M){{\n" + "\n".join(bodies[0]) + "\n}\n"
+        else:
+            parts = [
+                f"function {self.name}_{k}(M){{\n" + "\n".join(body) + "\n}\n"
+                for k, body in enumerate(bodies)
+            ]
+            calls = "".join(f"{self.name}_{k}(M);" for k in range(self.pieces))
+            text = "".join(parts) + f"function {self.name}(M){{{calls}}}\n"
+        return Printed(text, self.inputs, self.outputs, self.size)
+
+    def _put(self, number: int, value: _Value, bodies: list[list[str]]) -> None:
+        """Keep an operation's text until it is used once, else give the value a name."""
+        sources = [self._use(i, value.piece) for i in value.sources]
+        text = OPERATIONS[value.code].format(*sources)
+        if value.uses <= 1 and value.last == value.piece and len(text) < LONGEST:
+            value.text = text
+            return
+        bodies[value.piece].append(f"const v{number}={text};")
+        value.text = f"v{number}"
+        if value.last > value.piece:
+            value.slot, self.size = self.size, self.size + 1
+            bodies[value.piece].append(f"M[{value.slot}]=v{number};")
+
+    def _use(self, number: int, piece: int) -> str:
+        value = self.values[number]
+        if value.code >= 0 and value.piece != piece:
+            return f"M[{value.slot}]"
+        return value.text
+
+
+def _number(value: float) -> str:
+    """Return a number as JavaScript reads it back, without a digit too many."""
+    if math.isnan(value):
+        return "NaN"
+    if math.isinf(value):
+        return "Infinity" if value > 0 else "(-Infinity)"
+    text = repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
+    if value == 0 and math.copysign(1, value) < 0:
+        text = "-0"
+    return f"({text})" if text.startswith("-") else text

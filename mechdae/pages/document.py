@@ -1,0 +1,279 @@
+"""Collects what a page needs and writes it as one file."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.describe.file.load import load
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.writing import dumps
+from mechdae.describe.table import Table
+from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
+from mechdae.errors import InputError, MechdaeError, UnavailableError
+from mechdae.kinematics.prepared import Run, Setting, prepare
+from mechdae.kinematics.report import report
+from mechdae.kinematics.sweep import run as followed
+from mechdae.pages import link, live, scenes
+from mechdae.results import Result, plain
+from mechdae.setup.outputs import RATES
+from mechdae.tasks.solve import solve
+
+CHECKS = 12
+"""Poses at which the page compares itself with Python when it is opened."""
+MOST_RECORDED, FEW = 720, 37
+"""Poses that are recorded, of a page that cannot solve, and of one that can."""
+KINDS = ("sweep", "reactions", "motion")
+"""Kinds of tasks that have a page, the first one of a problem is the usual one."""
+LANGUAGES = ("en", "ru")
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page as text.
+
+    Attributes
+    ----------
+    html
+        The whole file.
+    data
+        What its element ``mechdae`` holds.
+    """
+
+    html: str
+    data: Mapping[str, Any]
+
+    def save(self, path: str | FilePath) -> FilePath:
+        """Write the file, whole or not at all, and return its path."""
+        target = FilePath(path)
+        partial = target.with_name(target.name + ".part")
+        partial.write_text(self.html, encoding="utf-8")
+        partial.replace(target)
+        return target
+
+    def _repr_html_(self) -> str:
+        """Return the page in a frame of its own, for notebooks."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.html, quote=True)}" width="100%" height="640" '
+            'style="border:0" sandbox="allow-scripts allow-downloads"></iframe>'
+        )
+
+
+def page(
+    problem: Problem | Result | str | FilePath, task: str | None = None, lang: str = "en"
+) -> Page:
+    """Return the live page of a task.
+
+    Parameters
+    ----------
+    problem
+        A problem, the name of a predefined one, a file, or the result of a task.
+    task
+        Name of a sweep, reactions or motion task; the first one without a name.
+    lang
+        Language of its words, "en" or "ru".
+
+    Raises
+    ------
+    InputError
+        A task without poses along a path, a language that it does not speak.
+    SolveError
+        The mechanism does not assemble.
+    """
+    if lang not in LANGUAGES:
+        raise InputError(f"no words in '{lang}'", where="lang", hint=", ".join(LANGUAGES))
+    name = task
+    if isinstance(problem, Result):
+        whole, name = _again(problem), problem.task
+    else:
+        whole = problem if isinstance(problem, Problem) else load(problem)
+    if name is None:
+        able = [own for own, kind in whole.tasks.items() if kind.kind in KINDS]
+        able.sort(key=lambda own: _is_single(whole.task(own)))
+        if not able:
+            raise InputError("no task with poses along a path", where="tasks", hint="kind = sweep")
+        name = able[0]
+    chosen = whole.task(name)
+    if chosen.kind not in KINDS:
+        raise InputError(
+            f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
+        )
+    return _page(whole, name, lang)
+
+
+def _is_single(task: Any) -> bool:
+    """Return whether a task names few poses, so that another one shows more."""
+    driver = getattr(task, "driver", None)
+    return driver is not None and driver.at is not None
+
+
+def _again(result: Result) -> Problem:
+    """Return a problem that sweeps the driver of a result over the same range."""
+    moving = [name for name, own in result.drivers.items() if np.ptp(own.position) > 0]
+    if len(moving) != 1 or result.kind not in KINDS[:2] or result.time is not None:
+        raise InputError(
+            "a page of a result needs one driver that moves", hint="md.page(problem, task)"
+        )
+    own = result.drivers[moving[0]]
+    low, high = float(own.position[0]), float(own.position[-1])
+    driver = Driver(moving[0], from_=low, to=high, speed=float(own.velocity[0]))
+    task = Sweep(driver=driver, poses=len(own.position))
+    return Problem(result.mechanism, Table({result.task: task}), name=result.problem)
+
+
+def _page(problem: Problem, name: str, lang: str) -> Page:
+    task = problem.task(name)
+    if isinstance(task, Reactions):  # its motion is shown, not its forces
+        task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
+        problem = problem.with_task(name, task)
+    setting: Setting | None = None
+    run: Run | None = None
+    result: Result
+    if isinstance(task, Sweep) and task.kind == "sweep":
+        task = replace(task, outputs=None, measures=None)
+        problem = problem.with_task(name, task)
+        try:
+            setting = prepare(problem, task)
+            run = followed(setting, task)
+            result = report(problem, name, task, setting, run)
+        except MechdaeError:
+            setting, result = None, solve(problem, name)
+    else:
+        result = solve(problem, name)
+    reason = live.why_recorded(setting, run, task)
+    data: dict[str, Any] = {
+        "schema": 1,
+        "version": __version__,
+        "title": problem.title or problem.name,
+        "problem": problem.name,
+        "task": name,
+        "source": problem.source,
+        "lang": lang,
+        "file": dumps(problem),
+        "scene": scenes.drawn(problem.mechanism),
+        "numbers": plain(problem.mechanism.values()),
+        "driver": _driver(result),
+        "status": [str(own) for own in result.status],
+        "live": not reason,
+        "reason": reason,
+        "kernels": None,
+    }
+    text = ""
+    if setting is not None and run is not None and not reason:
+        try:
+            text = _make_live(data, problem, setting, run)
+        except UnavailableError as error:
+            data |= {"live": False, "reason": str(error)}
+    if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
+        data["reason"] += f", {MOST_RECORDED} of {result.status.size} poses"
+    data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED)
+    return Page(link.linked(data, text), data)
+
+
+def _make_live(data: dict[str, Any], problem: Problem, setting: Setting, run: Run) -> str:
+    """Put what a live page needs into its data, and return its kernels."""
+    sliders = live.sliders_of(setting)
+    kernels = live.kernels(setting.graphs, setting.scene.model, sliders)
+    values = dict(
+        zip(setting.scene.model.p_names, setting.scene.model.p_values.tolist(), strict=True)
+    )
+    automatic = {name for name, _ in problem.mechanism.numbers()}
+    limits = run.summary.get("limits") or (None, None)
+    plan = setting.plan
+    places = np.asarray(run.places, float)
+    entries = []
+    for entry in setting.outputs.entries:
+        if entry.kind == "hidden" or entry.name == "guide":
+            continue
+        entries.append(
+            {
+                "kind": entry.kind,
+                "part": entry.part,
+                "names": list(RATES[entry.name][:3]),
+                "columns": list(entry.columns),
+                "unit": entry.unit,
+            }
+        )
+    checks = []
+    for k in np.unique(np.linspace(0, len(places) - 1, CHECKS).astype(int)).tolist():
+        if run.poses.at_limit[k] or not run.poses.alive[k].all():
+            continue
+        rows = [part[k].tolist() for part in run.poses.y[:3]]
+        if all(np.isfinite(row).all() for row in rows):
+            checks.append({"s": float(run.poses.places[k]), "y": rows})
+    rates = [float(np.atleast_2d(rate)[0, plan.lead]) for rate in (plan.speed, plan.acceleration)]
+    data |= {
+        "kernels": kernels.layout,
+        "entries": entries,
+        "sliders": [_slider(name, values[name], name in automatic) for name in sliders],
+        "start": live.numbers_of(setting, run),
+        "range": [float(places.min()), float(places.max())],
+        "whole": plan.values is None or len(places) == 1,
+        "poses": len(places),
+        "limits": [None if end is None else float(end) for end in limits],
+        "modes": live.modes_of(setting, run),
+        "speed": rates[0],
+        "acceleration": rates[1],
+        "checks": checks,
+    }
+    return kernels.text
+
+
+def _slider(name: str, value: float, automatic: bool) -> dict[str, Any]:
+    """Return a number that can be changed, with the range of its slider."""
+    low, high = sorted((value / live.FAR, value * live.FAR)) if value else (-1.0, 1.0)
+    return {"name": name, "value": value, "low": low, "high": high, "automatic": automatic}
+
+
+def _driver(result: Result) -> dict[str, Any]:
+    """Return the coordinate that the cursor moves along: a driver, or time."""
+    if result.time is not None:
+        return {"name": "t", "unit": "s", "values": plain(np.asarray(result.time, float))}
+    for name, series in result.drivers.items():
+        values = np.asarray(series.position, float)
+        if np.ptp(values) > 0 or len(result.drivers) == 1:
+            slide = name.endswith((".slide", ".x", ".y"))
+            return {"name": name, "unit": "m" if slide else "rad", "values": plain(values)}
+    name = next(iter(result.drivers))
+    return {"name": name, "unit": "", "values": list(range(len(result.status)))}
+
+
+def _recorded(result: Result, most: int) -> dict[str, Any]:
+    """Return the places of all points at `most` poses."""
+    count = len(result.status)
+    step = max(1, -(-count // most))
+    rows = slice(0, count, step)
+    points = {
+        reference: _packed(np.asarray(series.position)[rows])
+        for reference, series in result.points.items()
+    }
+    return {"rows": list(range(count))[rows], "points": points}
+
+
+def _packed(values: Any) -> str:
+    """Return float64 numbers, little-endian, row by row, in base64."""
+    return base64.b64encode(np.ascontiguousarray(values, "<f8").tobytes()).decode()
+
+
+def data_of(path: str | FilePath) -> dict[str, Any]:
+    """Return the data of a page that was written before.
+
+    Raises
+    ------
+    InputError
+        No page.
+    """
+    text = FilePath(path).read_text(encoding="utf-8")
+    _, found, rest = text.partition(link.OPENING)
+    if not found:
+        raise InputError("is no page of mechdae", where=str(path))
+    data: dict[str, Any] = json.loads(rest.partition("</script>")[0])
+    return data

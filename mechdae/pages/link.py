@@ -1,0 +1,63 @@
+"""Joins the modules of a page, its data and its kernels to one HTML file.
+
+The modules are plain ES modules. They are put one after the other in the order of their imports,
+without ``import`` lines and the word ``export``; two top-level names that are equal are refused.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+WEB = Path(__file__).resolve().parent / "web"
+OPENING = '<script type="application/json" id="mechdae">'
+IMPORT = re.compile(r'^import \{([^}]*)\} from "\./(\w+)\.js";\n', re.M)
+NAMES = re.compile(r"^(?:export )?(?:const|let|class|function) (\w+)", re.M)
+MAIN = "main"
+
+
+def linked(data: dict[str, Any], kernels: str) -> str:
+    """Return the page; the same data give the same text."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    names = ", ".join(sorted(set(re.findall(r"^function (\w+)\(", kernels, re.M))))
+    functions = f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n"
+    script = f'"use strict";\n(() => {{\n{functions}{modules()}}})();\n'
+    parts = {
+        "title": _escaped(str(data["title"])),
+        "lang": str(data["lang"]),
+        "style": (WEB / "page.css").read_text(encoding="utf-8"),
+        "data": OPENING + text.replace("<", "\\u003c") + "</script>",
+        "script": "<script>" + script.replace("</", "<\\/") + "</script>",
+    }
+    page = (WEB / "page.html").read_text(encoding="utf-8")
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], page)
+
+
+@cache
+def modules() -> str:
+    """Return all modules as one script, each after those that it imports."""
+    texts: dict[str, str] = {}
+
+    def put(name: str) -> None:
+        if name in texts:
+            return
+        text = (WEB / f"{name}.js").read_text(encoding="utf-8")
+        for _, other in IMPORT.findall(text):
+            put(other)
+        texts[name] = IMPORT.sub("", text)
+
+    put(MAIN)
+    known: dict[str, str] = {}
+    for name, text in texts.items():
+        for own in NAMES.findall(text):
+            if own in known:
+                raise ValueError(f"{own} is defined in {known[own]}.js and in {name}.js")
+            known[own] = name
+    return re.sub(r"^export ", "", "".join(texts.values()), flags=re.M)
+
+
+def _escaped(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

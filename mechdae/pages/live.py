@@ -1,0 +1,183 @@
+"""Whether a task can be solved again in the browser, and the kernels and numbers for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.continuation.path import Path
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.errors import MechdaeError
+from mechdae.kernels.bounds.majorant import NoMajorant
+from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.javascript import HELPERS, Printed, printed
+from mechdae.kinematics.prepared import Run, Setting
+from mechdae.model.model import Model
+from mechdae.model.parameters import parameters_of
+
+MOST_SLIDERS = 24
+FAR = 2.5
+"""A slider goes from a part to so many times the value in the file."""
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Printed functions: their text, and where each has its inputs and outputs."""
+
+    text: str
+    layout: dict[str, Any]
+
+
+def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
+    """Return why a task cannot be live, "" where it can."""
+    if not isinstance(task, Sweep) or task.kind != "sweep" or setting is None or run is None:
+        return f"a task of kind {task.kind} is recorded"
+    graphs, path = setting.graphs, run.path
+    if not graphs.single:
+        return "with several drivers or a law of time it is recorded"
+    if graphs.contacts:
+        return "with curves that touch it is recorded"
+    if any(graph.redundant for graph in graphs.blocks):
+        return "with superfluous equations it is recorded"
+    if not graphs.nx:
+        return "nothing is left to be solved"
+    if not isinstance(path, Path) or any(path.flips):
+        return "its path goes through change points: it is recorded"
+    ends = [end for reach in path.reach.values() for end in (reach.low, reach.high) if end]
+    if any(end.kind != "limit" for end in ends):
+        return f"its path ends at a {ends[0].kind.replace('_', ' ')}: it is recorded"
+    return ""
+
+
+def kernels(graphs: Graphs, model: Model, sliders: Sequence[str]) -> Kernels:
+    """Return the functions that the page calls.
+
+    Raises
+    ------
+    UnavailableError
+        An operation that cannot be printed.
+    """
+    names = ca.SX.sym("names", len(sliders))
+    numbers = ca.Function("numbers", [names], [parameters_of(model, sliders, names)])
+    rows, columns, slopes = _slopes(graphs)
+    scene, space = graphs.scene, model.mechanism
+    fixed = [model.point(f"{GROUND}.{name}") for name in space.ground.points]
+    ground = ca.Function("ground", [graphs.p], [ca.vertcat(ca.SX(0, 1), *fixed)])
+    outputs = ca.Function("outputs", [scene.x, scene.u, graphs.p], [graphs.outputs])
+    functions = {
+        "numbers": numbers,
+        "ground": ground,
+        "outputs": outputs,
+        "constants": graphs.constants,
+        "advance": graphs.advance,
+        "pose": graphs.pose,
+        "slopes": slopes,
+    }
+    folds = {f"fold{b}": graphs.fold(b) for b in range(graphs.nb)}
+    parts: dict[str, Printed] = {
+        name: printed(function, name) for name, function in (functions | folds).items()
+    }
+    text = HELPERS + "".join(part.text for part in parts.values())
+    layout = {
+        name: {"in": part.inputs, "out": part.outputs, "size": part.size}
+        for name, part in parts.items()
+    }
+    return Kernels(text, layout | {"slopes_at": [rows, columns]})
+
+
+def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:
+    """Return bounds of the outputs' slopes with their places, and of their rounding."""
+    function = graphs.output_bounds
+    at = function.sx_in()
+    slope, rounding = function(*at)
+    entries = ca.vertcat(ca.SX(0, 1), *slope.nonzeros())
+    rows, columns = slope.sparsity().get_triplet()
+    made = ca.Function("slopes", at, [ca.densify(entries), ca.densify(rounding)])
+    return list(rows), list(columns), made
+
+
+def sliders_of(setting: Setting) -> list[str]:
+    """Return the parameters of the file that may be changed: plain numbers that move something.
+
+    Where the file has no parameters, the numbers of the model themselves.
+    """
+    model = setting.scene.model
+    mechanism = model.mechanism
+    used = set(_used(setting))
+    plain = [name for name, number in mechanism.parameters.items() if not isinstance(number, str)]
+    known = [name for name in plain if name in model.p_names]
+    symbols = ca.SX.sym("s", len(known))
+    whole = parameters_of(model, known, symbols)
+    pattern = ca.jacobian(whole, symbols).sparsity() if known else ca.Sparsity(len(used), 0)
+    moved = {
+        known[j] for i, j in zip(*pattern.get_triplet(), strict=True) if model.p_names[i] in used
+    }
+    chosen = [name for name in known if name in moved]
+    if not mechanism.parameters:
+        chosen = [name for name in model.p_names if name in used]
+    return chosen[:MOST_SLIDERS]
+
+
+def _used(setting: Setting) -> list[str]:
+    """Return the numbers on which a pose depends."""
+    graphs = setting.graphs
+    rows = [setting.outputs.expression, *[graph.F for graph in graphs.blocks]]
+    pattern = ca.jacobian(ca.vertcat(*rows), graphs.p).sparsity()
+    columns = sorted(set(pattern.get_triplet()[1]))
+    return [setting.scene.model.p_names[k] for k in columns]
+
+
+def numbers_of(setting: Setting, run: Run) -> dict[str, Any]:
+    """Return what the path begins with: pose, sizes, scale, weights, blocks."""
+    graphs, path = setting.graphs, run.path
+    assert isinstance(path, Path)
+    constants = path.constants
+    s, x = path.origin
+    groups = {group.index: group for group in setting.scene.groups}
+    blocks = []
+    for b, graph in enumerate(graphs.blocks):
+        group = groups[graph.block.group]
+        chain = [i for k in graphs.ancestors(b) for i in graphs.blocks[k].own]
+        blocks.append(
+            {
+                "own": list(graph.own),
+                "chain": chain,
+                "group": group.name,
+                "joint": group.key_joint,
+            }
+        )
+    columns, _ = graphs.units(constants.scale, constants.p)
+    return {
+        "x": x.tolist(),
+        "s": float(s),
+        "size_x": constants.size_x.tolist(),
+        "size_u": constants.size_u.tolist(),
+        "scale": float(constants.scale),
+        "largest": float(path.largest),
+        "far": [None if np.isinf(far) else float(far) for far in path.far],
+        "turns": bool(graphs.turns),
+        "weights": np.concatenate(columns).tolist(),
+        "blocks": blocks,
+        "nx": graphs.nx,
+        "nb": graphs.nb,
+    }
+
+
+def modes_of(setting: Setting, run: Run) -> list[dict[str, Any]]:
+    """Return the assembly modes at the pose where the path begins."""
+    s, x = run.path.origin
+    u = np.array([s])
+    try:
+        found, proven, _ = setting.assembler.modes(u)
+    except (MechdaeError, NoMajorant):
+        return []
+    if len(found) > 32:
+        return []
+    own = setting.assembler.label(x, u)
+    modes = [{"label": mode.label, "x": mode.x.tolist()} for mode in found]
+    return [{**mode, "own": mode["label"] == own, "proven": bool(proven)} for mode in modes]

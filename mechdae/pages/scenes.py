@@ -1,0 +1,57 @@
+"""What a page draws: links, joints, guides and wheels as data; places come from the points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mechdae.describe.mechanism import GROUND, Mechanism
+
+
+def drawn(mechanism: Mechanism) -> dict[str, Any]:
+    """Return the bodies, points and joints of the diagram.
+
+    ``bodies``: name, number on the diagram, references of the points that shape it.
+    ``joints``: name, kind, references of its two points, what is drawn there; angles of guides
+    are in the frame of the first body. ``ground``: names of the fixed points, with their places.
+    """
+    values = mechanism.values()
+    used: dict[str, list[str]] = {}
+    for joint in mechanism.joints.values():
+        for reference in (joint.first, joint.second):
+            used.setdefault(reference.split(".")[0], []).append(reference)
+    bodies = []
+    for number, (name, body) in enumerate(mechanism.bodies.items(), start=1):
+        outline = [f"{name}.{point}" for point in body.outline or ()]
+        shape = outline or list(dict.fromkeys(used.get(name, [])))
+        others = [f"{name}.{point}" for point in body.points]
+        bodies.append(
+            {
+                "name": name,
+                "number": body.number if body.number is not None else number,
+                "shape": shape if len(shape) > 1 else list(dict.fromkeys([*shape, *others])),
+                "free": [reference for reference in others if reference not in shape],
+            }
+        )
+    joints = [_joint(mechanism, name, values) for name in mechanism.joints]
+    ground = [f"{GROUND}.{name}" for name in mechanism.ground.points]
+    places = [[values[f"{point}.{axis}"] for axis in "xy"] for point in ground]
+    return {"bodies": bodies, "joints": joints, "ground": ground, "places": places}
+
+
+def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> dict[str, Any]:
+    joint = mechanism.joints[name]
+    entry: dict[str, Any] = {
+        "name": name,
+        "kind": joint.kind,
+        "first": joint.first,
+        "second": joint.second,
+        "fixed": GROUND in joint.bodies,
+        "pin": joint.coincide,
+    }
+    if joint.straight:
+        entry |= {"axis": values[f"{name}.axis"], "block": joint.keeps_angle}
+    if joint.wheels == 2:
+        entry |= {"ratio": joint.turn_ratio(values), "strands": joint.strands}
+    elif joint.wheels == 1:
+        entry["radius"] = abs(values[f"{name}.radius"])
+    return entry

@@ -1,0 +1,232 @@
+/** The kinematic diagram as SVG. */
+
+const SPACE = "http://www.w3.org/2000/svg";
+
+/** @param {string} name @param {Record<string, any>} attributes @param {Element} [parent] */
+export function element(name, attributes, parent) {
+  const made = document.createElementNS(SPACE, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, String(value));
+  if (parent) parent.append(made);
+  return made;
+}
+
+const cross = (o, a, b) => (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+
+/** The corners of the convex hull, counter-clockwise. */
+export function hull(points) {
+  const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const half = (list) => {
+    const chain = [];
+    for (const point of list) {
+      while (chain.length > 1 && cross(chain[chain.length - 2], chain[chain.length - 1], point) <= 1e-9) chain.pop();
+      chain.push(point);
+    }
+    return chain.slice(0, -1);
+  };
+  return [...half(sorted), ...half(sorted.reverse())];
+}
+
+/** Draws poses of one scene; places are those of the points, in metres. */
+export class Diagram {
+  /** @param {SVGSVGElement} svg @param {any} scene */
+  constructor(svg, scene) {
+    this.svg = svg;
+    this.scene = scene;
+    this.box = null;
+    this.layers = Object.fromEntries(["traces", "limits", "ghosts", "ground", "wheels", "links", "arrows", "pins", "letters"].map(
+      (name) => [name, element("g", { class: name === "limits" ? "limit" : name === "ghosts" ? "ghost" : name }, svg)]));
+  }
+
+  /** Fit the view to places in metres. */
+  fit(places) {
+    let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
+    for (const [x, y] of places) {
+      if (!Number.isFinite(x + y)) continue;
+      left = Math.min(left, x); right = Math.max(right, x);
+      low = Math.min(low, y); high = Math.max(high, y);
+    }
+    if (left === Infinity) [left, right, low, high] = [-1, 1, -1, 1];
+    this.box = [left, right, low, high];
+    this.measure();
+  }
+
+  measure() {
+    const { width, height } = this.svg.getBoundingClientRect();
+    const [left, right, low, high] = this.box;
+    const room = Math.max(34, 0.06 * Math.min(width, height));
+    const across = Math.max(right - left, 1e-9), up = Math.max(high - low, 1e-9);
+    this.scale = Math.min((width - 2 * room) / across, (height - 2 * room) / up);
+    this.shift = [width / 2 - (this.scale * (left + right)) / 2, height / 2 + (this.scale * (low + high)) / 2];
+    this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  }
+
+  /** Metres to pixels. */
+  at([x, y]) { return [this.shift[0] + this.scale * x, this.shift[1] - this.scale * y]; }
+
+  /** Pixels to metres. */
+  from([x, y]) { return [(x - this.shift[0]) / this.scale, (this.shift[1] - y) / this.scale]; }
+
+  outline(body, places) {
+    const corners = body.shape.map((name) => places[name]).filter(Boolean).map((place) => this.at(place));
+    const distinct = corners.filter((c, k) => corners.findIndex((d) => Math.hypot(d[0] - c[0], d[1] - c[1]) < 0.5) === k);
+    const around = distinct.length > 2 ? hull(distinct) : distinct;
+    return around.length ? `M${around.map((c) => c.map((v) => v.toFixed(2)).join(" ")).join("L")}${around.length > 2 ? "Z" : ""}` : "";
+  }
+
+  /** Draw the pose; `driven` is the body whose motion is given. */
+  draw(places, angles, driven) {
+    const { ground, wheels, links, pins, letters } = this.layers;
+    for (const layer of [ground, wheels, links, pins, letters]) layer.replaceChildren();
+    for (const body of this.scene.bodies) {
+      const path = this.outline(body, places);
+      if (path) element("path", { d: path, class: body.name === driven ? "body driven" : "body" }, links);
+    }
+    const taken = [];
+    for (const joint of this.scene.joints) this.joint(joint, places, angles, taken);
+    for (const body of this.scene.bodies) {
+      for (const name of body.free) {
+        if (!places[name]) continue;
+        const [x, y] = this.at(places[name]);
+        element("circle", { cx: x, cy: y, r: 2.6, class: "point" }, pins);
+        this.letter(name.split(".")[1], [x, y], taken);
+      }
+      this.number(body, places);
+    }
+  }
+
+  joint(joint, places, angles, taken) {
+    const { ground, wheels, links, pins } = this.layers;
+    const first = places[joint.first], second = places[joint.second];
+    if (!first || !second) return;
+    const here = this.at(joint.axis === undefined ? first : second);
+    if (joint.axis !== undefined) {
+      const body = joint.first.split(".")[0];
+      const turned = (body === "ground" ? 0 : angles[body] ?? 0) + joint.axis;
+      const along = [Math.cos(turned), -Math.sin(turned)];
+      const [x0, y0] = this.at(first);
+      const way = (here[0] - x0) * along[0] + (here[1] - y0) * along[1];
+      const from = Math.min(0, way) - 26, to = Math.max(0, way) + 26;
+      element("line", { x1: x0 + from * along[0], y1: y0 + from * along[1], x2: x0 + to * along[0], y2: y0 + to * along[1],
+        class: body === "ground" ? "ground" : "guide" }, body === "ground" ? ground : links);
+      if (body === "ground") this.hatch([x0, y0], along, from, to);
+      element("rect", { x: -13, y: -7, width: 26, height: 14, class: "block",
+        transform: `translate(${here[0]} ${here[1]}) rotate(${(-turned * 180) / Math.PI})` }, pins);
+      if (!joint.block) element("circle", { cx: here[0], cy: here[1], r: 3.8, class: "pin" }, pins);
+    } else if (joint.ratio !== undefined || joint.radius !== undefined) {
+      for (const [centre, radius] of this.circles(joint, first, second)) {
+        const [x, y] = this.at(centre);
+        element("circle", { cx: x, cy: y, r: radius * this.scale, class: "wheel" }, wheels);
+      }
+      return;
+    } else if (joint.pin) {
+      if (joint.fixed) this.support(here);
+      element("circle", { cx: here[0], cy: here[1], r: 4, class: "pin" }, pins);
+    } else {
+      element("line", { x1: this.at(first)[0], y1: this.at(first)[1], x2: this.at(second)[0], y2: this.at(second)[1], class: "body" }, links);
+    }
+    this.letter(joint.name, here, taken);
+  }
+
+  /** Corners of what a joint's wheels cover. */
+  extent(joint, places) {
+    const first = places[joint.first], second = places[joint.second];
+    if (!first || !second || (joint.ratio === undefined && joint.radius === undefined)) return [];
+    return this.circles(joint, first, second).flatMap(([[x, y], r]) => [[x - r, y - r], [x + r, y + r]]);
+  }
+
+  circles(joint, first, second) {
+    if (joint.radius !== undefined) return [[first, joint.radius]];
+    const apart = Math.hypot(second[0] - first[0], second[1] - first[1]);
+    const size = Math.abs(joint.ratio);
+    if (joint.strands) {
+      const own = (0.3 * apart) / Math.max(1, size);
+      return [[first, own], [second, own * size]];
+    }
+    const share = joint.ratio < 0 ? 1 + size : Math.abs(1 - joint.ratio);
+    return share > 1e-9 && apart > 0 ? [[first, apart / share], [second, (apart / share) * size]] : [];
+  }
+
+  support([x, y]) {
+    const { ground } = this.layers;
+    element("path", { d: `M${x} ${y}l-8.5 13.5h17Z`, class: "ground" }, ground);
+    this.hatch([x, y + 13.5], [1, 0], -13, 13);
+  }
+
+  hatch([x, y], along, from, to) {
+    const side = [-along[1], along[0]];
+    const down = side[1] >= 0 ? side : [-side[0], -side[1]];
+    let path = `M${x + from * along[0]} ${y + from * along[1]}L${x + to * along[0]} ${y + to * along[1]}`;
+    for (let t = from + 3; t < to; t += 5) {
+      path += `M${x + t * along[0]} ${y + t * along[1]}l${5 * (down[0] - along[0])} ${5 * (down[1] - along[1])}`;
+    }
+    element("path", { d: path, class: "ground" }, this.layers.ground);
+  }
+
+  /** Letters of joints on one pin are merged. */
+  letter(text, [x, y], taken) {
+    const same = taken.find((other) => Math.hypot(other.x - x, other.y - y) < 3);
+    if (same) {
+      same.label.textContent += `, ${text}`;
+      return;
+    }
+    const label = element("text", { x: x + 8, y: y - 8, class: "letter" }, this.layers.letters);
+    label.textContent = text;
+    taken.push({ x, y, label });
+  }
+
+  number(body, places) {
+    const corners = body.shape.map((name) => places[name]).filter(Boolean).map((place) => this.at(place));
+    if (corners.length < 2) return;
+    const x = corners.reduce((sum, c) => sum + c[0], 0) / corners.length;
+    const y = corners.reduce((sum, c) => sum + c[1], 0) / corners.length;
+    element("circle", { cx: x, cy: y, r: 7.5, class: "disc" }, this.layers.letters);
+    element("text", { x, y, class: "number" }, this.layers.letters).textContent = String(body.number);
+  }
+
+  /** Faint poses: limit positions or other modes; `choose` is called with the index of one clicked. */
+  faint(layer, poses, choose) {
+    const group = this.layers[layer];
+    group.replaceChildren();
+    poses.forEach((places, k) => {
+      const one = element("g", {}, group);
+      for (const body of this.scene.bodies) {
+        const path = this.outline(body, places);
+        if (path) element("path", { d: path, class: "body" }, one);
+      }
+      if (choose) one.addEventListener("click", () => choose(k));
+    });
+  }
+
+  traces(tracks) {
+    const group = this.layers.traces;
+    group.replaceChildren();
+    for (const track of tracks) {
+      let path = "";
+      let pen = "M";
+      for (const place of track) {
+        if (!place) { pen = "M"; continue; }
+        const [x, y] = this.at(place);
+        path += `${pen}${x.toFixed(1)} ${y.toFixed(1)}`;
+        pen = "L";
+      }
+      element("path", { d: path, class: "trace" }, group);
+    }
+  }
+
+  /** Arrows of velocities at points, the longest 70 pixels unless that is a pole. */
+  arrows(places, velocities) {
+    const group = this.layers.arrows;
+    group.replaceChildren();
+    const sizes = Object.values(velocities).map(([x, y]) => Math.hypot(x, y)).filter((v) => v > 0).sort((a, b) => a - b);
+    if (!sizes.length) return;
+    const scale = 45 / sizes[Math.floor(sizes.length / 2)];
+    for (const [name, [vx, vy]] of Object.entries(velocities)) {
+      const size = Math.min(Math.hypot(vx, vy) * scale, 160);
+      if (!(size > 2) || !places[name]) continue;
+      const [x, y] = this.at(places[name]);
+      const angle = Math.atan2(-vy, vx);
+      element("path", { d: `M0 0H${size - 6}M${size} 0l-8 -3v6Z`, class: "velocity",
+        transform: `translate(${x} ${y}) rotate(${(angle * 180) / Math.PI})` }, group);
+    }
+  }
+}

@@ -1,0 +1,551 @@
+/** The page: reads its data, makes the controls, draws when something changed. */
+import { wordsOf } from "./words.js";
+import { Session } from "./session.js";
+import { Recorded } from "./recorded.js";
+import { Diagram } from "./diagram.js";
+import { Chart, ticks } from "./chart.js";
+import { digits, displayed, quantity, rateOf } from "./units.js";
+import { csvText, offered, png, svgText, tomlText } from "./files.js";
+
+const find = (id) => document.getElementById(id);
+
+/** An HTML element with attributes and children; texts are texts, never markup. */
+function made(name, attributes = {}, ...children) {
+  const own = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith("on")) own.addEventListener(key.slice(2), value);
+    else if (value !== false) own.setAttribute(key, value === true ? "" : String(value));
+  }
+  own.append(...children);
+  return own;
+}
+
+/** Everything on one page. */
+class App {
+  constructor(data, code) {
+    this.data = data;
+    this.words = wordsOf(data.lang);
+    this.diagram = new Diagram(find("diagram"), data.scene);
+    this.session = null;
+    this.recorded = null;
+    this.reason = "";
+    this.wanted = {};
+    this.shown = 0;
+    this.playing = false;
+    if (data.live) {
+      this.session = new Session(data, code);
+      if (!this.session.trusted) {
+        this.session = null;
+        this.reason = this.words("selftest");
+      }
+    }
+    if (!this.session) {
+      this.recorded = new Recorded(data);
+      this.reason = this.reason || data.reason;
+    }
+  }
+
+  get live() { return this.session ? true : this.reason; }
+
+  build() {
+    const { data, words } = this;
+    find("title").textContent = data.title;
+    find("subtitle").textContent = `${data.problem} / ${data.task}${this.session ? "" : ` – ${words("recorded")}: ${this.reason}`}`;
+    this.buildDrive();
+    this.buildDimensions();
+    this.buildGraph();
+    this.buildFiles();
+    this.readHash();
+    this.fit();
+    addEventListener("resize", () => { this.diagram.measure(); this.drawAll(); });
+    find("diagram").addEventListener("keydown", (event) => this.key(event));
+    document.addEventListener("keydown", (event) => {
+      if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
+        event.preventDefault();
+        this.undo(!event.shiftKey);
+      }
+    });
+    this.dragging();
+    this.drawAll();
+  }
+
+  // -- controls
+
+  buildDrive() {
+    const { data, words } = this;
+    const [factor, unit] = displayed(data.driver.unit);
+    this.slider = made("input", { type: "range", min: 0, max: 1, step: "any", "aria-label": `${words("driver")} ${data.driver.name}`,
+      oninput: () => this.want({ share: Number(this.slider.value) }) });
+    this.number = made("input", { type: "number", step: "any", "aria-label": `${data.driver.name} [${unit}]`, style: "width:8em",
+      onchange: () => this.want({ s: Number(this.number.value) / factor }) });
+    this.button = made("button", { type: "button", onclick: () => this.play(), "aria-pressed": "false" }, words("play"));
+    const tempo = made("select", { "aria-label": words("speed"), onchange: () => { this.tempo = Number(tempo.value); } },
+      ...[0.1, 0.25, 0.5, 1, 2, 4].map((k) => made("option", { value: k, selected: k === 1 }, `×${k}`)));
+    this.tempo = 1;
+    find("drive").append(this.button, this.slider, this.number, made("span", { class: "unit" }, unit), tempo);
+    if (this.session && data.modes.length > 1) {
+      this.modes = made("select", { "aria-label": words("mode"), onchange: () => this.choose(this.modes.value) },
+        ...data.modes.map((mode) => made("option", { value: mode.label, selected: mode.label === this.session.mode }, mode.label)));
+      find("drive").append(made("label", {}, `${words("mode")} `, this.modes));
+    }
+    if (this.session) {
+      this.velocities = made("input", { type: "checkbox", onchange: () => this.draw() });
+      find("drive").append(made("label", {}, this.velocities, ` ${words("velocities")}`));
+    }
+  }
+
+  buildDimensions() {
+    const { data, session, words } = this;
+    if (!session || !data.sliders.length) return;
+    const box = made("fieldset", {}, made("legend", {}, words("dimensions")));
+    this.rows = data.sliders.map((slider, k) => {
+      const unit = this.unitOf(slider.name);
+      const [factor, name] = displayed(unit);
+      const range = made("input", { type: "range", min: slider.low, max: slider.high, step: "any", value: slider.value,
+        "aria-label": slider.name, "aria-valuetext": quantity(slider.value, unit),
+        onpointerdown: () => session.remember(), onkeydown: () => session.remember(),
+        oninput: () => this.want({ theta: [k, Number(range.value)] }) });
+      const field = made("input", { type: "number", step: "any", value: digits(slider.value * factor, 8), "aria-label": `${slider.name} [${name}]`,
+        onchange: () => { session.remember(); this.want({ theta: [k, Number(field.value) / factor] }); } });
+      const note = made("span", { class: "note", hidden: true });
+      box.append(made("div", { class: "row" }, made("label", {}, slider.name), range, field, made("span", { class: "unit" }, name), note));
+      return { range, field, note, factor, unit };
+    });
+    box.append(
+      made("button", { type: "button", onclick: () => this.reset() }, words("reset")), " ",
+      made("button", { type: "button", onclick: () => this.undo(true) }, words("undo")), " ",
+      made("button", { type: "button", onclick: () => this.undo(false) }, words("redo")));
+    find("dimensions").append(box);
+  }
+
+  unitOf(name) { return (this.data.units || {})[name] || "m"; }
+
+  buildGraph() {
+    const { data, session, words } = this;
+    if (!session) return;
+    const options = data.entries.flatMap((entry) => entry.names.flatMap((name, order) => {
+      const path = `${entry.kind}/${entry.part}/${name}`;
+      if (entry.columns.length === 2 && order === 0) return [`${path}/x`, `${path}/y`];
+      return entry.kind === "joints" && entry.names[0] === "angle" && order ? [] : [path];
+    }));
+    this.what = made("select", { "aria-label": words("output"), style: "max-width:100%", onchange: () => this.drawAll() },
+      ...options.map((path) => made("option", { value: path }, path)));
+    const usual = data.entries.filter((entry) => entry.kind === "bodies").pop();
+    if (usual) this.what.value = `bodies/${usual.part}/${usual.names[0]}`;
+    const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    svg.setAttribute("style", "width:100%;height:200px;touch-action:none;display:block");
+    svg.setAttribute("role", "img");
+    svg.setAttribute("aria-label", words("output"));
+    find("graph").append(made("fieldset", {}, made("legend", {}, words("output")), this.what, svg));
+    this.chart = new Chart(svg, (s) => this.want({ s }));
+    this.body = made("tbody");
+    const head = made("tr", {}, ...[words("quantity"), words("value")].map((word) => made("th", { scope: "col" }, word)));
+    find("table").append(made("fieldset", {}, made("legend", {}, words("pose")), made("table", {}, made("thead", {}, head), this.body)));
+  }
+
+  buildFiles() {
+    const { data } = this;
+    const name = `${data.problem}-${data.task}`;
+    const button = (text, act) => find("files").append(made("button", { type: "button", onclick: act }, text));
+    button("SVG", () => offered(`${name}.svg`, svgText(find("diagram")), "image/svg+xml"));
+    button("PNG", async () => offered(`${name}.png`, await png(find("diagram"), getComputedStyle(document.body).backgroundColor)));
+    if (this.session) {
+      button("CSV", () => offered(`${name}.csv`, csvText(this.session), "text/csv"));
+      button("TOML", () => { const text = this.toml(); if (text) offered(`${data.problem}.toml`, text, "text/plain"); });
+    }
+    button(this.words("theme"), () => {
+      const dark = getComputedStyle(document.documentElement).colorScheme.trim() === "dark"
+        || (!document.documentElement.dataset.theme && matchMedia("(prefers-color-scheme: dark)").matches);
+      document.documentElement.dataset.theme = dark ? "light" : "dark";
+    });
+  }
+
+  toml() { return tomlText(this.data.file, this.data.sliders, this.session ? this.session.theta : []); }
+
+  // -- input
+
+  /** Note what is wanted; it is solved and drawn once a frame. */
+  want(change) {
+    Object.assign(this.wanted, change);
+    if (!this.pending) {
+      this.pending = true;
+      requestAnimationFrame(() => { this.pending = false; this.frame(); });
+    }
+  }
+
+  frame() {
+    const { wanted } = this;
+    this.wanted = {};
+    const { session } = this;
+    let all = false;
+    if (session) {
+      if (wanted.theta) {
+        const [k, value] = wanted.theta;
+        const theta = [...session.theta];
+        theta[k] = value;
+        const t = session.dimension(theta);
+        this.rows[k].note.hidden = t === 1;
+        this.rows[k].note.textContent = t === 1 ? "" : `${this.words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.rows[k].unit)}: ${session.reason}`;
+        all = true;
+      }
+      const [low, high] = session.range;
+      if (wanted.share !== undefined) session.drive(low + wanted.share * (high - low));
+      if (wanted.s !== undefined && Number.isFinite(wanted.s)) session.drive(wanted.s);
+    } else {
+      if (wanted.share !== undefined) this.shown = Math.round(wanted.share * (this.recorded.count - 1));
+      if (wanted.s !== undefined) this.shown = this.nearest(wanted.s);
+    }
+    if (all) this.drawAll();
+    else this.draw();
+    this.writeHash();
+  }
+
+  nearest(s) {
+    let best = 0;
+    for (let k = 1; k < this.recorded.count; k += 1) {
+      if (Math.abs(this.recorded.value(k) - s) < Math.abs(this.recorded.value(best) - s)) best = k;
+    }
+    return best;
+  }
+
+  choose(label) {
+    this.session.remember();
+    const ok = this.session.choose(label);
+    if (this.modes) this.modes.value = this.session.mode;
+    this.drawAll();
+    if (!ok) this.say(`${this.words("gone")}: ${this.session.reason}`, true);
+    return ok;
+  }
+
+  reset() {
+    this.session.remember();
+    this.session.dimension(this.data.sliders.map((slider) => slider.value));
+    this.drawAll();
+  }
+
+  undo(back) {
+    if (this.session && this.session.undo(back)) this.drawAll();
+  }
+
+  play() {
+    this.playing = !this.playing;
+    this.button.textContent = this.words(this.playing ? "pause" : "play");
+    this.button.setAttribute("aria-pressed", String(this.playing));
+    let last = performance.now();
+    const tick = (now) => {
+      if (!this.playing) return;
+      this.advance((Math.max(now - last, 0) / 1000) * this.tempo);
+      last = now;
+      requestAnimationFrame(tick);
+    };
+    if (this.playing) requestAnimationFrame(tick);
+  }
+
+  advance(seconds) {
+    const { session } = this;
+    if (!session) {
+      this.clock = ((this.clock || this.shown) + (seconds * this.recorded.count) / 6) % this.recorded.count;
+      this.shown = Math.floor(this.clock);
+      this.draw();
+      return;
+    }
+    const [low, high] = session.range;
+    const rate = Math.abs(this.data.speed) > 0 ? Math.min(Math.abs(this.data.speed), (high - low) / 1.5) : (high - low) / 6;
+    const round = this.data.start.turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
+    let s = session.s + seconds * rate * (this.sense || 1) * (round ? Math.sign(this.data.speed || 1) : 1);
+    if (round) s = low + ((((s - low) % (high - low)) + (high - low)) % (high - low));
+    else if (s > high || s < low) {
+      this.sense = s > high ? -1 : 1;
+      s = Math.min(Math.max(s, low), high);
+    }
+    session.drive(s);
+    this.draw();
+  }
+
+  key(event) {
+    const { session } = this;
+    const [low, high] = session ? session.range : [0, this.recorded.count - 1];
+    const step = ((high - low) / 360) * (event.shiftKey ? 10 : 1);
+    const now = session ? session.s : this.shown;
+    const to = (s) => {
+      const kept = Math.min(Math.max(s, low), high);
+      if (session) this.want({ s: kept });
+      else { this.shown = Math.round(kept); this.draw(); }
+    };
+    const act = {
+      ArrowRight: () => to(now + (session ? step : 1)), ArrowLeft: () => to(now - (session ? step : 1)), Home: () => to(low), End: () => to(high),
+      " ": () => this.play(), "]": () => this.turnMode(1), "[": () => this.turnMode(-1),
+    }[event.key];
+    if (act) { event.preventDefault(); act(); }
+  }
+
+  turnMode(by) {
+    const { modes } = this.data;
+    if (!this.session || !modes || modes.length < 2) return;
+    const at = modes.findIndex((mode) => mode.label === this.session.mode);
+    this.choose(modes[(at + by + modes.length) % modes.length].label);
+  }
+
+  /** Points are dragged along their own paths, from where they are. */
+  dragging() {
+    const svg = find("diagram");
+    let held = null;
+    const place = (event) => {
+      const { left, top } = svg.getBoundingClientRect();
+      return this.diagram.from([event.clientX - left, event.clientY - top]);
+    };
+    svg.addEventListener("pointerdown", (event) => {
+      if (!this.session) return;
+      const here = place(event);
+      const pose = this.session.pose;
+      let best = 14 / this.diagram.scale;
+      for (const { kind, part, columns } of this.data.entries) {
+        if (kind !== "points" || !pose.y || !this.moving(columns)) continue;
+        const apart = Math.hypot(pose.y[0][columns[0]] - here[0], pose.y[0][columns[1]] - here[1]);
+        if (apart < best) { best = apart; held = { part, columns }; }
+      }
+      if (held) svg.setPointerCapture(event.pointerId);
+    });
+    svg.addEventListener("pointermove", (event) => { if (held) this.pull(held.columns, place(event)); });
+    for (const name of ["pointerup", "pointercancel"]) svg.addEventListener(name, () => { held = null; });
+  }
+
+  moving(columns) {
+    const poses = this.session.poses.filter((pose) => pose.y);
+    const [a, b] = [poses[0], poses[Math.floor(poses.length / 3)]];
+    return a && b && columns.some((k) => a.y[0][k] !== b.y[0][k]);
+  }
+
+  /** The place nearest to the pointer on the part of the path around the present one. */
+  pull(columns, here) {
+    const { session } = this;
+    const { places, poses } = session;
+    const count = places.length;
+    const span = session.range[1] - session.range[0];
+    const now = Math.round(((session.s - session.range[0]) / span) * (count - 1));
+    const round = this.data.start.turns && session.motion.ends[0] === null && session.motion.ends[1] === null;
+    const apart = (k) => {
+      const index = round ? ((k % (count - 1)) + count - 1) % (count - 1) : k;
+      const pose = poses[index];
+      return pose && pose.y ? (pose.y[0][columns[0]] - here[0]) ** 2 + (pose.y[0][columns[1]] - here[1]) ** 2 : Infinity;
+    };
+    let best = now;
+    for (const way of [1, -1]) { // only as far as the way there is assembled
+      for (let k = now; Math.abs(k - now) <= 30 && apart(k) < Infinity; k += way) if (apart(k) < apart(best)) best = k;
+    }
+    const [a, b, c] = [apart(best - 1), apart(best), apart(best + 1)];
+    const bend = a - 2 * b + c;
+    const between = bend > 0 && Number.isFinite(bend) ? Math.max(-0.5, Math.min(0.5, (a - c) / (2 * bend))) : 0;
+    let s = session.range[0] + (span * (best + between)) / (count - 1);
+    if (round) s = session.range[0] + ((((s - session.range[0]) % span) + span) % span);
+    this.want({ s: Math.min(Math.max(s, session.range[0]), session.range[1]) });
+  }
+
+  // -- drawing
+
+  fit() {
+    const places = [];
+    if (this.session) {
+      for (const pose of this.session.poses) places.push(...Object.values(this.session.places_of(pose)));
+    } else {
+      for (let k = 0; k < this.recorded.count; k += 1) places.push(...Object.values(this.recorded.places(k)));
+    }
+    for (const joint of this.data.scene.joints) places.push(...this.diagram.extent(joint, places.length ? this.now() : {}));
+    this.diagram.fit(places);
+  }
+
+  /** Places of the points in the pose shown. */
+  now() { return this.session ? this.session.places_of(this.session.pose) : this.recorded.places(this.shown); }
+
+  drawAll() {
+    this.fit();
+    const { session } = this;
+    if (session) {
+      const moving = this.data.entries.filter(({ kind, columns, part }) => kind === "points" && this.moving(columns)
+        && (this.data.scene.bodies.some((body) => body.free.includes(part)) || this.data.entries.length < 12));
+      this.diagram.traces(moving.map(({ columns }) => session.poses.map((pose) => (pose.y ? columns.map((k) => pose.y[0][k]) : null))));
+      const ends = session.motion.ends.filter((end) => end && end.kind === "limit");
+      this.diagram.faint("limits", ends.map((end) => session.places_of(session.motion.atLimit(end.s, end))));
+      if (this.rows) {
+        this.rows.forEach(({ range, field, factor, unit }, k) => {
+          range.value = session.theta[k];
+          range.setAttribute("aria-valuetext", quantity(session.theta[k], unit));
+          if (document.activeElement !== field) field.value = digits(session.theta[k] * factor, 8);
+        });
+      }
+      const { entry, order, part } = session.entryOf(this.what.value);
+      const unit = rateOf(entry.unit, order);
+      const [factor, name] = displayed(unit);
+      const [along, alongName] = displayed(this.data.driver.unit);
+      this.chart.draw(session.places, session.series(this.what.value), {
+        value: (value) => digits(value * factor, 4),
+        values: ([low, high]) => ticks(low * factor, high * factor, 4).map((value) => value / factor),
+        places: ([low, high]) => ticks(low * along, high * along, 6).map((value) => value / along),
+        place: (value) => digits(value * along, 4),
+        name: `${this.data.driver.name} [${alongName}] → [${name}]`,
+      });
+      void part;
+    }
+    this.draw();
+  }
+
+  draw() {
+    const { session, data } = this;
+    const driven = data.driver.name.split(".")[0];
+    if (!session) {
+      this.diagram.draw(this.recorded.places(this.shown), {}, driven);
+      const value = this.recorded.value(this.shown);
+      this.slider.value = this.recorded.count > 1 ? this.shown / (this.recorded.count - 1) : 0;
+      this.number.value = digits(value * displayed(data.driver.unit)[0], 7);
+      this.say(`${data.driver.name} = ${quantity(value, data.driver.unit)}; ${this.recorded.status(this.shown)}`, false);
+      return;
+    }
+    const pose = session.pose;
+    const places = session.places_of(pose);
+    this.diagram.draw(places, session.angles_of(pose), driven);
+    const velocities = {};
+    if (this.velocities.checked) {
+      for (const { kind, part, columns } of data.entries) {
+        const found = kind === "points" ? session.inTime(pose, columns, 1) : null;
+        if (found) velocities[part] = found;
+      }
+    }
+    this.diagram.arrows(places, velocities);
+    const [low, high] = session.range;
+    this.slider.value = (session.s - low) / (high - low);
+    this.slider.setAttribute("aria-valuetext", quantity(session.s, data.driver.unit));
+    if (document.activeElement !== this.number) this.number.value = digits(session.s * displayed(data.driver.unit)[0], 8);
+    const { entry, order, part } = session.entryOf(this.what.value);
+    this.chart.mark(session.s, session.scalar(pose, entry, order, part));
+    this.table(pose);
+    const head = `${data.driver.name} = ${quantity(session.s, data.driver.unit)}`;
+    if (pose.status === "ok") {
+      const bound = session.motion.bound(pose);
+      this.say(`${head}; ${this.words("certified")}, ${this.words("bound")} ${bound.length.toExponential(1)} m, ${bound.angle.toExponential(1)} rad`, false);
+    } else if (pose.status === "limit") this.say(`${head}; ${this.words("limit")}: ${pose.end.group} (${pose.end.joint})`, false);
+    else this.say(`${head}; ${this.words("unassembled")}: ${session.reason || session.opening(session.s)}`, true);
+  }
+
+  table(pose) {
+    const rows = [];
+    for (const { kind, part, columns, names, unit } of this.data.entries) {
+      if (kind === "joints" && names[0] === "angle") continue;
+      const found = this.session.inTime(pose, columns, 0);
+      const speed = this.session.inTime(pose, columns, 1);
+      const text = found ? (found.length === 2 ? `(${found.map((v) => quantity(v, unit, 5)).join(", ")})` : quantity(found[0], unit)) : "–";
+      const rate = speed ? quantity(Math.hypot(...speed) * (speed.length === 1 && speed[0] < 0 ? -1 : 1), `${unit}/s`, 5) : "–";
+      rows.push(made("tr", {}, made("td", {}, part), made("td", {}, `${text}; ${rate}`)));
+    }
+    this.body.replaceChildren(...rows);
+  }
+
+  say(text, warn) {
+    const own = find("status");
+    own.className = warn ? "warn" : "";
+    if (own.textContent === text) return;
+    const now = performance.now();
+    if (this.playing && this.spoken && now - this.spoken < 500) return;
+    this.spoken = now;
+    own.textContent = text;
+  }
+
+  // -- address
+
+  writeHash() {
+    if (!this.session || location.protocol === "about:") return;
+    const parts = this.data.sliders.flatMap((slider, k) => (this.session.theta[k] === slider.value ? [] : [`${encodeURIComponent(slider.name)}=${this.session.theta[k]}`]));
+    if (this.session.s !== this.data.start.s) parts.push(`s=${this.session.s}`);
+    const own = (this.data.modes.find((mode) => mode.own) || {}).label;
+    if (this.session.mode && this.session.mode !== own) parts.push(`mode=${encodeURIComponent(this.session.mode)}`);
+    try { history.replaceState(null, "", parts.length ? `#${parts.join("&")}` : location.pathname + location.search); } catch { /* in a frame without address */ }
+  }
+
+  readHash() {
+    if (!this.session || location.hash.length < 2) return;
+    const given = new Map(location.hash.slice(1).split("&").map((part) => part.split("=").map(decodeURIComponent)));
+    if (given.has("mode")) this.session.choose(given.get("mode"));
+    const theta = this.data.sliders.map((slider, k) => {
+      const value = Number(given.get(slider.name));
+      return given.has(slider.name) && Number.isFinite(value) ? value : this.session.theta[k];
+    });
+    if (theta.some((value, k) => value !== this.session.theta[k])) this.session.dimension(theta);
+    const s = Number(given.get("s"));
+    if (given.has("s") && Number.isFinite(s)) this.session.drive(s);
+  }
+}
+
+/** The interface for embedding and tests. */
+function interfaceOf(app) {
+  const { data } = app;
+  const own = {
+    reason: "",
+    get live() { return app.live; },
+    ready: Promise.resolve(true),
+    pose() {
+      const { session } = app;
+      if (!session) {
+        const places = app.recorded.places(app.shown);
+        const points = Object.fromEntries(Object.entries(places).map(([name, position]) => [name, { position }]));
+        return { driver: { [data.driver.name]: app.recorded.value(app.shown) }, status: app.recorded.status(app.shown), mode: "", bound: null, points, bodies: {}, joints: {}, efforts: {} };
+      }
+      const pose = session.pose;
+      const result = { driver: { [data.driver.name]: session.s }, status: pose.status, mode: session.mode, bound: session.motion.bound(pose), points: {}, bodies: {}, joints: {}, efforts: {} };
+      if (!pose.y) return result;
+      for (const { kind, part, columns, names } of data.entries) {
+        const table = (result[kind][part] = result[kind][part] || {});
+        names.forEach((name, order) => {
+          const found = session.inTime(pose, columns, order);
+          if (kind === "joints" && names[0] === "angle" && order) return;
+          table[name] = found && found.length === 1 ? found[0] : found;
+        });
+      }
+      return result;
+    },
+    set(values) {
+      const { session } = app;
+      if (!session) { own.reason = app.reason; return false; }
+      const theta = [...session.theta];
+      let s = null;
+      for (const [name, value] of Object.entries(values)) {
+        const k = data.sliders.findIndex((slider) => slider.name === name);
+        if (typeof value !== "number" || !Number.isFinite(value)) { own.reason = `${name} is no number`; return false; }
+        if (name === data.driver.name) s = value;
+        else if (k >= 0) theta[k] = value;
+        else { own.reason = `unknown name ${name}`; return false; }
+      }
+      const before = { theta: [...session.theta], s: session.s, mode: session.mode, anchor: session.motion.anchor };
+      let ok = true;
+      if (theta.some((value, k) => value !== session.theta[k])) ok = session.dimension(theta) === 1;
+      own.reason = session.reason;
+      if (ok && s !== null) { ok = session.drive(s); own.reason = session.reason; }
+      if (!ok) { const { reason } = own; session.restore(before); own.reason = reason; }
+      app.drawAll();
+      return ok;
+    },
+    sweep(path, count = 361) {
+      const { session } = app;
+      if (!session) return [];
+      const { entry, order, part } = session.entryOf(path);
+      const [low, high] = session.range;
+      return Array.from({ length: count }, (_, k) => {
+        const pose = session.motion.pose(count > 1 ? low + ((high - low) * k) / (count - 1) : low);
+        if (part || entry.columns.length === 1) return session.scalar(pose, entry, order, part);
+        return session.inTime(pose, entry.columns, order);
+      });
+    },
+    limits() { return app.session ? app.session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null)) : [null, null]; },
+    modes() { return app.session ? data.modes.map((mode) => mode.label) : []; },
+    choose(label) {
+      if (!app.session) { own.reason = app.reason; return false; }
+      const ok = app.choose(label);
+      own.reason = ok ? "" : app.session.reason;
+      return ok;
+    },
+    toml() { return app.toml(); },
+  };
+  return own;
+}
+
+const app = new App(JSON.parse(find("mechdae").textContent), K);
+app.build();
+window.mechdae = interfaceOf(app);

@@ -1,0 +1,374 @@
+/** A certified path of the mechanism along its driver: the tests are those of mechdae's own paths. */
+import { Kernel } from "./kernel.js";
+
+const ROUND = 2 ** -53;
+const H_LIMIT = 0.2;
+const TINY = 1e-17;
+const ROUNDS = 8;
+const APPROACH = 1e-6;
+const TURN = 2 * Math.PI;
+
+/** Solve a small dense system in place by elimination with pivoting; null where it is singular. */
+export function eliminated(matrix, right) {
+  const n = right.length;
+  for (let k = 0; k < n; k += 1) {
+    let best = k;
+    for (let i = k + 1; i < n; i += 1) if (Math.abs(matrix[i][k]) > Math.abs(matrix[best][k])) best = i;
+    if (!(Math.abs(matrix[best][k]) > 0)) return null;
+    [matrix[k], matrix[best]] = [matrix[best], matrix[k]];
+    [right[k], right[best]] = [right[best], right[k]];
+    for (let i = k + 1; i < n; i += 1) {
+      const share = matrix[i][k] / matrix[k][k];
+      if (share !== 0) {
+        for (let j = k; j < n; j += 1) matrix[i][j] -= share * matrix[k][j];
+        right[i] -= share * right[k];
+      }
+    }
+  }
+  for (let k = n - 1; k >= 0; k -= 1) {
+    for (let j = k + 1; j < n; j += 1) right[k] -= matrix[k][j] * right[j];
+    right[k] /= matrix[k][k];
+  }
+  return right;
+}
+
+/** Kernels and numbers of one mechanism; `solve` follows its path. */
+export class Motion {
+  /** @param {any} data @param {any} code printed functions by name */
+  constructor(data, code) {
+    this.data = data;
+    this.start = data.start;
+    const layout = data.kernels;
+    this.kernels = Object.fromEntries(
+      Object.keys(layout).filter((name) => code[name]).map((name) => [name, new Kernel(code[name], layout[name])]));
+    this.n = this.start.nx;
+    this.nb = this.start.nb;
+    this.far = this.start.far.map((value) => (value === null ? Infinity : value));
+    this.sizeX = Float64Array.from(this.start.size_x);
+    this.sizeU = Float64Array.from(this.start.size_u);
+    this.anchor = { x: Float64Array.from(this.start.x), s: this.start.s };
+    this.theta = data.sliders.map((slider) => slider.value);
+    this.nodes = [];
+    this.ends = [null, null];
+    /** The block that stopped Newton's method last. */
+    this.opened = 0;
+    this.setNumbers(this.theta);
+  }
+
+  /** Use other values of the sliders: parameters and bounds, no pose. */
+  setNumbers(theta) {
+    this.p = Float64Array.from(this.kernels.numbers.run(theta)[0]);
+    this.ground = Float64Array.from(this.kernels.ground.run(this.p)[0]);
+    this.bounds();
+  }
+
+  /** Bounds for the sizes that the path may have; those of the outputs when they are read. */
+  bounds() {
+    const [kappa, rho] = this.kernels.constants.run(this.sizeX, this.sizeU, this.p, [this.start.scale]);
+    const { length } = this.p;
+    const { n, nb } = this;
+    this.whole = new Float64Array(length + 1 + 2 * nb + n + 2);
+    this.whole.set(this.p);
+    this.whole[length] = this.start.scale;
+    this.whole.set(kappa, length + 1);
+    this.whole.set(rho, length + 1 + nb);
+    for (let i = 0; i < n; i += 1) this.whole[length + 1 + 2 * nb + i] = ROUND * this.sizeX[i];
+    this.whole[this.whole.length - 1] = 1; // u = 0 + s 1
+    this.consts = this.whole.subarray(0, this.whole.length - 2);
+    this.kappa = this.whole.subarray(length + 1, length + 1 + nb);
+    this.slopes = null;
+  }
+
+  outputSlopes() {
+    if (!this.slopes) {
+      const found = this.kernels.slopes.run(this.sizeX, this.sizeU, this.p);
+      this.slopes = Float64Array.from(found[0]);
+      this.rounding = Float64Array.from(found[1]);
+    }
+    return this.slopes;
+  }
+
+  /** One step: [state, test, det, miss], overwritten by the next one. */
+  step(state, s, ds) {
+    const kernel = this.kernels.advance;
+    kernel.inputs[1][0] = s;
+    kernel.inputs[1][1] = ds;
+    kernel.inputs[0].set(state);
+    kernel.inputs[2].set(this.whole);
+    kernel.code(kernel.memory);
+    return kernel.outputs;
+  }
+
+  proved(after, test, det, miss) {
+    const failed = [];
+    for (let b = 0; b < this.nb; b += 1) {
+      const inside = this.start.blocks[b].own.every((i) => Math.abs(after[i]) <= this.far[i]);
+      if (!(test[b] <= 1 && miss[b] <= 1 && Math.sign(det[b]) === this.sign[b] && inside)) failed.push(b);
+    }
+    return failed;
+  }
+
+  /** Follow the path from the anchor over a range; true unless the anchor is no pose. */
+  follow(low, high) {
+    for (let grown = 0; grown < 8; grown += 1) {
+      const blank = new Float64Array(3 * this.n + this.nb);
+      blank.set(this.anchor.x);
+      const [state, , det] = this.step(blank, this.anchor.s, 0);
+      if (!state.every(Number.isFinite)) return false;
+      this.sign = Float64Array.from(det, Math.sign);
+      this.nodes = [{ s: this.anchor.s, state: Float64Array.from(state) }];
+      this.ends = [null, null];
+      this.extend(1, high);
+      this.extend(-1, low);
+      if (this.start.turns && (this.ends[0] === null) !== (this.ends[1] === null)) {
+        // what the driver does not reach directly it may reach the other way round
+        if (this.ends[0] === null) this.extend(-1, this.ends[1].s - TURN);
+        else this.extend(1, this.ends[0].s + TURN);
+      }
+      if (!this.grow()) return true;
+      this.bounds();
+    }
+    return true;
+  }
+
+  /** Enlarge the sizes that the bounds hold for, where the path went further. */
+  grow() {
+    let further = false;
+    for (const { s, state } of this.nodes) {
+      for (let i = 0; i < this.n; i += 1) {
+        if (Math.abs(state[i]) > this.sizeX[i]) {
+          this.sizeX[i] = 1.5 * Math.abs(state[i]);
+          further = true;
+        }
+      }
+      if (Math.abs(s) > this.sizeU[0]) {
+        this.sizeU[0] = 1.5 * Math.abs(s);
+        further = true;
+      }
+    }
+    return further;
+  }
+
+  extend(sense, to) {
+    const largest = this.start.largest;
+    const side = sense > 0 ? 1 : 0;
+    if (this.ends[side] !== null) return;
+    let step = largest;
+    let tries = 0;
+    for (;;) {
+      const last = sense > 0 ? this.nodes[this.nodes.length - 1] : this.nodes[0];
+      const rest = sense * (to - last.s);
+      if (rest <= 1e-12 * largest || (tries += 1) > 20000) return;
+      const ds = Math.min(step, rest);
+      const place = ds === rest ? to : last.s + sense * ds;
+      const [after, test, det, miss] = this.step(last.state, last.s, place - last.s);
+      const failed = this.proved(after, test, det, miss);
+      if (failed.length === 0) {
+        const node = { s: place, state: Float64Array.from(after) };
+        if (sense > 0) this.nodes.push(node);
+        else this.nodes.unshift(node);
+        step = Math.min(1.5 * step, largest);
+        continue;
+      }
+      step = ds / 2;
+      if (step < APPROACH * largest) {
+        this.ends[side] = this.limit(last, failed, sense);
+        return;
+      }
+    }
+  }
+
+  /** The limit position ahead of a node: Newton on {F = 0, J v = 0, v.v = 1}. */
+  limit(node, failed, sense) {
+    let found = null;
+    for (const b of failed) {
+      const { own, chain, group, joint } = this.start.blocks[b];
+      const w = this.start.weights;
+      const speed = own.map((i) => node.state[this.n + i] / w[i]);
+      const length = Math.hypot(...speed);
+      if (!(length > 0)) continue;
+      const y = [...chain.map((i) => node.state[i]), node.s, ...speed.map((v) => v / length)];
+      const kernel = this.kernels[`fold${b}`];
+      let small = false;
+      for (let k = 0; k < 30 && !small; k += 1) {
+        const [G, Gy] = kernel.run(y, this.whole);
+        const size = y.length;
+        const matrix = Array.from({ length: size }, (_, i) =>
+          Array.from({ length: size }, (__, j) => Gy[i + size * j]));
+        const change = eliminated(matrix, Array.from(G));
+        if (change === null || !change.every(Number.isFinite)) break;
+        for (let i = 0; i < size; i += 1) y[i] -= change[i];
+        small = Math.max(...change.map(Math.abs)) < 1e-13 * (1 + Math.max(...y.map(Math.abs)));
+      }
+      const s = y[chain.length];
+      const ahead = sense * (s - node.s);
+      if (!small || ahead < -1e-9 || ahead > 20 * this.start.largest) continue;
+      if (found && Math.abs(found.s - node.s) <= Math.abs(ahead)) continue;
+      const x = node.state.slice(0, this.n).map((value, i) =>
+        (own.includes(i) ? value : value + node.state[this.n + i] * (s - node.s)));
+      chain.forEach((i, k) => { x[i] = y[k]; });
+      found = { s, x, group, joint, kind: "limit" };
+    }
+    if (found) return found;
+    const { group, joint } = this.start.blocks[failed[0]];
+    return { s: node.s, x: node.state.slice(0, this.n), group, joint, kind: "unproved" };
+  }
+
+  /** The place on the path for a value of the driver, whole turns away where it gets there so. */
+  placeOf(s) {
+    const [low, high] = this.span();
+    const slack = 1e-11 * this.start.largest; // what rounding leaves before the end of a range
+    if (s >= low - slack && s <= high + slack) return s;
+    if (!this.start.turns) return null;
+    const turns = s < low ? Math.ceil((low - s) / TURN - 1e-12) : -Math.ceil((s - high) / TURN - 1e-12);
+    const there = s + turns * TURN;
+    return there >= low && there <= high ? there : null;
+  }
+
+  span() {
+    const low = this.ends[0] ? this.ends[0].s : this.nodes[0].s;
+    const high = this.ends[1] ? this.ends[1].s : this.nodes[this.nodes.length - 1].s;
+    return [low, high];
+  }
+
+  guess(s) {
+    const { nodes, n } = this;
+    if (nodes.length === 1) return nodes[0].state.slice(0, n);
+    let k = 0;
+    let high = nodes.length - 1;
+    while (high - k > 1) {
+      const middle = (k + high) >> 1;
+      if (nodes[middle].s <= s) k = middle;
+      else high = middle;
+    }
+    const a = nodes[k];
+    const b = nodes[k + 1];
+    const h = b.s - a.s;
+    const t = (s - a.s) / h;
+    const x = new Float64Array(n);
+    for (let i = 0; i < n; i += 1) {
+      const v0 = a.state[n + i] * h, v1 = b.state[n + i] * h;
+      const a0 = a.state[2 * n + i] * h * h, a1 = b.state[2 * n + i] * h * h;
+      const rise = b.state[i] - a.state[i];
+      const c3 = 10 * rise - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1;
+      const c4 = -15 * rise + 8 * v0 + 7 * v1 + 1.5 * a0 - a1;
+      const c5 = 6 * rise - 3 * v0 - 3 * v1 - 0.5 * a0 + 0.5 * a1;
+      x[i] = a.state[i] + t * (v0 + t * (0.5 * a0 + t * (c3 + t * (c4 + t * c5))));
+    }
+    return x;
+  }
+
+  /** The certified pose at a value of the driver. */
+  pose(s) {
+    const place = this.placeOf(s);
+    if (place === null) return this.missing(s);
+    for (const end of this.ends) {
+      if (end && Math.abs(place - end.s) <= 1e-15 * Math.max(1, Math.abs(end.s)) * 8) {
+        return end.kind === "limit" ? this.atLimit(s, end) : this.missing(s);
+      }
+    }
+    const found = this.solved(s, place, this.guess(place));
+    return found.status === "ok" ? found : this.solved(s, place, this.beside(place));
+  }
+
+  /** A guess by certified steps from the node before a place, where the interpolant is too poor. */
+  beside(place) {
+    const { nodes, n } = this;
+    let k = 0;
+    while (k + 1 < nodes.length && nodes[k + 1].s <= place) k += 1;
+    let { s, state } = nodes[k];
+    for (let tries = 0, step = place - s; tries < 200 && s !== place; tries += 1) {
+      const next = Math.abs(step) >= Math.abs(place - s) ? place : s + step;
+      const [after, test, det, miss] = this.step(state, s, next - s);
+      if (this.proved(after, test, det, miss).length) step = (next - s) / 2;
+      else {
+        s = next;
+        state = Float64Array.from(after);
+      }
+    }
+    return state.slice(0, n);
+  }
+
+  /** Newton's method from a guess, and everything that is reported; `signs` false: any branch. */
+  solved(s, place, guess, signs = true) {
+    const kernel = this.kernels.pose;
+    let x = guess;
+    let far = Infinity;
+    for (let round = 0; round < ROUNDS; round += 1) {
+      const [next, error, det, beta, eta, ...y] = kernel.run(x, [place], this.consts);
+      let left = 0;
+      let h = 0;
+      for (let b = 0; b < this.nb; b += 1) {
+        left = Math.max(left, this.kappa[b] * beta[b] * eta[b]);
+        h = Math.max(h, this.kappa[b] * beta[b] * Math.sqrt(eta[b]));
+        if (signs && Math.sign(det[b]) !== this.sign[b]) {
+          this.opened = b;
+          return this.missing(s);
+        }
+        if (!(this.kappa[b] * beta[b] * Math.sqrt(eta[b]) <= H_LIMIT)) this.opened = b;
+      }
+      if (!Number.isFinite(left)) return this.missing(s);
+      if (round === 0) far = h;
+      if (far > H_LIMIT) return this.missing(s);
+      x = Float64Array.from(next);
+      if (left <= TINY) {
+        return { status: "ok", s, place, x, y: y.map((part) => Float64Array.from(part)), error: Float64Array.from(error),
+          det: Float64Array.from(det) };
+      }
+    }
+    return this.missing(s);
+  }
+
+  atLimit(s, end) {
+    const [y] = this.kernels.outputs.run(end.x, [end.s], this.p);
+    const none = new Float64Array(y.length).fill(NaN);
+    return { status: "limit", s, place: end.s, x: end.x, y: [Float64Array.from(y), none, none], error: null, end };
+  }
+
+  missing(s) {
+    return { status: "unassembled", s, place: null, x: null, y: null, error: null };
+  }
+
+  /** Bounds of the outputs' errors from those of the unknowns. */
+  bound({ error }) {
+    if (!error) return null;
+    const [rows, columns] = this.data.kernels.slopes_at;
+    const slopes = this.outputSlopes();
+    const result = Float64Array.from(this.rounding);
+    for (let k = 0; k < rows.length; k += 1) result[rows[k]] += slopes[k] * error[columns[k]];
+    let length = 0;
+    let angle = 0;
+    for (const { kind, columns: own } of this.data.entries) {
+      if (kind === "points") length = Math.max(length, Math.hypot(...own.map((k) => result[k])));
+      if (kind === "bodies") angle = Math.max(angle, result[own[0]]);
+    }
+    return { length, angle };
+  }
+
+  /**
+   * Carry a pose to other values of the sliders along a straight line, by certified Newton steps.
+   * Returns how far it came, 1 for the whole way; the numbers are those of the place reached.
+   */
+  carry(pose, from, to) {
+    let t = 0;
+    let step = 1;
+    let { x } = pose;
+    let { det } = pose;
+    while (t < 1) {
+      const next = Math.min(1, t + step);
+      this.setNumbers(from.map((value, i) => (next === 1 ? to[i] : value + next * (to[i] - value))));
+      if (det) this.sign = Float64Array.from(det, Math.sign);
+      const found = this.solved(pose.s, pose.place, x, Boolean(det));
+      if (found.status === "ok") {
+        ({ x, det } = found);
+        t = next;
+        step *= 2;
+      } else {
+        step /= 2;
+        if (step < 2 ** -10) break;
+      }
+    }
+    this.setNumbers(from.map((value, i) => (t === 1 ? to[i] : value + t * (to[i] - value))));
+    return { t, x };
+  }
+}

@@ -1,0 +1,229 @@
+/** What is shown: numbers, driver, mode; the poses along the range; undo. No drawing here. */
+import { Motion } from "./path.js";
+
+const SAMPLES = 361;
+const CHECK = 1e-12;
+const OTHERS = 12;
+
+export class Session {
+  /** @param {any} data @param {any} code */
+  constructor(data, code) {
+    this.data = data;
+    this.motion = new Motion(data, code);
+    this.theta = data.sliders.map((slider) => slider.value);
+    this.s = data.start.s;
+    this.mode = (data.modes.find((mode) => mode.own) || { label: "" }).label;
+    this.reason = "";
+    this.history = [];
+    this.future = [];
+    this.range = data.range;
+    this.follow();
+    this.s = this.within(data.start.s) ? data.start.s : this.range[0];
+    this.sample();
+  }
+
+  follow() {
+    const [low, high] = this.data.range;
+    const around = this.motion.anchor.s;
+    this.motion.follow(Math.min(low, around), Math.max(high, around));
+    if (this.data.whole) {
+      // the whole assembled arc: a turn or a stroke beyond on each side, then as far as it goes
+      const more = this.data.start.turns ? 2 * Math.PI : 4 * this.data.start.scale;
+      if (this.motion.ends[0] === null) this.motion.extend(-1, around - more);
+      if (this.motion.ends[1] === null) this.motion.extend(1, around + more);
+      const span = this.motion.span();
+      const free = this.motion.ends[0] === null && this.motion.ends[1] === null && this.data.start.turns;
+      this.range = free ? [low, low + 2 * Math.PI] : span;
+    }
+  }
+
+  within(s) { return s >= this.range[0] && s <= this.range[1]; }
+
+  /** Poses along the range, for curves and paths. */
+  sample(count = SAMPLES) {
+    const [low, high] = this.range;
+    this.places = Array.from({ length: count }, (_, k) => (k === count - 1 ? high : low + ((high - low) * k) / (count - 1)));
+    this.poses = this.places.map((s) => this.motion.pose(s));
+  }
+
+  /** The poses at load against those of Python: the largest difference, relative to each series. */
+  selfTest() {
+    const { checks } = this.data;
+    if (!checks.length) return 0;
+    let worst = 0;
+    const order = checks[0].y.length;
+    for (let k = 0; k < order; k += 1) {
+      const size = Math.max(1e-300, ...checks.flatMap((check) => check.y[k].map(Math.abs)));
+      for (const check of checks) {
+        const pose = this.motion.pose(check.s);
+        if (!pose.y) return Infinity;
+        for (const { columns } of this.data.entries) {
+          const found = this.inTime(pose, columns, k);
+          columns.forEach((i, j) => { worst = Math.max(worst, Math.abs(found[j] - check.y[k][i]) / size); });
+        }
+      }
+    }
+    return worst;
+  }
+
+  get trusted() { return this.selfTest() <= CHECK * 100; }
+
+  get pose() { return this.motion.pose(this.s); }
+
+  /** Where the points are: name to place. */
+  places_of(pose) {
+    const places = {};
+    this.data.scene.ground.forEach((name, k) => { places[name] = [this.motion.ground[2 * k], this.motion.ground[2 * k + 1]]; });
+    if (!pose || !pose.y) return places;
+    for (const { kind, part, columns } of this.data.entries) {
+      if (kind !== "points") continue;
+      const [x, y] = columns.map((k) => pose.y[0][k]);
+      places[part] = [x, y];
+    }
+    return places;
+  }
+
+  angles_of(pose) {
+    const angles = {};
+    if (!pose || !pose.y) return angles;
+    for (const { kind, part, columns } of this.data.entries) if (kind === "bodies") angles[part] = pose.y[0][columns[0]];
+    return angles;
+  }
+
+  /** Rates in time: those by the driver times its speed. */
+  inTime(pose, columns, order) {
+    if (!pose || !pose.y) return null;
+    const { speed, acceleration } = this.data;
+    const [y, first, second] = pose.y;
+    if (order === 0) return columns.map((k) => y[k]);
+    if (!Number.isFinite(first[columns[0]])) return null;
+    if (order === 1) return columns.map((k) => first[k] * speed);
+    return columns.map((k) => second[k] * speed * speed + first[k] * acceleration);
+  }
+
+  /** The scalar of a path like points/rod.B/velocity; of points the size, of place the x. */
+  series(path) {
+    const { entry, order, part } = this.entryOf(path);
+    return this.poses.map((pose) => this.scalar(pose, entry, order, part));
+  }
+
+  scalar(pose, entry, order, part) {
+    const found = this.inTime(pose, entry.columns, order);
+    if (!found) return null;
+    if (found.length === 1) return found[0];
+    return part === "x" ? found[0] : part === "y" ? found[1] : Math.hypot(...found);
+  }
+
+  entryOf(path) {
+    const [kind, part, name, axis] = path.split("/");
+    const entry = this.data.entries.find((own) => own.kind === kind && own.part === part && own.names.includes(name));
+    if (!entry) throw new Error(`no output ${path}`);
+    return { entry, order: entry.names.indexOf(name), part: axis };
+  }
+
+  // -- changes
+
+  remember() {
+    this.history.push({ theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor });
+    if (this.history.length > 200) this.history.shift();
+    this.future = [];
+  }
+
+  restore(entry) {
+    this.theta = [...entry.theta];
+    this.motion.theta = [...entry.theta];
+    this.motion.anchor = entry.anchor;
+    this.motion.setNumbers(this.theta);
+    this.mode = entry.mode;
+    this.follow();
+    this.s = entry.s;
+    this.sample();
+  }
+
+  undo(back = true) {
+    const [from, to] = back ? [this.history, this.future] : [this.future, this.history];
+    if (!from.length) return false;
+    to.push({ theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor });
+    this.restore(from.pop());
+    return true;
+  }
+
+  /** Drive to a value; false where there is no pose, which is shown as such. */
+  drive(s) {
+    this.s = s;
+    const ok = this.pose.status !== "unassembled";
+    this.reason = ok ? "" : this.opening(s);
+    return ok;
+  }
+
+  opening(s) {
+    const [low, high] = this.motion.ends;
+    const end = s > (high ? high.s : Infinity) ? high : s < (low ? low.s : -Infinity) ? low : high || low;
+    return end ? `${end.group} opens at ${end.joint}` : "";
+  }
+
+  /** Use other values of dimensions, on the branch that is followed there; how far it came, 0 to 1. */
+  dimension(theta) {
+    const from = [...this.theta];
+    let pose = this.pose;
+    if (pose.status !== "ok") pose = this.poses.find((other) => other.status === "ok");
+    if (!pose) return 0;
+    const candidates = [pose];
+    const others = this.poses.filter((other) => other.status === "ok");
+    for (let k = 0; k < OTHERS && others.length; k += 1) candidates.push(others[Math.floor((k * (others.length - 1)) / (OTHERS - 1))]);
+    const sign = [...this.motion.sign];
+    let best = { t: -1, x: null, pose };
+    for (const candidate of candidates) {
+      this.motion.sign = Float64Array.from(sign);
+      const found = this.motion.carry(candidate, from, theta);
+      if (found.t > best.t) best = { ...found, pose: candidate, opened: this.motion.opened };
+      if (best.t === 1) break;
+    }
+    const reached = from.map((value, i) => (best.t === 1 ? theta[i] : value + best.t * (theta[i] - value)));
+    this.theta = reached;
+    this.motion.setNumbers(reached);
+    this.motion.anchor = this.nearZero({ x: Float64Array.from(best.x), s: best.pose.place });
+    this.follow();
+    if (!this.within(this.s)) this.s = Math.min(Math.max(this.s, this.range[0]), this.range[1]);
+    this.sample();
+    const { group, joint } = this.data.start.blocks[best.opened || 0];
+    this.reason = best.t === 1 ? "" : `${group} opens at ${joint}`;
+    return best.t;
+  }
+
+  /** The same pose with the driver whole turns nearer to the file's range, if that is the same pose. */
+  nearZero(anchor) {
+    const { data, motion } = this;
+    const middle = (data.range[0] + data.range[1]) / 2;
+    const turns = data.start.turns ? Math.round((anchor.s - middle) / (2 * Math.PI)) : 0;
+    if (turns === 0) return anchor;
+    const s = anchor.s - 2 * Math.PI * turns;
+    const found = motion.solved(s, s, anchor.x);
+    const same = found.status === "ok" && found.x.every((value, i) => Math.abs(value - anchor.x[i]) < 1e-9 * (1 + Math.abs(value)));
+    return same ? { x: found.x, s } : anchor;
+  }
+
+  /** Go over to another assembly mode that Python found at the start. */
+  choose(label) {
+    const mode = this.data.modes.find((own) => own.label === label);
+    if (!mode) { this.reason = `no mode ${label}`; return false; }
+    const before = { theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor };
+    const now = [...this.theta];
+    const nominal = this.data.sliders.map((slider) => slider.value);
+    this.motion.setNumbers(nominal);
+    const begun = this.motion.solved(this.data.start.s, this.data.start.s, Float64Array.from(mode.x), false);
+    if (begun.status !== "ok") { this.restore(before); this.reason = "no pose"; return false; }
+    this.motion.sign = Float64Array.from(begun.det, Math.sign);
+    const found = this.motion.carry(begun, nominal, now);
+    if (found.t < 1) { this.restore(before); this.reason = `mode ${label} ends before these dimensions`; return false; }
+    this.motion.anchor = { x: found.x, s: this.data.start.s };
+    this.theta = now;
+    this.motion.setNumbers(now);
+    this.mode = label;
+    this.follow();
+    if (!this.within(this.s)) this.s = this.range[0];
+    this.sample();
+    this.reason = "";
+    return true;
+  }
+}

@@ -1,0 +1,24 @@
+/** Numbers as they are shown: degrees and millimetres. */
+
+const FACTORS = { rad: [180 / Math.PI, "°"], "rad/s": [1, "rad/s"], "rad/s2": [1, "rad/s²"], m: [1000, "mm"], "m/s": [1, "m/s"],
+  "m/s2": [1, "m/s²"], s: [1, "s"], 1: [1, ""], "": [1, ""] };
+
+/** @param {string} unit SI @returns {[number, string]} factor and name of what is shown */
+export function displayed(unit) { return FACTORS[unit] || [1, unit]; }
+
+/** At most so many significant digits, without zeros that say nothing. */
+export function digits(value, count = 6) {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  return size >= 1e6 || size < 1e-4 ? value.toExponential(count - 2) : String(Number(value.toPrecision(count)));
+}
+
+/** A value with its unit. */
+export function quantity(value, unit, count = 6) {
+  const [factor, name] = displayed(unit);
+  return `${digits(value === null ? null : value * factor, count)}${name === "°" ? "°" : name ? ` ${name}` : ""}`;
+}
+
+/** The unit of a rate of a quantity. */
+export function rateOf(unit, order) { return order === 0 ? unit : order === 1 ? `${unit}/s` : `${unit}/s2`; }

@@ -1,0 +1,197 @@
+"""The page in a real browser: no message, no request, keyboard, pointer, phone, files."""
+
+from __future__ import annotations
+
+import re
+import shutil
+
+import pytest
+
+import mechdae as md
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+
+
+SHOWN = {"four-bar-crank-rocker": "turn", "gorshkov-seven-link": "window", "double-pendulum": None}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as own:
+        opened = own.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield opened
+        opened.close()
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pages")
+    return {name: md.page(name, task).save(folder / f"{name}.html") for name, task in SHOWN.items()}
+
+
+@pytest.fixture
+def opened(browser, pages):
+    """Open a page; after the test nothing was said and nobody asked."""
+    said: list[str] = []
+    contexts = []
+
+    def open_page(name, fragment="", **options):
+        context = browser.new_context(**{"viewport": {"width": 1100, "height": 800}, **options})
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: said.append(message.text))
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("request", lambda request: said.append(request.url)
+                if not request.url.startswith(("file:", "blob:", "data:")) else None)  # fmt: skip
+        page.goto(f"file://{pages[name]}{fragment}")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert said == []
+
+
+def test_interface_for_embedding(opened):
+    page = opened("four-bar-crank-rocker")
+    assert page.evaluate("mechdae.live") is True
+    assert page.evaluate("mechdae.set({'crank.angle': 1.0, b: 0.125})") is True
+    pose = page.evaluate("mechdae.pose()")
+    truth = md.solve("four-bar-crank-rocker", "turn", set={"b": 0.125})
+    fresh = md.solve(
+        md.load("four-bar-crank-rocker").with_values({"b": 0.125}).mechanism,
+        md.Sweep(driver=md.Driver("crank.angle", at=(1.0,), speed=10.0)),
+    )
+    assert pose["status"] == "ok"
+    for rate in ("position", "velocity", "acceleration"):
+        wanted = getattr(fresh.points["coupler.P"], rate)[0]
+        assert pose["points"]["coupler.P"][rate] == pytest.approx(wanted, rel=1e-12)
+    swept = page.evaluate("mechdae.sweep('bodies/rocker/angle', 361)")
+    assert swept == pytest.approx(truth.bodies["rocker"].angle.tolist(), abs=1e-12)
+    assert page.evaluate("mechdae.set({nothing: 1})") is False
+    assert "nothing" in page.evaluate("mechdae.reason")
+    assert page.evaluate("mechdae.set({a: 9})") is False
+    assert "opens at" in page.evaluate("mechdae.reason")
+    assert (
+        page.evaluate("mechdae.pose().points['coupler.P'].position")
+        == pose["points"]["coupler.P"]["position"]
+    )
+    assert page.evaluate("mechdae.choose('+')") is True
+    assert page.evaluate("mechdae.pose().mode") == "+"
+    assert "b = 0.125" in page.evaluate("mechdae.toml()")
+
+
+def test_keyboard_alone(opened):
+    page = opened("gorshkov-seven-link")
+    page.focus("#diagram")
+    before = page.evaluate("mechdae.pose().driver['crank.angle']")
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function(f"mechdae.pose().driver['crank.angle'] > {before}")
+    page.keyboard.press("End")
+    page.wait_for_function("mechdae.pose().status === 'limit'")
+    limits = page.evaluate("mechdae.limits()")
+    assert limits == pytest.approx([-1.3312646100770071, 1.0625701691277127], abs=1e-12)
+    page.keyboard.press("Home")
+    page.wait_for_function(f"mechdae.pose().driver['crank.angle'] < {limits[0] + 1e-9}")
+    page.keyboard.press("]")
+    assert page.evaluate("mechdae.pose().mode") != "+,+,-"
+    page.keyboard.press(" ")
+    page.wait_for_function("mechdae.pose().status === 'ok'")
+    page.keyboard.press(" ")
+
+
+def test_a_point_is_dragged_along_its_path(opened):
+    page = opened("four-bar-crank-rocker")
+    page.evaluate("mechdae.set({'crank.angle': 1.0})")
+    box = page.locator("#diagram").bounding_box()
+    place = page.evaluate(
+        """() => { const point = [...document.querySelectorAll('#diagram .point')].pop();
+        return [Number(point.getAttribute('cx')), Number(point.getAttribute('cy'))]; }"""
+    )
+    page.mouse.move(box["x"] + place[0], box["y"] + place[1])
+    page.mouse.down()
+    page.mouse.move(box["x"] + place[0] - 30, box["y"] + place[1] - 10, steps=5)
+    page.mouse.up()
+    page.wait_for_function("Math.abs(mechdae.pose().driver['crank.angle'] - 1.0) > 0.01")
+    assert page.evaluate("mechdae.pose().status") == "ok"
+
+
+def test_dimensions_are_undone_as_gestures(opened):
+    page = opened("four-bar-crank-rocker")
+    field = page.get_by_label("b [mm]")
+    field.fill("125")
+    field.press("Enter")
+    page.wait_for_function("mechdae.toml().includes('b = 0.125')")
+    page.keyboard.press("Control+z")
+    page.wait_for_function("!mechdae.toml().includes('b = 0.125')")
+    page.keyboard.press("Control+Shift+z")
+    page.wait_for_function("mechdae.toml().includes('b = 0.125')")
+    assert "b=0.125" in page.evaluate("location.hash")
+
+
+def test_the_address_holds_what_differs(opened):
+    page = opened("four-bar-crank-rocker", "#b=0.125&s=1.5&mode=%2B")
+    pose = page.evaluate("mechdae.pose()")
+    assert pose["driver"]["crank.angle"] == 1.5
+    assert pose["mode"] == "+"
+    assert "b = 0.125" in page.evaluate("mechdae.toml()")
+
+
+@pytest.mark.parametrize("kind", ["SVG", "PNG", "CSV", "TOML"])
+def test_files_come_out(opened, kind):
+    page = opened("four-bar-crank-rocker")
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name=kind).click()
+    content = waiting.value.path().read_bytes()
+    start = {"SVG": b"<svg", "PNG": b"\x89PNG", "CSV": b"status,drivers/", "TOML": b"schema"}
+    assert content.startswith(start[kind])
+    if kind == "CSV":
+        assert len(content.splitlines()) == 362
+
+
+@pytest.mark.parametrize(
+    "name", ["four-bar-crank-rocker", "gorshkov-seven-link", "double-pendulum"]
+)
+@pytest.mark.parametrize("width", [320, 390])
+def test_a_phone_does_not_scroll_sideways(opened, name, width):
+    page = opened(name, viewport={"width": width, "height": 844}, has_touch=True)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    small = page.evaluate(
+        """() => [...document.querySelectorAll('button, select, input[type=number]')]
+        .filter((own) => own.getBoundingClientRect().height < 24).length"""
+    )
+    assert small == 0
+
+
+def test_recorded_poses_play(opened):
+    page = opened("double-pendulum")
+    assert "kind motion" in page.evaluate("mechdae.live")
+    before = page.evaluate("mechdae.pose().points")
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function("mechdae.pose().driver.t > 0.05")
+    assert page.evaluate("mechdae.pose().points") != before
+    assert page.evaluate("mechdae.set({t: 1})") is False
+
+
+def test_altered_numbers_are_noticed(browser, pages, tmp_path):
+    text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")
+    data = re.search(r'"checks":\[\{"s":[^,]*,"y":\[\[([^,]*),', text)
+    assert data is not None
+    file = tmp_path / "altered.html"
+    file.write_text(text[: data.start(1)] + "0.7" + text[data.end(1) :], encoding="utf-8")
+    page = browser.new_page()
+    page.goto(f"file://{file}")
+    assert "differ" in page.evaluate("mechdae.live")
+    assert "recorded" in page.locator("#subtitle").inner_text()
+    page.close()
