@@ -18,7 +18,8 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
-from mechdae.errors import InputError, MechdaeError, UnavailableError
+from mechdae.errors import InputError, MechdaeError
+from mechdae.kernels.run.javascript import NotPrintable
 from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run as followed
@@ -170,7 +171,7 @@ def _page(problem: Problem, name: str, lang: str) -> Page:
     if setting is not None and run is not None and not reason:
         try:
             text = _make_live(data, problem, setting, run)
-        except UnavailableError as error:
+        except NotPrintable as error:
             data |= {"live": False, "reason": str(error)}
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
         data["reason"] += f", {MOST_RECORDED} of {result.status.size} poses"

@@ -59,7 +59,7 @@ def kernels(graphs: Graphs, model: Model, sliders: Sequence[str]) -> Kernels:
 
     Raises
     ------
-    UnavailableError
+    NotPrintable
         An operation that cannot be printed.
     """
     names = ca.SX.sym("names", len(sliders))

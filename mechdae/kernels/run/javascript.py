@@ -13,8 +13,6 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.errors import UnavailableError
-
 PIECE = 300
 """Operations in one piece,"""
 WHOLE = 1500
@@ -81,6 +79,10 @@ const copysign = (a, b) => (b < 0 || Object.is(b, -0) ? -Math.abs(a) : Math.abs(
 """Functions that the printed ones call."""
 
 
+class NotPrintable(Exception):
+    """A function holds an operation that JavaScript does not have."""
+
+
 @dataclass(frozen=True)
 class Printed:
     """A printed function.
@@ -121,14 +123,14 @@ def printed(function: Any, name: str) -> Printed:
 
     Raises
     ------
-    UnavailableError
+    NotPrintable
         An operation that JavaScript does not have.
     """
     arguments = function.sx_in()
     results = [ca.densify(part) for part in function.call(arguments)]
     function = ca.Function(name, arguments, results)
     if not supported(function):
-        raise UnavailableError(f"{name} holds an operation that cannot be printed as JavaScript")
+        raise NotPrintable(f"{name} holds an operation that cannot be printed as JavaScript")
     return _Printer(function, name).result()
 
 
