@@ -207,7 +207,7 @@ def _make_live(data: dict[str, Any], problem: Problem, setting: Setting, run: Ru
     for k in np.unique(np.linspace(0, len(places) - 1, CHECKS).astype(int)).tolist():
         if run.poses.at_limit[k] or not run.poses.alive[k].all():
             continue
-        rows = [part[k].tolist() for part in run.poses.y[:3]]
+        rows = [np.asarray(part[k : k + 1, :])[0].tolist() for part in run.poses.y[:3]]
         if all(np.isfinite(row).all() for row in rows):
             checks.append({"s": float(run.poses.places[k]), "y": rows})
     rates = [float(np.atleast_2d(rate)[0, plan.lead]) for rate in (plan.speed, plan.acceleration)]

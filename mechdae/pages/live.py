@@ -26,7 +26,7 @@ FAR = 2.5
 
 
 @dataclass(frozen=True)
-class Kernels:
+class PrintedKernels:
     """Printed functions: their text, and where each has its inputs and outputs."""
 
     text: str
@@ -54,7 +54,7 @@ def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
     return ""
 
 
-def kernels(graphs: Graphs, model: Model, sliders: Sequence[str]) -> Kernels:
+def kernels(graphs: Graphs, model: Model, sliders: Sequence[str]) -> PrintedKernels:
     """Return the functions that the page calls.
 
     Raises
@@ -87,7 +87,7 @@ def kernels(graphs: Graphs, model: Model, sliders: Sequence[str]) -> Kernels:
         name: {"in": part.inputs, "out": part.outputs, "size": part.size}
         for name, part in parts.items()
     }
-    return Kernels(text, layout | {"slopes_at": [rows, columns]})
+    return PrintedKernels(text, layout | {"slopes_at": [rows, columns]})
 
 
 def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:
