@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+os.environ.setdefault("MECHDAE_CACHE", "0")  # planted mistakes must not meet kernels on disk
 sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
 HEAVIEST = (
     "synthesis/test_synthesis.py", "house/test_docs.py", "attack/test_random_mechanisms.py",

@@ -29,6 +29,7 @@ COMMANDS = {
     "chains": "kinematic chains, inversions, drivers, Assur groups",
     "modules": "the catalogue of vector modules",
     "bench": "speed against error",
+    "cache": "kernels kept on disk",
     "schema": "JSON Schema of the problem file",
     "new": "a commented problem file to start from",
 }

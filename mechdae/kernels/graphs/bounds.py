@@ -16,6 +16,7 @@ from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed
 from mechdae.kernels.graphs.pose import PoseGraphs
 from mechdae.kernels.run.call import Call
+from mechdae.kernels.stored.functions import stored_property
 from mechdae.model.kept import kept_property
 
 SX = ca.SX
@@ -57,7 +58,7 @@ class BoundGraphs(PoseGraphs):
 
     # -- constants of a sweep --------------------------------------------------------------
 
-    @kept_property
+    @stored_property
     def constants(self) -> Any:
         """Bounds that hold for a whole sweep.
 
@@ -147,7 +148,7 @@ class BoundGraphs(PoseGraphs):
 
         return bool(shape.kept("plain", bounded))
 
-    @kept_property
+    @stored_property
     def check_bounds(self) -> Any:
         """Bounds that hold for the scene's checks r, equations without unknowns of their own.
 
@@ -175,7 +176,7 @@ class BoundGraphs(PoseGraphs):
         rows, columns = slope.sparsity().get_triplet()
         return rows, columns, Call(ca.Function("slopes", at, results))
 
-    @kept_property
+    @stored_property
     def output_bounds(self) -> Any:
         """Bounds that hold for the outputs y of a whole sweep.
 

@@ -32,6 +32,7 @@ from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inve
 from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
+from mechdae.kernels.stored.functions import fingerprint, stored_property
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.reduction import Scene
 
@@ -295,6 +296,23 @@ class PoseGraphs:
         return [error, det, beta, *known]
 
     @kept_property
+    def fingerprint(self) -> str | None:
+        """What names these kernels on disk: everything they are built from; None: not kept."""
+        if self.contacts:
+            return None
+        scene = self.scene
+        sizes = [c.size_symbol(self.scale) for c in scene.unknowns]
+        parts = [*(graph.F for graph in self.blocks), *(c.residual for c in scene.checks), *sizes]
+        results = [column(parts), self.outputs]
+        inputs = [scene.x, scene.u, self.p, self.scale]
+        equations = ca.Function("equations", inputs, [ca.densify(part) for part in results])
+        blocks = [(g.own, g.uses, g.block.units, g.redundant, g.params) for g in self.blocks]
+        course = self.course and (self.course.text, self.course.turns)
+        kinds = [c.kind.name for c in scene.unknowns]
+        numbers = (self.derivatives, self.single, self.nu, len(scene.checks), course)
+        return fingerprint(equations, blocks, kinds, numbers)
+
+    @stored_property
     def pose(self) -> Any:
         """One Newton step and everything that is reported at a pose.
 

@@ -15,6 +15,7 @@ from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.graphs.blocks import column, norm, placed
 from mechdae.kernels.graphs.bounds import BoundGraphs
 from mechdae.kernels.graphs.pose import OPTIONS
+from mechdae.kernels.stored.functions import stored_property
 from mechdae.model.kept import kept_property
 
 SX = ca.SX
@@ -59,7 +60,7 @@ class Graphs(BoundGraphs):
 
     # -- one certified step ----------------------------------------------------------------
 
-    @kept_property
+    @stored_property
     def advance(self) -> Any:
         """One step of the path with its certificate.
 

@@ -1,0 +1,1 @@
+"""Kernels kept on disk between processes."""
