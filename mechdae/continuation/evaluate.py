@@ -56,7 +56,8 @@ class Poses:
     path stops at the pose for another reason than a limit; ``y`` holds outputs and their
     rates with respect to time. ``places`` (n,) are where the poses lie on the path: at ``s``, or
     whole turns of the driver away where it gets there the other way round. ``bounds`` has the
-    largest bounds of what is reported, ``length`` [m] and ``angle`` [rad], where those are wanted.
+    largest bounds of what is reported, ``length`` [m] and ``angle`` [rad], where those are wanted;
+    ``fine`` tells that all poses are certified and none is a limit.
     """
 
     s: Any
@@ -70,6 +71,7 @@ class Poses:
     condition: Any
     y: list[Any]
     bounds: dict[str, Any] = field(default_factory=dict)
+    fine: bool = False
 
 
 def _poses_of(graphs: Graphs) -> Batch:

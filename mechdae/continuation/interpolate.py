@@ -28,7 +28,7 @@ def quintic_rates(S: Any, X: Any, V: Any, A: Any, s: Any, orders: int = 2) -> li
 
     Unknowns of groups that have ended may have run away: they are not finite, without a word.
     """
-    k = np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
+    k = _pieces(S, s)
     h = np.diff(S)[:, None]
     x0, x1 = X[:-1], X[1:]
     v0, v1, a0, a1 = V[:-1] * h, V[1:] * h, A[:-1] * h * h, A[1:] * h * h
@@ -50,6 +50,14 @@ def quintic_rates(S: Any, X: Any, V: Any, A: Any, s: Any, orders: int = 2) -> li
                 result += parts[j] * math.perm(5 - j, order) if order else parts[j]
             whole[some] = result / width**order if order else result
     return [whole.T for whole in results]
+
+
+def _pieces(S: Any, s: Any) -> Any:
+    """Return the number of the piece between nodes that each place is in, (n,)."""
+    if len(s) > 4 * len(S) and np.all(s[1:] >= s[:-1]):  # places in order: by pieces
+        ends = np.searchsorted(s, S[1:-1])
+        return np.repeat(np.arange(len(S) - 1), np.diff(ends, prepend=0, append=len(s)))
+    return np.clip(np.searchsorted(S, s, side="right") - 1, 0, len(S) - 2)
 
 
 def turning(h: Any, y0: Any, v0: Any, a0: Any, y1: Any, v1: Any, a1: Any) -> tuple[Any, Any]:

@@ -134,6 +134,7 @@ class ManyPoses:
         alive, nothing = np.broadcast_to(True, shape), np.broadcast_to(False, n)
         poses = Poses(self.s, self.s, x, alive, nothing, nothing, nothing, None, self.condition, y)
         poses.bounds = self.bounds
+        poses.fine = not rest.size
         if rest.size:
             self._put(poses, rest)
         poses.x = np.asarray(PoseColumns(self.table, *first))
@@ -171,16 +172,17 @@ class ManyPoses:
         for times in range(TWICE + 1):
             self.line.block(inputs, self.scalars, into)
             beta, eta = values(BETA, g.nb), values(ETA, g.nb)
+            most = [(np.max(beta[k]), np.max(eta[k])) for k in range(g.nb)]
             if not times:
-                first = self._first(beta, eta)
-            again = self._again(beta, eta)
+                first = self._first(beta, eta, most)
+            again = self._again(beta, eta, most)
             if again is None or times == TWICE or MOST_ALONE * np.count_nonzero(again) < b - a:
                 break
             self.evaluator.refined += b - a
             self.evaluator.pose.evaluations += b - a
             inputs[0] = np.array(values(X, g.nx))
         x = values(X, g.nx)
-        tests = [first, self._good(s, x, values(DET, g.nb), beta, eta), self._ordinary(s)]
+        tests = [first, self._good(s, x, values(DET, g.nb), (beta, eta), most), self._ordinary(s)]
         if times:
             tests.append(self._near(guess, x))
         if again is not None:
@@ -209,43 +211,44 @@ class ManyPoses:
     # -- tests: True where all poses pass by the largest numbers among them, else (n,) ----------
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _first(self, beta: Any, eta: Any) -> Any:
+    def _first(self, beta: Any, eta: Any, most: Any) -> Any:
         """Return which poses are certified from their guesses, or told by the sign alone."""
         result: Any = True
         tells = self.evaluator.sign_tells
         for k in np.flatnonzero(~tells):
-            kappa = self.constants.kappa[k]
-            if not kappa * np.max(beta[k]) * np.sqrt(np.max(eta[k])) <= H_LIMIT:
+            kappa, (b, e) = self.constants.kappa[k], most[k]
+            if not kappa * b * np.sqrt(e) <= H_LIMIT:
                 result = result & (kappa * beta[k] * np.sqrt(eta[k]) <= H_LIMIT)
         return result
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _again(self, beta: Any, eta: Any) -> Any:
+    def _again(self, beta: Any, eta: Any, most: Any) -> Any:
         """Return which poses are to be solved again, None where no one is."""
         result: Any = None
         tiny = self.evaluator.tiny(self.constants)
         for k in range(self.graphs.nb):
-            kappa, most = self.constants.kappa[k], CARRIED if self.evaluator.turning[k] else np.inf
-            largest = np.max(eta[k])
-            if kappa * np.max(beta[k]) * largest <= tiny[k] and largest <= most:
+            kappa, (b, e) = self.constants.kappa[k], most[k]
+            wide = CARRIED if self.evaluator.turning[k] else np.inf
+            if kappa * b * e <= tiny[k] and e <= wide:
                 continue
-            own = (kappa * beta[k] * eta[k] > tiny[k]) | (eta[k] > most)
+            own = (kappa * beta[k] * eta[k] > tiny[k]) | (eta[k] > wide)
             result = own if result is None else result | own
         return result if result is not None and np.any(result) else None
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _good(self, s: Any, x: Any, det: Any, beta: Any, eta: Any) -> Any:
+    def _good(self, s: Any, x: Any, det: Any, sizes: Any, most: Any) -> Any:
         """Return which poses are certified to be on the path's branch."""
         result: Any = True
+        beta, eta = sizes
         signs = self.path.sign_at(s).T if self.flips else self.path.sign[:, None]
         for k in range(self.graphs.nb):
-            kappa, rho, b = self.constants.kappa[k], self.constants.rho[k], np.max(beta[k])
-            if not kappa * b * np.sqrt(np.max(eta[k])) + kappa * b**2 * rho <= H_LIMIT:
+            kappa, rho, (b, e) = self.constants.kappa[k], self.constants.rho[k], most[k]
+            if not kappa * b * np.sqrt(e) + kappa * b**2 * rho <= H_LIMIT:
                 h = kappa * beta[k] * np.sqrt(eta[k]) + kappa * beta[k] ** 2 * rho
                 result = result & (h <= H_LIMIT)
             sign = signs[k]
             least = np.min(det[k]) if sign[0] > 0 else -np.max(det[k])
-            if self.flips or not least > 0:
+            if self.flips or not (sign[0] and least > 0):
                 result = result & (np.sign(det[k]) == sign)
         for i, size in enumerate(self.constants.size_x):
             if not (np.max(x[i]) <= size and np.min(x[i]) >= -size):

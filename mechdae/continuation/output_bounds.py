@@ -92,11 +92,13 @@ def _largest(rows: list[Row]) -> list[Row]:
 
 def _worst(error: Sequence[Any], rows: list[Row], rounding: float, into: Any) -> Any:
     """Write the largest product of a row with each pose's errors (nx, n), and rounding."""
-    into[...] = 0.0
-    for columns, values in rows:
-        product = error[columns[0]] * values[0]
+    if not rows:
+        into[...] = 0.0
+    for k, (columns, values) in enumerate(rows):
+        product = np.multiply(error[columns[0]], values[0], out=None if k else into)
         for j, value in zip(columns[1:], values[1:], strict=True):
             product += error[j] * value
-        np.maximum(into, product, out=into)
+        if k:
+            np.maximum(into, product, out=into)
     into += rounding
     return into

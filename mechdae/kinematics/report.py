@@ -149,12 +149,12 @@ def report(problem: Problem, name: str, task: Sweep, setting: Setting, run: Run)
     found = run.found
     named: dict[str, Any] = outputs.named(poses.y, found.series)
     named["centres"] = Series(found.centres)
-    certified = among(status, FINE)
+    certified = np.broadcast_to(True, len(status)) if poses.fine else among(status, FINE)
     columns = outputs.columns(setting.expressions.coordinates)
     time = time_of(plan, run.values)
     there = [array[:, columns] for array in poses.y]
     named["outputs"], lost = setting.expressions.evaluate(there, time, certified)
-    if not certified.all():
+    if not poses.fine:
         for numbers in (*poses.bounds.values(), poses.condition):
             numbers[~certified] = np.nan
     failed = _failed(setting, run, status)
@@ -286,6 +286,8 @@ def _modes_at_start(setting: Setting, run: Run) -> str:
 def _status(path: AnyPath, poses: Poses) -> Any:
     """Return the statuses of the poses, one byte each."""
     status = np.zeros(len(poses.s), np.uint8)
+    if poses.fine:
+        return status
     dead = ~poses.alive.all(axis=1)
     status[dead] = CODES[Status.UNASSEMBLED]
     status[poses.uncertain | poses.singular] = CODES[Status.SINGULAR]
@@ -349,7 +351,7 @@ def _start(run: Run) -> tuple[Any, Any]:
 
 def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
     """Return the intervals of poses that have none: from, to, group and joint."""
-    lost = among(status, LOST)
+    lost = among(status, LOST) if status.any() else np.zeros(0, bool)
     if not lost.any():
         return []
     there = assembled(setting.assembler, run.values, np.flatnonzero(lost))

@@ -8,7 +8,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.continuation.evaluate import H_LIMIT, HALF_TURN, HARDLY, ROUNDS, TINY, TURN
+from mechdae.continuation.evaluate import (
+    CARRIED,
+    H_LIMIT,
+    HALF_TURN,
+    HARDLY,
+    ROUNDS,
+    TINY,
+    TURN,
+)
 from mechdae.kernels.graphs.pose import OPTIONS
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
@@ -122,6 +130,8 @@ class LanePoses:
         self.pose: Batch = graphs.kept(key, lambda: Batch(_only(graphs, asked)))
         unknowns = graphs.scene.unknowns
         self.angles = unknowns.turns[:, None]
+        turning = [unknowns.turns[g.own].any() for g in graphs.blocks]
+        self.most = np.where(turning, CARRIED, np.inf)[:, None]
         lengths = np.array([unknowns.lengths[g.own].all() for g in graphs.blocks], bool)
         self.tiny = TINY * np.where(lengths, 1.0, 0.0)[:, None], TINY * ~lengths[:, None]
         groups = [graph.block.group for graph in graphs.blocks]
@@ -212,7 +222,8 @@ class LanePoses:
         results = [part.T for part in self.pose(guess.T, u[:, None], consts.T)]
         for _ in range(ROUNDS):
             with np.errstate(invalid="ignore", over="ignore"):
-                again = np.flatnonzero((kappa * results[2] * results[3] > tiny).any(axis=0))
+                left = (kappa * results[2] * results[3] > tiny) | (results[3] > self.most)
+            again = np.flatnonzero(left.any(axis=0))
             if not again.size:
                 break
             part = self.pose(results[0][:, again].T, u[again, None], consts[:, again].T)
