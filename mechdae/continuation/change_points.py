@@ -32,6 +32,8 @@ ITERATIONS = 12
 """Most steps towards a crossing: they converge quadratically, in eight at most of 374 found."""
 SLOW = 0.25
 """Share of the step before that a step, after the fifth, must not exceed."""
+WELL = 1e-6
+"""Share of its terms that a determinant must be for equations to be solved by it."""
 REFINEMENTS = 4
 SEARCH = 8.0
 """How far ahead a crossing may lie, in largest steps of the path."""
@@ -121,6 +123,19 @@ class Crossing:
         return self.residual <= MEANT
 
 
+def _quotient(J: Any, F: Any) -> Any:
+    """Return the solution of J z = F, in the sense of least squares."""
+    if J.shape == (1, 1) and J[0, 0]:
+        return F / J[0, 0]
+    if J.shape == (2, 2):
+        (a, b), (c, d) = J.tolist()
+        det = a * d - b * c
+        if abs(det) > WELL * (abs(a * d) + abs(b * c)):
+            f, g = F.tolist()
+            return np.array([(d * f - b * g) / det, (a * g - c * f) / det])
+    return np.linalg.lstsq(J, F)[0]
+
+
 class CrossingFinder:
     """Finds change points of a scene's blocks ahead of a solved pose.
 
@@ -198,14 +213,14 @@ class CrossingFinder:
             z = [array[graph.uses] for array in result]
             for _ in range(6):
                 F, J, *_ = self.jet(k, s, result[0][own], (nothing, nothing), z)
-                step = np.linalg.lstsq(J, F)[0]
+                step = _quotient(J, F)
                 result[0][own] -= step
                 if np.abs(step).max() <= 1e-15 * (1 + np.abs(result[0][own]).max()):
                     break
             rates = [nothing, nothing]
             for order in range(3):
                 parts = self.jet(k, s, result[0][own], rates, z)
-                value = -np.linalg.lstsq(parts[1], parts[2 + order])[0]
+                value = -_quotient(parts[1], parts[2 + order])
                 result[order + 1][own] = value
                 if order < 2:
                     rates[order] = value
