@@ -25,6 +25,7 @@ from mechdae.continuation.near_change_point import zone_of
 from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.path import Path
 from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.machine.line import CompiledLine
 from mechdae.kernels.run.batch import MANY
 from mechdae.kernels.run.columns import PoseColumns, StoreLayout
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
@@ -36,6 +37,7 @@ TWICE = 3
 """Times that a block is solved again as a whole."""
 MOST_ALONE = 8
 """One pose in so many may be left over, or the whole block is solved again."""
+Line = CompiledLine | NumpyFunction
 Driver = tuple[Any, Any, Any]
 """Speed, acceleration and jerk of the one driver that moves."""
 
@@ -71,13 +73,19 @@ def swept(
     return poses
 
 
-def lean_line(graphs: Graphs, outputs: Outputs) -> NumpyFunction | None:
+def lean_line(graphs: Graphs, outputs: Outputs) -> Line | None:
     """Return the pose kernel without what no result shows."""
     orders = range(1, graphs.derivatives + 1)
     unshown = {(Y + k, i) for k in orders for i in outputs.without_rates}
     shared = [graphs.pose.n_in() - 1]
-    line: NumpyFunction | None = graphs.kept("lean", lambda: straight(graphs.pose, shared, unshown))
+    made = graphs.pose, shared, unshown
+    line: Line | None = graphs.kept("lean", lambda: CompiledLine.of(*made) or straight(*made))
     return line
+
+
+def chunk_of(line: Line) -> int:
+    """Return how many poses are evaluated at once."""
+    return line.chunk
 
 
 class ManyPoses:
@@ -86,7 +94,7 @@ class ManyPoses:
     def __init__(
         self,
         evaluator: Evaluator,
-        line: NumpyFunction,
+        line: Line,
         path: Path,
         s: Any,
         rates: Rates,
@@ -121,7 +129,7 @@ class ManyPoses:
         return StoreLayout(self.line, kept, timed)
 
     def run(self) -> Poses:
-        n, size = len(self.s), self.line.chunk
+        n, size = len(self.s), chunk_of(self.line)
         own = [key for key in self.line.results if key not in self.layout.target]
         rows = np.empty((len(own), min(n, size)))
         self.scratch = dict(zip(own, rows, strict=True))

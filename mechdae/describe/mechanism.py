@@ -215,6 +215,21 @@ class Mechanism:
                 spans.append(extent(joint, values))
         return max(spans, default=0.0) or 1.0
 
+    def _renumbered(self, parameters: Table[Number]) -> Mechanism:
+        """Return the mechanism with other values of its parameters: only values are checked."""
+        from mechdae.describe import values
+
+        other: Mechanism = object.__new__(type(self))
+        vars(other).update({own.name: getattr(self, own.name) for own in fields(self)})
+        try:
+            vars(other)["parameters"] = values.numbers_by_name(parameters)
+        except MechdaeError as problem:
+            raise problem.inside("parameters") from None
+        if "_numbers" in vars(self):
+            vars(other)["_numbers"] = self._numbers
+        _check_values(other)
+        return other
+
     def with_values(self, changes: Mapping[str, Number]) -> Mechanism:
         """Return the mechanism with parameters or automatic names set to new numbers.
 
@@ -228,7 +243,7 @@ class Mechanism:
             if name in parameters:
                 parameters = parameters.with_(name, number)
         if parameters is not self.parameters:
-            result = replace(result, parameters=parameters)
+            result = self._renumbered(parameters)
         for name, number in changes.items():
             if name not in parameters:
                 result = _with_number(result, name, number)

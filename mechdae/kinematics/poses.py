@@ -104,6 +104,8 @@ class Posed:
         size = driver_size(model, c, scale)
         margin = np.array([4 * (scale if c.unit == "m" else np.pi * size)])
         largest = 2 * np.pi / NODES_PER_TURN * size
+        if self._path is not None:  # others will lie beside
+            low, high = low - largest, high + largest
 
         def follow(numbers: Constants) -> tuple[Path, Any]:
             path = Path(graphs, numbers, np.zeros(1), np.ones(1), largest)

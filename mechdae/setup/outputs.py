@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -15,7 +16,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.model.tree.tree_model import TreeModel
-from mechdae.results import Named, Series
+from mechdae.results import Later, Named, Series
 from mechdae.setup.turning import turning
 from mechdae.types import Floats, Points, Sym
 
@@ -238,7 +239,8 @@ class Outputs:
         if len(values) >= 3:
             for entry in self.entries:
                 if entry.name == "slide" and not isinstance(self.scene.model, TreeModel):
-                    tables["joints"][entry.part]["coriolis"] = self._coriolis(entry, values)
+                    later = Later(partial(self._coriolis, entry, values))
+                    tables["joints"][entry.part]["coriolis"] = later
         for kind, parts in (extra or {}).items():
             for part, arrays in parts.items():
                 tables[kind].setdefault(part, {}).update(arrays)
@@ -248,16 +250,18 @@ class Outputs:
             for kind, table in tables.items()
         }
 
-    def _coriolis(self, slide: ReportedQuantity, values: list[Floats]) -> Points:
-        """Return 2 omega x v_rel of the second body's point, (n, 2)."""
+    def _coriolis(self, slide: ReportedQuantity, values: list[Floats]) -> dict[str, Points]:
+        """Return ``coriolis``, 2 omega x v_rel of the second body's point, (n, 2)."""
         guide = next((e for e in self.entries if e.part == slide.part and e.name == "guide"), None)
         n = len(values[0])
         if guide is None:
-            return np.where(np.isnan(values[1][:, slide.columns]), np.nan, np.zeros((n, 2)))
+            still = np.where(np.isnan(values[1][:, slide.columns]), np.nan, np.zeros((n, 2)))
+            return {"coriolis": still}
         numbers = mechanism_values(self.scene.model.mechanism)
         direction = values[0][:, guide.columns[0]] + numbers[f"{slide.part}.axis"]
         size = 2 * values[1][:, guide.columns[0]] * values[1][:, slide.columns[0]]
-        return np.stack([-np.sin(direction) * size, np.cos(direction) * size], axis=1)
+        across = np.stack([-np.sin(direction) * size, np.cos(direction) * size], axis=1)
+        return {"coriolis": across}
 
 
 def mechanism_values(mechanism: Mechanism) -> dict[str, float]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from mechdae.kernels.machine.program import compiled
 
-CHUNK = 4096
+CHUNK = 16_384
 """Poses of a block; those that fit into the caches are the machine's own business."""
 Place = tuple[str, Any]
 

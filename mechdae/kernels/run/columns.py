@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.kernels.machine.line import CompiledLine
 from mechdae.kernels.run.numpy_backend import NumpyFunction, Place
 
 NOWHERE = -1
@@ -106,7 +107,7 @@ class StoreLayout:
 
     def __init__(
         self,
-        line: NumpyFunction,
+        line: CompiledLine | NumpyFunction,
         kept: Sequence[tuple[int, int, Sequence[Sequence[int]]]],
         timed: bool,
     ) -> None:
