@@ -81,10 +81,10 @@ def test_the_text_says_the_bound():
 
 def test_a_bound_too_small_is_seen(monkeypatch):
     """Planted: bounds a million times smaller."""
-    from mechdae.kinematics import modes_task
+    from mechdae.continuation.output_bounds import OutputBounds
 
-    honest = modes_task.output_bounds
+    honest = OutputBounds.by_kind
     monkeypatch.setattr(
-        modes_task, "output_bounds", lambda *a: {k: v * 1e-6 for k, v in honest(*a).items()}
+        OutputBounds, "by_kind", lambda *a: {k: v * 1e-6 for k, v in honest(*a).items()}
     )
     assert max(shares(3, "mixed")) > 1

@@ -83,14 +83,14 @@ def wrong_first_rate_of_a_triad(monkeypatch):
 
 @mutant("in_time", "driver's acceleration left out", "acceleration", DYADS)
 def driver_acceleration_left_out(monkeypatch):
-    from mechdae.continuation import evaluate
+    from mechdae.continuation import many_poses
 
-    right = evaluate.in_time
+    right = many_poses.in_time
 
     def wrong(values, speed, acceleration, *more):
         return right(values, speed, 0 * acceleration, *more)
 
-    monkeypatch.setattr(evaluate, "in_time", wrong)
+    monkeypatch.setattr(many_poses, "in_time", wrong)
 
 
 @mutant("Outputs._coriolis", "sign changed", "coriolis", (("dyads", 8), ("dyads", 17)))
@@ -98,7 +98,9 @@ def coriolis_turned_round(monkeypatch):
     from mechdae.setup.outputs import Outputs
 
     right = Outputs._coriolis
-    monkeypatch.setattr(Outputs, "_coriolis", lambda *args: -right(*args))
+    monkeypatch.setattr(
+        Outputs, "_coriolis", lambda *args: {name: -part for name, part in right(*args).items()}
+    )
 
 
 @mutant("Spans._found", "swing and stroke one part in a thousand smaller", "truth show", DYADS[2:])
@@ -118,22 +120,24 @@ def swing_too_small(monkeypatch):
 
 
 def divided(monkeypatch, divisor):
-    from mechdae.kinematics import report
+    from mechdae.continuation.output_bounds import OutputBounds
 
-    right = report.output_bounds
+    right = OutputBounds.of_kind
 
     def wrong(*args):
-        return {word: bound / divisor for word, bound in right(*args).items()}
+        bound = right(*args)
+        bound /= divisor
+        return bound
 
-    monkeypatch.setattr(report, "output_bounds", wrong)
+    monkeypatch.setattr(OutputBounds, "of_kind", wrong)
 
 
-@mutant("output_bounds", "bounds divided by 100", "bound", DYADS)
+@mutant("OutputBounds.of_kind", "bounds divided by 100", "bound", DYADS)
 def bound_too_small(monkeypatch):
     divided(monkeypatch, 100)
 
 
-@mutant("output_bounds", "bounds divided by 100", "bound", TRIADS)
+@mutant("OutputBounds.of_kind", "bounds divided by 100", "bound", TRIADS)
 def bound_of_a_triad_too_small(monkeypatch):
     divided(monkeypatch, 100)
 
