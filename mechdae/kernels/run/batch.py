@@ -37,6 +37,8 @@ class Batch:
         Largest number of poses in one call of the virtual machine.
     straight
         The function's NumPy form, where somebody keeps it.
+    many
+        Poses from which it is used; of large functions it is faster from fewer on.
     """
 
     def __init__(
@@ -45,12 +47,13 @@ class Batch:
         shared: Sequence[int] = (),
         chunk: int = CHUNK,
         straight: Callable[[], NumpyFunction | None] | None = None,
+        many: int = MANY,
     ) -> None:
         self.function = function
         self.shared = set(shared)
         self.rows_in = [function.size1_in(i) for i in range(function.n_in())]
         self.rows_out = [function.size1_out(i) for i in range(function.n_out())]
-        self.limit = chunk
+        self.limit, self.many = chunk, many
         self._kept = straight
         self.lines: list[NumpyFunction | None] = []
         self._programs: list[Any] = []
@@ -77,7 +80,7 @@ class Batch:
         arrays = [self._checked(i, np.asarray(value, float)) for i, value in enumerate(inputs)]
         n = next(len(a) for i, a in enumerate(arrays) if i not in self.shared)
         self.evaluations += n
-        if n >= MANY and self.straight is not None:
+        if n >= self.many and self.straight is not None:
             return self.straight(arrays)
         results = [np.empty((n, rows)) for rows in self.rows_out]
         if n == 0:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.continuation.any_path import FAR
+from mechdae.continuation.any_path import FAR, STRIDE, strides
 from mechdae.continuation.follower import NEARLY
 from mechdae.continuation.front import SHRUNK, SMALLEST
 from mechdae.kernels.graphs.steps import Graphs
@@ -29,6 +29,8 @@ WINDOW, SAMPLES, NEXT = 4.0, 33, 8
 """Largest steps ahead, places in them, and poses, at which it is looked whether dyads assemble."""
 MOST = 4000
 """Steps of a lane."""
+FEW = 8
+"""Lanes that are taken on one by one, many steps in a call."""
 MANY = 128
 """Lanes from which the straight line of NumPy operations is faster."""
 CLOSE = 1e-13
@@ -96,7 +98,7 @@ class March:
         largest: Any,
     ) -> None:
         self.graphs, self.form, self.largest = graphs, form, largest
-        self.advance: Batch = graphs.kept("lanes", lambda: Batch(graphs.advance))
+        self.advance: Batch = graphs.kept("lanes", lambda: Batch(graphs.advance, many=MANY))
         tail = np.broadcast_to([0.0, 1.0], (len(consts), 2))  # u0 and d: the driver itself
         self.numbers = np.ascontiguousarray(np.hstack([consts, tail]).T)
         far = np.where(graphs.scene.unknowns.lengths, FAR * scale[:, None], np.inf)
@@ -131,9 +133,7 @@ class March:
 
     def advanced(self, state: Any, s: Any, ds: Any, numbers: Any) -> tuple[Any, Any, Any, Any]:
         """Return state, test, det and miss after one step, columns are lanes."""
-        inputs = [state.T, np.array([s, ds]).T, numbers.T]
-        line = self.advance.straight if len(s) >= MANY else None
-        after, test, det, miss = self.advance(*inputs) if line is None else line(inputs)
+        after, test, det, miss = self.advance(state.T, np.array([s, ds]).T, numbers.T)
         return after.T, test.T, det.T, miss.T
 
     def go(
@@ -183,6 +183,9 @@ class _Going:
         """Take steps until every lane is at its goal, or left."""
         self._leave()
         while self.lanes.size:
+            if len(self.lanes) <= FEW:
+                for row in range(len(self.lanes)):
+                    self._stride(row)
             self._take()
             there = np.flatnonzero(self.s == self.goal)
             if there.size:
@@ -190,6 +193,38 @@ class _Going:
                 self._leave()
             elif self.trace.left[self.lanes].any():
                 self._leave()
+
+    def _stride(self, row: int) -> None:
+        """Take one lane on in many equal steps: calls for a few lanes cost more than the steps."""
+        g, step = self.march.graphs, self.step[row]
+        rest = self.sense * (self.goal[row] - self.s[row])
+        if rest < 4 * step or step == self.largest[row]:
+            return
+        count = int(min(STRIDE, rest / step - 0.5))
+        ds = self.sense * step
+        places = self.s[row] + ds * np.arange(STRIDE + 1)
+        chain = strides(g)
+        states, test, det, miss = chain(self.state[:, row], places[:-1], ds, self.numbers[:, row])
+        proved = self._proved(states.T, test.T, det.T, miss.T, np.full(STRIDE, row))
+        good = (proved | ~self.alive[:, row, None]).all(axis=0)[:count]
+        held = count if good.all() else int(np.argmin(good))
+        self.trace.steps += held
+        self.taken[row] += held
+        if held:
+            lane, nodes = np.full(held, self.lanes[row]), states[:held, : 3 * g.nx].T
+            self.trace.nodes.append((lane, places[1 : held + 1], nodes))
+            self.s[row], self.state[:, row] = places[held], states[held - 1]
+            grown = min(2 * step, self.largest[row]) if held > STRIDE // 4 else step
+            self.step[row] = grown
+
+    @np.errstate(invalid="ignore")
+    def _proved(self, after: Any, test: Any, det: Any, miss: Any, rows: Any) -> Any:
+        """Return which blocks (nb, k) of lanes a step is proved for."""
+        proved = (test <= 1) & (miss <= 1) & (det * self.sign[:, rows] > 0)
+        near = np.abs(after[: self.march.graphs.nx]) <= self.bound[:, rows]
+        if not near.all():
+            proved &= np.logical_and.reduceat(near, self.march.graphs.first, axis=0)
+        return proved
 
     @np.errstate(invalid="ignore")
     def _take(self) -> None:
@@ -199,10 +234,7 @@ class _Going:
         whole = rest < NEARLY * self.step
         ahead = np.where(whole, self.goal, self.s + self.sense * self.step)
         after, test, det, miss = march.advanced(self.state, self.s, ahead - self.s, self.numbers)
-        proved = (test <= 1) & (miss <= 1) & (det * self.sign > 0)
-        near = np.abs(after[: g.nx]) <= self.bound
-        if not near.all():
-            proved &= np.logical_and.reduceat(near, g.first, axis=0)
+        proved = self._proved(after, test, det, miss, slice(None))
         good = (proved | ~self.alive).all(axis=0)
         self.trace.steps += len(good)
         self.taken += 1

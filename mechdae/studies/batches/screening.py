@@ -12,7 +12,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.continuation.evaluate import TURN, in_time
-from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.pose import OPTIONS
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
@@ -96,9 +95,8 @@ def _kernel(graphs: Graphs, form: ClosedForm, asked: Asked) -> tuple[Batch, bool
     u, sign, turns = graphs.u, SX.sym("sign", graphs.nb), SX.sym("turns", n)
     s, c = SX.sym("s", n), SX.sym("c", n)
     parts = graphs.rates(graphs.x, u, graphs.driven, asked.order, (s, c))
-    values = graphs.output_rates(graphs.x, parts)[: asked.order + 1]
+    values = graphs.output_rates(graphs.x, (s, c), parts)[: asked.order + 1]
     chosen = [ca.vertcat(*[part[asked.columns] for part in values])]
-    (chosen[0],) = with_trig(chosen, graphs.x, s, c)
     unwound = ca.depends_on(chosen[0], graphs.x)
     tail = ca.Function("tail", [graphs.x, s, c, u, graphs.p], chosen)
     x, sines, cosines, depth = form.symbolic(u, sign)
