@@ -5,7 +5,14 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from mechdae.draw.catalogue import PICTURES, check_suits, checked, picture_of, usual_kind
+from mechdae.draw.catalogue import (
+    PICTURES,
+    check_dimension,
+    check_suits,
+    checked,
+    picture_of,
+    usual_kind,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -52,6 +59,7 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     kind = usual(result) if kind is None else kind
     picture = picture_of(kind)
     check_suits(kind, getattr(result, "kind", ""))
+    check_dimension(kind, result)
     given = checked(kind, options)
     module = importlib.import_module(picture.module)
     if ax is None or kind == "animation":

@@ -233,6 +233,10 @@ OPTIONS: Mapping[str, Option] = {
 """Name -> option."""
 
 
+IN_SPACE = ("curves",)
+"""Kinds of pictures of spatial mechanisms."""
+
+
 def picture_of(kind: str) -> Picture:
     """Return a kind of picture.
 
@@ -260,6 +264,21 @@ def usual_kind(task: str) -> str:
     holds = TASKS[task].holds if task in TASKS else ()
     suited = [kind for kind, own in PICTURES.items() if set(own.of) & set(holds)]
     return suited[0] if suited else "diagram"
+
+
+def check_dimension(kind: str, result: Any) -> None:
+    """Refuse pictures of spatial mechanisms but graphs of their series.
+
+    Raises
+    ------
+    UnavailableError
+    """
+    mechanism = getattr(result, "mechanism", None)
+    if getattr(mechanism, "dimension", 2) == 3 and kind not in IN_SPACE:
+        raise UnavailableError(
+            f"pictures of kind '{kind}' are not drawn of spatial mechanisms by this version",
+            hint=f"available: {', '.join(IN_SPACE)}",
+        )
 
 
 def check_suits(

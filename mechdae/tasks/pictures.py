@@ -58,7 +58,8 @@ def for_picture(
         problem = problem.with_task(name, replace(task, linearise=True))
         task = problem.task(name)
     if "series" in needs and isinstance(task, Sweep):
-        problem = problem.with_task(name, with_series(task, paths, "extremes" in needs))
+        extremes = "extremes" in needs and problem.mechanism.dimension == 2
+        problem = problem.with_task(name, with_series(task, paths, extremes))
     elif "bodies" in needs and getattr(task, "outputs", None) is not None:
         return _with_all_bodies(problem, name, mode)
     return solve(problem, name, mode=mode)

@@ -143,6 +143,8 @@ def suitable():
     """Return problem and task: of every problem the first with forces, or a sweep, if any."""
     found = []
     for name in library.names():
+        if md.load(name).mechanism.dimension == 3:
+            continue
         tasks = md.load(name).tasks
         kinds = [
             [task for task, entry in tasks.items() if entry.kind == kind]

@@ -25,6 +25,7 @@ REDUNDANT = {"five-crank-parallelogram", "parallelogram-three-cranks"}
 NAMES = [
     name for name in library.names()
     if name not in REDUNDANT
+    and md.load(name).mechanism.dimension == 2
     and any(isinstance(task, md.Sweep) for task in md.load(name).tasks.values())
 ]  # fmt: skip
 BALANCE = 1e-11

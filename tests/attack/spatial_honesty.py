@@ -1,0 +1,180 @@
+"""Random spatial loops with a planted pose: poses that are `ok` against a closure in 40 digits.
+
+python -m tests.attack.spatial_honesty --count 300 --seed 1
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath
+import numpy as np
+
+import mechdae as md
+from tests.reference.spatial_closure import DIGITS, GROUND, Closure, Pair, rotation, turned
+
+LOOPS = (
+    "RSSR RSSP RSRC RCSR RUSR RSUR RSCP RCCC RRSRR RUURR RHSC RSRRR RCUC RERC REUR RRRRRRR"
+).split()
+"""Pairs of single loops of one freedom; the ball joints side by side leave a link to spin."""
+KINDS = {
+    "R": md.SpatialRevolute,
+    "P": md.SpatialPrismatic,
+    "C": md.Cylindrical,
+    "H": md.Screw,
+    "U": md.Universal,
+    "S": md.Spherical,
+    "E": md.PlanarPair,
+}
+ANGLE, POSES = 0.3, 7
+
+
+@dataclass
+class Case:
+    """A mechanism, the closure of it, and the planted pose."""
+
+    name: str
+    mechanism: md.Mechanism
+    closure: Closure
+    planted: dict[str, Any]
+
+
+def random_turn(rng: Any) -> Any:
+    q = rng.normal(size=4)
+    return np.array(rotation((q / np.linalg.norm(q)).tolist()))
+
+
+def case(rng: Any, loop: str) -> Case:
+    """Return a loop of pairs whose frames, points and bodies lie anywhere."""
+    count = len(loop)
+    names = [GROUND, *(f"b{k}" for k in range(1, count))]
+    frames = {name: (rng.uniform(-1, 1, 3), random_turn(rng)) for name in names[1:]}
+    frames[GROUND] = (np.zeros(3), np.eye(3))
+    points: dict[str, dict[str, Any]] = {name: {} for name in names}
+    joints, pairs, sketch = [], [], {}
+    places = rng.uniform(-1, 1, (count, 3))
+    for k, letter in enumerate(loop):
+        ends = [names[k], names[(k + 1) % count]]
+        turn = random_turn(rng)
+        second_axis = turn[:, 0] if letter == "U" else turn[:, 2]
+        second_zero = turn[:, 2] if letter == "U" else turn[:, 0]
+        own = []
+        for body, axis, zero in (
+            (ends[0], turn[:, 2], turn[:, 0]),
+            (ends[1], second_axis, second_zero),
+        ):
+            r, R = frames[body]
+            points[body][f"P{k}"] = R.T @ (places[k] - r)
+            own.append((R.T @ axis, R.T @ zero))
+        keys: dict[str, Any] = {}
+        if letter != "S":
+            (keys["axis"], keys["zero"]), (keys["axis2"], keys["zero2"]) = own
+        pitch = float(rng.uniform(0.1, 0.5))
+        if letter == "H":
+            keys["pitch"] = pitch
+        between = [f"{body}.P{k}" for body in ends]
+        joints.append(KINDS[letter](f"J{k}", *between, **keys))
+        s1, s2 = (points[body][f"P{k}"] for body in ends)
+        (a1, n1), (a2, n2) = own
+        pairs.append(Pair(letter, *ends, s1, s2, a1, n1, a2, n2, pitch))
+        if ends[1] != GROUND:
+            sketch[f"{ends[1]}.P{k}"] = places[k].tolist()
+        if letter not in "SP":
+            sketch[f"J{k}.angle"] = 0.0
+    mechanism = md.Mechanism(
+        dimension=3,
+        ground=md.Ground(points[GROUND]),
+        bodies=[md.Body(name, points[name]) for name in names[1:]],
+        joints=joints,
+        sketch=sketch,
+    )
+    return Case(
+        loop, mechanism, Closure(names[1:], pairs), {f"P{k}": p for k, p in enumerate(places)}
+    )
+
+
+def judged(found: Case, poses: int = POSES) -> collections.Counter[str]:
+    """Return how poses of a sweep fare: ok, wrong (outside of their bound), jumped, other words."""
+    driver = md.Driver("J0.angle", from_=-ANGLE, to=ANGLE)
+    result = md.solve(found.mechanism, md.Sweep(driver=driver, poses=poses, derivatives=0))
+    told: collections.Counter[str] = collections.Counter()
+    for k, status in enumerate(result.status):
+        if status != "ok":
+            told[str(status)] += 1
+            continue
+        error = _error(found, result, k)
+        told["ok"] += 1
+        told["wrong"] += int(not error <= result.bound.length[k])
+        told["wide"] += int(result.bound.length[k] > 1e-9)
+    return told
+
+
+def _error(found: Case, result: md.Result, k: int) -> float:
+    """Return how far the reported points are from the solution next to the reported pose."""
+    u = float(result.drivers["J0.angle"].position[k])
+    x: list[float] = []
+    for name in found.closure.bodies:
+        q = result.bodies[name].orientation[k].tolist() if name in result.bodies else None
+        if q is None:
+            q = _spinning(found, result, name, k)
+        point = next(p for p in result.points if p.startswith(f"{name}."))
+        local = [float(v) for v in found.mechanism.bodies[name].points[point.split(".")[1]]]
+        r = result.points[point].position[k] - np.array(rotation(q)) @ local
+        x += [*r.tolist(), *q]
+    exact, step = found.closure.refined(x, u)
+    if step > 1e-25:
+        return np.inf
+    worst = 0.0
+    with mpmath.workdps(DIGITS):
+        for i, name in enumerate(found.closure.bodies):
+            own = exact[7 * i : 7 * i + 7]
+            R = rotation(own[3:])
+            for point in found.mechanism.bodies[name].points:
+                if f"{name}.{point}" not in result.points:
+                    continue
+                s = [float(v) for v in found.mechanism.bodies[name].points[point]]
+                place = [r + v for r, v in zip(own[:3], turned(R, s, mpmath.mp), strict=True)]
+                ours = result.points[f"{name}.{point}"].position[k]
+                gaps = [abs(p - mpmath.mpf(float(v))) for p, v in zip(place, ours, strict=True)]
+                worst = max(worst, float(max(gaps)))
+    return worst
+
+
+def _spinning(found: Case, result: md.Result, name: str, k: int) -> list[float]:
+    """Return an orientation of a link that spins freely: its line along the reported one."""
+    points = found.mechanism.bodies[name].points
+    (one, two), locals_ = list(points)[:2], [np.array(p, float) for p in points.values()]
+    way = [result.points[f"{name}.{p}"].position[k] for p in (one, two)]
+    a, b = locals_[1] - locals_[0], way[1] - way[0]
+    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
+    q = np.array([1 + a @ b, *np.cross(a, b)])
+    return (q / np.linalg.norm(q)).tolist()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--loops", nargs="*", default=LOOPS)
+    options = parser.parse_args()
+    rng = np.random.default_rng(options.seed)
+    whole: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
+    for k in range(options.count):
+        found = case(rng, options.loops[k % len(options.loops)])
+        try:
+            told = judged(found)
+        except md.SolveError as error:
+            told = collections.Counter({type(error).__name__: 1})
+        except md.MechdaeError as error:
+            told = collections.Counter({f"{type(error).__name__}: {error.what[:50]}": 1})
+        whole[found.name] += told
+    for name, told in whole.items():
+        print(name, dict(told))
+    print("all", dict(sum(whole.values(), collections.Counter())))
+
+
+if __name__ == "__main__":
+    main()
