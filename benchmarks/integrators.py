@@ -56,16 +56,19 @@ def others(
     yield from sundials(work, tolerances)
 
 
-def watched(work: RubbingWork) -> Call:
+def watched(work: RubbingWork) -> Callable[..., list[Any]]:
     """Return (t, x, v, signs) -> speeds of the slips, what is left to the events that stop."""
     k, crossings = work.kernel, work.run.crossings
     rows = [row for row, own in zip(crossings.rows(), crossings.wanted, strict=True) if own.stop]
     results = [ca.densify(work.setup.released.slips), ca.densify(ca.vertcat(*rows))]
-    return Call(k.function("watched", results))
+    return k.call("watched", lambda: k.function("watched", results))
 
 
 def events(
-    work: RubbingWork, solve_ivp: Callable[..., Any], look: Call, tolerance: float
+    work: RubbingWork,
+    solve_ivp: Callable[..., Any],
+    look: Callable[..., list[Any]],
+    tolerance: float,
 ) -> MotionEnd:
     """Integrate with scipy's DOP853 from one sliding speed that vanishes to the next."""
     n, calls = len(work.x), 0
@@ -157,7 +160,12 @@ def _ode(work: MotionWork) -> tuple[Any, Any, Any]:
     """Return t, y = (x, x') and y'."""
     n = len(work.x)
     t, y = SX.sym("t"), SX.sym("y", 2 * n)
-    return t, y, ca.vertcat(y[n:], work.kernel.rhs(t, y[:n], y[n:], SX(0, 1))[0])
+    return t, y, ca.vertcat(y[n:], work.kernel.rhs(t, y[:n], y[n:], work.none, _numbers(work))[0])
+
+
+def _numbers(work: MotionWork) -> Any:
+    """Return the numbers of the kernel as constants."""
+    return SX(ca.DM(work.kernel.numbers))
 
 
 def sundials(work: MotionWork, tolerances: tuple[float, ...]) -> Iterator[tuple[str, float, Way]]:
@@ -176,7 +184,7 @@ def sundials(work: MotionWork, tolerances: tuple[float, ...]) -> Iterator[tuple[
     ]
     if m:
         z = SX.sym("z", n + m)
-        M, f, J, gamma = kernel.parts(t, y[:n], y[n:], SX(0, 1))
+        M, f, J, gamma = kernel.parts(t, y[:n], y[n:], work.none, _numbers(work))
         balance = ca.densify(ca.vertcat(M @ z[:n] + J.T @ z[n:] - f, J @ z[:n] - gamma))
         whole = {"t": t, "x": y, "z": z, "ode": ca.vertcat(y[n:], z[:n]), "alg": balance}
         chosen.append(("IDAS, index 1", "idas", whole, {}))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -57,8 +56,8 @@ class MotionWork:
         self.run, self.x, self.v = run, x, v
         self.setup, self.integrator = self.run.setup, self.run.integrator
         self.kernel = self.setup.kernel
-        self.none = np.zeros(0)
-        self.sizes = self.setup.sizes(self.setup.released)
+        self.none = self.setup.loose
+        self.sizes = self.kernel.sizes
         self._outputs, self._wanted, self._units, self._allowed = _expected(
             self.setup, problem, name
         )
@@ -97,8 +96,8 @@ class MotionWork:
         """Return the largest gap of a constraint at the end, over its natural size."""
         if not self.kernel.m:
             return 0.0
-        phi = self.kernel.place(self.end, x, np.zeros(len(x)), self.none)[0]
-        return float(np.max(np.abs(np.array(phi).ravel()) / self.kernel.gaps))
+        phi = self.kernel.value("place", self.end, x, np.zeros(len(x)), self.none)[0]
+        return float(np.max(np.abs(phi.ravel()) / self.kernel.gaps))
 
     def ours(self, tolerance: float) -> MotionEnd:
         """Integrate with the package."""
@@ -121,9 +120,6 @@ class RubbingWork(MotionWork):
         """Return a run without a past; what has been built for the last one stays."""
         last = self.run
         self.run = Run(self.setup, last.begin, self.integrator)
-        for own, built in zip(self.run.watchers, last.watchers, strict=True):
-            cached = [name for name in vars(built) if _cached(type(built), name)]
-            vars(own).update({name: vars(built)[name] for name in cached})
         return self.run
 
     def ours(self, tolerance: float) -> MotionEnd:
@@ -134,10 +130,6 @@ class RubbingWork(MotionWork):
         if run.fault:
             raise RuntimeError(run.fault)
         return MotionEnd(run.last[self.integrator.layout["x"]].copy(), self.integrator.rhs - before)
-
-
-def _cached(kind: type, name: str) -> bool:
-    return isinstance(getattr(kind, name, None), cached_property)
 
 
 def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any, float]:

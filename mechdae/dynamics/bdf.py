@@ -76,12 +76,14 @@ class Bdf(Integrator):
         k, n, stepper = self.kernel, self.kernel.n, self.stepper
         sym = stepper.kind.sym
         s, y = sym("s"), sym("y", 2 * n)
-        p = sym("p", 4 + k.signs.numel())
-        begin, span, omega, energy, signs = p[0], p[1], p[2], p[3], p[4:]
-        t, x, v = begin + span * s, stepper.sizes * y[:n], stepper.sizes * omega * y[n:]
-        a, inner = k.rhs(t, x, v, signs)
-        power = stepper.power(t, x, v, signs, a, stepper._sizes(inner))
-        rates = span * ca.vertcat(v / stepper.sizes, a / (stepper.sizes * omega))
+        p = sym("p", 4 + stepper.fixed)
+        begin, span, omega, energy = p[0], p[1], p[2], p[3]
+        signs, c = ca.vertsplit(p, [0, 4, 4 + k.signs.numel(), 4 + stepper.fixed])[1:]
+        sizes = stepper.sizes(c)
+        t, x, v = begin + span * s, sizes * y[:n], sizes * omega * y[n:]
+        a, inner = k.rhs(t, x, v, signs, c)
+        power = stepper.power(t, x, v, signs, a, stepper._sizes(inner), c)
+        rates = span * ca.vertcat(v / sizes, a / (sizes * omega))
         found = {"t": s, "x": y, "p": p, "ode": rates}
         return found | ({"quad": span * power / energy} if stepper.works else {})
 
@@ -123,7 +125,8 @@ class Bdf(Integrator):
         energy = self._inertia * omega**2
         start = np.concatenate([x / sizes, v / (sizes * omega)])
         try:
-            found = solver(x0=start, p=np.concatenate([[float(t), span, omega, energy], signs]))
+            given = [float(t), span, omega, energy]
+            found = solver(x0=start, p=np.concatenate([given, signs, self.kernel.numbers]))
         except RuntimeError:
             return None
         stats = solver.stats()
@@ -157,7 +160,7 @@ class Bdf(Integrator):
         """Natural size of the inertia, kg m^2."""
         k = self.kernel
         none = np.zeros(k.n)
-        M = np.array(ca.DM(k.parts(0.0, none + 0.1 * k.sizes, none, self.setup.loose)[0]))
+        M = k.value("parts", 0.0, none + 0.1 * k.sizes, none, self.setup.loose)[0]
         return float(np.mean(np.diag(M) * k.sizes**2)) if k.n else 1.0
 
     def _closed(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any, bool]:

@@ -15,6 +15,7 @@ from mechdae.errors import (
     SingularMassError,
     SolveError,
 )
+from mechdae.kernels.run.call import Call
 from mechdae.numerics.null_space import dependences, freedoms, rank, unit_rows
 
 SX = ca.SX
@@ -38,9 +39,13 @@ def check_start(setup: Setup, begin: Start) -> None:
         With what is left of each equation.
     """
     r = setup.released
-    rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else ca.SX(0, 1)
-    function = ca.Function("rows", [r.model.q, r.t, r.signs, r.model.p], [rows])
-    values = np.array(function(begin.q, 0.0, setup.loose, r.model.p_values)).ravel()
+
+    def made() -> Call:
+        rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else ca.SX(0, 1)
+        inputs = [r.model.q, r.t, r.signs, r.model.p]
+        return Call(ca.Function("rows", inputs, [ca.densify(rows)]))
+
+    values = r.kept("rows", made)(begin.q, 0.0, setup.loose, setup.model.p_values)[0]
     sizes = np.array([1.0 if row.unit == "rad" else setup.length for row in r.rows])
     left = {
         row.name: float(value)
@@ -77,7 +82,7 @@ def check_inertia(setup: Setup, x: Any, v: Any) -> None:
     """
     k = setup.kernel
     signs = setup.loose
-    M, f, J, _ = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, signs))
+    M, f, J, _ = k.value("parts", 0.0, x, v, signs)
     if not np.isfinite(f).all() or not np.isfinite(M).all():
         loads = ", ".join(setup.loads.wrenches)
         raise SolveError(
@@ -120,31 +125,34 @@ def check_friction(setup: Setup, x: Any, v: Any) -> None:
     k, r = setup.kernel, setup.released
     if not k.rubs or not r.rows:
         return
-    rows = ca.vertcat(*[row.expression for row in r.rows])
-    gradient = SX(ca.jacobian(rows, r.model.q))
-    for name, mesh in r.rubbing.meshes.items():
-        if mesh.column is not None:
-            i = next(i for i, row in enumerate(r.rows) if row.owner == name and not row.driver)
-            gradient[i, :] = r.stack(mesh.column).T
-    gradient = ca.densify(r.moved(gradient))
-    function = k.function("gradient", [gradient])
-    J = np.array(ca.DM(k.parts(0.0, x, v, setup.loose)[2]))
+
+    def gradient() -> Any:
+        rows = ca.vertcat(*[row.expression for row in r.rows])
+        found = SX(ca.jacobian(rows, r.model.q))
+        for name, mesh in r.rubbing.meshes.items():
+            if mesh.column is not None:
+                i = next(i for i, row in enumerate(r.rows) if row.owner == name and not row.driver)
+                found[i, :] = r.stack(mesh.column).T
+        forms = [r.moved(SX(feedback.forms)) for feedback in r.rubbing.feedbacks]
+        return k.function("gradient", [ca.densify(part) for part in (r.moved(found), *forms)])
+
+    J = k.value("place", 0.0, x, v, setup.loose)[1]
     aside = x + ASIDE * k.sizes * freedoms(J, k.sizes).sum(axis=1)
     for _ in range(4):
-        aside = np.array(k.project(0.0, aside, v, setup.loose)[0]).ravel()
+        aside = k.value("project", 0.0, aside, v, setup.loose)[0].ravel()
     sizes = r.model.coordinates.sizes(setup.length)
     common: set[str] | None = None
     for place in (x, aside):
-        G = np.array(ca.DM(function(0.0, place, v, setup.loose))) * sizes
+        G, *forms = k.call("gradient", gradient)(0.0, place, v, setup.loose)
+        G = np.reshape(G, (len(r.rows), -1), order="F") * sizes
         stress = dependences(G) / unit_rows(G)[1]
         found = set()
-        for feedback in r.rubbing.feedbacks:
+        for feedback, form in zip(r.rubbing.feedbacks, forms, strict=True):
             if not feedback.friction:
                 continue
             own = [i for i, row in enumerate(r.rows) if row.owner == feedback.joint]
             own = [i for i in own if not r.rows[i].driver]
-            forms = k.function("form", [ca.densify(r.moved(SX(feedback.forms)))])
-            pressed = np.array(ca.DM(forms(0.0, place, v, setup.loose))) @ stress[own]
+            pressed = np.reshape(form, (-1, len(own)), order="F") @ stress[own]
             size = np.abs(stress).max(initial=0.0)
             if pressed.size and np.abs(pressed).max() > OPEN * size:
                 found.add(feedback.joint)
@@ -173,9 +181,9 @@ def check_rest(setup: Setup, x: Any, v: Any) -> None:
     k, r = setup.kernel, setup.released
     if not k.m:
         return
-    bias = k.function("bias", [ca.densify(r.bias)])
-    _, _, J, gamma = (np.array(ca.DM(part)) for part in k.parts(0.0, x, v, setup.loose))
-    turned = np.array(bias(0.0, x, v, setup.loose)).ravel()
+    bias = k.call("bias", lambda: k.function("bias", [ca.densify(r.bias)]))
+    _, _, J, gamma = k.value("parts", 0.0, x, v, setup.loose)
+    turned = bias(0.0, x, v, setup.loose)[0]
     lengths = r.model.coordinates.sizes(setup.length)
     left, sigma, _ = np.linalg.svd(J * k.sizes / k.gaps[:, None])
     asked = gamma.ravel() / k.gaps
@@ -187,7 +195,7 @@ def check_rest(setup: Setup, x: Any, v: Any) -> None:
         float(np.max(np.abs(v / k.sizes), initial=0.0)) ** 2,
     )
     if not np.isfinite(rest).all() or np.max(np.abs(rest)) > OPEN * size:
-        names = [r.rows[i].name for i in r.kept]
+        names = [r.rows[i].name for i in r.left]
         found = dict(zip(names, (rest * k.gaps).tolist(), strict=True))
         worst = max(found, key=lambda name: abs(found[name]))
         error = InconsistentStartError(

@@ -92,8 +92,9 @@ class Clock:
         own = [SX(part) for part in own if ca.depends_on(SX(part), time)]
         if not own:
             return None, None
-        place = setup.kernel.function("place", [ca.densify(r.q), ca.densify(r.qd)])
-        q, qd = (np.array(part).ravel() for part in place(0.0, x, v, setup.loose))
+        k = setup.kernel
+        place = k.call("q", lambda: k.function("q", [ca.densify(r.q), ca.densify(r.qd)]))
+        q, qd = place(0.0, x, v, setup.loose)
         state = ca.vertcat(model.q, model.velocity)
         whole = ca.vertcat(*own)
         symbols = ca.vertcat(SX(0, 1), *[table.symbols for table in self.tables])
@@ -276,12 +277,7 @@ class Clock:
     @cached_property
     def _laws(self) -> Any:
         """(t, pieces) -> values and rates of the laws of time."""
-        loads, model = self.setup.loads, self.setup.model
-        values = ca.densify(ca.vertcat(*[law.value for law in self.setup.laws]))
-        symbols = ca.vertcat(SX(0, 1), *[table.symbols for table in self.tables])
-        rates = ca.jacobian(values, loads.time)
-        both = ca.Function("laws", [loads.time, symbols, model.p], [values, ca.densify(rates)])
-        return lambda t, own: [np.array(part).ravel() for part in both(t, own, model.p_values)]
+        return self.setup.laws_at
 
     @cached_property
     def _largest(self) -> Any:

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
-from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.null_space import freedoms
 from mechdae.numerics.roots import halved
 
@@ -38,12 +36,8 @@ class Creep:
         self.slips = setup.released.rubbing.slips
         self.found: dict[str, dict[str, Any]] = {}
         k = self.kernel
-        at = [k.t, k.x, k.v, k.signs]
-        J, C = k.parts(*at)[2], k.locking(*at)[0]
-        results = [ca.vec(ca.densify(J)), ca.vec(ca.densify(C))]
-        self._jacobians = Batch(ca.Function("both", at, results), [])
-        self._values = Batch(k.sticking, [])
-        self._rhs = Batch(k.rhs, [])
+        self._values = k.batch("sticking", lambda: k.sticking, ())
+        self._rhs = k.batch("rhs", lambda: k.rhs, ())
 
     def look(self, t: Any, x: Any, v: Any) -> None:
         """Look at states (n, .)."""
@@ -58,8 +52,7 @@ class Creep:
         slow = np.flatnonzero(np.abs(speeds) <= RESTS * self.setup.widths)
         if not len(slow):
             return
-        J, C = self._at(self._jacobians, t, x, v, loose)
-        J, C = J.reshape(k.n, k.m).T, C.reshape(k.n, count).T
+        J, C = k.value("place", t, x, v, loose)[1], k.value("locking", t, x, v, loose)[0]
         basis = k.sizes[:, None] * freedoms(J, k.sizes)
         along = C @ basis / self._units[:, None]
         slow = slow[np.linalg.norm(along[slow], axis=1) > RANK * np.abs(along).max(initial=0.0)]
@@ -108,7 +101,7 @@ class Creep:
     def _units(self) -> Any:
         return np.array([1.0 if s.unit == "rad" else self.setup.length for s in self.slips])
 
-    def _at(self, function: Batch, t: float, x: Any, v: Any, signs: Any) -> list[Any]:
+    def _at(self, function: Any, t: float, x: Any, v: Any, signs: Any) -> list[Any]:
         found = function(np.array([[t]]), x[None, :], v[None, :], signs[None, :])
         return [part[0] for part in found]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import STILL, Setup
@@ -36,7 +35,7 @@ HOPELESS = 1e9
 def singular_values(setup: Setup, t: float, x: Any, v: Any) -> tuple[Any, Any, Any]:
     """Return left vectors and singular values of the scaled Jacobian, and the laws' part of J v."""
     k = setup.kernel
-    _, J, phi_t = (np.array(ca.DM(part)) for part in k.place(t, x, v, setup.loose))
+    _, J, phi_t = k.value("place", t, x, v, setup.loose)
     left, sigma, _ = np.linalg.svd(J * k.sizes / k.gaps[:, None])
     return left, sigma, phi_t.ravel() / k.gaps
 
@@ -61,7 +60,7 @@ def dead_point(
     if not np.max(np.abs(rest), initial=0.0) > least:
         return None
     r = setup.released
-    names = [r.rows[i].name for i in r.kept]
+    names = [r.rows[i].name for i in r.left]
     found = dict(zip(names, (rest * k.gaps).tolist(), strict=True))
     worst = int(np.argmax(np.abs(rest)))
     size = float(np.linalg.norm(rest) * k.gaps[worst])
@@ -74,7 +73,7 @@ def feasible(setup: Setup, t: Any, x: Any, v: Any, signs: Any) -> Any:
     k = setup.kernel
     gaps = np.empty(len(t))
     for i in range(len(t)):
-        _, J, phi_t = (np.array(ca.DM(part)) for part in k.place(t[i], x[i], v[i], signs[i]))
+        _, J, phi_t = k.value("place", t[i], x[i], v[i], signs[i])
         asked = np.max(np.abs(phi_t.ravel() / k.gaps), initial=0.0)
         left = np.max(np.abs((J @ v[i] + phi_t.ravel()) / k.gaps), initial=0.0)
         gaps[i] = left / max(float(asked), STILL / (MEETS * setup.end))

@@ -16,16 +16,20 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import TIME
+from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Driver, Equilibrium, Motion
 from mechdae.errors import InputError, MechdaeError, UnavailableError
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.smooth_friction import Smooth
 from mechdae.kernels.graphs.stepper import Stepper
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.call import Call
+from mechdae.kinematics import prepared
+from mechdae.kinematics.shapes import free_numbers, size_of
 from mechdae.model.forces.dry_friction import Rubbing
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
 from mechdae.model.forces.time_tables import Timed
+from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.model.motion_equations import Law, Released
 
@@ -40,9 +44,24 @@ DRIVERS = "drivers"
 """Name of the work that laws of time put in."""
 
 
+@dataclass(frozen=True, eq=False)
+class MotionShape:
+    """What the structure of a task of motion decides: symbols, equations, kernels."""
+
+    model: Model
+    loads: Loads
+    laws: list[Law]
+    kept: Kept = field(default_factory=Kept)
+
+    @property
+    def size(self) -> int:
+        """Estimated bytes of its kernels."""
+        return size_of(self.model.kept, self.kept)
+
+
 @dataclass
 class Setup:
-    """What a motion is computed with.
+    """What a motion is computed with: the numbers of a task and the shape they belong to.
 
     ``end`` is the last time, ``times`` those of the outputs, None for the steps themselves;
     ``notes`` what was assumed; ``held`` are coordinates
@@ -55,6 +74,7 @@ class Setup:
     model: Model
     loads: Loads
     laws: list[Law]
+    kept: Kept
     end: float
     times: Any
     tolerance: float
@@ -65,12 +85,12 @@ class Setup:
     longest: float | None = None
     pieces: Any = field(default_factory=lambda: np.zeros(0))
 
-    @cached_property
+    @kept_property
     def plain(self) -> Released:
         """The equations with nothing held, and without friction in joints."""
         return Released(self.model, self.loads, self.laws)
 
-    @cached_property
+    @kept_property
     def jointed(self) -> Released:
         """The equations without laws of time."""
         return Released(self.model, self.loads) if self.laws else self.plain
@@ -79,8 +99,17 @@ class Setup:
     def released(self) -> Released:
         """The equations of motion."""
         if not self.held and not self.rubbing.feedbacks:
-            return self.plain
-        return Released(self.model, self.loads, self.laws, self.held, self.rubbing)
+            plain: Released = self.plain
+            return plain
+        return self._with(self.rubbing)
+
+    def _with(self, rubbing: Rubbing) -> Released:
+        """Return the equations with what is held and with dry friction."""
+        key, held = ("released", *self.held, rubbing), list(self.held)
+        released: Released = self.kept(
+            key, lambda: Released(self.model, self.loads, self.laws, held, rubbing)
+        )
+        return released
 
     @cached_property
     def rubbing(self) -> Rubbing:
@@ -89,62 +118,88 @@ class Setup:
         Forces of teeth load bearings: they count in the motion if anything rubs.
         """
         if self.task.friction != "none":
-            found = Rubbing(self.model, self.loads, True, self.meshes)
+            found = self._rubbing(True)
             if found.frictional:
                 return found
-        return self.plain.rubbing
+        plain: Released = self.plain
+        return plain.rubbing
+
+    def _rubbing(self, friction: bool) -> Rubbing:
+        """Return dry friction with the forces of teeth."""
+        real = tuple((name, mesh.column is not None) for name, mesh in self.meshes.items())
+        found: Rubbing = self.kept(
+            ("rubbing", friction, real),
+            lambda: Rubbing(self.model, self.loads, friction, self.meshes),
+        )
+        return found
 
     @cached_property
     def loaded(self) -> Released:
         """The equations of motion with all forces of teeth."""
         if self.rubbing.feedbacks or not self.meshes:
             return self.released
-        rubbing = Rubbing(self.model, self.loads, False, self.meshes)
-        return Released(self.model, self.loads, self.laws, self.held, rubbing)
+        return self._with(self._rubbing(False))
 
     @property
     def loose(self) -> Any:
-        """Inputs of dry friction that neither rubs nor locks, with the pieces of tables."""
-        return np.concatenate([np.zeros(self.rubbing.signs.numel()), self.pieces])
+        """Inputs of dry friction that neither rubs nor locks, and `fixed`."""
+        return np.concatenate([np.zeros(self.rubbing.signs.numel()), self.fixed])
+
+    @property
+    def fixed(self) -> Any:
+        """The pieces of tables, and the values of what is held."""
+        return np.concatenate([self.pieces, list(self.held.values())])
 
     def pieces_at(self, t: float) -> Any:
         """Return the pieces of tables over the time that hold right behind a time."""
         found = [table.piece(t) for table in self.loads.timed]
         return np.concatenate(found) if found else np.zeros(0)
 
+    def laws_at(self, t: float, pieces: Any) -> list[Any]:
+        """Return the values and the rates of the laws of time, for pieces of tables."""
+        loads, model = self.loads, self.model
+
+        def made() -> Call:
+            values = ca.densify(ca.vertcat(SX(0, 1), *[law.value for law in self.laws]))
+            symbols = ca.vertcat(SX(0, 1), *[table.symbols for table in loads.timed])
+            rates = ca.densify(ca.jacobian(values, loads.time))
+            return Call(ca.Function("laws", [loads.time, symbols, model.p], [values, rates]))
+
+        return list(self.kept("laws", made)(t, pieces, model.p_values))
+
     def sided(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
         """Return inputs (n, k) of dry friction with the signs that smoothed friction has."""
         if not self.smooth:
             return signs
         kernel: Any = self.kernel
-        sides = Batch(kernel.sides, [], straight=lambda: None)
         found = signs.copy()
-        found[:, : self.rubbing.count] = sides(t, x, v, signs)[0]
+        found[:, : self.rubbing.count] = kernel.batch("sides", lambda: kernel.sides, ())(
+            t, x, v, signs
+        )[0]
         return found
 
     def renewed(self, signs: Any) -> Any:
         """Return inputs of dry friction with the pieces of tables that hold now."""
-        return np.concatenate([signs[: self.rubbing.signs.numel()], self.pieces])
+        return np.concatenate([signs[: self.rubbing.signs.numel()], self.fixed])
 
     @cached_property
     def force_kernel(self) -> Kernel:
         """Right-hand side with all forces of teeth, scaled like that of the motion."""
-        if self.loaded is self.released:
-            return self.kernel
-        r = self.loaded
-        return Kernel(r, self.model.p_values, self.sizes(r), self.length)
+        return self.kernel if self.loaded is self.released else self.kernel_of(self.loaded)
 
-    def sizes(self, released: Released) -> Any:
-        """Return natural sizes of the free coordinates: 1 rad, a length, the range of s / 2 pi."""
-        return released.coordinates.sizes(self.length)
+    def kernel_of(self, released: Released) -> Kernel:
+        """Return the functions of equations with the numbers of this task."""
+        shape: Kernel = released.kept("kernel", lambda: Kernel(released))
+        return shape.at(self.model.p_values, self.length)
 
     @cached_property
     def kernel(self) -> Kernel:
         """Right-hand side and projection."""
+        if not self.smooth:
+            return self.kernel_of(self.released)
         r = self.released
-        if self.smooth:
-            return Smooth(r, self.model.p_values, self.sizes(r), self.length, self.widths)
-        return Kernel(r, self.model.p_values, self.sizes(r), self.length)
+        shape: Kernel = r.kept("smooth", lambda: Smooth(r))
+        return shape.at(self.model.p_values, self.length, self.widths)
 
     @property
     def smooth(self) -> bool:
@@ -190,8 +245,13 @@ class Setup:
         rubbing = [f"friction.{joint}" for joint in self.released.losses]
         return [*self.released.powers, *rubbing, *([DRIVERS] if self.laws else [])]
 
-    @cached_property
+    @property
     def stepper(self) -> Stepper:
+        """One step of the motion, for the scalings that the kernel has."""
+        found: Stepper = self.kernel.kept("stepper", self._stepper)
+        return found
+
+    def _stepper(self) -> Stepper:
         r = self.released
         a = SX.sym("a", r.x.numel())
         m = SX.sym("m", self.kernel.rubs)
@@ -237,13 +297,28 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
             f"a time above 0 is needed, {SHORTEST:g} of the whole at least, not {longest:g}",
             where="max_step",
         )
-    model = Model(mechanism)
-    loads = Loads(model, gradual=task.friction == "smooth")
-    laws = _laws(model, loads, task)
-    scale = mechanism.scale
-    found = Setup(problem, task, model, loads, laws, end, times, tolerance, scale, notes)
+    shape = _shape(mechanism, task)
+    model = shape.model.at(mechanism)
+    loads = shape.loads.at(model)
+    found = Setup(
+        problem, task, model, loads, shape.laws, shape.kept, end, times, tolerance,
+        mechanism.scale, notes,
+    )  # fmt: skip
     found.longest, found.pieces = longest, found.pieces_at(0.0)
     return found
+
+
+def _shape(mechanism: Mechanism, task: Motion) -> MotionShape:
+    """Return the shape of a motion: one that is kept, or a new one."""
+    names, gradual = free_numbers(), task.friction == "smooth"
+    key = ("motion", structure_of(mechanism, names), task.drivers, gradual, names)
+    shape = prepared.SHAPES.get(key)
+    if not isinstance(shape, MotionShape):
+        model = Model(mechanism, free=names)
+        loads = Loads(model, gradual=gradual)
+        shape = MotionShape(model, loads, _laws(model, loads, task))
+        prepared.SHAPES.put(key, shape)
+    return shape
 
 
 def as_motion(task: Equilibrium) -> Motion:
@@ -282,7 +357,7 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
     for i, driver in enumerate(task.drivers or ()):
         if driver.table is not None:
             try:
-                value = _tabulated(model, loads, driver, known)
+                value = _tabulated(model, loads, driver, known, f"drivers[{i}].table")
             except MechdaeError as problem:
                 raise problem.inside(f"drivers[{i}].table") from None
             laws.append(Law(coordinate(model.mechanism, driver.coordinate), value))
@@ -296,7 +371,9 @@ def _laws(model: Model, loads: Loads, task: Motion) -> list[Law]:
     return laws
 
 
-def _tabulated(model: Model, loads: Loads, driver: Driver, known: dict[str, Any]) -> Any:
+def _tabulated(
+    model: Model, loads: Loads, driver: Driver, known: dict[str, Any], where: str
+) -> Any:
     """Return the law that a table over the time gives."""
     table = driver.table
     assert table is not None
@@ -319,6 +396,7 @@ def _tabulated(model: Model, loads: Loads, driver: Driver, known: dict[str, Any]
     found = Timed(
         f"law of {driver.coordinate}", table, loads.time, SX(numbers["shift"]),
         None if numbers["period"] is None else SX(numbers["period"]), model.p, model.p_values,
+        where,
     )  # fmt: skip
     loads.timed.append(found)
     return SX(numbers["factor"]) * found.value
@@ -362,12 +440,18 @@ def _rubs(joint: Joint, values: dict[str, float]) -> bool:
 
 def idle(setup: Setup) -> list[tuple[str, str]]:
     """Return the free coordinates without inertia, constraint and force: nothing moves them."""
-    released = setup.plain
-    kernel = Kernel(released, setup.model.p_values, setup.sizes(released), setup.length)
-    M, f, J, _ = kernel.parts(kernel.t, kernel.x, kernel.v, kernel.signs)
+    kernel = setup.kernel_of(setup.plain)
+    draw = np.random.default_rng(1)
+    at = [draw.uniform(-1.0, 1.0, part.numel()) for part in kernel.inputs[:4]]
+    M, f, J, _ = kernel.value("parts", *at)
+    moved = M.any(axis=0) | J.any(axis=0) | f.any(axis=1)
+    if moved.all():
+        return []
+    # a force may be none at one state alone: the others are looked at in symbols
+    M, f, J, _ = kernel.parts(*kernel.inputs[:4], SX(ca.DM(kernel.numbers)))
     found = []
-    for i, name in enumerate(released.coordinates.keys):
+    for i in np.flatnonzero(~moved).tolist():
         own: list[Any] = [*SX(M[:, i]).nonzeros(), *SX(J[:, i]).nonzeros(), SX(f)[i]]
         if all(entry.is_zero() for entry in own):
-            found.append(name)
+            found.append(setup.plain.coordinates.keys[i])
     return found

@@ -51,7 +51,7 @@ class WithReactions:
 
     def __init__(self, model: Model, loads: Loads, names: Iterable[str]) -> None:
         mechanism = model.mechanism
-        self.names, self.model = list(names), model
+        self.names = list(names)
         self.joints = list(mechanism.joints)
         forces = SX.sym("reactions", 3 * len(self.joints))
         known = {
@@ -70,8 +70,9 @@ class WithReactions:
         inputs = [model.q, model.velocity, model.acceleration, loads.time, forces, model.p]
         function = ca.Function("outputs", inputs, [ca.vertcat(*rows)])
         self._batch = Batch(function, [5])
+        self.function = function
 
-    def __call__(self, q: Any, v: Any, a: Any, t: Any, forces: Mapping[str, Any]) -> Any:
+    def __call__(self, q: Any, v: Any, a: Any, t: Any, forces: Mapping[str, Any], p: Any) -> Any:
         """Return the values (n, names)."""
         flat = np.hstack([forces[joint] for joint in self.joints])
-        return self._batch(q, v, a, t[:, None], flat, self.model.p_values)[0]
+        return self._batch(q, v, a, t[:, None], flat, p)[0]

@@ -15,7 +15,6 @@ import numpy as np
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
 from mechdae.forces.friction_solutions import solutions_of
-from mechdae.kernels.run.batch import Batch
 
 
 class Sizes:
@@ -25,12 +24,15 @@ class Sizes:
         self.setup, self.kernel = setup, setup.kernel
 
     @cached_property
-    def _coupling(self) -> Batch:
+    def _coupling(self) -> Any:
         k = self.kernel
-        at = [k.t, k.x, k.v, k.signs]
-        columns, starts, slopes = k.coupling(*at)
-        results = [ca.vec(columns), starts, ca.vec(slopes)]
-        return Batch(ca.Function("coupling", at, results, {"cse": True}), [3])
+
+        def made() -> Any:
+            columns, starts, slopes = k.coupling(*k.inputs)
+            results = [ca.vec(columns), starts, ca.vec(slopes)]
+            return ca.Function("coupling", k.inputs, results, {"cse": True})
+
+        return k.batch("coupling", made)
 
     def _growths(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
         """Return (n, k, k) bounds of how sizes change each other, and weights (n, k) of them."""

@@ -12,8 +12,6 @@ import numpy as np
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
 from mechdae.kernels.graphs.stepper import Chunk, interpolate
-from mechdae.kernels.run.batch import Batch
-from mechdae.kernels.run.call import Call
 from mechdae.numerics.roots import root_between
 
 LEAST = 1e-13
@@ -98,29 +96,30 @@ class Integrator:
     # -- functions -----------------------------------------------------------------------------
 
     @cached_property
-    def _rhs(self) -> Call:
-        return Call(self.kernel.rhs)
+    def _rhs(self) -> Any:
+        return self.kernel.call("rhs", lambda: self.kernel.rhs)
 
     @cached_property
     def _chunk(self) -> Chunk:
-        return Chunk(self.stepper)
+        found: Chunk = self.kernel.kept("chunk", lambda: Chunk(self.stepper))
+        return found
 
     @cached_property
-    def _step(self) -> Call:
-        return Call(self.stepper.step)
+    def _step(self) -> Any:
+        return self.kernel.call("step", lambda: self.stepper.step)
 
     @cached_property
-    def _dense(self) -> Batch:
-        return Batch(self.stepper.dense, [6], straight=lambda: None)
+    def _dense(self) -> Any:
+        return self.kernel.batch("dense", lambda: self.stepper.dense, (6,))
 
     @cached_property
-    def _project(self) -> Batch:
-        return Batch(self.kernel.project, [3], straight=lambda: None)
+    def _project(self) -> Any:
+        return self.kernel.batch("project", lambda: self.kernel.project)
 
     @cached_property
-    def rates(self) -> Batch:
+    def rates(self) -> Any:
         """(t, x, v, signs) -> x'', lambda for many states."""
-        return Batch(self.kernel.rhs, [3], straight=lambda: None)
+        return self.kernel.batch("rhs", lambda: self.kernel.rhs)
 
     def acceleration(self, t: float, x: Any, v: Any, signs: Any) -> Any:
         """Return x'' at one state."""
@@ -151,14 +150,16 @@ class Integrator:
         return state
 
     def _frequency(self, v: Any, a: Any) -> float:
-        return float(np.array(self.stepper.frequency(v, a)).ravel()[0])
+        sizes = self.kernel.sizes
+        return float(np.maximum(np.abs(v) / sizes, np.sqrt(np.abs(a) / sizes)).max(initial=0.0))
 
     def steps(
         self, state: Any, signs: Any, end: float | None = None, longest: float = np.inf
     ) -> Iterator[Nodes]:
         """Yield accepted steps, none longer than `longest`, until a time or a step of nothing."""
         lay, end = self.layout, self.setup.end if end is None else end
-        numbers = np.concatenate([[end, self.setup.tolerance, longest], signs])
+        given = [end, self.setup.tolerance, longest]
+        numbers = np.concatenate([given, signs, self.kernel.numbers])
         while state[lay["t"]][0] < end:
             state = state.copy()
             state[lay["passed"]] = 0
@@ -210,7 +211,7 @@ class Integrator:
         parts = [state[lay[name]] for name in ("t", "x", "v", "a", "m", "w")]
         omega = state[lay["omega"]][0]
         self.rhs += STAGES
-        x, v, a, m, w, *_ = self._step(*parts, h, signs, omega)
+        x, v, a, m, w, _, _ = self._step(*parts, h, signs, omega)
         after = state.copy()
         for name, value in (("x", x), ("v", v), ("a", a), ("m", m), ("w", w)):
             after[lay[name]] = value

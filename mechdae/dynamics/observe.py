@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -14,6 +13,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.generalised import Wrench, add, gradients, reaction, times
+from mechdae.model.kept import kept_property
 
 SX = ca.SX
 
@@ -52,38 +52,40 @@ class Observer:
     def __init__(self, setup: Setup) -> None:
         self.setup, self.r, self.kernel = setup, setup.loaded, setup.force_kernel
         self.model = setup.model
-        self.p = self.model.p_values
+        self.kept, self.p = self.kernel.kept, self.model.p_values
 
-    def _batch(self, name: str, results: list[Any], more: list[Any] | None = None) -> Batch:
-        """Return a function of (t, x, v, signs, ..., p); signs have one row for each state."""
-        r = self.r
-        inputs = [r.t, r.x, r.v, r.signs, *(more or []), self.model.p]
-        function = ca.Function(name, inputs, [ca.densify(e) for e in results], {"cse": True})
-        return Batch(function, [len(inputs) - 1], straight=lambda: None)
+    def _many(self, name: str, made: Callable[[], tuple[list[Any], list[Any]]]) -> Any:
+        """Return a function of (t, x, v, signs, ...); signs have one row for each state.
 
-    @cached_property
-    def _absolute(self) -> Batch:
-        a = SX.sym("a", self.r.x.numel())
-        results = [self.r.q, self.r.qd, self.r.bias + self.r.V @ a]
-        return self._batch("absolute", results, [a])
+        `made` gives its results and further inputs.
+        """
+
+        def function() -> Any:
+            results, more = made()
+            return self.kernel.function(name, [ca.densify(e) for e in results], more)
+
+        return self.kernel.batch(name, function, ())
 
     def absolute(self, s: States) -> tuple[Any, Any, Any]:
         """Return absolute coordinates with their rates and accelerations, (n, nq) each."""
-        q, v, a = self._absolute(s.t[:, None], s.x, s.v, s.signs, s.a, self.p)
-        return q, v, a
-
-    @cached_property
-    def _energies(self) -> Batch:
         r = self.r
-        return self._batch("energies", [ca.vertcat(r.kinetic, *r.stores.values())])
+
+        def made() -> tuple[list[Any], list[Any]]:
+            a = SX.sym("a", r.x.numel())
+            return [r.q, r.qd, r.bias + r.V @ a], [a]
+
+        q, v, a = self._many("absolute", made)(s.t[:, None], s.x, s.v, s.signs, s.a)
+        return q, v, a
 
     def energies(self, s: States) -> tuple[Any, dict[str, Any]]:
         """Return the kinetic energy (n,) and the potential ones by load."""
-        found = self._energies(s.t[:, None], s.x, s.v, s.signs, self.p)[0]
-        stores = {name: found[:, k + 1] for k, name in enumerate(self.r.stores)}
+        r = self.r
+        energies = self._many("energies", lambda: ([ca.vertcat(r.kinetic, *r.stores.values())], []))
+        found = energies(s.t[:, None], s.x, s.v, s.signs)[0]
+        stores = {name: found[:, k + 1] for k, name in enumerate(r.stores)}
         return found[:, 0], stores
 
-    @cached_property
+    @kept_property
     def _gaps(self) -> Batch:
         model, r = self.model, self.r
         rows = ca.vertcat(*[row.expression for row in r.rows]) if r.rows else SX(0, 1)
@@ -111,14 +113,13 @@ class Observer:
         if self.kernel is self.setup.kernel:
             return s
         self.kernel.scale(float(s.t[0]), s.x[0], s.v[0], self.setup.loose)
-        rates = Batch(self.kernel.rhs, [3], straight=lambda: None)
+        rates = self.kernel.batch("rhs", lambda: self.kernel.rhs)
         lam = np.full((len(s.t), self.kernel.inner), np.nan)
         for signs, rows in alike(s.signs, np.flatnonzero(np.isfinite(s.a).all(axis=1))):
             lam[rows] = rates(s.t[rows, None], s.x[rows], s.v[rows], signs)[1]
         return replace(s, lam=lam)
 
-    @cached_property
-    def _multipliers(self) -> Batch:
+    def _multipliers(self) -> tuple[list[Any], list[Any]]:
         """(..., a, lambda of what is left, forces of locks, sizes) -> multipliers of all."""
         r, k = self.r, self.kernel
         a, inner = SX.sym("a", r.x.numel()), SX.sym("lam", k.inner)
@@ -127,14 +128,16 @@ class Observer:
             push -= r.held_back @ inner[k.m : k.m + k.slips]
         if k.rubs:
             push += r.rubbed @ inner[k.m + k.slips :]
-        return self._batch("multipliers", [recovered(r, push, inner[: k.m])], [a, inner])
+        return [recovered(r, push, inner[: k.m])], [a, inner]
 
     def multipliers(self, s: States) -> Any:
         """Return the multipliers of all equations, (n, rows)."""
         if not self.r.rows:
             return np.zeros((len(s.t), 0))
         inner = self._inner(s)
-        return self._multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner, self.p)[0]
+        multipliers = self._many("multipliers", self._multipliers)
+        found: Any = multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner)[0]
+        return found
 
     def _inner(self, s: States) -> Any:
         inner = np.zeros((len(s.t), self.kernel.inner))
@@ -144,13 +147,13 @@ class Observer:
     def loads(self, s: States) -> float:
         """Return the largest load on a body over the states, times a length of the mechanism."""
         sizes = self.model.coordinates.sizes(self.setup.length)
-        weight = ca.mmax(ca.fabs(ca.densify(self.r.applied)) * ca.DM(sizes))
-        found = self._batch("loads", [weight])(s.t[:, None], s.x, s.v, s.signs, self.p)[0]
+        applied = self._many("loads", lambda: ([self.r.applied], []))
+        found = np.abs(applied(s.t[:, None], s.x, s.v, s.signs)[0]) * sizes
         return float(np.max(found, initial=0.0, where=np.isfinite(found)))
 
     # -- reactions -------------------------------------------------------------------------
 
-    @cached_property
+    @kept_property
     def _reactions(self) -> Batch:
         model, r, k = self.model, self.r, self.kernel
         rubbing, lam, inner = r.rubbing, SX.sym("lam", len(r.rows)), SX.sym("inner", k.inner)

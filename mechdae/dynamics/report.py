@@ -2,45 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinates import Selection, selection
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.kinds import Motion
 from mechdae.dynamics.determined import Determined
-from mechdae.dynamics.expressions import WithReactions
 from mechdae.dynamics.observe import Observer
+from mechdae.dynamics.reported import Reported
 from mechdae.dynamics.run import Run
 from mechdae.forces.meshes import slack_belts
-from mechdae.kernels.run.batch import Batch
-from mechdae.model.model import Model
 from mechdae.results import Event, MotionResult, Named, Series, Status, Summary, events_of, statuses
-from mechdae.setup.named_outputs import NamedOutputs, requests
-from mechdae.setup.outputs import Outputs
 
 BALANCED = 1e-3
 """Gap of the energy balance, over the energies that move, that is a fault."""
 ROUNDED = 1e-9
 """Share of the energies stored, and of loads times a length, below which energies do not move."""
 CORRECTED = 1e-9
-
-
-@dataclass(frozen=True)
-class Whole:
-    """What `Outputs` reads of a scene: absolute coordinates stay as they are."""
-
-    model: Model
-    selection: Selection
-    groups: tuple[Any, ...] = ()
-
-    def expression(self, absolute: Any) -> Any:
-        return absolute
 
 
 def report(
@@ -55,7 +34,7 @@ def report(
     setup, states = run.setup, run.states
     q, v, a = observer.absolute(states)
     forces = Determined(observer, states, q)
-    shown = _Shown(problem, task, run, (q, v, a), forces)
+    shown = _Shown(task, run, (q, v, a), forces)
     scalars, work, balance = _energies(run, observer)
     drift, rates = observer.gaps(states, q, v)
     scalars["drift"] = drift
@@ -110,43 +89,32 @@ class _Shown:
 
     def __init__(
         self,
-        problem: Problem,
         task: Motion,
         run: Run,
         coordinates: tuple[Any, Any, Any],
         forces: Determined,
     ) -> None:
-        model, states = run.setup.model, run.states
-        chosen = selection(problem.mechanism, task.outputs, forces=True)
-        forced = [own for own in chosen.named if reactions_of(problem.mechanism, own)]
-        plain = [own for own in chosen.named if own not in forced]
-        expressions = NamedOutputs(model, plain, 2, task.outputs is not None, time=True)
-        hidden = requests(model, list(expressions.rates))
-        outputs: Any = Outputs(Whole(model, chosen), hidden)  # type: ignore[arg-type]
-        y = evaluated(model, outputs.expression, *coordinates)
+        states = run.states
+        self._reported = reported = Reported(run.setup, task.outputs, moves=True)
         self.there = np.isfinite(coordinates[0]).all(axis=1)
-        there = [part[:, outputs.columns(expressions.coordinates)] for part in y]
-        found, lost = expressions.evaluate(there, states.t, self.there)
-        self.notes = expressions.notes + lost
-        series = {own: dict(found[own]) for own in found}
-        if forced:
-            of_forces = WithReactions(model, run.setup.loads, forced)
-            values = of_forces(*coordinates, states.t, forces.reactions)
-            series |= {own: {"value": values[:, k]} for k, own in enumerate(forced)}
-        self._series, self._forced = series, forced
-        order = [own for own in chosen.named if own in series]
-        self.tables: dict[str, Any] = outputs.named(y)
+        self.tables, series = reported.evaluate(coordinates, states.t, self.there)
+        if reported.forced:
+            series |= reported.of_forces(coordinates, states.t, forces.reactions)
+        self.notes, self._series = reported.notes, series
+        order = [own for own in reported.chosen.named if own in series]
         self.tables["outputs"] = Named("output", {own: Series(series[own]) for own in order})
-        self.tables["joints"] = with_reactions(self.tables["joints"], forces.series(), chosen)
+        joints = self.tables["joints"]
+        self.tables["joints"] = reported.with_reactions(joints, forces.series())
 
     def last(self) -> tuple[dict[str, list[float]], dict[str, float]]:
         """Return value and rate of the outputs at the end, and values of those of reactions."""
-        kept = [own for own in self.tables["outputs"] if own not in self._forced]
+        forced = self._reported.forced
+        kept = [own for own in self.tables["outputs"] if own not in forced]
         state = {
             own: [float(self._series[own].get(word, [np.nan])[-1]) for word in ("value", "rate")]
             for own in kept
         }
-        return state, {own: float(self._series[own]["value"][-1]) for own in self._forced}
+        return state, {own: float(self._series[own]["value"][-1]) for own in forced}
 
 
 def _notes(run: Run, of_outputs: list[str]) -> list[str]:
@@ -163,29 +131,6 @@ def _notes(run: Run, of_outputs: list[str]) -> list[str]:
         idle = ", ".join(".".join(own) for own in setup.held)
         notes.append(f"nothing moves {idle}: kept as they are in the sketch")
     return notes
-
-
-def evaluated(model: Model, expression: Any, q: Any, v: Any, a: Any) -> list[Any]:
-    """Return scalars over q with their rates and accelerations."""
-    at = ca.vertcat(model.q, model.velocity)
-    along = ca.vertcat(model.velocity, model.acceleration)
-    first = ca.jtimes(expression, model.q, model.velocity)
-    second = ca.jtimes(first, at, along)
-    inputs = [model.q, model.velocity, model.acceleration, model.p]
-    results = [ca.densify(part) for part in (expression, first, second)]
-    function = ca.Function("outputs", inputs, results, {"cse": True})
-    return Batch(function, [3], straight=lambda: None)(q, v, a, model.p_values)
-
-
-def with_reactions(joints: Named, reactions: Mapping[str, Any], chosen: Selection) -> Named:
-    """Return the series of joints with their reactions."""
-    found = {}
-    for joint in chosen.joints:
-        own: dict[str, Any] = dict(joints.get(joint, {}))
-        if joint in reactions:
-            own["reaction"] = reactions[joint]
-        found[joint] = Series(own)
-    return Named("joint", found)
 
 
 def _energies(run: Run, observer: Observer) -> tuple[dict[str, Any], dict[str, Any], float]:
@@ -217,9 +162,9 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
         "end": float(run.last[0]) if run.last is not None else 0.0,
         "tolerance": setup.tolerance,
         "coordinates": len(r.coordinates),
-        "constraints": len(r.kept),
+        "constraints": len(r.left),
         "eliminated": len(r.gone),
-        "freedoms": len(r.coordinates) - len(r.kept) + run.passages.superfluous,
+        "freedoms": len(r.coordinates) - len(r.left) + run.passages.superfluous,
         "superfluous_equations": run.passages.superfluous + len(r.empty),
         "steps": work.accepted,
         "rejected": work.rejected,

@@ -31,7 +31,7 @@ def motion_structure(
         **entry,
         "drivers": [law.coordinate.text for law in whole.laws],
         "coordinates": [".".join(c.key) for c in released.coordinates],
-        "constraints": [released.rows[i].name for i in released.kept],
+        "constraints": [released.rows[i].name for i in released.left],
         "eliminated": len(released.gone),
         "absolute": len(whole.model.q_names),
         "equations": len(released.rows),

@@ -22,7 +22,7 @@ from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import STILL, Setup
 from mechdae.errors import AssemblyError, InconsistentStartError, MechanismError, MechdaeError
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.call import Call
 from mechdae.kinematics.prepared import prepare
 from mechdae.setup.drivers import sketched
 
@@ -61,12 +61,7 @@ class _Starter:
         self.speeds = start_values(mechanism, task.start_speed, "start_speed")
         model, laws = setup.model, setup.laws
         self.aims = dict(self.given)
-        pieces = ca.vertcat(ca.SX(0, 1), *[table.symbols for table in setup.loads.timed])
-        time = [setup.loads.time, pieces, model.p]
-        values = ca.vertcat(*[law.value for law in laws]) if laws else ca.SX(0, 1)
-        rates = ca.jacobian(values, setup.loads.time)
-        law_values = ca.Function("laws", time, [ca.densify(values), ca.densify(rates)])
-        found = [np.array(part).ravel() for part in law_values(0.0, setup.pieces, model.p_values)]
+        found = setup.laws_at(0.0, setup.pieces)
         for law, value in zip(laws, found[0], strict=True):
             self.aims.setdefault(law.coordinate, float(value))
         self.law_speeds = {
@@ -87,14 +82,16 @@ class _Starter:
             dict.fromkeys([*self.aims, *self.speeds, *self.law_speeds, *self.places])
         )
         r = self.r
-        rows = ca.vertcat(*[model.coordinate(c) for c in self.moving]) if self.moving else None
-        along = r.moved(rows) if rows is not None else ca.SX(0, 1)
-        phi = ca.vertcat(r.phi, along)
-        inputs = [r.x, model.p]
-        results = [ca.densify(phi), ca.densify(ca.jacobian(phi, r.x))]
-        self._rows = Batch(ca.Function("start", inputs, [results[0], ca.vec(results[1])]), [1])
+
+        def made() -> Call:
+            rows = [r.moved(model.coordinate(c)) for c in self.moving]
+            phi = ca.densify(ca.vertcat(r.phi, *rows))
+            slopes = ca.densify(ca.jacobian(phi, r.x))
+            return Call(ca.Function("start", [r.x, model.p], [phi, slopes]))
+
+        self._rows = r.kept(("start", *(c.text for c in self.moving)), made)
         self.m, self.n = r.phi.numel(), r.x.numel()
-        self.sizes = setup.sizes(r)
+        self.sizes = r.coordinates.sizes(setup.length)
         self.gaps = np.array([1.0 if unit == "rad" else setup.length for unit in r.units])
         own = [1.0 if c.is_angle else setup.length for c in self.moving]
         self.scales = np.concatenate([self.gaps, own])
@@ -105,9 +102,9 @@ class _Starter:
 
     def rows(self, x: Any) -> tuple[Any, Any]:
         """Return constraints and moved coordinates, and their Jacobian, over natural sizes."""
-        phi, flat = self._rows(x[None, :], self.setup.model.p_values)
-        J = flat[0].reshape(self.n, -1).T
-        return phi[0] / self.scales, J * self.sizes / self.scales[:, None]
+        phi, J = self._rows(x, self.setup.model.p_values)
+        J = np.reshape(J, (len(phi), self.n))
+        return phi / self.scales, J * self.sizes / self.scales[:, None]
 
     def close(self, x: Any, aims: Mapping[int, float], short: float = np.inf) -> tuple[Any, float]:
         """Return x with the constraints closed and some moved coordinates on their aims.
@@ -252,7 +249,7 @@ class _Starter:
     def _not_assembled(self, x: Any) -> AssemblyError:
         values, _ = self.rows(x)
         k = int(np.argmax(np.abs(values[: self.m])))
-        row = self.r.rows[self.r.kept[k]]
+        row = self.r.rows[self.r.left[k]]
         gap = abs(values[k]) * self.gaps[k]
         return AssemblyError(
             f"the mechanism does not close at the sketch: joint {row.owner} stays open by "
@@ -333,7 +330,7 @@ class _Starter:
         values, _ = self.rows(x)
         left = {
             self.r.rows[i].name: float(values[k] * self.gaps[k])
-            for k, i in enumerate(self.r.kept)
+            for k, i in enumerate(self.r.left)
             if abs(values[k]) > CLOSED
         }
         left |= {
@@ -381,7 +378,7 @@ class _Starter:
             rates += np.linalg.lstsq(J[chosen], target - J[chosen] @ rates, rcond=RANK)[0]
         left = J[chosen] @ rates - target
         if np.max(np.abs(left)) > OPEN * np.max(np.abs(target)):
-            names = [self.r.rows[i].name for i in self.r.kept]
+            names = [self.r.rows[i].name for i in self.r.left]
             names += [self.moving[k].text for k in places]
             scales = self.scales[chosen]
             found = dict(zip(names, (left * scales).tolist(), strict=True))
@@ -404,6 +401,10 @@ def start(setup: Setup) -> Start:
     x, correction = starter.positions()
     v = starter.velocities(x)
     r = setup.jointed
-    function = ca.Function("absolute", [r.x, r.v, r.t, r.model.p], [r.q, r.qd])
-    q, qd = (np.array(part).ravel() for part in function(x, v, 0.0, setup.model.p_values))
+
+    def made() -> Call:
+        results = [ca.densify(r.q), ca.densify(r.qd)]
+        return Call(ca.Function("absolute", [r.x, r.v, r.t, r.model.p], results))
+
+    q, qd = r.kept("absolute", made)(x, v, 0.0, setup.model.p_values)
     return Start(q, qd, correction)

@@ -41,7 +41,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     whole = setup(problem, task)
     begin = start(whole)
     whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
-    whole.meshes = meshes_beside(whole.plain, begin.q, whole.length)
+    whole.meshes = meshes_beside(whole.plain, whole.model, begin.q, whole.length)
     whole.notes += about_meshes(whole.meshes)
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
@@ -112,7 +112,7 @@ def _linear(problem: Problem, task: Motion) -> dict[str, Any]:
     if abs(float(states.t[k]) - t) > 1e-12 * end:
         raise InputError(f"the motion ends before t = {t:g}: {run.fault}", where="linearise")
     kernel = run.setup.kernel
-    J = np.array(kernel.place(t, states.x[k], states.v[k], run.setup.loose)[1])
+    J = kernel.value("place", t, states.x[k], states.v[k], run.setup.loose)[1]
     basis = freedoms(J, kernel.sizes)
     names = [c.text for c in start_values(problem.mechanism, task.start, "start")]
     state = LinearisedState(t, states.x[k], states.v[k], states.a[k], states.lam[k])

@@ -7,8 +7,8 @@ holds a locked pair is one more multiplier.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -61,12 +61,15 @@ class _Holding:
             columns.append((slip.owner if slip.falls is None else "", own))
         columns += [(name, mesh.apart) for name, mesh in meshes.items()]
         self.owners = [name for name, _ in columns]
-        self.columns = columns
 
-    @cached_property
-    def maps(self) -> ForceColumns:
-        """The columns, and what they do in joints."""
-        return ForceColumns(self.model, self.columns, self.names, range(self.model.q.numel()))
+        self.maps = ForceColumns(self.model, columns, self.names, range(self.model.q.numel()))
+        self.kept = self.maps.kept
+
+    def of(self, model: Model) -> _Holding:
+        """Return the same for a copy of the model with other numbers."""
+        other = copy(self)
+        other.maps = self.maps.of(model)
+        return other
 
     def stresses(self, B: Any, locked: Any) -> Any:
         """Return a basis (columns, k) of what balances without any load, some slips locked."""
@@ -82,7 +85,7 @@ class _Holding:
     def left(self, q: Any, rows: Any, locked: Any) -> tuple[Stressed, Any, Any]:
         """Return what is unique at poses, some slips locked: as a whole, joints, multipliers."""
         if not self.rows or not len(rows):
-            nothing = Stressed(rows, {}, [], {}, [])
+            nothing = Stressed(None, rows, q[rows], [])
             return nothing, np.zeros(len(self.names), bool), np.ones(self.rows, bool)
         found = self.maps.stressed(q, rows, lambda B: self.stresses(B, locked))
         open_ = np.max([np.abs(N).max(axis=1, initial=0.0) for N in found.null], axis=0)
@@ -101,7 +104,8 @@ class _Holding:
 
 def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> Unique:
     """Return what is unique of the reactions of a motion."""
-    holding = _Holding(observer)
+    shape: _Holding = observer.kept("holding", lambda: _Holding(observer))
+    holding = shape.of(observer.model)
     n, slips = len(s.t), holding.slips
     there = np.flatnonzero(np.isfinite(q).all(axis=1))
     always, lost, known = holding.left(q, there, np.zeros(slips, bool))
@@ -131,7 +135,7 @@ def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> 
 
 def _least(left: Stressed, name: str) -> int:
     """Return how many directions of a joint's reaction are unique."""
-    return min(map(len, left.spaces[name]))
+    return min(map(len, left.spaces(name)))
 
 
 def _describe(

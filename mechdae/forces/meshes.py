@@ -78,7 +78,7 @@ def meshes_of(model: Model, real: Iterable[tuple[str, bool]]) -> dict[str, Mesh]
     return {name: Mesh(model, model.ends[name], real=one) for name, one in real}
 
 
-def meshes_beside(released: Released, q: Any, length: float) -> dict[str, Mesh]:
+def meshes_beside(released: Released, model: Model, q: Any, length: float) -> dict[str, Mesh]:
     """Return the gears, racks and belts of a motion; those that are real have a mesh force.
 
     That is looked at beside the start: singular poses alone decide nothing.
@@ -87,12 +87,13 @@ def meshes_beside(released: Released, q: Any, length: float) -> dict[str, Mesh]:
     ----------
     released
         The equations of motion; laws that move are left out.
+    model
+        With the numbers.
     q
         Absolute coordinates of the start.
     length
         A length of the mechanism.
     """
-    model = released.model
     names = meshed(model)
     if not names:
         return {}

@@ -9,7 +9,9 @@ may all be non-unique while a direction between them is.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -21,6 +23,7 @@ from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.friction import normal_form
 from mechdae.model.forces.generalised import Wrench, reaction
+from mechdae.model.kept import Kept
 from mechdae.model.model import Model
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space
 
@@ -131,16 +134,32 @@ def shared_bodies(model: Model, bodies: Iterable[str], lost: list[str]) -> dict[
 class Stressed:
     """Self-stresses at poses with as few of them as there are for good.
 
-    ``chosen`` are the poses, ``matrices`` those of `ForceColumns.at` there, ``null`` bases
-    (columns, k) of the self-stresses, ``spaces`` the unique directions (k, 3) of the reaction of
-    each joint, ``lost`` the joints whose reaction is not unique as a whole.
+    ``chosen`` are the poses and ``q`` their coordinates, ``null`` bases (columns, k) of the
+    self-stresses, ``lost`` the joints whose reaction is not unique as a whole.
     """
 
+    maps: ForceColumns | None
     chosen: Any
-    matrices: dict[str, Any]
+    q: Any
     null: list[Any]
-    spaces: dict[str, list[Any]]
-    lost: list[str]
+    lost: list[str] = field(default_factory=list)
+
+    @cached_property
+    def matrices(self) -> dict[str, Any]:
+        """The matrices of `ForceColumns.at` at the poses."""
+        return {} if self.maps is None else self.maps.at(self.q)
+
+    def spaces(self, name: str) -> list[Any]:
+        """Return the unique directions (k, 3) of the reaction of a joint at each pose."""
+        return [space for space, _ in self._spaces(name)]
+
+    def loses(self, name: str) -> bool:
+        """Return whether the reaction of a joint is not unique as a whole."""
+        return any(len(space) < rank for space, rank in self._spaces(name))
+
+    def _spaces(self, name: str) -> list[tuple[Any, int]]:
+        pairs = zip(self.matrices[name], self.null, strict=True)
+        return [unique_space(C, C @ N) for C, N in pairs]
 
     def left_open(self, name: str) -> bool:
         """Return whether self-stresses change the linear forms of a name."""
@@ -175,7 +194,7 @@ class ForceColumns:
         places: Sequence[int],
         forms: dict[str, tuple[str, Any]] | None = None,
     ) -> None:
-        self.model, self.joints = model, list(joints)
+        self.joints, self.p = list(joints), model.p_values
         every = [ca.vertcat(*[own.get(j, ca.SX(0)) for j in places]) for _, own in columns]
         parts = {"columns": ca.horzcat(*every)}
         for name in self.joints:
@@ -185,15 +204,26 @@ class ForceColumns:
             form = ca.SX(own.shape[0], len(columns))
             form[:, [k for k, (of, _) in enumerate(columns) if of == name]] = own
             parts[key] = form
-        stacked = ca.vertcat(*[ca.vec(ca.densify(part)) for part in parts.values()])
-        inputs = [model.q[list(places)], model.p]
-        self._batch = Batch(ca.Function("maps", inputs, [stacked]), [1])
-        self._shapes = {name: part.shape for name, part in parts.items()}
+        self.kept = Kept()
+        self._parts, self._inputs = parts, [model.q[list(places)], model.p]
 
-    def at(self, q: Any) -> dict[str, Any]:
-        """Return matrices (n, rows, columns) at poses (n, k): the columns, joints and forms."""
-        flat, found, start = self._batch(q, self.model.p_values)[0], {}, 0
-        for name, (rows, columns) in self._shapes.items():
+    def of(self, model: Model) -> ForceColumns:
+        """Return the same forces for a copy of the model with other numbers."""
+        other = copy(self)
+        other.p = model.p_values
+        return other
+
+    def _batch(self, names: tuple[str, ...]) -> Batch:
+        stacked = ca.vertcat(*[ca.vec(ca.densify(self._parts[name])) for name in names])
+        return Batch(ca.Function("maps", self._inputs, [stacked]), [1])
+
+    def at(self, q: Any, *names: str) -> dict[str, Any]:
+        """Return matrices (n, rows, columns) at poses (n, k), all of them or some by name."""
+        names = names or tuple(self._parts)
+        batch: Batch = self.kept(names, lambda: self._batch(names))
+        flat, found, start = batch(q, self.p)[0], {}, 0
+        for name in names:
+            rows, columns = self._parts[name].shape
             part = flat[:, start : start + rows * columns]
             found[name] = part.reshape(len(q), columns, rows).transpose(0, 2, 1)
             start += rows * columns
@@ -202,19 +232,21 @@ class ForceColumns:
     def stressed(
         self, q: Any, rows: Any, stresses: Callable[[Any], Any] = equilibrated_null_space
     ) -> Stressed:
-        """Return the self-stresses at some of the poses `rows` (one at least)."""
+        """Return the self-stresses at some of the poses `rows` (one at least).
+
+        A pose without any tells that there are none for good.
+        """
         chosen = rows[np.linspace(0, len(rows) - 1, min(MOST, len(rows))).astype(int)]
-        matrices = self.at(q[chosen])
-        null = [stresses(B) for B in matrices["columns"]]
+        null: list[Any] = []
+        for k in chosen:
+            null.append(stresses(self.at(q[k : k + 1], "columns")["columns"][0]))
+            if not null[-1].shape[1]:
+                return Stressed(self, chosen, q[chosen], null[-1:] * len(chosen))
         least = min(N.shape[1] for N in null)  # there are more at a singular pose
         kept = [k for k, N in enumerate(null) if N.shape[1] == least]
-        matrices = {name: own[kept] for name, own in matrices.items()}
-        null, spaces, lost = [null[k] for k in kept], {}, []
-        for name in self.joints:
-            found = [unique_space(C, C @ N) for C, N in zip(matrices[name], null, strict=True)]
-            spaces[name] = [space for space, _ in found]
-            lost += [name] if any(len(space) < rank for space, rank in found) else []
-        return Stressed(chosen[kept], matrices, null, spaces, lost)
+        found = Stressed(self, chosen[kept], q[chosen[kept]], [null[k] for k in kept])
+        found.lost = [name for name in self.joints if found.loses(name)]
+        return found
 
 
 def _columns(statics: Statics) -> ForceColumns:
@@ -273,7 +305,7 @@ def directions(
 
     `turned` gives the angles of a body at all poses, (count,).
     """
-    joint, spaces = model.mechanism.joints[name], stressed.spaces[name]
+    joint, spaces = model.mechanism.joints[name], stressed.spaces(name)
     nothing = np.zeros(count)
     for frame in ("world", joint.second_body, joint.first_body):
         if frame != "world" and frame not in model.mechanism.bodies:

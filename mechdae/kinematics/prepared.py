@@ -20,7 +20,7 @@ from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import FreedomError, SolveError, UnavailableError
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kinematics.extremes import Spans
-from mechdae.kinematics.shapes import Shapes, free_numbers, size_of
+from mechdae.kinematics.shapes import Shapes, Sized, free_numbers, size_of
 from mechdae.measures import measure
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
@@ -83,7 +83,7 @@ class Setting:
     notes: list[str] = field(default_factory=list)
 
 
-SHAPES: Shapes[Shape] = Shapes(lambda shape: shape.size)
+SHAPES: Shapes[Sized] = Shapes(lambda shape: shape.size)
 """The structures used last, by what decides them."""
 
 
@@ -128,7 +128,9 @@ def prepare(
         *(task.outputs, task.derivatives, task.measures, loaded, more, names),
     )
     shape = SHAPES.get(key)
-    found = None if shape is None else _again(shape, mechanism, numbers, task, loaded)
+    found = None
+    if isinstance(shape, Shape):
+        found = _again(shape, mechanism, numbers, task, loaded)
     if found is not None:
         return found
     model = model_of(mechanism, numbers.coordinates, names)

@@ -11,7 +11,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 from mechdae.kernels.run.numpy_backend import CACHE_BYTES, NumpyFunction
 from mechdae.model.kept import Kept
@@ -24,6 +24,14 @@ PER_INSTRUCTION = 400
 """Bytes of an instruction of a kernel: casadi's own, and those of its NumPy form."""
 
 T = TypeVar("T")
+
+
+class Sized(Protocol):
+    """What was built for a structure."""
+
+    @property
+    def size(self) -> int:
+        """Estimated bytes."""
 
 
 class Held:
@@ -150,6 +158,6 @@ def _within(kept: Kept) -> Iterator[Kept]:
     """Yield what is kept, and what that keeps itself."""
     yield kept
     for made in kept.values():
-        inner = getattr(made, "kept", None)
+        inner = made if isinstance(made, Kept) else getattr(made, "kept", None)
         if isinstance(inner, Kept):
             yield from _within(inner)

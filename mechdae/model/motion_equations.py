@@ -12,7 +12,7 @@ the eliminated coordinates (`kernels.recovery`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -27,6 +27,7 @@ from mechdae.model.forces.dry_friction import Rubbing
 from mechdae.model.forces.generalised import Wrench, add
 from mechdae.model.forces.inertia import inertia, kinetic_energy
 from mechdae.model.forces.loads import Loads
+from mechdae.model.kept import Kept
 from mechdae.model.model import Model, Row
 from mechdae.model.reduction import eliminate, with_unknowns
 
@@ -53,7 +54,8 @@ class Released:
     laws
         Coordinates that follow the time.
     held
-        Coordinates, (owner, name), that keep a value since nothing moves them.
+        Coordinates, (owner, name), that keep a value since nothing moves them; their values are
+        among ``signs``.
     rubbing
         Dry friction; without it that of resistances.
 
@@ -65,7 +67,7 @@ class Released:
         Time, free coordinates and their rates.
     coordinates : Coordinates
         What x are.
-    kept, gone : list of int
+    left, gone : list of int
         Rows that are left as constraints, and rows that were eliminated.
     empty : list of int
         Rows without a free coordinate: they hold or they do not.
@@ -80,20 +82,22 @@ class Released:
         model: Model,
         loads: Loads,
         laws: Sequence[Law] = (),
-        held: Mapping[tuple[str, str], float] | None = None,
+        held: Sequence[tuple[str, str]] = (),
         rubbing: Rubbing | None = None,
     ) -> None:
         self.rubbing = rubbing or Rubbing(model, loads, friction=False)
         self.model, self.loads, self.laws = model, loads, list(laws)
-        self.t = loads.time
+        self.t, self.kept = loads.time, Kept()
+        self.values = SX.sym("held", len(held))
         self.rows = list(model.rows)
         for law in laws:
             c = law.coordinate
             residual = model.coordinate(c) - law.value
             self.rows.append(Row(c.text, "law", residual, c.unit, driver=True))
-        for key, value in (held or {}).items():
+        for i, key in enumerate(held):
             own = model.coordinates[model.places[key]]
-            self.rows.append(Row(own.owner, own.name, own.symbol - value, own.unit, True))
+            residual = own.symbol - self.values[i]
+            self.rows.append(Row(own.owner, own.name, residual, own.unit, True))
         nonzero = [
             model.numbers[f"{name}.{entry}"]
             for name, joint in model.mechanism.joints.items()
@@ -103,9 +107,9 @@ class Released:
         symbols = model.q.elements()
         solved, rest, left = eliminate(equations, symbols, nonzero)
         rest, without = with_unknowns(rest, left)
-        self.kept = [int(tag) for _, _, tag in rest]
+        self.left = [int(tag) for _, _, tag in rest]
         self.empty = [int(tag) for _, _, tag in without]
-        left_over = {*self.kept, *self.empty}
+        left_over = {*self.left, *self.empty}
         self.gone = [i for i in range(len(self.rows)) if i not in left_over]
         self.x = ca.vertcat(*left) if left else SX(0, 1)
         self.v = SX.sym("rate", len(left))
@@ -120,7 +124,7 @@ class Released:
         self.q = ca.vertcat(*[expressions[j] for j in range(len(symbols))])
         self.phi = _column([expression for expression, _, _ in rest])
         self.residue = _column([expression for expression, _, _ in without])
-        self.units = [self.rows[i].unit for i in self.kept]
+        self.units = [self.rows[i].unit for i in self.left]
 
     # -- kinematics --------------------------------------------------------------------------
 
@@ -162,8 +166,12 @@ class Released:
 
     @property
     def signs(self) -> Any:
-        """Inputs that are fixed between events: of dry friction, pieces of tables over the time."""
-        return ca.vertcat(self.rubbing.signs, *[table.symbols for table in self.loads.timed])
+        """Inputs that are fixed between events.
+
+        Those of dry friction, pieces of tables over the time, values of what is held.
+        """
+        pieces = [table.symbols for table in self.loads.timed]
+        return ca.vertcat(self.rubbing.signs, *pieces, self.values)
 
     @cached_property
     def slips(self) -> Any:

@@ -294,8 +294,8 @@ SLIPS = [
     ),
     Slip(
         "dynamics.bdf",
-        "a / (stepper.sizes * omega)",
-        "a / stepper.sizes",
+        "a / (sizes * omega)",
+        "a / sizes",
         stiffly,
         SUITE + "test_motion_stiff.py::test_a_stiff_hinge",
     ),

@@ -69,8 +69,8 @@ def test_the_old_scale_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     def wrong(setup: Any, x: Any, v: Any) -> None:
         k = setup.kernel
         k.scale(0.0, x, v, setup.loose)
-        _, _, J, gamma = (np.array(part) for part in k.parts(0.0, x, v, setup.loose))
-        a = np.array(k.rhs(0.0, x, v, setup.loose)[0]).ravel()
+        _, _, J, gamma = k.value("parts", 0.0, x, v, setup.loose)
+        a = k.value("rhs", 0.0, x, v, setup.loose)[0].ravel()
         left = np.max(np.abs(J @ a - gamma.ravel()))
         if left > checks.OPEN * max(np.max(np.abs(gamma)), np.max(np.abs(a)), 1e-300):
             raise InconsistentStartError("the pose is singular")

@@ -12,6 +12,9 @@ from typing import Any
 
 import pytest
 
+INNER = ("__func__", "fget", "func", "make")
+"""Where methods and properties of several kinds have their function."""
+
 
 @dataclass(frozen=True)
 class Slip:
@@ -64,8 +67,8 @@ def _functions(home: Any) -> Iterator[tuple[Any, str, Any, str]]:
     classes = [own for own in vars(home).values() if isinstance(own, type)]
     for owner in [home, *(own for own in classes if own.__module__ == home.__name__)]:
         for name, value in list(vars(owner).items()):
-            inner = getattr(value, "__func__", None) or getattr(value, "fget", None)
-            inner = inspect.unwrap(inner or getattr(value, "func", None) or value)
+            inner = next(filter(None, (getattr(value, own, None) for own in INNER)), None)
+            inner = inspect.unwrap(inner or value)
             own = inspect.isfunction(inner) and inner.__module__ == home.__name__
             if own and inner.__code__.co_filename == home.__file__:
                 yield owner, name, value, textwrap.dedent(inspect.getsource(inner))

@@ -14,7 +14,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
-from mechdae.kernels.run.call import Call
 from mechdae.numerics.null_space import freedoms
 
 STEPS = 150
@@ -43,15 +42,20 @@ class EquilibriumEquations:
     def __init__(self, setup: Setup) -> None:
         self.setup, k = setup, setup.kernel
         r = setup.released
-        lam = ca.SX.sym("lam", k.m)
-        force = ca.densify(r.f) - r.J.T @ lam
-        slopes = [ca.jacobian(force, r.x), ca.jacobian(ca.densify(r.f), r.v)]
-        parts = [r.f, r.J, r.phi, *slopes, r.M]
-        function = k.function("statics", [ca.densify(part) for part in parts], [lam])
-        self._call = Call(function)
-        self._light = Call(k.function("balance", [ca.densify(part) for part in parts[:3]]))
-        weights = ca.fabs(r.applied) * ca.DM(setup.model.coordinates.sizes(setup.length))
-        self._weight = Call(k.function("weight", [ca.mmax(ca.densify(weights))]))
+
+        def whole() -> Any:
+            lam = ca.SX.sym("lam", k.m)
+            force = ca.densify(r.f) - r.J.T @ lam
+            slopes = [ca.jacobian(force, r.x), ca.jacobian(ca.densify(r.f), r.v)]
+            parts = [r.f, r.J, r.phi, *slopes, r.M]
+            return k.function("statics", [ca.densify(part) for part in parts], [lam])
+
+        def light() -> Any:
+            return k.function("balance", [ca.densify(part) for part in (r.f, r.J, r.phi)])
+
+        self._call, self._light = k.call("statics", whole), k.call("balance", light)
+        self._applied = k.call("applied", lambda: k.function("applied", [ca.densify(r.applied)]))
+        self._weights = setup.model.coordinates.sizes(setup.length)
         self.sizes, self.gaps, self.n, self.m = k.sizes, k.gaps, k.n, k.m
         self.signs = setup.loose
         self.still = np.zeros(self.n)
@@ -79,7 +83,8 @@ class EquilibriumEquations:
 
     def weight(self, x: Any) -> float:
         """Return the largest load on a body, times a length of the mechanism."""
-        return float(self._weight(0.0, x, self.still, self.signs)[0].max())
+        applied = self._applied(0.0, x, self.still, self.signs)[0]
+        return float(np.max(np.abs(applied) * self._weights))
 
     def multipliers(self, f: Any, J: Any) -> Any:
         """Return the shortest multipliers, over natural sizes, that balance forces best."""

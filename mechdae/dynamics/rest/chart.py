@@ -8,6 +8,7 @@ along a way, the way stays on one mode.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -22,7 +23,6 @@ from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
 from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.dynamics.equations import Setup
 from mechdae.errors import InputError, MechdaeError
-from mechdae.kernels.run.call import Call
 from mechdae.kinematics.prepared import Setting, prepare
 
 INDEPENDENT = 1e-6
@@ -61,16 +61,21 @@ class Chart:
         held = [law.coordinate for law in setup.laws]
         self.drivers = [*held, *self.coordinates]
         values = [model.coordinate(c) for c in self.drivers]
-        moved = r.moved(ca.vertcat(r.model.q, *values))
-        rows = r.moved(ca.vertcat(*values[len(held) :])) if self.coordinates else ca.SX(0, 1)
-        slope = ca.jacobian(ca.vertcat(r.phi, rows), r.x)
-        self._place = Call(setup.kernel.function("place", [ca.densify(moved), ca.densify(slope)]))
+        k = setup.kernel
+
+        def made() -> Any:
+            moved = r.moved(ca.vertcat(r.model.q, *values))
+            rows = r.moved(ca.vertcat(*values[len(held) :])) if self.coordinates else ca.SX(0, 1)
+            slope = ca.jacobian(ca.vertcat(r.phi, rows), r.x)
+            return k.function("chart", [ca.densify(moved), ca.densify(slope)])
+
+        self._place = k.call(f"chart {[c.text for c in self.drivers]}", made)
         self.setting = self._setting()
         self._rows: list[int] | None = None
 
     def _chosen(self, x: Any, basis: Any, names: list[str]) -> list[NamedCoordinate]:
         """Return independent coordinates at a pose, the preferred ones first."""
-        setup, r = self.setup, self.setup.released
+        setup, k = self.setup, self.setup.kernel
         found: list[NamedCoordinate] = []
         across = np.zeros((basis.shape[1], 0))
         for c in dict.fromkeys(_candidates(setup.problem, names)):
@@ -78,9 +83,8 @@ class Chart:
                 break
             if c in [law.coordinate for law in setup.laws]:
                 continue
-            row = r.moved(setup.model.coordinate(c))
-            slope = Call(setup.kernel.function("slope", [ca.densify(ca.jacobian(row, r.x))]))
-            own = np.ravel(slope(0.0, x, np.zeros(len(x)), setup.loose)[0]) * setup.kernel.sizes
+            slope = k.call(f"slope {c.text}", partial(self._slope, c))
+            own = np.ravel(slope(0.0, x, np.zeros(len(x)), setup.loose)[0]) * k.sizes
             size = float(np.linalg.norm(own))
             along = basis.T @ own
             rest = along - across @ (across.T @ along)
@@ -93,6 +97,12 @@ class Chart:
                 "no coordinates tell the freedoms apart", where="free", hint=", ".join(names)
             )
         return found
+
+    def _slope(self, c: NamedCoordinate) -> Any:
+        """Return the function of the slope of a coordinate by the free ones."""
+        r = self.setup.released
+        row = r.moved(self.setup.model.coordinate(c))
+        return self.setup.kernel.function("slope", [ca.densify(ca.jacobian(row, r.x))])
 
     def _setting(self) -> Setting | None:
         """Return the scene with the coordinates as drivers, None where it has no such form."""

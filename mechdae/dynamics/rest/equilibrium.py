@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinates import selection
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Equilibrium
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import Setup, as_motion, idle, setup
 from mechdae.dynamics.observe import Observer, States
-from mechdae.dynamics.report import Whole, evaluated, with_reactions
+from mechdae.dynamics.reported import Reported
 from mechdae.dynamics.rest.all_equilibria import Rest, Rests
 from mechdae.dynamics.rest.balance import EquilibriumEquations
 from mechdae.dynamics.rest.chart import Chart
@@ -27,8 +26,6 @@ from mechdae.dynamics.unique import unique
 from mechdae.errors import InputError, SolveError
 from mechdae.forces.meshes import meshed
 from mechdae.results import EquilibriumResult, Named, Series, Summary, statuses
-from mechdae.setup.named_outputs import NamedOutputs, requests
-from mechdae.setup.outputs import Outputs
 
 MOST = 20
 """Equilibria that are listed."""
@@ -223,21 +220,15 @@ def _report(
     none = np.zeros((1, 0))
     state = States(np.zeros(1), x[None, :], still, still, lam[None, :], none, signs)
     q, v, a = observer.absolute(state)
-    chosen = selection(problem.mechanism, task.outputs, forces=True)
-    expressions = NamedOutputs(model, chosen.named, 2, task.outputs is not None, time=False)
-    outputs: Any = Outputs(Whole(model, chosen), requests(model, list(expressions.rates)))  # type: ignore[arg-type]
-    y = evaluated(model, outputs.expression, q, v, a)
-    columns = outputs.columns(expressions.coordinates)
-    certified = np.ones(1, bool)
-    named: dict[str, Any] = outputs.named(y[:1])
-    found, lost = expressions.evaluate([part[:, columns] for part in y], None, certified)
+    reported = Reported(whole, task.outputs, moves=False)
+    named, found = reported.evaluate((q, v, a), None, np.ones(1, bool))
     series = {own: Series({"value": found[own]["value"]}) for own in found}
     every = observer.multipliers(state)
     reactions = {} if meshed(model) else observer.reactions(state, q, every)
     sole = unique(observer, state, q, reactions)
     for k, own in enumerate(reactions.values()):
         own[sole.lost[:, k]] = np.nan
-    named["joints"] = with_reactions(named["joints"], reactions, chosen)
+    named["joints"] = reported.with_reactions(named["joints"], reactions)
     summary |= sole.summary
     summary["state"] = {own: float(series[own].value[0]) for own in series}
     rows = whole.released.rows
@@ -246,7 +237,7 @@ def _report(
         for i, row in enumerate(rows)
         if (row.owner, row.part) not in whole.held
     }
-    notes = whole.notes + more + expressions.notes + lost
+    notes = whole.notes + more + reported.notes
     if whole.loads.slips:
         owners = ", ".join(slip.owner for slip in whole.loads.slips)
         notes.append(f"at rest {owners} resists nothing here: what it could hold is left out")

@@ -28,6 +28,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.errors import InputError, SolveError, UnknownName
+from mechdae.kernels.run.call import Call
 from mechdae.model.forces.generalised import couple, gradients, push
 from mechdae.model.motion_equations import Law, Released
 
@@ -94,19 +95,26 @@ class LinearSystem:
         self.inputs = self._inputs(inputs, [c.text for c in drivers])
         moved = [own.driver for own in self.inputs if own.driver is not None]
         self.moved = [drivers[i] for i in moved]
-        d = SX.sym("d", 3 * len(moved))
-        self.d = d
-        since = setup.loads.time - state.t
+        self.r, self.since, self.d = setup.kept(
+            ("driven", *moved, *setup.held), lambda: self._driven(moved)
+        )
+        self._solve(outputs)
+
+    def _driven(self, moved: list[int]) -> tuple[Released, Any, Any]:
+        """Return the equations with laws that deviate, the time from which, the deviations."""
+        setup, k = self.setup, len(moved)
+        begin, d = SX.sym("begin"), SX.sym("d", 3 * k)
+        if not moved:
+            return setup.released, begin, d
+        since = setup.loads.time - begin
         laws = []
         for i, law in enumerate(setup.laws):
             value = law.value
             if i in moved:
                 j = moved.index(i)
-                k = len(moved)
                 value = value + d[j] + since * d[k + j] + since**2 / 2 * d[2 * k + j]
             laws.append(Law(law.coordinate, value))
-        self.r = Released(self.model, setup.loads, laws, setup.held) if moved else setup.released
-        self._solve(outputs)
+        return Released(self.model, setup.loads, laws, list(setup.held)), begin, d
 
     # -- what acts ---------------------------------------------------------------------------
 
@@ -148,14 +156,14 @@ class LinearSystem:
 
     # -- derivatives -------------------------------------------------------------------------
 
-    def _solve(self, outputs: tuple[str, ...] | None) -> None:
-        r, model, setup, state = self.r, self.model, self.setup, self.state
+    def _slopes(self, outputs: tuple[str, ...] | None) -> tuple[list[str], Call]:
+        """Return the names of the outputs, and the function of all derivatives at a state."""
+        r, model = self.r, self.model
         pushed = [own for own in self.inputs if own.column is not None]
-        n, m, k, nd = r.x.numel(), r.phi.numel(), len(self.chart.names), len(self.moved)
-        nu = len(pushed)
-        u, a, lam = SX.sym("u", nu), SX.sym("a", n), SX.sym("lam", m)
+        u, a = SX.sym("u", len(pushed)), SX.sym("a", r.x.numel())
+        lam = SX.sym("lam", r.phi.numel())
         columns = [r.moved(r.stack(own.column)) for own in pushed]
-        force = r.f + (r.V.T @ (ca.horzcat(*columns) @ u) if nu else 0)
+        force = r.f + (r.V.T @ (ca.horzcat(*columns) @ u) if pushed else 0)
         rows = [model.coordinate(c) for c in self.chart.coordinates]
         h = r.moved(ca.vertcat(*rows)) if rows else SX(0, 1)
         rate_phi, rate_h = r.rate(r.phi), r.rate(h)
@@ -167,12 +175,23 @@ class LinearSystem:
         wanted: list[Any] = []
         for part in parts:
             wanted += [ca.jacobian(part, s) for s in (r.x, r.v, both, self.d, u)]
-        inputs = [r.t, r.x, r.v, r.signs, a, lam, model.p, self.d, u]
-        function = ca.Function("linear", inputs, [ca.densify(part) for part in wanted])
-        at = [state.t, state.x, state.v, setup.loose, state.a, state.lam[:m], model.p_values]
-        found = [np.array(part) for part in function(*at, np.zeros(3 * nd), np.zeros(nu))]
-        slopes = [found[5 * i : 5 * i + 5] for i in range(len(parts))]
-        sizes = setup.sizes(r)
+        inputs = [r.t, r.x, r.v, r.signs, a, lam, model.p, self.since, self.d, u]
+        return names, Call(ca.Function("linear", inputs, [ca.densify(part) for part in wanted]))
+
+    def _solve(self, outputs: tuple[str, ...] | None) -> None:
+        r, setup, state = self.r, self.setup, self.state
+        n, m, k, nd = r.x.numel(), r.phi.numel(), len(self.chart.names), len(self.moved)
+        nu = sum(own.column is not None for own in self.inputs)
+        asked = tuple(own.name for own in self.inputs)
+        key = ("linear", r, asked, tuple(self.chart.names), outputs)
+        names, call = setup.kept(key, lambda: self._slopes(outputs))
+        at = [state.t, state.x, state.v, setup.loose, state.a, state.lam[:m], self.model.p_values]
+        found = call(*at, state.t, np.zeros(3 * nd), np.zeros(nu))
+        shapes = map(call.function.size_out, range(len(found)))
+        found = [np.reshape(part, shape) for part, shape in zip(found, shapes, strict=True)]
+        parts = range(len(found) // 5)
+        slopes = [found[5 * i : 5 * i + 5] for i in parts]
+        sizes = r.coordinates.sizes(setup.length)
         gaps = np.array([1.0 if unit == "rad" else setup.length for unit in r.units])
         units = [1.0 if c.is_angle else setup.length for c in self.chart.coordinates]
         scales = np.concatenate([gaps, units])

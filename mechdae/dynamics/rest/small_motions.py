@@ -95,14 +95,23 @@ def small_motions(
 
 def _placements(whole: Setup, x: Any) -> Any:
     """Return the gradients of origin and angle of each body by the free coordinates."""
-    model, r = whole.model, whole.released
+    model = whole.model
     rows = [
         ca.vertcat(model.origin(body), model.frame(body).angle)
         for body in whole.problem.mechanism.bodies
     ]
-    slopes = ca.jacobian(r.moved(ca.vertcat(*rows)), r.x)
-    function = whole.kernel.function("placements", [ca.densify(slopes)])
-    return np.array(function(0.0, x, np.zeros(len(x)), whole.loose))
+    return _gradient(whole, x, "placements", rows)
+
+
+def _gradient(whole: Setup, x: Any, name: str, rows: list[Any]) -> Any:
+    """Return the gradients (rows, n) of expressions over q by the free coordinates."""
+    r, k = whole.released, whole.kernel
+
+    def made() -> Any:
+        return k.function("gradient", [ca.densify(ca.jacobian(r.moved(ca.vertcat(*rows)), r.x))])
+
+    found = k.call(name, made)(0.0, x, np.zeros(k.n), whole.loose)[0]
+    return np.reshape(found, (-1, k.n), order="F")
 
 
 def told(whole: Setup, task: Equilibrium, x: Any, count: int) -> tuple[list[str], Any]:
@@ -110,11 +119,8 @@ def told(whole: Setup, task: Equilibrium, x: Any, count: int) -> tuple[list[str]
     if task.free is None:
         return [], None
     coordinates = [named_coordinate(whole.problem.mechanism, name) for name in task.free]
-    r = whole.released
-    rows = r.moved(ca.vertcat(*[whole.model.coordinate(c) for c in coordinates]))
-    function = whole.kernel.function("told", [ca.densify(ca.jacobian(rows, r.x))])
-    signs = whole.loose
-    gradient = np.array(function(0.0, x, np.zeros(len(x)), signs))
+    rows = [whole.model.coordinate(c) for c in coordinates]
+    gradient = _gradient(whole, x, f"told {task.free}", rows)
     if len(coordinates) != count:
         raise InputError(
             f"the mechanism has {count} freedoms, {len(coordinates)} coordinates are named",

@@ -16,7 +16,6 @@ from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.zeros import Looker, changes
 from mechdae.errors import MechdaeError
-from mechdae.kernels.run.batch import Batch
 
 SX = ca.SX
 ROUNDING = 4e-15
@@ -58,16 +57,20 @@ class Crossings:
         return [self.setup.released.moved(own) for own in self.expressions]
 
     @cached_property
-    def _function(self) -> Batch:
+    def _function(self) -> Any:
         """(t, x, v, signs) -> what is left to each crossing, and the size of its rounding."""
         r, k = self.setup.released, self.setup.kernel
-        rows = ca.vertcat(*self.rows())
-        omega = SX.sym("omega")
-        size = ca.fabs(rows)
-        for symbols, sizes in ((r.x, ca.DM(k.sizes)), (r.v, omega * ca.DM(k.sizes))):
-            size += ca.fabs(ca.jacobian(rows, symbols)) @ (ca.fabs(symbols) + sizes)
-        results = [ca.densify(rows), ca.densify(size)]
-        return Batch(k.function("events", results, [omega]), [3])
+
+        def made() -> Any:
+            rows = ca.vertcat(*self.rows())
+            omega, sizes = SX.sym("omega"), k.given["sizes"]
+            size = ca.fabs(rows)
+            for symbols, own in ((r.x, sizes), (r.v, omega * sizes)):
+                size += ca.fabs(ca.jacobian(rows, symbols)) @ (ca.fabs(symbols) + own)
+            return k.function("events", [ca.densify(rows), ca.densify(size)], [omega])
+
+        wanted = tuple((own.coordinate, own.crosses) for own in self.wanted)
+        return k.batch(f"events {wanted}", made)
 
     def values(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
         """Return what is left to each crossing, (n, crossings); what is rounding is 0."""

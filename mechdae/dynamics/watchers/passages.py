@@ -14,13 +14,17 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.graphs.ldl import Factor
 from mechdae.numerics.null_space import rank
 
 SINGULAR = 1e-6
 NEAR = 0.5
 """Share of its largest value so far above which a minimum is not looked at."""
 NEWTON = 8
+MANY = 16
+"""Equations up to which singular values are computed at every node."""
+POWERS = 6
+"""Multiplications with the inverse that single out its largest singular value."""
 BESIDE = 5e-4
 """Singular value, over the largest, at the values beside a singular pose that settle its time."""
 SURE = 1e-8
@@ -47,11 +51,14 @@ class Passages:
         self._largest = self._norm = 0.0
 
     @cached_property
-    def _jacobian(self) -> Batch:
-        k = self.kernel
-        rate = k.released.rate(k.released.J)
-        function = k.function("J", [ca.vec(ca.densify(k.released.J)), ca.vec(ca.densify(rate))])
-        return Batch(function, [3])
+    def _jacobian(self) -> Any:
+        k, r = self.kernel, self.kernel.released
+
+        def made() -> Any:
+            results = [ca.vec(ca.densify(part)) for part in (r.J, r.rate(r.J))]
+            return k.function("J", results)
+
+        return k.batch("J", made)
 
     def _scaled(self, t: Any, x: Any, v: Any, signs: Any) -> tuple[Any, Any]:
         """Return Jacobians (n, m, nx) and their rates over natural sizes."""
@@ -60,6 +67,17 @@ class Passages:
         both = self._jacobian(t[:, None], x, v, signs)
         J, rate = (part.reshape(n, k.n, k.m).transpose(0, 2, 1) * factor for part in both)
         return J, rate
+
+    @cached_property
+    def _pivots(self) -> Any:
+        """(t, x, v, signs) -> pivots of J J^T over natural sizes: one vanishes with the rank."""
+        k = self.kernel
+
+        def made() -> Any:
+            J = ca.diag(1 / k.given["gaps"]) @ k.released.J @ ca.diag(k.given["sizes"])
+            return k.function("pivots", [ca.vertcat(*Factor(J @ J.T).pivots.values())])
+
+        return k.batch("pivots", made)
 
     def look(self, nodes: Nodes) -> None:
         """Look for singular poses in accepted steps."""
@@ -82,16 +100,27 @@ class Passages:
             self._tail = (states[-2], values[-2])
 
     def _values(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+        """Return values (n,) that vanish with the least singular value.
+
+        That itself, or where there are many equations the root of the least pivot, which is no
+        less and costs what the equations have to do with each other.
+        """
+        if self._rank is None:
+            some = slice(min(len(t), 3))
+            first = np.linalg.svd(self._scaled(t[some], x[some], v[some], signs)[0], False, False)
+            self._rank = max(rank(sigma) for sigma in first)
+            self._norm = float(first.max(initial=0.0))
+            self.superfluous = self.kernel.m - self._rank
+        if self._rank == self.kernel.m > MANY:
+            pivots = self._pivots(t[:, None], x, v, signs)[0]
+            with np.errstate(invalid="ignore"):
+                return np.sqrt(np.nan_to_num(np.maximum(pivots.min(axis=1), 0.0)))
         J, _ = self._scaled(t, x, v, signs)
         gram = J @ J.transpose(0, 2, 1) if self.kernel.m <= self.kernel.n else None
         if gram is None:
             gram = J.transpose(0, 2, 1) @ J
         squares = np.linalg.eigvalsh(gram)[:, ::-1]
         self._norm = max(self._norm, float(np.sqrt(squares[:, 0].max())))
-        if self._rank is None:
-            first = np.linalg.svd(J[: min(len(J), 3)], compute_uv=False)
-            self._rank = max(rank(sigma) for sigma in first)
-            self.superfluous = self.kernel.m - self._rank
         return np.sqrt(np.maximum(squares[:, self._rank - 1], 0.0)) if self._rank else t * 0 + 1
 
     def _refine(self, nodes: Nodes, t: float) -> None:
@@ -104,22 +133,43 @@ class Passages:
         for _ in range(NEWTON):
             x, v, _ = self.integrator.between(nodes, np.array([t]))
             J, rate = self._scaled(np.array([t]), x, v, nodes.signs)
-            left, sigma, right = np.linalg.svd(J[0])
-            if sigma[k] < best[0]:
-                best = (float(sigma[k]), t, sigma)
-            if sigma[k] <= SURE * self._norm:
+            least, left, right = self._least(J[0], k)
+            if least < best[0]:
+                best = (least, t, J[0])
+            if least <= SURE * self._norm:
                 break
-            slope = float(left[:, k] @ rate[0] @ right[k])
-            step = -float(sigma[k]) / slope if slope else np.inf
+            slope = float(left @ rate[0] @ right)
+            step = -least / slope if slope else np.inf
             t = min(max(t + step, first), last)
-        least, t, sigma = best
+        least, t, J = best
         if least > SINGULAR * self._norm:
             return
+        sigma = np.linalg.svd(J, compute_uv=False)
         drop = int(np.sum(sigma[: self._rank] <= SINGULAR * self._norm))
         t = self._settled(nodes, t, self._rank - drop)
         near = 1e-6 * (last - first)
         if not any(abs(t - other) <= near for other, _ in self.found):
             self.found.append((t, drop))
+
+    @staticmethod
+    def _least(J: Any, k: int) -> tuple[float, Any, Any]:
+        """Return the singular value that falls first, the last of the rank, and its vectors."""
+        if len(J) <= MANY or len(J) != k + 1:
+            left, sigma, right = np.linalg.svd(J)
+            return float(sigma[k]), left[:, k], right[k]
+        Q, R = np.linalg.qr(J.T)  # J = R^T Q^T: the largest singular value of R^-T by powers
+        try:
+            inverse = np.linalg.inv(R)
+        except np.linalg.LinAlgError:
+            return 0.0, np.zeros(len(J)), np.zeros(J.shape[1])
+        left = np.full(len(J), len(J) ** -0.5)
+        for _ in range(POWERS):
+            right = inverse.T @ left
+            left = inverse @ right
+            left /= np.linalg.norm(left)
+        right = inverse.T @ left
+        size = float(np.linalg.norm(right))
+        return 1 / size, left, Q @ right / size
 
     def _settled(self, nodes: Nodes, t: float, place: int) -> float:
         """Return the zero of the cubic through four values of a singular value beside it.

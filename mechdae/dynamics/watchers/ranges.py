@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -10,7 +9,6 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.kernels.run.batch import Batch
 
 SLACK = 1e-9
 """Share of a table's range by which an abscissa may lie outside."""
@@ -44,12 +42,9 @@ class Ranges:
                 self._at.append(contact.s)
                 self._ends.append((f"joint {name}", *contact.range))
 
-    @cached_property
-    def _abscissae(self) -> Batch:
-        r = self.setup.released
-        at = r.moved(ca.vertcat(*self._at))
-        function = self.setup.kernel.function("abscissae", [ca.densify(at)])
-        return Batch(function, [3], straight=lambda: None)
+    def _abscissae(self) -> Any:
+        at = self.setup.released.moved(ca.vertcat(*self._at))
+        return self.setup.kernel.function("abscissae", [ca.densify(at)])
 
     def look(self, nodes: Nodes) -> None:
         """Look at accepted steps."""
@@ -57,7 +52,8 @@ class Ranges:
             return
         lay = self.integrator.layout
         t, x, v = (lay.of(nodes.states, name) for name in ("t", "x", "v"))
-        values = self._abscissae(t[:, None], x, v, nodes.signs)[0]
+        abscissae = self.setup.kernel.batch("abscissae", self._abscissae)
+        values = abscissae(t[:, None], x, v, nodes.signs)[0]
         for k, (name, low, high) in enumerate(self._ends):
             slack = SLACK * (high - low)
             outside = (values[:, k] < low - slack) | (values[:, k] > high + slack)

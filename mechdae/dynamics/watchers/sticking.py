@@ -26,7 +26,6 @@ from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.verdict import NoWay
 from mechdae.dynamics.watchers.onset import Onset
 from mechdae.dynamics.watchers.zeros import Looker, changes
-from mechdae.kernels.run.batch import Batch
 from mechdae.numerics.null_space import freedoms
 
 RESTS = 1e-9
@@ -90,25 +89,20 @@ class Sticking:
     # -- values --------------------------------------------------------------------------------
 
     @cached_property
-    def _values(self) -> Batch:
-        return Batch(self.kernel.sticking, [3])
-
-    @cached_property
-    def _locking(self) -> Batch:
-        k = self.kernel
-        at = [k.t, k.x, k.v, k.signs]
-        J, C = k.parts(*at)[2], k.locking(*at)[0]
-        return Batch(ca.Function("both", at, [ca.vec(ca.densify(J)), ca.vec(ca.densify(C))]), [3])
+    def _values(self) -> Any:
+        return self.kernel.batch("sticking", lambda: self.kernel.sticking)
 
     def values(self, t: Any, x: Any, v: Any, signs: Any) -> list[Any]:
         """Return speeds, rates, holding forces, least and largest ones, (n, k) each, misses."""
-        return self._values(np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs)
+        at = (np.reshape(t, (-1, 1)), np.atleast_2d(x), np.atleast_2d(v), signs)
+        found: list[Any] = self._values(*at)
+        return found
 
     def _along(self, t: float, x: Any, v: Any) -> Any:
         """Return the speeds (slips, freedoms) that the freedoms give slips, over natural sizes."""
         k = self.kernel
-        J, C = self._locking(np.array([[t]]), x[None, :], v[None, :], self.setup.loose)
-        J, C = J[0].reshape(k.n, k.m).T, C[0].reshape(k.n, self.k).T
+        J = k.value("place", t, x, v, self.setup.loose)[1]
+        C = k.value("locking", t, x, v, self.setup.loose)[0]
         return (C * k.sizes) @ freedoms(J, k.sizes) / self._sizes()[:, None]
 
     def _sizes(self) -> Any:
@@ -123,7 +117,7 @@ class Sticking:
         still = np.zeros(self.k)
         still[list(resting)] = 1.0
         own = np.where(sides == IDLE, 0.0, sides)
-        return np.concatenate([own, np.where(sides == 0, 1.0, 0.0), still, self.setup.pieces])
+        return np.concatenate([own, np.where(sides == 0, 1.0, 0.0), still, self.setup.fixed])
 
     def resumed(self, signs: Any) -> Any:
         """Return inputs of dry friction with the pieces of tables that hold now."""
@@ -284,8 +278,8 @@ class Sticking:
         return False
 
     @cached_property
-    def _values_of(self) -> Batch:
-        return Batch(self.kernel.sticking_of, [])
+    def _values_of(self) -> Any:
+        return self.kernel.batch("sticking of", lambda: self.kernel.sticking_of, ())
 
     def _agrees(
         self, sides: Any, rest: list[int], rates: Any, held: Any, low: Any, high: Any
@@ -432,10 +426,9 @@ class Sticking:
         return values
 
     @cached_property
-    def _speeds(self) -> Batch:
+    def _speeds(self) -> Any:
         k = self.kernel
-        at = [k.t, k.x, k.v, k.signs]
-        return Batch(ca.Function("speeds", at, [k.locking(*at)[2]]), [3])
+        return k.batch("speeds", lambda: ca.Function("speeds", k.inputs, [k.locking(*k.inputs)[2]]))
 
     def _faster(self, t: Any, x: Any, v: Any, signs: Any) -> None:
         """Keep the largest speed of all slips."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -11,7 +10,6 @@ import numpy as np
 
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.integrate import Integrator, Nodes
-from mechdae.kernels.run.call import Call
 from mechdae.numerics.null_space import freedoms
 
 SLOW = 0.05
@@ -39,15 +37,14 @@ class Stiffness:
         self.turned = False
         self._ratios: deque[float] = deque(maxlen=STEPS)
 
-    @cached_property
-    def _slopes(self) -> Call:
-        """Mass, Jacobian and the slopes of each load by x' and x."""
+    def _slopes(self) -> Any:
+        """Return the function of mass, Jacobian and the slopes of each load by x' and x."""
         r, k = self.setup.released, self.setup.kernel
         results = [r.M, r.J]
         for wrench in self.setup.loads.wrenches.values():
             force = r.V.T @ r.moved(r.stack(wrench))
             results += [ca.jacobian(force, r.v), ca.jacobian(force, r.x)]
-        return Call(k.function("slopes", [ca.densify(part) for part in results]))
+        return k.function("slopes", [ca.densify(part) for part in results])
 
     def look(self, nodes: Nodes) -> None:
         """Look at accepted steps."""
@@ -68,7 +65,7 @@ class Stiffness:
         lay, state = self.integrator.layout, nodes.states[-1]
         k = self.setup.kernel
         t, x, v = (lay.of(state, name) for name in ("t", "x", "v"))
-        M, J, *slopes = self._slopes(t, x, v, nodes.signs)
+        M, J, *slopes = k.call("slopes", self._slopes)(t, x, v, nodes.signs)
         M, J = np.reshape(M, (k.n, k.n), order="F"), np.reshape(J, (k.m, k.n), order="F")
         basis = freedoms(J, k.sizes) * k.sizes[:, None]
         inverse = np.linalg.inv(basis.T @ M @ basis)

@@ -11,8 +11,8 @@ place, with f + J^T W gamma: the same solution for any W.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from copy import copy
 from typing import Any
 
 import casadi as ca
@@ -21,6 +21,9 @@ import numpy as np
 from mechdae.kernels.graphs.friction_sizes import miss_of, sizes_by_newton
 from mechdae.kernels.graphs.ldl import Factor, entries
 from mechdae.kernels.graphs.recovery import recovered
+from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.call import Call
+from mechdae.model.kept import Kept, kept_property
 from mechdae.model.motion_equations import Released
 
 SX = ca.SX
@@ -39,24 +42,30 @@ side, and a step that meets it is rejected."""
 
 
 class Kernel:
-    """Functions of the equations of motion with numbers for the parameters.
+    """Functions of the equations of motion, the same for all numbers of one structure.
+
+    Their inputs are t, x, v, ``signs`` (what is fixed between events) and ``c``: all numbers.
+    Copies `at` numbers share the functions; `call` and `batch` put the numbers in.
 
     Parameters
     ----------
     released
         The equations in symbols.
-    p
-        Values of the parameters.
-    sizes
-        Natural sizes of the coordinates x.
-    length
-        By which gaps are measured [m].
+
+    Attributes
+    ----------
+    sizes, gaps : (n,), (m,) arrays
+        Natural sizes of the coordinates x and of the constraints.
+    numbers : array
+        Values of ``c``.
     """
 
-    def __init__(self, released: Released, p: Any, sizes: Any, length: float) -> None:
-        self.released, self.sizes = released, np.asarray(sizes, float)
-        self.length = length
-        self.p = ca.DM(p)
+    sizes: Any
+    gaps: Any
+    numbers: Any
+
+    def __init__(self, released: Released) -> None:
+        self.released = released
         self.n, self.m = released.x.numel(), released.phi.numel()
         self.slips = released.rubbing.count
         self.rubs = len(released.rubbing.feedbacks)
@@ -67,32 +76,95 @@ class Kernel:
             released.v,
             released.signs,
         )
-        self._eps: Any = None
-        self._weights: Any = None
+        counts = {"sizes": self.n, "gaps": self.m, "eps": self.m, "weights": self.m}
+        counts |= {"lock_sizes": self.slips, "widths": self.slips}
+        self.given = {"p": released.model.p}
+        self.given |= {name: SX.sym(name, count) for name, count in counts.items()}
+        self.c = ca.vertcat(*self.given.values())
+        ends = np.cumsum([0, *(part.numel() for part in self.given.values())]).tolist()
+        self.places_of = dict(zip(self.given, map(slice, ends[:-1], ends[1:]), strict=True))
+        self.inputs = [self.t, self.x, self.v, self.signs, self.c]
+        self.definite = True
+        self.kept = self._first = Kept()
+
+    def at(self, p: Any, length: float, widths: Any = None) -> Kernel:
+        """Return the same functions with numbers; scalings are those of no pose yet.
+
+        Parameters
+        ----------
+        p
+            Values of the parameters.
+        length
+            By which lengths are measured [m].
+        widths
+            Slope speed of each slip, in its unit, where friction is smoothed.
+        """
+        other, r = copy(self), self.released
+        other.sizes = np.asarray(r.coordinates.sizes(length), float)
+        other.gaps = np.array([1.0 if unit == "rad" else length for unit in r.units])
+        other.numbers = np.ones(self.c.numel())
+        other._put(p=p, sizes=other.sizes, gaps=other.gaps)
+        if widths is not None:
+            other._put(widths=widths)
+        return other
+
+    def _put(self, **values: Any) -> None:
+        for name, value in values.items():
+            self.numbers[self.places_of[name]] = value
+
+    # -- evaluation ----------------------------------------------------------------------------
+
+    def call(self, name: str, function: Callable[[], Any]) -> Callable[..., list[Any]]:
+        """Return what evaluates a function at one state, its numbers put in; kept by its name."""
+        found: Call = self.kept(("call", name), lambda: Call(function()))
+        return lambda *at: found(*at, self.numbers)
+
+    def batch(
+        self, name: str, function: Callable[[], Any], shared: Sequence[int] = (3,)
+    ) -> Callable[..., list[Any]]:
+        """Return the same for many states; signs are `shared` unless there are some for each."""
+
+        def made() -> Batch:
+            own = function()
+            return Batch(own, [*shared, own.n_in() - 1], straight=lambda: None)
+
+        found: Batch = self.kept(("batch", name, *shared), made)
+        return lambda *at: found(*at, self.numbers)
+
+    def value(self, name: str, *at: Any) -> list[Any]:
+        """Return the results of ``place``, ``parts``, ... at a state as dense matrices."""
+
+        def dense() -> Any:
+            own = getattr(self, name)
+            results = own.call(self.inputs)
+            return ca.Function(name, self.inputs, [ca.densify(part) for part in results])
+
+        found = self.call(f"{name} dense", dense)(*at)
+        shapes = [getattr(self, name).size_out(i) for i in range(len(found))]
+        return [np.reshape(part, shape) for part, shape in zip(found, shapes, strict=True)]
 
     # -- the parts -----------------------------------------------------------------------------
 
     def function(self, name: str, results: Sequence[Any], more: Sequence[Any] = ()) -> Any:
-        """Return the function (t, x, v, signs, ...) with the parameters' values put in."""
-        at = [self.t, self.x, self.v, self.signs, *more]
-        general = ca.Function(name, [*at, self.released.model.p], list(results))
-        return ca.Function(name, at, general.call([*at, self.p]), {"cse": True})
+        """Return the function (t, x, v, signs, ..., c)."""
+        at = [self.t, self.x, self.v, self.signs, *more, self.c]
+        return ca.Function(name, at, list(results), {"cse": True})
 
-    @cached_property
+    @kept_property
     def place(self) -> Any:
-        """(t, x, v, signs) -> phi, J, phi_t."""
+        """(t, x, v, signs, c) -> phi, J, phi_t."""
         r = self.released
         return self.function("place", [ca.densify(r.phi), r.J, ca.densify(r.phi_t)])
 
-    @cached_property
+    @kept_property
     def parts(self) -> Any:
-        """(t, x, v, signs) -> M, f, J, gamma."""
+        """(t, x, v, signs, c) -> M, f, J, gamma."""
         r = self.released
         return self.function("parts", [r.M, r.f, r.J, ca.densify(r.gamma)])
 
     def scale(self, t: float, x: Any, v: Any, signs: Any) -> None:
         """Fix the scalings at a pose."""
-        M, _, J, _ = (np.array(ca.DM(part)) for part in self.parts(t, x, v, signs))
+        M, _, J, _ = self.value("parts", t, x, v, signs)
         ends = np.diag(M).copy()
         whole = ends / self.sizes**2 if self.n else ends
         mean = whole[ends > 0].mean() if (ends > 0).any() else 1.0
@@ -102,19 +174,24 @@ class Kernel:
         rows = np.sum((J * inverse) ** 2, axis=1)
         least = 1e-12 * rows.max(initial=0.0)
         rows = np.where(rows > least, rows, rows.mean() if self.m and rows.any() else 1.0)
-        self._eps = EPSILON * rows
+        self._put(eps=EPSILON * rows, weights=1 / rows)
         if self.slips:
-            C = np.array(ca.DM(self.locking(t, x, v, signs)[0]))
+            C = self.value("locking", t, x, v, signs)[0]
             own = np.sum((C * inverse) ** 2, axis=1)
-            self._lock_sizes = np.where(own > 0, own, 1.0)
-        definite = self.n == 0 or np.linalg.eigvalsh(scaled)[0] > DEFINITE
-        self._weights = None if definite else 1 / rows
+            self._put(lock_sizes=np.where(own > 0, own, 1.0))
+        self.definite = bool(self.n == 0 or np.linalg.eigvalsh(scaled)[0] > DEFINITE)
+        self.kept = self._first if self.definite else self._first("indefinite", Kept)
+
+    @property
+    def _weights(self) -> Any:
+        """What stands for W, None where M is definite."""
+        return None if self.definite else self.given["weights"]
 
     # -- solutions -------------------------------------------------------------------------
 
-    @cached_property
+    @kept_property
     def locking(self) -> Any:
-        """(t, x, v, signs) -> Jacobian of the slips' speeds, their rates at x'' = 0, speeds."""
+        """(t, x, v, signs, c) -> Jacobian of the slips' speeds, their rates at x'' = 0, speeds."""
         r = self.released
         C = ca.jacobian(r.slips, r.v)
         return self.function("locking", [C, ca.densify(r.rate(r.slips)), ca.densify(r.slips)])
@@ -122,29 +199,29 @@ class Kernel:
     def _locked(self, M: Any, J: Any, at: list[Any]) -> tuple[_Solver, Any, Any]:
         """Return the solver with locks, what is locked, and rates of the slips at x'' = 0."""
         if not self.slips:
-            return _Solver(M, J, self._eps, self._weights), SX(0, 1), SX(0, 1)
+            return _Solver(M, J, self.given["eps"], self._weights), SX(0, 1), SX(0, 1)
         C, rates, _ = self.locking(*at)
         locks = self.signs[self.slips : 2 * self.slips]
         C = ca.densify(C)
         for k in range(self.slips):
             C[k, :] = C[k, :] * locks[k]
-        sizes = ca.DM(self._lock_sizes)
-        eps = ca.vertcat(ca.DM(self._eps), sizes * (EPSILON * locks + 1 - locks))
+        sizes = self.given["lock_sizes"]
+        eps = ca.vertcat(self.given["eps"], sizes * (EPSILON * locks + 1 - locks))
         whole = ca.vertcat(J, ca.sparsify(C))
         return _Solver(M, whole, eps, self._weights), locks, rates
 
-    @cached_property
+    @kept_property
     def coupling(self) -> Any:
-        """(t, x, v, signs) -> solutions without friction in joints and by unit of its sizes.
+        """(t, x, v, signs, c) -> solutions without friction in joints and by unit of its sizes.
 
         A solution is x'', lambda, forces of locks; then linear forms of the feedbacks, stacked, and
         their slopes by columns.
         """
-        r, at = self.released, [self.t, self.x, self.v, self.signs]
+        r, at = self.released, self.inputs
         M, f, J, gamma = self.parts(*at)
         solver, locks, rates = self._locked(M, J, at)
         if self._weights is not None:
-            f = f + J.T @ (ca.DM(self._weights) * gamma)
+            f = f + J.T @ (self._weights * gamma)
         none = SX.zeros(self.m + self.slips)
         a, lam = solver.solve(f, ca.vertcat(gamma, -locks * rates))
         columns, ends = [ca.vertcat(a, lam)], [0, self.n, self.n + self.m + self.slips]
@@ -160,11 +237,11 @@ class Kernel:
         form = self.function("forms", [forms], [push, applied, inner])
         base, effects = self.function("pushes", [ca.densify(r.push), r.rubbed])(*at)
         V = self.function("V", [r.V])(*at)
-        starts, slopes = form(*at, base, *ca.vertsplit(columns[0], ends)), []
+        starts, slopes = form(*at[:4], base, *ca.vertsplit(columns[0], ends), self.c), []
         for j in range(self.rubs):
             b, tau = solver.solve(ca.densify(V.T @ effects[:, j]), none)
             columns.append(ca.vertcat(b, tau))
-            slopes.append(form(*at, ca.densify(effects[:, j]), b, tau))
+            slopes.append(form(*at[:4], ca.densify(effects[:, j]), b, tau, self.c))
         results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
         return ca.Function("coupling", at, [ca.densify(p) for p in results], {"cse": True})
 
@@ -187,10 +264,10 @@ class Kernel:
             start += count
         return found
 
-    @cached_property
+    @kept_property
     def coupled(self) -> Any:
-        """(t, x, v, signs) -> x'', (lambda, forces of locks, sizes), how far sizes miss laws."""
-        at = [self.t, self.x, self.v, self.signs]
+        """(t, x, v, signs, c) -> x'', (lambda, forces of locks, sizes), how far sizes miss laws."""
+        at = self.inputs
         columns, starts, slopes = self.coupling(*at)
         total, m, miss = columns[:, 0], SX(0, 1), SX(0)
         if self.rubs:
@@ -203,31 +280,30 @@ class Kernel:
         a, forces = ca.vertsplit(total, [0, self.n, self.n + self.m + self.slips])
         return ca.Function("coupled", at, [a, ca.vertcat(forces, m), miss])
 
-    @cached_property
+    @kept_property
     def sticking(self) -> Any:
-        """(t, x, v, signs) -> what decides between stick and slip, (k,) each, and a number.
+        """(t, x, v, signs, c) -> what decides between stick and slip, (k,) each, and a number.
 
         Speeds of the slips, their rates, forces that hold locked ones, the least and the largest
         that friction can give there; how far sizes miss their laws.
         """
-        at = [self.t, self.x, self.v, self.signs]
+        at = self.inputs
         a, inner, miss = self.coupled(*at)
         results = [*self._decisive(a, inner), miss]
         return ca.Function("sticking", at, [ca.densify(e) for e in results], {"cse": True})
 
-    @cached_property
+    @kept_property
     def sticking_of(self) -> Any:
-        """(t, x, v, signs, sizes of friction) -> as `sticking`, without the number."""
-        at, m = [self.t, self.x, self.v, self.signs], SX.sym("m", self.rubs)
+        """(t, x, v, signs, sizes of friction, c) -> as `sticking`, without the number."""
+        at, m = self.inputs, SX.sym("m", self.rubs)
         columns, _, _ = self.coupling(*at)
         total = columns[:, 0] + columns[:, 1:] @ m
         results = self._decisive(total[: self.n], ca.vertcat(total[self.n :], m))
-        function = ca.Function("sticking", [*at, m], [ca.densify(e) for e in results])
-        return function
+        return ca.Function("sticking", [*at[:4], m, self.c], [ca.densify(e) for e in results])
 
     def _decisive(self, a: Any, inner: Any) -> list[Any]:
         """Return what decides between stick and slip, for accelerations and what goes with them."""
-        r, at = self.released, [self.t, self.x, self.v, self.signs]
+        r, at = self.released, self.inputs
         C, rates, speeds = self.locking(*at)
         falls, grows = (r.moved(part) for part in r.rubbing.limits)
         feedbacks = r.rubbing.feedbacks
@@ -245,53 +321,47 @@ class Kernel:
         held = -inner[self.m : self.m + self.slips]
         return [speeds, C @ a + rates, held, low, high]
 
-    @cached_property
+    @kept_property
     def rhs(self) -> Any:
-        """(t, x, v, signs) -> x'', lambda; forces of locks and sizes of friction after it."""
-        at = [self.t, self.x, self.v, self.signs]
+        """(t, x, v, signs, c) -> x'', lambda; forces of locks and sizes of friction after it."""
+        at = self.inputs
         if self.slips or self.rubs:
             a, inner, miss = self.coupled(*at)
             a = a + ca.if_else(miss < SOLVED, 0, SX.nan()) if self.rubs else a
             return ca.Function("rhs", at, [ca.densify(a), ca.densify(inner)], {"cse": True})
         M, f, J, gamma = self.parts(*at)
-        solver = _Solver(M, J, self._eps, self._weights)
+        solver = _Solver(M, J, self.given["eps"], self._weights)
         if self._weights is not None:
-            f = f + J.T @ (ca.DM(self._weights) * gamma)
+            f = f + J.T @ (self._weights * gamma)
         a, lam = solver.solve(f, gamma)
         return ca.Function("rhs", at, [ca.densify(a), ca.densify(lam)], {"cse": True})
 
-    @cached_property
+    @kept_property
     def project(self) -> Any:
-        """(t, x, v, signs) -> x and v on the constraints, what is left of them."""
-        at = [self.t, self.x, self.v, self.signs]
+        """(t, x, v, signs, c) -> x and v on the constraints, what is left of them."""
+        at = self.inputs
         if not self.m and not self.slips:
             return ca.Function("project", at, [self.x, self.v, SX(0)])
         M, _, J, _ = self.parts(*at)
         x, v = self.x, self.v
         if self.m:
-            solver = _Solver(M, J, self._eps, self._weights)
+            solver = _Solver(M, J, self.given["eps"], self._weights)
             for _ in range(NEWTON):
-                phi = self.place(self.t, x, v, self.signs)[0]
+                phi = self.place(self.t, x, v, self.signs, self.c)[0]
                 x = x - solver.shortest(phi)
-        phi, J, phi_t = self.place(self.t, x, v, self.signs)
+        phi, J, phi_t = self.place(self.t, x, v, self.signs, self.c)
         if self.slips:
-            at_x = [self.t, x, v, self.signs]
+            at_x = [self.t, x, v, self.signs, self.c]
             solver, locks, _ = self._locked(M, J, at_x)
         for _ in range(NEWTON):
             gap = J @ v + phi_t
             if self.slips:
-                gap = ca.vertcat(gap, locks * self.locking(self.t, x, v, self.signs)[2])
+                gap = ca.vertcat(gap, locks * self.locking(self.t, x, v, self.signs, self.c)[2])
             v = v - solver.shortest(gap)
         if not self.m:
             return ca.Function("project", at, [x, v, SX(0)], {"cse": True})
-        miss = ca.mmax(ca.fabs(phi) / ca.DM(self.gaps))
+        miss = ca.mmax(ca.fabs(phi) / self.given["gaps"])
         return ca.Function("project", at, [x, v, miss], {"cse": True})
-
-    @property
-    def gaps(self) -> Any:
-        """Natural sizes of the constraints."""
-        units = self.released.units
-        return np.array([1.0 if unit == "rad" else self.length for unit in units])
 
 
 class _Solver:
@@ -300,8 +370,8 @@ class _Solver:
     def __init__(self, M: Any, J: Any, eps: Any, weights: Any) -> None:
         self.n, self.m = M.shape[0], J.shape[0]
         if weights is not None:  # locks have none
-            held = J[: len(weights), :]
-            M = M + held.T @ (ca.diag(ca.DM(weights)) @ held)
+            held = J[: weights.numel(), :]
+            M = M + held.T @ (ca.diag(weights) @ held)
         self.mass = Factor(M)
         self.J, self.eps = J, SX(eps)
         halves = [self.mass.forward(entries(J[i, :].T)) for i in range(self.m)]

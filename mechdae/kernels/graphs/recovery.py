@@ -30,7 +30,7 @@ def recovered(r: Released, push: Any, kept: Any) -> Any:
     model = r.model
     rows = ca.vertcat(*[row.expression for row in r.rows])
     gradient = ca.sparsify(r.moved(ca.jacobian(rows, model.q)))
-    found: dict[int, Any] = {i: kept[k] for k, i in enumerate(r.kept)}
+    found: dict[int, Any] = {i: kept[k] for k, i in enumerate(r.left)}
     found |= {i: SX(0) for i in r.empty}
     columns: list[dict[int, Any]] = [{} for _ in range(model.q.numel())]
     triplet = zip(*gradient.sparsity().get_triplet(), gradient.nonzeros(), strict=True)

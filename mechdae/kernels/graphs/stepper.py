@@ -9,7 +9,7 @@ unit of length nor of mass matters.
 
 from __future__ import annotations
 
-from functools import cached_property
+import threading
 from typing import Any
 
 import casadi as ca
@@ -18,6 +18,7 @@ import numpy as np
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.tableau import DENSE, FIFTH, NODES, STAGES, THIRD
 from mechdae.kernels.machine.program import program
+from mechdae.model.kept import Kept, kept_property
 
 SX = ca.SX
 CHUNK = 32
@@ -74,7 +75,7 @@ class Stepper:
     kernel
         Right-hand side and projection.
     powers
-        SX (k,) over (t, x, v, ``acceleration``, signs, p), integrated along as works.
+        SX (k,) over (t, x, v, ``acceleration``, signs, c), integrated along as works.
     acceleration
         Symbols (n,) of the acceleration that powers may hold.
     sizes
@@ -88,81 +89,83 @@ class Stepper:
         self.sized = kernel.rubs
         sizes = sizes if sizes is not None else SX.sym("m", self.sized)
         self.power = kernel.function("power", [ca.densify(powers)], [acceleration, sizes])
-        self.sizes = ca.DM(kernel.sizes) if self.n else ca.DM(0, 1)
+        self.kept = Kept()
+        self.fixed = kernel.signs.numel() + kernel.c.numel()
 
-    @cached_property
+    @kept_property
     def kind(self) -> Any:
         """Type of the symbols: graphs of large right-hand sides are called, not unrolled."""
         return ca.MX if self.kernel.rhs.n_instructions() > UNROLLED else SX
 
+    def sizes(self, c: Any) -> Any:
+        """Return the natural sizes of the coordinates among the numbers."""
+        return c[self.kernel.places_of["sizes"]] if self.n else ca.DM(0, 1)
+
     def _stages(
-        self, t: Any, x: Any, v: Any, a: Any, m: Any, h: Any, signs: Any, count: int
+        self, t: Any, x: Any, v: Any, a: Any, m: Any, h: Any, signs: Any, c: Any, count: int
     ) -> tuple[list[Any], list[Any], list[Any]]:
         """Return rates of x, v and the works at the stages of a step."""
         rates, slopes = [v], [a]
-        powers = [self.power(t, x, v, signs, a, m)]
+        powers = [self.power(t, x, v, signs, a, m, c)]
         for i in range(1, count):
             row = STAGES[i]
             place = x + h * _combined(row, rates)
             rate = v + h * _combined(row, slopes)
             at = t + NODES[i] * h
-            slope, inner = self.kernel.rhs(at, place, rate, signs)
+            slope, inner = self.kernel.rhs(at, place, rate, signs, c)
             rates.append(rate)
             slopes.append(slope)
-            powers.append(self.power(at, place, rate, signs, slope, self._sizes(inner)))
+            powers.append(self.power(at, place, rate, signs, slope, self._sizes(inner), c))
         return rates, slopes, powers
 
     def _sizes(self, inner: Any) -> Any:
         """Return the sizes of friction among the second results of a right-hand side."""
         return inner[self.kernel.inner - self.sized :] if self.sized else ca.DM(0, 1)
 
-    def _error(self, h: Any, rates: list[Any], slopes: list[Any], omega: Any) -> Any:
+    def _error(self, h: Any, rates: list[Any], slopes: list[Any], omega: Any, c: Any) -> Any:
         """Return the norm of the error over the natural sizes."""
+        sizes = self.sizes(c)
         third: list[Any] = []
         fifth: list[Any] = []
         for row, total in ((FIFTH, fifth), (THIRD, third)):
-            total.append(_combined(row, rates) / self.sizes)
-            total.append(_combined(row, slopes) / (self.sizes * omega))
+            total.append(_combined(row, rates) / sizes)
+            total.append(_combined(row, slopes) / (sizes * omega))
         high, low = (ca.sumsqr(ca.vertcat(*parts)) for parts in (fifth, third))
         below = (high + 0.01 * low) * 2 * max(self.n, 1)
         return ca.if_else(below == 0, 0, ca.fabs(h) * high / ca.sqrt(below))
 
-    @cached_property
+    @kept_property
     def step(self) -> Any:
-        """(t, x, v, a, m, w, h, signs, omega) -> new x, v, a, m, w, error, miss, frequency."""
+        """(t, x, v, a, m, w, h, signs, omega, c) -> new x, v, a, m, w, error, miss."""
         k, sym = self.kernel, self.kind.sym
         t, h, omega = sym("t"), sym("h"), sym("omega")
         x, v, a = (sym(name, self.n) for name in "xva")
         m, w, signs = sym("m", self.sized), sym("w", self.works), sym("signs", k.signs.numel())
-        rates, slopes, powers = self._stages(t, x, v, a, m, h, signs, 12)
+        c = sym("c", k.c.numel())
+        rates, slopes, powers = self._stages(t, x, v, a, m, h, signs, c, 12)
         place, rate = (y + h * _combined(STAGES[12], k) for y, k in ((x, rates), (v, slopes)))
         work = w + h * _combined(STAGES[12], powers)
-        error = self._error(h, rates, slopes, omega)
-        place, rate, miss = k.project(t + h, place, rate, signs)
-        after, inner = k.rhs(t + h, place, rate, signs)
-        found = self._frequency(rate, after)
-        inputs = [t, x, v, a, m, w, h, signs, omega]
-        results = [place, rate, after, self._sizes(inner), work, error, miss, found]
+        error = self._error(h, rates, slopes, omega, c)
+        place, rate, miss = k.project(t + h, place, rate, signs, c)
+        after, inner = k.rhs(t + h, place, rate, signs, c)
+        inputs = [t, x, v, a, m, w, h, signs, omega, c]
+        results = [place, rate, after, self._sizes(inner), work, error, miss]
         return ca.Function("step", inputs, [ca.densify(r) for r in results], {"cse": True})
 
-    def _frequency(self, v: Any, a: Any) -> Any:
+    def _frequency(self, v: Any, a: Any, sizes: Any) -> Any:
         if not self.n:
             return ca.DM(0)
-        return ca.mmax(ca.fmax(ca.fabs(v) / self.sizes, ca.sqrt(ca.fabs(a) / self.sizes)))
+        return ca.mmax(ca.fmax(ca.fabs(v) / sizes, ca.sqrt(ca.fabs(a) / sizes)))
 
-    @cached_property
-    def frequency(self) -> Any:
-        """(v, a) -> frequency."""
-        v, a = SX.sym("v", self.n), SX.sym("a", self.n)
-        return ca.Function("frequency", [v, a], [self._frequency(v, a)])
-
-    @cached_property
+    @kept_property
     def trial(self) -> Any:
-        """(state, [t_end, tol, longest step, signs]) -> state after one trial step."""
+        """(state, [t_end, tol, longest step, signs, c]) -> state after one trial step."""
         lay = self.layout
         state = self.kind.sym("state", lay.size)
-        numbers = self.kind.sym("numbers", 3 + self.kernel.signs.numel())
-        end, tol, longest, signs = numbers[0], numbers[1], numbers[2], numbers[3:]
+        numbers = self.kind.sym("numbers", 3 + self.fixed)
+        end, tol, longest = numbers[0], numbers[1], numbers[2]
+        signs, c = ca.vertsplit(numbers, [0, 3, 3 + self.kernel.signs.numel(), 3 + self.fixed])[1:]
+        sizes = self.sizes(c)
         part = {name: state[lay[name]] for name in lay._slices}
         t, x, v, a, m, w = (part[name] for name in ("t", "x", "v", "a", "m", "w"))
         left = end - t
@@ -170,13 +173,13 @@ class Stepper:
         near = wanted >= left * (1 - 1e-10)
         half = wanted > left / 2
         h = ca.if_else(near, left, ca.if_else(half, left / 2, wanted))
-        omega = self._frequency(v, a)
+        omega = self._frequency(v, a, sizes)
         top = ca.fmax(part["omega"], omega)
         slowest = ca.fmax(omega, SLOW * top)
-        place, rate, after, sizes, work, error, miss, _ = self.step(
-            t, x, v, a, m, w, h, signs, ca.fmax(slowest, 1e-300)
+        place, rate, after, sized, work, error, miss = self.step(
+            t, x, v, a, m, w, h, signs, ca.fmax(slowest, 1e-300), c
         )
-        grain = ROUNDING * (1 + ca.mmax(ca.fabs(x) / self.sizes)) if self.n else ROUNDING
+        grain = ROUNDING * (1 + ca.mmax(ca.fabs(x) / sizes)) if self.n else ROUNDING
         # fmax leaves nan out, a comparison with nan is false: such a step is not accepted
         whole = ca.sumsqr(ca.vertcat(place, rate, after)) + error + miss
         sound = whole < LARGEST
@@ -189,23 +192,23 @@ class Stepper:
         clipped = ca.logic_and(good, h < part["h"])
         following = ca.if_else(clipped, ca.fmax(following, part["h"]), following)
         kept = ca.vertcat(t, x, v, a, m, w)
-        moved = ca.vertcat(ca.if_else(near, end, t + h), place, rate, after, sizes, work)
+        moved = ca.vertcat(ca.if_else(near, end, t + h), place, rate, after, sized, work)
         chosen = ca.if_else(good, moved, kept)
-        passed = ca.logic_and(good, self._turned(t + h, place, rate, signs))
+        passed = ca.logic_and(good, self._turned(t + h, place, rate, signs, c))
         done = ca.vertcat(
             chosen, following, ca.if_else(good, 0, 1), top, good, error, passed, part["trials"] + 1
         )
         return ca.Function("trial", [state, numbers], [done], {"cse": True})
 
-    def _turned(self, t: Any, x: Any, v: Any, signs: Any) -> Any:
+    def _turned(self, t: Any, x: Any, v: Any, signs: Any, c: Any) -> Any:
         """Return whether a slip moves against its sign."""
         k = self.kernel
         if not k.slips:
             return ca.DM(0)
-        speeds = k.function("slips", [ca.densify(k.released.slips)])(t, x, v, signs)
+        speeds = k.function("slips", [ca.densify(k.released.slips)])(t, x, v, signs, c)
         return ca.mmin(speeds * signs[: k.slips]) < 0
 
-    @cached_property
+    @kept_property
     def advance(self) -> Any:
         """As `trial`; a state at the end stays, with ``accepted`` 0, and costs nothing.
 
@@ -222,15 +225,15 @@ class Stepper:
         after = switch(going, state, numbers)
         return ca.Function("advance", [state, numbers], [after])
 
-    @cached_property
+    @kept_property
     def dense(self) -> Any:
-        """(t, x, v, a, m, h, signs) -> the interpolant's coefficients (2 n + works, 7), by rows."""
+        """(t, x, v, a, m, h, signs, c) -> coefficients (2 n + works, 7), by rows."""
         k, sym = self.kernel, self.kind.sym
         t, h = sym("t"), sym("h")
         x, v, a = (sym(name, self.n) for name in "xva")
-        signs = sym("signs", k.signs.numel())
+        signs, c = sym("signs", k.signs.numel()), sym("c", k.c.numel())
         m = sym("m", self.sized)
-        stages = self._stages(t, x, v, a, m, h, signs, 16)
+        stages = self._stages(t, x, v, a, m, h, signs, c, 16)
         change = [h * _combined(STAGES[12], part) for part in stages]
         columns = []
         for part, delta in zip(stages, change, strict=True):
@@ -240,36 +243,42 @@ class Stepper:
             columns.append(ca.horzcat(*own))
         whole = ca.densify(ca.vertcat(*columns))
         results = [ca.vec(whole.T)]
-        return ca.Function("dense", [t, x, v, a, m, h, signs], results, {"cse": True})
+        return ca.Function("dense", [t, x, v, a, m, h, signs, c], results, {"cse": True})
 
 
 class Chunk:
-    """Many trial steps in one call: of the compiled machine, else `mapaccum` through a buffer."""
+    """Many trial steps in one call: of the compiled machine, else `mapaccum` through a buffer.
+
+    Each thread has a buffer of its own.
+    """
 
     def __init__(self, stepper: Stepper, count: int = CHUNK) -> None:
-        self.layout, self.count = stepper.layout, count
+        self.layout, self.count, self.function = stepper.layout, count, stepper.trial
         self._trial = program(stepper.trial)
-        self.state: Any = np.zeros(stepper.layout.size)
-        self.numbers: Any = np.zeros((count, stepper.trial.size1_in(1)))
-        self.states: Any = np.zeros((count, stepper.layout.size))
-        if self._trial is not None:
-            return
-        function = stepper.advance.mapaccum("chunk", count)
-        self._buffer, self._trigger = function.buffer()
-        inputs: list[Any] = [self.state, self.numbers]
-        for i, array in enumerate(inputs):
-            self._buffer.set_arg(i, memoryview(array))
-        results: list[Any] = [self.states]
-        self._buffer.set_res(0, memoryview(results[0]))
+        if self._trial is None:
+            self.function = stepper.advance.mapaccum("chunk", count)
+        self._shapes = [(stepper.layout.size,), (count, 3 + stepper.fixed)]
+        self._shapes.append((count, stepper.layout.size))
+        self._threads = threading.local()
 
     def __call__(self, state: Any, numbers: Any) -> Any:
         """Return the states (count, .) after each trial step."""
         if self._trial is not None:
             return self._tried(state, numbers)
-        self.state[:] = state
-        self.numbers[:] = numbers
-        self._trigger()
-        return self.states.copy()
+        try:
+            arrays, trigger, _ = self._threads.buffers
+        except AttributeError:
+            buffer, trigger = self.function.buffer()
+            arrays = [np.zeros(shape) for shape in self._shapes]
+            for i, array in enumerate(arrays[:2]):
+                buffer.set_arg(i, memoryview(array))
+            buffer.set_res(0, memoryview(arrays[2]))
+            self._threads.buffers = arrays, trigger, buffer
+        arrays[0][:] = state
+        arrays[1][:] = numbers
+        trigger()
+        found: Any = arrays[2].copy()
+        return found
 
     def _tried(self, state: Any, numbers: Any) -> Any:
         """Return the same by single trials, see `Stepper.advance`."""

@@ -7,6 +7,7 @@ the piece it is on: (abscissa, value, slope).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,6 +98,12 @@ class Loads:
         gravity = self._gravity()
         if gravity:
             self.wrenches["gravity"] = gravity
+
+    def at(self, model: Model) -> Loads:
+        """Return the same symbols for a copy of the model with other numbers."""
+        other = copy(self)
+        other.model, other.timed = model, [table.at(model.p_values) for table in self.timed]
+        return other
 
     @property
     def total(self) -> Wrench:
@@ -216,7 +223,8 @@ class Loads:
         shift = self._number(load, "shift")
         period = None if load.period is None else self._number(load, "period")
         p, values = self.model.p, self.model.p_values
-        result = Timed(f"load {load.name}", load, self.time, shift, period, p, values)
+        where = f"loads.{load.name}"
+        result = Timed(f"load {load.name}", load, self.time, shift, period, p, values, where)
         self.timed.append(result)
         self.uses_time.append(load.name)
         return result

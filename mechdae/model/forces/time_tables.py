@@ -6,13 +6,14 @@ The coefficients of the piece that holds are inputs; rows are breakpoints of a m
 from __future__ import annotations
 
 import math
+from copy import copy
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.loads import TableLoad, TimeTable
-from mechdae.errors import InputError
+from mechdae.errors import InputError, MechdaeError
 
 SX = ca.SX
 ROUNDING = 8
@@ -36,11 +37,13 @@ class Timed:
         SX numbers of p, by which the table begins later and after which it repeats; None: once.
     p, p_values
         Symbols of the parameters and their values.
+    where
+        Key path of the table, for messages about other values.
 
     Attributes
     ----------
     symbols : SX (6,)
-        Turn, abscissa of the row and the four coefficients of the piece behind it.
+        Time of the turns so far, abscissa of the row, the four coefficients of the piece behind it.
     value : SX
         The table's value.
     """
@@ -54,13 +57,32 @@ class Timed:
         period: Any,
         p: Any,
         p_values: Any,
+        where: str = "",
     ) -> None:
-        self.name = name
+        self.name, self.table, self.where, self.repeats = name, table, where, period is not None
         numbers = ca.vertcat(SX(shift), SX(0) if period is None else SX(period))
-        result = np.array(ca.Function("numbers", [p], [ca.densify(numbers)])(p_values)).ravel()
+        self._numbers = ca.Function("numbers", [p], [ca.densify(numbers)])
+        self.symbols = SX.sym(f"piece_{name}", 6)
+        turned, start, *terms = ca.vertsplit(self.symbols)
+        at = time - shift - turned - start
+        self.value = terms[0] + at * (terms[1] + at * (terms[2] + at * terms[3]))
+        self._put(p_values)
+
+    def at(self, p_values: Any) -> Timed:
+        """Return the same table with other values of the parameters."""
+        other = copy(self)
+        try:
+            other._put(p_values)
+        except MechdaeError as problem:
+            raise problem.inside(self.where) from None
+        return other
+
+    def _put(self, p_values: Any) -> None:
+        table = self.table
+        result = np.array(self._numbers(p_values)).ravel()
         self.shift = float(result[0])
         X, Y = (np.array(column, float) for column in zip(*table.points, strict=True))
-        self.period = self._period(table, X, period, float(result[1]))
+        self.period = self._period(table, X, self.repeats, float(result[1]))
         if self.period is not None and self.period > X[-1] - X[0]:
             X, Y = np.append(X, X[0] + self.period), np.append(Y, Y[0])
         elif self.period is not None:
@@ -75,19 +97,11 @@ class Timed:
                 hint="a last row like the first one, or a longer period",
             )
         self.pieces = _spline(X, Y, self.period is not None) if spline else _lines(X, Y)
-        self.symbols = SX.sym(f"piece_{name}", 6)
-        turn, start, *terms = ca.vertsplit(self.symbols)
-        at = time - shift - (0 if self.period is None else turn * self._symbol(period, X)) - start
-        self.value = terms[0] + at * (terms[1] + at * (terms[2] + at * terms[3]))
-
-    def _symbol(self, period: Any, X: Any) -> Any:
-        given = self.period is not None and self.period != X[-1] - X[0]
-        return period if given else SX(float(X[-1] - X[0]))
 
     @staticmethod
-    def _period(table: TableLoad | TimeTable, X: Any, period: Any, value: float) -> float | None:
+    def _period(table: TableLoad | TimeTable, X: Any, given: bool, value: float) -> float | None:
         span = float(X[-1] - X[0])
-        if period is None:
+        if not given:
             return span if table.periodic else None
         if not value >= span * (1 - 1e-12):
             raise InputError(
@@ -132,12 +146,14 @@ class Timed:
         t = np.asarray(t, float)
         size = np.maximum(np.abs(t), abs(self.shift) + np.abs(self.X).max())
         at = t - self.shift + ROUNDING * np.spacing(size)
-        turn = np.zeros_like(at)
+        turned = np.zeros_like(at)
         if self.period is not None:
-            turn = np.floor((at - self.X[0]) / self.period)
-            at = at - turn * self.period
+            turned = np.floor((at - self.X[0]) / self.period) * self.period
+            at = at - turned
         row = np.clip(np.searchsorted(self.X, at, side="right") - 1, 0, len(self.X) - 2)
-        return np.concatenate([turn[..., None], self.X[row][..., None], self.pieces[row]], axis=-1)
+        return np.concatenate(
+            [turned[..., None], self.X[row][..., None], self.pieces[row]], axis=-1
+        )
 
 
 def _lines(X: Any, Y: Any) -> Any:

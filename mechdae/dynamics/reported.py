@@ -1,0 +1,128 @@
+"""What a motion or an equilibrium reports of bodies, points, joints and named outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from mechdae.describe.coordinates import Selection, selection
+from mechdae.describe.named import reactions_of
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.expressions import WithReactions
+from mechdae.kernels.run.batch import Batch
+from mechdae.model.model import Model
+from mechdae.results import Named, Series
+from mechdae.setup.named_outputs import NamedOutputs, requests
+from mechdae.setup.outputs import Outputs
+
+
+@dataclass(frozen=True)
+class Whole:
+    """What `Outputs` reads of a scene: absolute coordinates stay as they are."""
+
+    model: Model
+    selection: Selection
+    groups: tuple[Any, ...] = ()
+
+    def expression(self, absolute: Any) -> Any:
+        return absolute
+
+
+class Reported:
+    """Bodies, points, joints and named outputs at states.
+
+    Parameters
+    ----------
+    setup
+        Of a motion or an equilibrium.
+    asked
+        Outputs that the task lists, None for those of the mechanism.
+    moves
+        Whether there is a time, and outputs that use reactions.
+
+    Attributes
+    ----------
+    chosen : Selection
+    forced : list of str
+        Outputs that use reactions.
+    notes : list of str
+        What there is to say of the others.
+    """
+
+    def __init__(self, setup: Setup, asked: tuple[str, ...] | None, moves: bool) -> None:
+        self.setup, self.moves, self._key = setup, moves, (asked, moves)
+        mechanism = setup.problem.mechanism
+        self.chosen = selection(mechanism, asked, forces=True)
+        named = self.chosen.named
+        self.forced = [own for own in named if moves and reactions_of(mechanism, own)]
+        plain = [own for own in named if own not in self.forced]
+        whole: Any = Whole(setup.model, self.chosen)
+
+        def made() -> tuple[Outputs, NamedOutputs]:
+            expressions = NamedOutputs(setup.model, plain, 2, asked is not None, moves)
+            return Outputs(whole, requests(setup.model, list(expressions.rates))), expressions
+
+        outputs, expressions = setup.kept(("reported", *self._key), made)
+        self._outputs: Outputs = outputs.at(whole)
+        self._expressions: NamedOutputs = expressions.at(setup.model)
+        self.notes: list[str] = []
+
+    def evaluate(
+        self, coordinates: tuple[Any, Any, Any], t: Any, there: Any
+    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Return the tables and the series of the outputs without reactions.
+
+        Parameters
+        ----------
+        coordinates
+            Absolute ones with rates and accelerations, (n, nq) each.
+        t : (n,) array or None
+        there : (n,) array of bool
+            States that have coordinates at all.
+        """
+        y = self.setup.kept(("rates", *self._key), self._rates)(
+            *coordinates, self.setup.model.p_values
+        )
+        columns = self._outputs.columns(self._expressions.coordinates)
+        found, lost = self._expressions.evaluate([part[:, columns] for part in y], t, there)
+        self.notes = self._expressions.notes + lost
+        tables: dict[str, Any] = self._outputs.named(y if self.moves else y[:1])
+        return tables, {own: dict(found[own]) for own in found}
+
+    def of_forces(
+        self, coordinates: tuple[Any, Any, Any], t: Any, reactions: Mapping[str, Any]
+    ) -> dict[str, dict[str, Any]]:
+        """Return the series of the outputs that use reactions."""
+        if not self.forced:
+            return {}
+        setup = self.setup
+        function: WithReactions = setup.kept(
+            ("forced", *self._key), lambda: WithReactions(setup.model, setup.loads, self.forced)
+        )
+        values = function(*coordinates, t, reactions, setup.model.p_values)
+        return {own: {"value": values[:, k]} for k, own in enumerate(self.forced)}
+
+    def with_reactions(self, joints: Named, reactions: Mapping[str, Any]) -> Named:
+        """Return the series of joints with their reactions."""
+        found = {}
+        for joint in self.chosen.joints:
+            own: dict[str, Any] = dict(joints.get(joint, {}))
+            if joint in reactions:
+                own["reaction"] = reactions[joint]
+            found[joint] = Series(own)
+        return Named("joint", found)
+
+    def _rates(self) -> Batch:
+        """Return the function of the scalars with their rates and accelerations."""
+        model, expression = self.setup.model, self._outputs.expression
+        at = ca.vertcat(model.q, model.velocity)
+        along = ca.vertcat(model.velocity, model.acceleration)
+        first = ca.jtimes(expression, model.q, model.velocity)
+        second = ca.jtimes(first, at, along)
+        inputs = [model.q, model.velocity, model.acceleration, model.p]
+        results = [ca.densify(part) for part in (expression, first, second)]
+        function = ca.Function("outputs", inputs, results, {"cse": True})
+        return Batch(function, [3], straight=lambda: None)
