@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, CoordinateKind
-from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.model.tree.tree_model import TreeModel
@@ -257,13 +257,8 @@ class Outputs:
         if guide is None:
             still = np.where(np.isnan(values[1][:, slide.columns]), np.nan, np.zeros((n, 2)))
             return {"coriolis": still}
-        numbers = mechanism_values(self.scene.model.mechanism)
+        numbers = self.scene.model.mechanism.values()
         direction = values[0][:, guide.columns[0]] + numbers[f"{slide.part}.axis"]
         size = 2 * values[1][:, guide.columns[0]] * values[1][:, slide.columns[0]]
         across = np.stack([-np.sin(direction) * size, np.cos(direction) * size], axis=1)
         return {"coriolis": across}
-
-
-def mechanism_values(mechanism: Mechanism) -> dict[str, float]:
-    """Return the values of all numbers."""
-    return mechanism.values()

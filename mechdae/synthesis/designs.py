@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.writing import dumps
+from mechdae.describe.tasks.constraints import Box, TransmissionAngle
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.synthesis.design_motion import PATH, DesignMotion
 from mechdae.synthesis.exchange import exchanged
@@ -126,7 +127,7 @@ def designs(
             break
         nlp = problems[candidate.kind]
         found_, given = candidate.found, candidate.given
-        if len(kept) < 2 or search.asked.transmission or len(kept) < len(exact):
+        if len(kept) < 2 or search.asked.of(TransmissionAngle) or len(kept) < len(exact):
             found_ = nlp.polished(found_, given)
         found_, given = exchanged(search, nlp, found_, given)
         judged = _judged(search, nlp, found_, replace(candidate, given=given), hits)
@@ -336,7 +337,7 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
             if not least >= asked.min - KEEPS:
                 word = f"the transmission angle in {joint} is {np.degrees(least):.4g} deg"
                 defects.append(f"{word} at a pose of the goal")
-    for box in search.asked.boxes:
+    for box in search.asked.of(Box):
         for point in box.points:
             places = found.points[point].position
             slack = 2e-3 * search.size

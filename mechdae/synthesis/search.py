@@ -10,6 +10,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND
+from mechdae.describe.tasks.constraints import Box, LimitConstraint, TransmissionAngle
 from mechdae.describe.tasks.goals import Extreme as AskedExtreme
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
@@ -60,13 +61,15 @@ class Search:
         self.weights = [weight for _, weight in self.asked.goals]
         self.limits = [
             self._extreme(limit.quantity, f"limit{k}", names, limit.bounds)
-            for k, limit in enumerate(self.asked.limits)
+            for k, limit in enumerate(self.asked.of(LimitConstraint))
         ]
         self.size = self._size()
         every = [*self.goals, *self.limits]
         bodies = dict.fromkeys(body for goal in every for body in goal.bodies())
-        boxed = dict.fromkeys(point for box in self.asked.boxes for point in box.points)
-        held = [b for asked in self.asked.transmission for b in asked.between if b != GROUND]
+        boxed = dict.fromkeys(point for box in self.asked.of(Box) for point in box.points)
+        held = [
+            b for asked in self.asked.of(TransmissionAngle) for b in asked.between if b != GROUND
+        ]
 
         def asks(model: Model) -> dict[str, Any]:
             found = {point: model.point(point) for point in boxed}
@@ -84,7 +87,7 @@ class Search:
         # a goal with targets of its own leads: starts are drawn for it, the others follow
         self.lead = min(self.goals, key=lambda goal: isinstance(goal, ExtremeGoal | Dynamic))
         self.kinds = self.space.kinds
-        for limit in self.asked.transmission:
+        for limit in self.asked.of(TransmissionAngle):
             self.space.dyad(limit.between, f"{limit.place}.between")
         self._check_effect()
 
@@ -123,7 +126,7 @@ class Search:
         """Return a number of a motion or an equilibrium; those of one task are solved together."""
         if asked.task not in self._runs:
             every = [goal for goal, _ in self.asked.goals if isinstance(goal, AskedExtreme)]
-            every += [limit.quantity for limit in self.asked.limits]
+            every += [limit.quantity for limit in self.asked.of(LimitConstraint)]
             paths = dict.fromkeys(own.path for own in every if own.task == asked.task)
             box = list(self.asked.free.values())
             self._runs[asked.task] = TaskRun(self.problem, asked.task, list(paths), names, box)

@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.tasks.constraints import TransmissionAngle
+from mechdae.describe.tasks.constraints import Box, RatioConstraint, TransmissionAngle
 from mechdae.describe.tasks.synthesis import Demand
 from mechdae.errors import InputError
 from mechdae.measures.transmission import Dyad
@@ -179,13 +179,15 @@ class DesignSpace:
     @cached_property
     def held_at_poses(self) -> list[TransmissionAngle]:
         """Limits of transmission angles that hold at the poses of the goals."""
-        every = self.asked.transmission
+        every = self.asked.of(TransmissionAngle)
         return [asked for asked in every if asked.over == "goal" or not self.asked.full_turn]
 
     @cached_property
     def held_over_turn(self) -> list[TransmissionAngle]:
         """Limits of transmission angles that hold over the whole turn."""
-        return [asked for asked in self.asked.transmission if asked not in self.held_at_poses]
+        return [
+            asked for asked in self.asked.of(TransmissionAngle) if asked not in self.held_at_poses
+        ]
 
     def of_loop(self, dyad: Dyad) -> bool:
         """Whether a dyad closes the four-bar next to the driver: its extremes are known."""
@@ -233,7 +235,7 @@ class DesignSpace:
         A parabola through three nodes is at most an eighth of their second difference beyond the
         middle one.
         """
-        for box in self.asked.boxes:
+        for box in self.asked.of(Box):
             for point in box.points:
                 place = self.poses.part(values, point) / self.size
                 if around is not None:
@@ -262,12 +264,12 @@ class DesignSpace:
     @property
     def turn_needed(self) -> bool:
         """Whether poses of a whole turn are part of the problem."""
-        more = not self.single_loop or bool(self.asked.boxes) or bool(self.watched_limits)
+        more = not self.single_loop or bool(self.asked.of(Box)) or bool(self.watched_limits)
         return self.asked.full_turn and more
 
     def limits(self, nlp: Nlp, d: Any, sigma: Any, kind: str) -> None:
         """Add what the task demands of the design as a whole."""
-        for ratio in self.asked.ratios:
+        for ratio in self.asked.of(RatioConstraint):
             first, second = (self.of_name(name, d) for name in ratio.of)
             gap = (first - ratio.max * second) / self.size
             nlp.constrain("ratio", gap, -np.inf, 0.0, self.size)

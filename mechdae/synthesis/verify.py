@@ -13,6 +13,7 @@ import numpy as np
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.table import Table
+from mechdae.describe.tasks.constraints import Box
 from mechdae.describe.tasks.kinds import Driver, Sweep, Synthesis, Task
 from mechdae.errors import MechdaeError
 from mechdae.kinematics.sweep import sweep
@@ -192,7 +193,7 @@ class Design:
 
     def _ranged(self, low: float, high: float) -> tuple[Result | None, list[str]]:
         asked = self.space.asked
-        points = tuple({point: None for box in asked.boxes for point in box.points})
+        points = tuple({point: None for box in asked.of(Box) for point in box.points})
         task = Sweep(
             driven(self.driver, low, high), poses=None if low == high else POSES,
             outputs=tuple(points) or None, derivatives=2, measures=("transmission",),

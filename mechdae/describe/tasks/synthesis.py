@@ -11,12 +11,9 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.constraints import (
     Bounds,
-    Box,
     Choices,
     Constraint,
     FullTurn,
-    LimitConstraint,
-    RatioConstraint,
     Region,
     TransmissionAngle,
 )
@@ -52,34 +49,15 @@ class Demand:
     @property
     def full_turn(self) -> bool:
         """Whether the driver turns fully."""
-        return bool(self._of(FullTurn))
+        return bool(self.of(FullTurn))
 
     @property
     def margin(self) -> float:
         """Margin of the inequalities of the full turn [m]."""
-        return float([FullTurn(), *self._of(FullTurn)][-1].margin)
+        return float([FullTurn(), *self.of(FullTurn)][-1].margin)
 
-    @property
-    def transmission(self) -> tuple[TransmissionAngle, ...]:
-        """The least transmission angles."""
-        return self._of(TransmissionAngle)
-
-    @property
-    def boxes(self) -> tuple[Box, ...]:
-        """The boxes that points stay in."""
-        return self._of(Box)
-
-    @property
-    def ratios(self) -> tuple[RatioConstraint, ...]:
-        """The ratios of parameters."""
-        return self._of(RatioConstraint)
-
-    @property
-    def limits(self) -> tuple[LimitConstraint, ...]:
-        """The limits of quantities of other tasks."""
-        return self._of(LimitConstraint)
-
-    def _of(self, kind: type[C]) -> tuple[C, ...]:
+    def of(self, kind: type[C]) -> tuple[C, ...]:
+        """Return the constraints of a kind."""
         return tuple(entry for entry in self.constraints if isinstance(entry, kind))
 
 

@@ -22,12 +22,12 @@ CORNERS = 8
 """Corners of the polygon that stands for a cam where its number is placed."""
 
 
-def curve_points(scene: DrawnScene, joint: Curve, pose: int, count: int = PLACES) -> Array:
+def curve_points(scene: DrawnScene, joint: Curve, pose: int) -> Array:
     """Return points of a curve [m] in one pose, both ends among them."""
     first, last = span(joint, scene.numbers)
     origin = scene.place(joint.first, pose)
     along = scene.direction(joint.first_body, 0.0, pose)
-    local = [place(joint, scene.numbers, float(s)) for s in np.linspace(first, last, count + 1)]
+    local = [place(joint, scene.numbers, float(s)) for s in np.linspace(first, last, PLACES + 1)]
     points: Array = origin + np.array(local) @ np.array([along, normal(along)])
     return points
 

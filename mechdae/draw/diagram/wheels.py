@@ -31,14 +31,6 @@ def pitch_radii(distance: float, ratio: float) -> tuple[float, float] | None:
     return first, first * abs(ratio)
 
 
-def pitch_point(first: Array, second: Array, radii: tuple[float, float], ratio: float) -> Array:
-    """Return where the pitch circles touch."""
-    toward = unit(second - first)
-    inside = ratio > 0 and radii[1] > radii[0]
-    touch: Array = first - radii[0] * toward if inside else first + radii[0] * toward
-    return touch
-
-
 def belt_radii(distance: float, ratio: float) -> tuple[float, float]:
     """Return radii of pulleys that have the given ratio and do not touch."""
     first = BELT_SHARE * distance / max(1.0, abs(ratio))

@@ -223,13 +223,6 @@ def cuts(starts: Array, ends: Array, segments: Array) -> Array:
     return count
 
 
-def overlap(low: Array, high: Array, other_low: Array, other_high: Array) -> Array:
-    """Return the common area of each box with each other box, (boxes, others)."""
-    shared = np.minimum(high[:, None], other_high) - np.maximum(low[:, None], other_low)
-    result: Array = np.clip(shared, 0.0, None).prod(axis=-1)
-    return result
-
-
 def _support(width: float, height: float, out: Array) -> float:
     """Return how far the middle of a box is from a tangent that has the normal `out`."""
     return float(abs(out[0]) * width + abs(out[1]) * height) / 2

@@ -91,18 +91,17 @@ def smallest(ax: Axes, low: Array, high: Array) -> float:
     return float(spans.max()) * MILLIMETRE / sheet.k
 
 
-def draw_arrow(sheet: Sheet, arrow: Arrow, dash: bool | None = None) -> None:
+def draw_arrow(sheet: Sheet, arrow: Arrow) -> None:
     """Draw an arrow from place to place; its line ends at the tip of the head."""
     start, end = sheet.at(arrow.start), sheet.at(arrow.end)
     length = float(np.hypot(*(end - start)))
     color = COLORS[arrow.kind]
     thin = arrow.kind not in ("total", "reaction", "load", "drive")
-    dashed = arrow.kind == "inner" if dash is None else dash
     sheet.line(
         [start, end],
         color=color,
         width=style.LINE if thin else WIDTH,
-        dash=style.DASHED if dashed else None,
+        dash=style.DASHED if arrow.kind == "inner" else None,
         gid=arrow.gid,
     )
     along = unit(end - start)

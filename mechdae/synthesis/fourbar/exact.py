@@ -236,7 +236,6 @@ def exact_path(
     *,
     starts: int = STARTS,
     seed: int = 0,
-    iterations: int = 300,
     enough: int | None = None,
 ) -> Exact:
     """Return the four-bars whose coupler point goes exactly through all points.
@@ -250,7 +249,7 @@ def exact_path(
         ``other_y`` (of the rocker) or ``ground`` and ``turn`` (of the line between them),
         ``crank``, ``coupler``, ``rocker``, ``along``, ``across`` (the coupler point from the
         crank pin).
-    starts, seed, iterations, enough
+    starts, seed, enough
         Of the search, see `levenberg.solve_all`.
     """
     points = np.asarray(targets, float)
@@ -261,9 +260,8 @@ def exact_path(
     size = float(np.sqrt(np.mean(np.abs(P - middle) ** 2)))
     rows = PathRows((P - middle) / size, _scaled(given, middle, size))
     search = solve_all(
-        rows, rows.draw, starts, key=rows.key, usable=rows.usable, seed=seed,
-        iterations=iterations, enough=enough,
-    )  # fmt: skip
+        rows, rows.draw, starts, key=rows.key, usable=rows.usable, seed=seed, enough=enough
+    )
     designs = []
     for d, t in zip(rows.whole(search.x), search.t, strict=True):
         pivot, other = (complex(*d[i : i + 2]) * size + middle for i in (0, 2))

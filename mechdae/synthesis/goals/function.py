@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinates import coordinate
+from mechdae.describe.tasks.constraints import TransmissionAngle
 from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.model.model import Model
 from mechdae.synthesis.fourbar.freudenstein import function_starts
@@ -128,7 +129,9 @@ class Function(Goal):
         low, high = limits[1:, 0].min(), limits[1:, 1].max()
         if not 0 < low < high:
             return None
-        least = max((float(np.sin(t.min)) for t in space.asked.transmission), default=LEAST)
+        least = max(
+            (float(np.sin(t.min)) for t in space.asked.of(TransmissionAngle)), default=LEAST
+        )
         found = function_starts(
             self.inputs, self.outputs, keep=count, seed=generator, lengths=(low, high),
             least=max(least, 1e-3),
