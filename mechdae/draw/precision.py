@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mechdae.draw import style
+from mechdae.draw.speed import BESIDE, KEY, SMALLEST, empty, written
 
 WAYS = {
     "mechdae": ("o", "#0072b2"),
@@ -24,7 +23,6 @@ WAYS = {
     "IDAS, index 1": (">", "#8a4f7d"),
 }
 """Mark and colour of each method; those of one library share the colour."""
-SMALLEST = 1e-17
 WIDE = 30.0
 """Times that span so much are marked at powers of ten, others at 2 and 5 times these too."""
 
@@ -35,9 +33,7 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     One line for each method, one mark for each tolerance, which stands beside those of the
     package. Lower and further left is better.
     """
-    figure = Figure(figsize=(7.0, 4.2), dpi=style.DPI, facecolor=style.PAPER)
-    FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.1, 0.13, 0.66, 0.76))
+    axes = empty(4.2, 0.13, 0.66)
     handles = []
     for method, (mark, colour) in WAYS.items():
         own = [r for r in records if r["method"] == method]
@@ -57,31 +53,17 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
         handles.append(Line2D([], [], label=method, **look))
         if first:
             for record, error in zip(own, errors, strict=True):
-                axes.annotate(
-                    f"{record['tolerance']:.0e}".replace("e-0", "e-"),
-                    (error, record["ratio"]),
-                    (0, -8),
-                    textcoords="offset points",
-                    ha="center",
-                    va="top",
-                    fontsize=7,
-                    color=style.FAINT,
-                )
+                text = f"{record['tolerance']:.0e}".replace("e-0", "e-")
+                place, beside = (error, record["ratio"]), {**BESIDE, "ha": "center", "va": "top"}
+                axes.annotate(text, place, (0, -8), **beside)
     axes.margins(y=0.12)
     low, high = axes.get_ylim()
     steps = (1.0,) if high > WIDE * low else (1.0, 2.0, 5.0)
     axes.yaxis.set_major_locator(LogLocator(subs=steps))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel("error at the end [natural sizes: rad, lengths of the mechanism]")
-    axes.set_ylabel("time / closed-form four-bar in NumPy, 10 000 poses")
-    axes.grid(True, which="major", color=style.GHOST, linewidth=0.5)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    title = f"Work against precision, {records[0]['work']}"
-    axes.set_title(title, loc="left", color=style.INK, fontsize=11, pad=12)
-    axes.legend(
-        handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=8,
-        borderaxespad=0, alignment="left",
-    )  # fmt: skip
+    across = "error at the end [natural sizes: rad, lengths of the mechanism]"
+    up = "time / closed-form four-bar in NumPy, 10 000 poses"
+    written(axes, f"Work against precision, {records[0]['work']}", across, up)
+    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.02, 1.0), **KEY)
     return axes

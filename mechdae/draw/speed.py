@@ -15,6 +15,26 @@ from mechdae.draw import style
 MARKS = {"certified": "o", "interpolated": "s", "rootfinder": "^"}
 COLOURS = ("#0072b2", "#d55e00", "#007a5a", "#8a4f7d", "#56b4e9", "#5f6b76")
 SMALLEST = 1e-17
+BESIDE: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "color": style.FAINT}
+"""Look of numbers beside marks."""
+KEY: dict[str, Any] = {"frameon": False, "fontsize": 8, "borderaxespad": 0, "alignment": "left"}
+
+
+def empty(height: float, low: float, width: float) -> Axes:
+    """Return axes of a new figure with room for a key on the right."""
+    figure = Figure(figsize=(7.0, height), dpi=style.DPI, facecolor=style.PAPER)
+    FigureCanvasAgg(figure)
+    return figure.add_axes((0.1, low, width, 0.76))
+
+
+def written(axes: Axes, title: str, across: str, up: str) -> None:
+    """Write title and labels, draw the grid."""
+    axes.set_xlabel(across)
+    axes.set_ylabel(up)
+    axes.grid(True, which="major", color=style.GHOST, linewidth=0.5)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.set_title(title, loc="left", color=style.INK, fontsize=11, pad=12)
 
 
 def draw(records: Sequence[dict[str, Any]]) -> Axes:
@@ -28,9 +48,7 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     marked = {
         method: MARKS[method] for method in MARKS if any(r["method"] == method for r in records)
     }
-    figure = Figure(figsize=(7.0, 4.6), dpi=style.DPI, facecolor=style.PAPER)
-    FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.1, 0.12, 0.64, 0.76))
+    axes = empty(4.6, 0.12, 0.64)
     works = list(dict.fromkeys(record["work"] for record in records))
     for colour, work in zip(COLOURS, works, strict=False):
         for method, mark in marked.items():
@@ -54,30 +72,17 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
             )
             if certified and work == works[0]:
                 for record in chosen:
-                    axes.annotate(
-                        f"{record['n']:,}",
-                        (max(record["error"], SMALLEST), record["ratio"]),
-                        (-7, 0),
-                        textcoords="offset points",
-                        ha="right",
-                        va="center",
-                        fontsize=7,
-                        color=style.FAINT,
-                    )
+                    place = (max(record["error"], SMALLEST), record["ratio"])
+                    look = {**BESIDE, "ha": "right", "va": "center"}
+                    axes.annotate(f"{record['n']:,}", place, (-7, 0), **look)
     axes.set_xlim(2e-18, None)
     axes.axvline(2.0**-52, color=style.FAINT, linewidth=style.THIN, linestyle=(0, (4, 2.5)))
     axes.axhline(1.0, color=style.FAINT, linewidth=style.THIN, linestyle=(0, (4, 2.5)))
-    axes.set_xlabel("largest error of an unknown [rad, lengths of the mechanism]")
-    axes.set_ylabel("time / closed-form four-bar in NumPy")
-    axes.grid(True, which="major", color=style.GHOST, linewidth=0.5)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    axes.set_title(
-        f"Speed against error, {n} poses", loc="left", color=style.INK, fontsize=11, pad=12
-    )
-    shared = {"frameon": False, "fontsize": 8, "borderaxespad": 0, "alignment": "left"}
+    across = "largest error of an unknown [rad, lengths of the mechanism]"
+    up = "time / closed-form four-bar in NumPy"
+    written(axes, f"Speed against error, {n} poses", across, up)
     lines = [Line2D([], [], color=c, label=work) for c, work in zip(COLOURS, works, strict=False)]
-    first = axes.legend(handles=lines, loc="upper left", bbox_to_anchor=(1.03, 1.0), **shared)
+    first = axes.legend(handles=lines, loc="upper left", bbox_to_anchor=(1.03, 1.0), **KEY)
     axes.add_artist(first)
     marks = [
         Line2D([], [], color=style.INK, marker=mark, linestyle="", label=WORDS[method])
@@ -85,7 +90,7 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
     ]
     for handle in marks[1:]:
         handle.set_markerfacecolor(style.PAPER)
-    axes.legend(handles=marks, loc="upper left", bbox_to_anchor=(1.03, 0.72), **shared)
+    axes.legend(handles=marks, loc="upper left", bbox_to_anchor=(1.03, 0.72), **KEY)
     return axes
 
 

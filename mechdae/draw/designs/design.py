@@ -11,7 +11,7 @@ from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, 
 from mechdae.draw import style
 from mechdae.draw.designs import line, output
 from mechdae.draw.designs.drawn_design import TURN, DrawnDesign, chosen, design_of
-from mechdae.draw.designs.parts import above_and_below
+from mechdae.draw.designs.parts import above_and_below, draw_facts
 from mechdae.draw.designs.paths import draw_paths
 from mechdae.draw.designs.targets import (
     Targets,
@@ -21,7 +21,7 @@ from mechdae.draw.designs.targets import (
     draw_targets,
     enlarged,
 )
-from mechdae.draw.diagram.diagram import View, draw_pose, extent
+from mechdae.draw.diagram.diagram import extent
 from mechdae.draw.diagram.scene import Array, DrawnScene, read_scene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Panels
@@ -125,14 +125,8 @@ def _visits(design: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, wo
         worst = int(np.argmax(errors))
         length = words.amount(float(errors[worst]), "m")
         facts.insert(2, words("largest at a target", length, worst + 1))
-    view = View(
-        labels=labels,
-        loads=False,
-        bounds=(low, high, size),
-        subtitle="  ·  ".join(facts),
-        overlay=overlay,
-    )
-    draw_pose(axes, scene, design.motion, 0, view, style.LIGHT, words)
+    draw_facts(axes, scene, design, words, facts, labels=labels, bounds=(low, high, size),
+               overlay=overlay)  # fmt: skip
     return axes
 
 
@@ -151,8 +145,7 @@ def _swinging(design: DrawnDesign, axes: Axes, labels: bool, words: Words) -> No
     turning = [goal.coordinate for goal in rockers if goal.coordinate.endswith(".angle")]
     end = _end_of(design, scene, turning[0].rpartition(".")[0] if turning else None)
     if end is None:
-        view = View(labels=labels, loads=False, subtitle="  ·  ".join(facts))
-        draw_pose(axes, scene, design.motion, 0, view, style.LIGHT, words)
+        draw_facts(axes, scene, design, words, facts, labels=labels)
         return
     body, reference, series, turns = end
     low, high = int(np.argmin(series)), int(np.argmax(series))
@@ -175,14 +168,8 @@ def _swinging(design: DrawnDesign, axes: Axes, labels: bool, words: Words) -> No
                 draw_swing(sheet, pivot, ends, (angles[0], angles[0] + swing), text)
         return ""
 
-    view = View(
-        ghosts=(low, high),
-        labels=labels,
-        loads=False,
-        subtitle="  ·  ".join(facts),
-        overlay=overlay,
-    )
-    draw_pose(axes, scene, design.motion, (low + high) // 2, view, style.LIGHT, words)
+    draw_facts(axes, scene, design, words, facts, (low + high) // 2, labels=labels,
+               ghosts=(low, high), overlay=overlay)  # fmt: skip
 
 
 def _end_of(

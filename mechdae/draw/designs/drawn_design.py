@@ -29,11 +29,6 @@ from mechdae.results import UNITS, Result
 TURN = 2 * np.pi
 
 
-def title_of(result: Any) -> str:
-    """Return the title above a picture."""
-    return str(result.title or result.problem)
-
-
 def runs_of(result: Any) -> list[Mapping[str, Any]]:
     """Return what is known about each start.
 

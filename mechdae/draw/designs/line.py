@@ -9,9 +9,9 @@ from mechdae.describe.tasks.goals import StraightLine
 from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import DrawnDesign
 from mechdae.draw.designs.output import scale_of_errors, unit_text, worst_text
-from mechdae.draw.designs.parts import above_and_below
+from mechdae.draw.designs.parts import above_and_below, draw_facts
 from mechdae.draw.designs.targets import draw_path
-from mechdae.draw.diagram.diagram import View, draw_pose, extent
+from mechdae.draw.diagram.diagram import extent
 from mechdae.draw.diagram.scene import Array, read_scene
 from mechdae.draw.graphs.frame import Panels
 from mechdae.draw.graphs.scale import scale_of
@@ -56,14 +56,8 @@ def draw(
     facts = [design.name(words), *design.facts(words)]
     facts.insert(2, words("largest error", worst_text("m", errors, words)))
     low, high, size = extent(scene, 0, True, 0)
-    view = View(
-        labels=labels,
-        loads=False,
-        bounds=(low, high, size),
-        subtitle="  ·  ".join(facts),
-        overlay=overlay,
-    )
-    draw_pose(upper, scene, design.motion, 0, view, style.LIGHT, words)
+    draw_facts(upper, scene, design, words, facts, labels=labels, bounds=(low, high, size),
+               overlay=overlay)  # fmt: skip
     frame = Panels(lower, 1, "", "")
     panel, k = frame.panels[0], frame.k
     across = scale_of("m", [along])

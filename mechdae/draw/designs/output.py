@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.draw import style
-from mechdae.draw.designs.drawn_design import TURN, DrawnDesign, title_of
+from mechdae.draw.designs.drawn_design import TURN, DrawnDesign
 from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, scale_of
@@ -46,7 +46,9 @@ def draw(design: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Wor
     else:
         asked = {"color": style.ARROW, "linewidth": 1.4, "linestyle": style.DASHES[3]}
     key = [Entry(words("of the design"), line=solid), Entry(words("wanted"), line=asked)]
-    frame = Panels(ax, 2, title_of(design.result), "  ·  ".join(facts), key)
+    frame = Panels(
+        ax, 2, str(design.result.title or design.result.problem), "  ·  ".join(facts), key
+    )
     k = frame.k
     upper, lower = frame.panels
     upper.plot(across(x), up(y), color=style.SERIES[0], linewidth=1.6 * k, gid="output")

@@ -9,8 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mechdae.draw import style
+from mechdae.draw.designs.drawn_design import DrawnDesign
+from mechdae.draw.diagram.diagram import View, draw_pose
+from mechdae.draw.diagram.scene import DrawnScene
 from mechdae.draw.figure import new_axes
 from mechdae.draw.graphs.frame import Entry, Panels
+from mechdae.draw.words import Words
 
 SIDE, RIGHT = 52.0, 14.0
 """Room beside the graph in a new figure [pt]."""
@@ -32,6 +36,20 @@ def headed(
     """
     title = str(result.title or result.problem)
     return Panels(ax, 1, title, SEPARATOR.join(facts), key, height=height)
+
+
+def draw_facts(
+    axes: Axes,
+    scene: DrawnScene,
+    design: DrawnDesign,
+    words: Words,
+    facts: Sequence[str],
+    pose: int = 0,
+    **options: Any,
+) -> None:
+    """Draw the diagram of a design with facts below its title; `options` are those of a `View`."""
+    view = View(loads=False, subtitle=SEPARATOR.join(facts), **options)
+    draw_pose(axes, scene, design.motion, pose, view, style.LIGHT, words)
 
 
 def color_of(index: int) -> str:
