@@ -24,12 +24,9 @@ from mechdae.describe.mechanism import Body, Ground, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions
 from mechdae.forces.checks import checks
-from mechdae.forces.inverse_dynamics import Statics
-from mechdae.forces.pose_forces import Answer, solved
-from mechdae.forces.poses import Moving, requests
-from mechdae.forces.task import loaded_bodies
+from mechdae.forces.pose_forces import PoseForces, solved
+from mechdae.forces.poses import Moving, loaded_run
 from mechdae.kernels.run.high_precision import LONG
-from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.sweep import run
 from mechdae.tasks.solve import solve
 
@@ -79,21 +76,18 @@ class Stage:
         task = own.tasks["forces"]
         assert isinstance(task, Reactions)
         self.task = task
-        self.setting = prepare(own, task, loaded_bodies, requests)
-        followed = run(self.setting, task)
-        self.moving = Moving(self.setting, followed)
-        scene, motion = self.setting.scene, self.moving.poses()
-        self.statics = Statics(scene, followed.evaluator, task, motion)
-        self.status = np.where(followed.poses.alive.all(axis=1), "ok", "unassembled")
+        loaded = loaded_run(own, task)
+        self.setting, self.moving, self.statics = loaded.setting, loaded.moving, loaded.statics
 
-    def forces(self) -> Answer:
+    def forces(self, moving: Moving | None = None) -> PoseForces:
         """Return the forces at the poses of the run."""
-        return solved(self.statics, self.moving.poses(), self.status)
+        motion = (moving or self.moving).poses()
+        return solved(self.statics, motion, motion.there)
 
-    def whole(self) -> Answer:
+    def whole(self) -> PoseForces:
         """Return them after following the motion again, and check them."""
         moving = Moving(self.setting, run(self.setting, self.task))
-        answer = solved(self.statics, moving.poses(), self.status)
+        answer = self.forces(moving)
         checks(self.statics, moving, answer)
         return answer
 
@@ -127,7 +121,7 @@ def measure(
                 ways |= _others(crank, friction == "coupled", notes)
             for method, way in ways.items():
                 result = way()
-                if isinstance(result, Answer):
+                if isinstance(result, PoseForces):
                     result = table_of(result)
                 count = repeats if n != compared or method in ("forces", "whole task") else 3
                 ours, theirs = interleaved(way, partial(yardstick, crank), count)
@@ -149,7 +143,7 @@ def exact(crank: Any, friction: bool) -> Any:
     return absolute.newton(absolute.equations(moving, friction), absolute.elimination)
 
 
-def table_of(answer: Answer) -> Any:
+def table_of(answer: PoseForces) -> Any:
     """Return pin forces and torque (n, 9) of an answer."""
     forces = answer.whole.reactions[:, :, :2].reshape(len(answer.motion), 8)
     return np.hstack([forces, answer.whole.efforts])

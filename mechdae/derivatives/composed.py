@@ -50,10 +50,17 @@ class Composed:
         Whether the parameters may be apart from those the guess belongs to: more Newton steps
         then, signs of sliding speeds and friction solved anew, and a last output `miss` that
         tells how far a step still moved. Inputs have the parameters' own values (`origin`) last.
-
     smooth
         Take the guess as the solved pose, and signs of sliding speeds as smooth functions of
         them over this share of the drivers' speed: for optimisation. Friction is solved anew.
+    solved
+        Take the guess as the solved pose, which depends on the parameters: `first` is exact then,
+        and nothing else.
+    numbers
+        Whether p is an input after the free parameters; else they are those of the model.
+    dependent
+        Whether the drivers' values and rates depend on the parameters, to second order. Two more
+        inputs then: first and second derivatives of values, speeds, accelerations.
 
     Attributes
     ----------
@@ -69,30 +76,37 @@ class Composed:
         statics: Statics | None = None,
         apart: bool = False,
         smooth: float | None = None,
+        solved: bool = False,
+        numbers: bool = False,
+        dependent: bool = False,
     ) -> None:
         self.setting, self.paths, self.names, self.statics = setting, list(paths), names, statics
-        self.apart, self.smooth, self.miss = apart, smooth, SX(0)
+        self.apart, self.smooth, self.solved, self.miss = apart, smooth, solved, SX(0)
         g = self.graphs = setting.graphs
         self.guess, self.u = SX.sym("guess", g.nx), SX.sym("u", g.nu)
         self.du, self.ddu = SX.sym("du", g.nu), SX.sym("ddu", g.nu)
         self.free = SX.sym("free", len(names))
         self.time = SX.sym("t")
-        self.p = parameters_of(setting.scene.model, names, self.free)
+        model = setting.scene.model
+        given = [SX.sym("p", model.p.numel())] if numbers else []
+        self.p = parameters_of(model, names, self.free, *given)
         count = len(statics.balance.feedbacks) if statics else 0
         self.pieces = SX.sym("pieces", statics.balance.pieces.numel() if statics else 0)
         self.signs = SX.sym("signs", statics.balance.signs.numel() if statics else 0)
         self.sizes = SX.sym("m", count)
         self.inputs = [
             self.guess, self.u, self.du, self.ddu, self.time, self.pieces, self.signs,
-            self.sizes, self.free,
+            self.sizes, self.free, *given,
         ]  # fmt: skip
+        self._origin: Any = None
+        if dependent:
+            self._follow_drivers()
         parts = [self._output(path) for path in self.paths]
         self.spans, start = [], 0
         for part in parts:
             self.spans.append(slice(start, start + part.numel()))
             start += part.numel()
         self.expression = ca.densify(ca.vertcat(*parts)) if parts else SX(0, 1)
-        self._origin: Any = None
 
     # -- kinematics ------------------------------------------------------------------------
 
@@ -102,7 +116,7 @@ class Composed:
         g = self.graphs
         eta: list[Any] = []
         x, trig = g.x, None
-        for _ in range(0 if self.smooth else FAR if self.apart else STEPS):
+        for _ in range(0 if self.smooth or self.solved else FAR if self.apart else STEPS):
             x, eta, trig = g.newton(x, g.u)
         parts = g.rates(x, g.u, g.driven, g.derivatives, trig)
         found = [*g.output_rates(x, (ca.sin(x), ca.cos(x)), parts), sum(eta, SX(0))]
@@ -135,7 +149,7 @@ class Composed:
             signs = self._smoothed(speeds) if self.smooth else ca.sign(speeds)
         inputs = [*self.coordinates, self.time, self.pieces, signs, self.p, SX(1)]
         free = balance.report(friction=False).call([*inputs, balance.solve.call(inputs)[0]])
-        if self.statics.task.friction != "coupled" or not self.statics.frictional:
+        if not self.statics.coupled:
             return free, free
         if self.smooth:
             law = balance.solve.call(inputs)[0]
@@ -146,7 +160,7 @@ class Composed:
             for miss in ca.vertsplit(misses):
                 self.miss = ca.fmax(self.miss, miss)
             return balance.report().call([*inputs, sizes]), free
-        sizes = balance.refined(STEPS).call([*inputs, self.sizes])[0]
+        sizes = balance.refined(1 if self.solved else STEPS).call([*inputs, self.sizes])[0]
         return balance.report().call([*inputs, sizes]), free
 
     def _smoothed(self, speeds: Any) -> Any:
@@ -190,7 +204,8 @@ class Composed:
         if quantity.startswith("reaction"):
             return results[0][3 * k : 3 * k + 3]
         if quantity.startswith("loss"):
-            return results[2][k]
+            lossy = balance.lossy
+            return results[2][lossy.index(name)] if name in lossy else SX(0)
         if name not in balance.guides:
             raise UnknownName("guide", name, balance.guides)
         return results[3][balance.guides.index(name)]
@@ -204,25 +219,17 @@ class Composed:
 
     # -- drivers ---------------------------------------------------------------------------
 
-    def follow_drivers(self, dependent: bool) -> None:
-        """Let the drivers' values and rates depend on the parameters, to second order.
-
-        Two more inputs then: first and second derivatives of values, speeds, accelerations.
-        """
-        if not dependent:
-            return
+    def _follow_drivers(self) -> None:
+        """Let the drivers' values and rates depend on the parameters."""
         k, nu = self.free.numel(), self.u.numel()
         slopes, bends = SX.sym("slopes", 3 * nu * k), SX.sym("bends", 3 * nu * k * k)
-        origin = SX.sym("origin", k)
-        away = self.free - origin
+        self._origin = SX.sym("origin", k)
+        away = self.free - self._origin
         moved = ca.reshape(slopes, 3 * nu, k) @ away
         moved += ca.reshape(bends, 3 * nu, k * k) @ ca.vec(away @ away.T) / 2
-        old = ca.vertcat(self.u, self.du, self.ddu)
-        whole = ca.substitute(self.expression, old, old + moved)
         # `origin` is the value of the parameters itself: only derivatives see the difference
-        self._origin = origin
-        self.expression = whole
-        self.miss = ca.substitute(self.miss, old, old + moved)
+        whole = ca.vertcat(self.u, self.du, self.ddu) + moved
+        self.u, self.du, self.ddu = ca.vertsplit(whole, [0, nu, 2 * nu, 3 * nu])
         self.inputs = [*self.inputs, slopes, bends]
 
     def _at_origin(self, expression: Any) -> Any:
@@ -246,20 +253,39 @@ class Composed:
         stacked = ca.vertcat(self.expression, self.miss)
         return ca.Function("sampled", [*self.inputs, origin], [stacked], {"cse": True})
 
-    @cached_property
-    def first(self) -> Any:
-        """The same inputs -> derivatives by the free parameters, (outputs, names) by columns."""
-        jacobian = ca.densify(ca.jacobian(self.expression, self.free))
-        flat = self._at_origin(ca.vec(jacobian))
-        return ca.Function("first", self.inputs, [flat], {"cse": True})
+    def derivatives(self, order: int) -> Any:
+        """Return the function of the same inputs with derivatives by the free parameters.
 
-    @cached_property
-    def second(self) -> Any:
-        """The same inputs -> second derivatives, (outputs, names, names) by columns."""
-        jacobian = ca.densify(ca.jacobian(self.expression, self.free))
-        both = ca.densify(ca.jacobian(ca.vec(jacobian), self.free))
-        flat = self._at_origin(ca.vec(both))
-        return ca.Function("second", self.inputs, [flat], {"cse": True})
+        Outputs, first derivatives (outputs, names) and for order 2 second ones (outputs, names,
+        names), by columns.
+        """
+        y, free = self.expression, self.free
+        if self.solved:
+            seeds = ca.vertcat(self._slopes, SX.eye(free.numel()))
+            results = [y, ca.jtimes(y, ca.vertcat(self.guess, free), seeds)]
+        else:
+            results = [y, ca.jacobian(y, free)]
+        if order == 2:
+            results.append(ca.jacobian(ca.vec(ca.densify(results[1])), free))
+        flat = [self._at_origin(ca.vec(ca.densify(result))) for result in results]
+        return ca.Function("derivatives", self.inputs, flat, {"cse": True})
+
+    @property
+    def _slopes(self) -> Any:
+        """Derivatives of the solved unknowns by the free parameters (implicit function theorem)."""
+        g = self.graphs
+        slopes = SX.zeros(g.nx, self.free.numel())
+        old = ca.vertcat(g.x, g.u, g.p, g.scale)
+        new = ca.vertcat(self.guess, self.u, self.p, 1)
+        for b, graph in enumerate(g.blocks):
+            F, J, Fz = graph.value(g.x, g.u)
+            parts = [ca.densify(F), ca.densify(Fz), ca.densify(g.inverse_of(b, J)[0])]
+            F, Fz, inverse = ca.substitute(parts, [old], [new])
+            push = ca.jacobian(F, self.free)
+            if graph.uses:
+                push += Fz @ slopes[graph.uses, :]
+            slopes[graph.own, :] = -inverse @ push
+        return slopes
 
 
 def is_series(path: str) -> bool:

@@ -28,12 +28,10 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
 from mechdae.describe.values import names
 from mechdae.errors import InputError, MechdaeError, UnknownName
-from mechdae.forces.inverse_dynamics import Statics
-from mechdae.forces.poses import Moving, requests
-from mechdae.forces.task import loaded_bodies
+from mechdae.forces.poses import loaded_run
 from mechdae.forces.uniqueness import require_unique
 from mechdae.kinematics.prepared import first_pose, prepare
-from mechdae.kinematics.sweep import run
+from mechdae.results import whole_path
 from mechdae.setup.drivers import plan as planned
 from mechdae.setup.scales import Constants
 
@@ -214,28 +212,21 @@ class _Built:
     ) -> None:
         self.inputs, self.names, self.outputs = inputs, names, outputs
         mechanism = problem.mechanism
-        paths = [_whole_path(mechanism, path) for path in outputs]
+        paths = [whole_path(mechanism.outputs, path) for path in outputs]
         for path in paths:
             if not is_series(path):
                 raise UnknownName(
                     "path", path, ["points/...", "bodies/...", "joints/...", "efforts/..."]
                 )
-        forces = isinstance(base, Reactions)
-        start = _at_sketch(mechanism, base)
-        wanted = replace(start, derivatives=2)
-        loaded, more = (loaded_bodies, requests) if forces else (None, None)
-        self.setting = prepare(problem, wanted, loaded, more, free=names)
-        self.base = base
-        self.u, self.x = first_pose(self.setting, wanted)
-        self.statics = None
-        if isinstance(base, Reactions):
-            followed = run(self.setting, wanted)
-            motion = Moving(self.setting, followed).poses()
-            self.statics = Statics(
-                self.setting.scene, followed.evaluator, base, motion,
-                turned=base.direction == "load",
-            )  # fmt: skip
-            require_unique(self.statics, motion, paths)
+        start = replace(_at_sketch(mechanism, base), derivatives=2)
+        self.base, self.statics = base, None
+        if isinstance(start, Reactions):
+            loaded = loaded_run(problem, start, names)
+            self.setting, self.statics = loaded.setting, loaded.statics
+            require_unique(self.statics, loaded.motion, paths)
+        else:
+            self.setting = prepare(problem, start, free=names)
+        self.u, self.x = first_pose(self.setting, start)
         self.composed = Composed(self.setting, paths, names, self.statics)
         self.parameters = ca.Function("p", [self.composed.free], [self.composed.p])
 
@@ -282,7 +273,7 @@ class _Built:
         sizes, good = MX(0, 1), MX(1)
         if balance.feedbacks:
             law, whole, miss, _ = balance.solve(w, dw, ddw, MX(0), pieces, signs, p, MX(1))
-            coupled = self.statics.task.friction == "coupled" and self.statics.frictional
+            coupled = self.statics.coupled
             sizes = whole if coupled else law
             good = ca.mmax(miss) <= 1e-9 if coupled else MX(1)
         return pieces, signs, sizes, good
@@ -375,11 +366,6 @@ _MADE: dict[Hashable, tuple[Any, Any]] = {}
 """Functions with their callbacks, by what they compute. casadi graphs hold bare pointers to these,
 so they live as long as the process; the same function is made once."""
 _MAKING = threading.RLock()
-
-
-def _whole_path(mechanism: Mechanism, path: str) -> str:
-    name, _, rest = path.partition("/")
-    return f"outputs/{name}/{rest or 'value'}" if name in mechanism.outputs else path
 
 
 def _at_sketch(mechanism: Mechanism, base: Sweep) -> Sweep:

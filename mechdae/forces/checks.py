@@ -14,8 +14,8 @@ import numpy as np
 
 from mechdae.continuation.follower import extend
 from mechdae.continuation.path import Path
-from mechdae.forces.inverse_dynamics import Loaded, Statics
-from mechdae.forces.pose_forces import Answer
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving
 
 CHECKS = ("virtual_power", "energy", "balance")
@@ -31,43 +31,43 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
 LEGENDRE = np.polynomial.legendre.legvander(NODES, 9).T * WEIGHTS * (np.arange(10)[:, None] + 0.5)
 
 
-def checks(statics: Statics, moving: Moving, answer: Answer) -> dict[str, Any]:
+def checks(statics: Statics, moving: Moving, answer: PoseForces) -> dict[str, Any]:
     """Return the largest relative errors of the three checks.
 
     ``energy`` is None where there is no path to difference along. A number that is not finite
     where there should be forces makes a check not finite.
     """
-    coupled = answer.whole is not answer.free
-    rows = answer.there & ~answer.jammed
-    left = statics.imbalance(answer.inputs, answer.sizes, answer.whole, coupled)
-    power, energy = (
-        _power(statics, answer, rows, coupled), _energy(statics, moving, answer, coupled)
-    )  # fmt: skip
-    return dict(zip(CHECKS, (power, energy, _largest(left, rows)), strict=True))
+    left = statics.imbalance(answer.inputs, answer.sizes, answer.whole, answer.coupled)
+    balance = _largest(left, answer.standing)
+    found = (_power(statics, answer), _energy(statics, moving, answer), balance)
+    return dict(zip(CHECKS, found, strict=True))
 
 
 def _largest(values: Any, rows: Any) -> float:
     return float(np.max(np.abs(values), initial=0.0, where=rows))
 
 
-def _lost(loaded: Loaded, coupled: bool) -> Any:
-    return loaded.losses.sum(axis=1) if coupled else 0.0
+def _powers(statics: Statics, answer: PoseForces) -> tuple[Any, ...]:
+    """Return powers of drivers, loads and joints, rate of the kinetic energy, it itself, sizes."""
+    loads, rate, energy, sizes = statics.powers(*answer.inputs)[0].T
+    whole, motion = answer.whole, answer.motion
+    lost = -whole.losses.sum(axis=1) if answer.coupled else 0.0 * loads
+    single = np.einsum("nk,nk->n", np.abs(whole.efforts), np.abs(motion.speeds))
+    return whole.driven(motion), loads, lost, rate, energy, sizes + single - lost
 
 
-def _power(statics: Statics, answer: Answer, rows: Any, coupled: bool) -> float:
+def _power(statics: Statics, answer: PoseForces) -> float:
     """Return the error of drivers + loads - losses = rate of the kinetic energy."""
-    loads, rate, _, sizes = statics.powers(*answer.inputs)[0].T
-    lost, driven = _lost(answer.whole, coupled), answer.whole.driven(answer.motion)
-    single = np.einsum("nk,nk->n", np.abs(answer.whole.efforts), np.abs(answer.motion.speeds))
-    size = _largest(sizes + single + lost, rows)
-    return _largest(driven + loads - lost - rate, rows) / size if size else 0.0
+    driven, loads, lost, rate, _, sizes = _powers(statics, answer)
+    size = _largest(sizes, answer.standing)
+    return _largest(driven + loads + lost - rate, answer.standing) / size if size else 0.0
 
 
-def _energy(statics: Statics, moving: Moving, answer: Answer, coupled: bool) -> float | None:
+def _energy(statics: Statics, moving: Moving, answer: PoseForces) -> float | None:
     """Return the largest error of the energy over some panels, those of one width at once."""
     if not moving.speed:
         return None
-    rows = np.flatnonzero(answer.there & ~answer.jammed & ~answer.ambiguous)
+    rows = np.flatnonzero(answer.standing & ~answer.ambiguous)
     if not rows.size:
         return None
     condition = moving.run.poses.condition[rows]
@@ -79,11 +79,11 @@ def _energy(statics: Statics, moving: Moving, answer: Answer, coupled: bool) -> 
     places = np.asarray(moving.run.places, float)[chosen]
     errors: list[float] = []
     for centres, several in ((places, False), (places[:1], True)):
-        if several and (errors or not coupled):
+        if several and (errors or not answer.coupled):
             break
         for half, side in itertools.product(WIDTHS, (0.0, 1.0, -1.0)):
             middles = centres + 1.01 * side * half * unit
-            found, good = _panels(statics, moving, middles, half * unit, coupled, several)
+            found, good = _panels(statics, moving, middles, half * unit, several)
             errors += found[good].tolist()
             centres = centres[~good]
             if not centres.size:
@@ -92,7 +92,7 @@ def _energy(statics: Statics, moving: Moving, answer: Answer, coupled: bool) -> 
 
 
 def _panels(
-    statics: Statics, moving: Moving, middles: Any, half: float, coupled: bool, several: bool
+    statics: Statics, moving: Moving, middles: Any, half: float, several: bool
 ) -> tuple[Any, Any]:
     """Return the relative errors of the energy over panels, and which of them are good.
 
@@ -105,22 +105,14 @@ def _panels(
             extend(path, middle + half)
             extend(path, middle - half)
     share = np.concatenate([[-1.0], NODES, [1.0]])
-    motion = moving.at((middles[:, None] + half * share).ravel())
-    inputs = statics.inputs(motion)
-    signs = inputs[5].reshape(len(middles), len(share), -1)
-    whole = np.all(motion.there.reshape(-1, len(share)), axis=1)
+    motion, count = moving.at((middles[:, None] + half * share).ravel()), len(share)
+    forces = solved(statics, motion, motion.there & several, critical=False)
+    good = motion.there & (forces.good | [k in forces.found for k in range(len(motion))])
+    whole = np.all((good & (forces.counts == 1)).reshape(-1, count), axis=1)
+    signs = forces.inputs[5].reshape(len(middles), count, -1)
     whole &= (signs == signs[:, :1]).all(axis=(1, 2))
-    if coupled:
-        doubtful = np.repeat(whole, len(share)) & several
-        forces, found = statics.settled(inputs, doubtful, critical=False)
-        forces.good[[k for k, own in found.items() if len(own.sizes) == 1]] = True
-        whole &= forces.good.reshape(-1, len(share)).all(axis=1)
-        loaded = forces.whole
-    else:
-        loaded = statics.loaded(inputs, statics.sizes(inputs)[0], friction=False)
-    loads, _, energy, _ = statics.powers(*inputs)[0].T
-    values = np.stack([loaded.driven(motion), loads, _lost(loaded, coupled) + 0 * loads], axis=1)
-    values = values.reshape(len(middles), len(share), 3)
+    *powers, _, energy, _ = _powers(statics, forces)
+    values = np.stack(powers, axis=1).reshape(len(middles), count, 3)
     energy = energy.reshape(len(middles), -1)
     with np.errstate(invalid="ignore"):
         series = np.abs(LEGENDRE @ values[:, 1:-1])
@@ -129,5 +121,5 @@ def _panels(
     gross = half / moving.speed * np.einsum("k,mkp->m", WEIGHTS, np.abs(values[:, 1:-1]))
     gained = energy[:, -1] - energy[:, 0]
     size = np.abs(gross) + np.abs(gained) + 1e-3 * np.abs(energy).max(axis=1)
-    error = np.abs(means[:, 0] + means[:, 1] - means[:, 2] - gained)
+    error = np.abs(means.sum(axis=1) - gained)
     return np.divide(error, size, out=np.zeros(len(size)), where=size != 0), whole

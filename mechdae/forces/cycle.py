@@ -18,7 +18,7 @@ from mechdae.describe.tasks.kinds import Reactions
 from mechdae.errors import InputError
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.kinks import ROUNDING, State, kinks_of
-from mechdae.forces.pose_forces import Answer
+from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.numerics.quadrature import Substitution, integrate
 
@@ -38,7 +38,7 @@ GROWS = 30.0
 
 
 def cycle(
-    statics: Statics, moving: Moving, answer: Answer, task: Reactions
+    statics: Statics, moving: Moving, answer: PoseForces, task: Reactions
 ) -> tuple[dict[str, Any], list[str]]:
     """Return the figures of a cycle and sentences on what is wrong with it.
 
@@ -59,7 +59,7 @@ def cycle(
     if unbounded is not None:
         text = "the cycle has no mean powers: losses grow beyond all bounds at the change point "
         return {}, [f"{text}{word} = {shown(unit, unbounded)}"]
-    coupled = answer.whole is not answer.free
+    coupled = answer.coupled
     kinks, arcs, known = kinks_of(state, answer)
     figures: dict[str, Any] = {
         "jammed_arcs": arcs["jammed"], "self_locking_arcs": arcs["locking"], "kinks": kinks
@@ -84,7 +84,7 @@ def cycle(
 
     total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), gross))
     total[np.abs(total) <= ROUNDING * gross] = 0.0
-    off, count = (error + EPSILON * gross) / way, len(statics.balance.joints)
+    off, count = (error + EPSILON * gross) / way, len(statics.balance.lossy)
     figures |= _figures(statics, total / way, off, count, task, coupled, jammed)
     share = error / np.maximum(sizes(total), SMALL * gross) if gross else np.zeros(len(error))
     figures["quadrature_error"] = off = float(share.max(initial=0.0))
@@ -143,7 +143,7 @@ def _unbounded(state: State, low: float, high: float) -> float | None:
         if event["kind"] != "change_point" or place is None or not low < place < high:
             continue
         near = [place + side * share * (high - low) for share in STEPS for side in (1, -1)]
-        losses = state.at(np.array(near), coupled=False).forces.free.losses.sum(axis=1)
+        losses = state.at(np.array(near), coupled=False).free.losses.sum(axis=1)
         if (losses[2:] > GROWS * losses[:2]).any():
             return float(place)
     return None
@@ -162,9 +162,8 @@ def _figures(
     free, whole = mean[0], mean[1]
     lost_free, lost = mean[DRIVER : DRIVER + count], mean[DRIVER + count :]
     off_free, off = error[DRIVER : DRIVER + count], error[DRIVER + count :]
-    names = statics.balance.joints
-    lossy = {statics.balance.feedbacks[k].joint for k in statics.balance.active}
-    rows = [k for k, name in enumerate(names) if name in lossy]
+    names = statics.balance.lossy
+    rows = range(len(names))
     figures: dict[str, Any] = {}
     estimate = float(lost_free.sum())
     if abs(free) <= NO_POWER * estimate:

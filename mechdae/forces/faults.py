@@ -11,7 +11,7 @@ from mechdae.assembly.start import shown
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.meshes import slack_belts
-from mechdae.forces.pose_forces import Answer
+from mechdae.forces.pose_forces import PoseForces
 from mechdae.kinematics.prepared import Setting
 from mechdae.model.forces.inertia import massive
 
@@ -19,7 +19,7 @@ TOLERANCE = 1e-9
 """Share by which a check may fail before the result says so."""
 
 
-def lost_poses(setting: Setting, answer: Answer, status: Any, before: Any) -> list[str]:
+def lost_poses(setting: Setting, answer: PoseForces, status: Any, before: Any) -> list[str]:
     """Return a sentence on poses that assemble and have no finite forces."""
     places = np.flatnonzero((status == "singular") & (before == "ok"))
     if not places.size:
@@ -32,7 +32,7 @@ def lost_poses(setting: Setting, answer: Answer, status: Any, before: Any) -> li
     ]
 
 
-def verdicts(setting: Setting, answer: Answer) -> list[str]:
+def verdicts(setting: Setting, answer: PoseForces) -> list[str]:
     """Return what is wrong in sentences: jammed and ambiguous poses."""
     c = setting.plan.coordinates[setting.plan.lead]
     n, faults = len(answer.motion), []
@@ -59,7 +59,7 @@ def verdicts(setting: Setting, answer: Answer) -> list[str]:
     return faults
 
 
-def slack(statics: Statics, answer: Answer) -> list[str]:
+def slack(statics: Statics, answer: PoseForces) -> list[str]:
     """Return belts whose slack strand would have to push."""
 
     def moment(name: str) -> Any:
@@ -94,7 +94,7 @@ def assumptions_of(statics: Statics, task: Reactions) -> list[str]:
     if points:
         found.append(f"point masses (no inertia given): {', '.join(points)}")
     if task.friction != "none":
-        lossy = {balance.feedbacks[k].joint for k in balance.active}
+        lossy = balance.lossy
         smooth = [
             name for name in balance.joints if name not in lossy and mechanism.joints[name].rubs
         ]

@@ -13,7 +13,7 @@ import numpy as np
 from mechdae.continuation.evaluate import Evaluator
 from mechdae.describe.named import TIME
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.friction_solutions import Branches, FrictionSolutions
+from mechdae.forces.friction_solutions import Branches
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
 from mechdae.kernels.run.batch import Batch
@@ -113,7 +113,7 @@ class Loaded:
     reactions : (n, joints, 3) array
         Force and moment about the second body's point, on the second body [N, N m].
     efforts : (n, drivers) array
-    losses : (n, joints) array
+    losses : (n, lossy joints) array
         Power lost [W].
     normals : (n, guides) array
     """
@@ -132,21 +132,6 @@ class Loaded:
     def driven(self, motion: Motion) -> Any:
         """Return the power of the drivers (n,) [W]."""
         return np.einsum("nk,nk->n", self.efforts, motion.speeds)
-
-
-@dataclass
-class Forces:
-    """Sizes of friction and what acts, without friction and with it.
-
-    ``good`` (n,) tells which poses have proved to have this one solution, see `Branches` for
-    others: there `sizes` and `whole` are not solved.
-    """
-
-    quiet: Any
-    sizes: Any
-    good: Any
-    free: Loaded
-    whole: Loaded
 
 
 @dataclass(frozen=True)
@@ -178,40 +163,31 @@ class Statics:
         Which friction, and which end drives.
     motion
         Poses that tell real pairs of wheels from mere ratios of angles.
-    turned
-        Whether resistances push along the motion.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        evaluator: Evaluator,
-        task: Reactions,
-        motion: Motion,
-        turned: bool = False,
-    ) -> None:
+    def __init__(self, scene: Scene, evaluator: Evaluator, task: Reactions, motion: Motion) -> None:
         self.scene, self.evaluator, self.task = scene, evaluator, task
         model = scene.model
         self.p, self.length = model.p_values, model.mechanism.scale
         real = real_along(scene, lambda: absolute(scene, motion), self.length)
-        friction = task.friction != "none"
-        self._key = ("forces", real, task.friction_radius, friction, turned, timed_numbers(model))
+        friction, turned = task.friction != "none", task.direction == "load"
+        self.key = ("forces", real, task.friction_radius, friction, turned, timed_numbers(model))
 
         def make() -> Kernels:
             meshes = meshes_of(model, real)
             loads, laws = Loads(model, turned), Laws(model, meshes, task.friction_radius, friction)
             return Kernels(loads, laws, meshes, Balance(scene, loads, laws, meshes))
 
-        self._kernels: Kernels = scene.kept(self._key, make)
+        self._kernels: Kernels = scene.kept(self.key, make)
         self.loads, self.laws = self._kernels.loads, self._kernels.laws
         self.meshes, self.balance = self._kernels.meshes, self._kernels.balance
         self.assumptions = [*self.laws.assumptions, *about_meshes(self.meshes)]
         self.tables = [np.array(signal.load.points) for signal in self.loads.signals]
 
     @property
-    def frictional(self) -> bool:
-        """Whether any joint has friction."""
-        return bool(self.balance.active)
+    def coupled(self) -> bool:
+        """Whether any joint has friction that acts on the reactions it comes from."""
+        return self.task.friction == "coupled" and bool(self.balance.active)
 
     # -- functions -------------------------------------------------------------------------
 
@@ -420,7 +396,7 @@ class Statics:
     @property
     def _exactly(self) -> Any:
         """(unknowns, drivers, rates, consts) -> sliding speeds, after a Newton step."""
-        return self.evaluator.graphs.kept(self._key, self._made_exactly)
+        return self.evaluator.graphs.kept(self.key, self._made_exactly)
 
     def _made_exactly(self) -> Any:
         g = self.evaluator.graphs
@@ -493,36 +469,22 @@ class Statics:
                     rows.append(np.take_along_axis(own, most, axis=2)[:, :, 0])
             yield np.stack(rows, axis=1).reshape(-1, len(places), len(places))
 
-    def forces(self, inputs: Sequence[Any]) -> Forces:
-        """Return sizes and what acts at once: friction with the reactions it feeds."""
+    def forces(self, inputs: Sequence[Any]) -> tuple[Any, Any, Any, Loaded, Loaded]:
+        """Return sizes without friction and with it, where these have proved to be the only ones,
+        what acts without friction and with it: all at once.
+
+        Where they are not, see `Branches`: `sizes` and what acts with them are not solved.
+        """
         quiet, sizes, miss, contraction, *rest = self._quick(*inputs)
         with np.errstate(invalid="ignore"):
             good = np.all(contraction <= UNIQUE, axis=1)
             slow = np.flatnonzero(good & ~np.all(miss <= QUICKLY, axis=1))
-        found = Forces(quiet, sizes, good, _read(rest[:4]), _read(rest[4:]))
+        free, whole = _read(rest[:4]), _read(rest[4:])
         if slow.size:
             chosen = some(inputs, slow)
             sizes[slow], good[slow] = self.sizes(chosen)[1:]
-            found.whole.put(slow, self.loaded(chosen, sizes[slow]))
-        return found
-
-    def settled(
-        self, inputs: Sequence[Any], there: Any, critical: bool = True
-    ) -> tuple[Forces, dict[int, FrictionSolutions]]:
-        """Return the forces, and all solutions of friction at poses with none or several.
-
-        Only poses that are `there` (n,) are examined. Of several solutions the one that
-        continues from no friction is taken; poses without a solution are nan.
-        """
-        forces = self.forces(inputs)
-        found: dict[int, FrictionSolutions] = {}
-        rows = np.flatnonzero(there & ~forces.good)
-        for k in rows:
-            found[int(k)] = own = self.branches.at(some(inputs, slice(k, k + 1)), critical)
-            forces.sizes[k] = own.sizes[own.connected or 0] if len(own.sizes) else np.nan
-        if rows.size:
-            forces.whole.put(rows, self.loaded(some(inputs, rows), forces.sizes[rows]))
-        return forces, found
+            whole.put(slow, self.loaded(chosen, sizes[slow]))
+        return quiet, sizes, good, free, whole
 
     def rivals(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Any]:
         """Yield the forms (n, k) of each guide, slot and mesh, of which the largest one acts."""

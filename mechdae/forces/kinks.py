@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.forces.inverse_dynamics import Forces, Motion, Statics
-from mechdae.forces.pose_forces import Answer
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import Moving
 
 SAMPLES = 512
@@ -39,67 +39,35 @@ Guide = tuple[str, slice]
 "cell" that begins at one; and which they are."""
 
 
-@dataclass
-class Here:
-    """Forces at places of a path; ``counts`` (n,) are the numbers of solutions."""
-
-    motion: Motion
-    inputs: list[Any]
-    forces: Forces
-    counts: Any
-
-    @property
-    def there(self) -> Any:
-        """Where there are forces."""
-        return self.motion.there & (self.counts > 0)
-
-
 class State:
     """What decides which formula holds at a place of the path: signs, pieces, solutions."""
 
     def __init__(self, statics: Statics, moving: Moving) -> None:
         self.statics, self.moving = statics, moving
-        self.coupled = statics.task.friction == "coupled" and statics.frictional
 
-    def at(self, s: Any, coupled: bool = True) -> Here:
+    def at(self, s: Any, coupled: bool = True) -> PoseForces:
         """Return the forces at places; all solutions if friction is `coupled`."""
-        motion, statics = self.moving.at(s), self.statics
-        inputs, counts = statics.inputs(motion), np.ones(len(s), int)
-        if not self.coupled:
-            quiet = statics.sizes(inputs)[0]
-            free = statics.loaded(inputs, quiet, friction=False)
-            return Here(motion, inputs, Forces(quiet, quiet, counts > 0, free, free), counts)
-        forces, found = statics.settled(inputs, motion.there & coupled, critical=False)
-        for k, own in found.items():
-            counts[k] = len(own.sizes)
-        return Here(motion, inputs, forces, counts)
+        motion = self.moving.at(s)
+        return solved(self.statics, motion, motion.there & coupled, critical=False)
 
-    def of(self, answer: Answer) -> Here:
-        """Return the forces at the poses of the run, which are known."""
-        counts = np.ones(len(answer.motion), int)
-        for k, own in answer.found.items():
-            counts[k] = len(own.sizes)
-        forces = Forces(answer.quiet, answer.sizes, counts == 1, answer.free, answer.whole)
-        return Here(answer.motion, answer.inputs, forces, counts)
-
-    def powers(self, here: Here, coupled: bool) -> Any:
+    def powers(self, here: PoseForces, coupled: bool) -> Any:
         """Return powers: driver without friction, with it, losses of both."""
-        free = here.forces.free
-        whole = here.forces.whole if coupled else free
+        free = here.free
+        whole = here.whole if coupled else free
         driven = [own.driven(here.motion)[:, None] for own in (free, whole)]
         return np.hstack([*driven, free.losses, whole.losses])
 
     # -- what changes at kinks -------------------------------------------------------------
 
-    def marks(self, here: Here) -> tuple[Any, Any, list[Guide]]:
+    def marks(self, here: PoseForces) -> tuple[Any, Any, list[Guide]]:
         """Return whole numbers (n, k) that change where a formula does, and what guides to it.
 
         The first tell whether a pose is jammed, has several solutions, locks itself; the next
         whether it is there at all. Others have a guide among continuous numbers (n, m).
         """
         statics, signs = self.statics, np.nan_to_num(here.inputs[5])
-        jammed = here.counts == 0
-        flags = [jammed, here.counts > 1, self._locking(here), ~here.motion.there]
+        jammed = here.jammed
+        flags = [jammed, here.ambiguous, self._locking(here), ~here.motion.there]
         columns = [flag[:, None] for flag in flags]
         guides: list[Guide] = [("", slice(0))] * len(flags)
         values: list[Any] = []
@@ -114,7 +82,7 @@ class State:
             add("sign", sign, speed[:, None])
         for cell, at_and_start in statics.cells(here.motion):
             add("cell", cell, at_and_start)
-        for rivals in statics.rivals(here.inputs, here.forces.sizes) if self.coupled else ():
+        for rivals in statics.rivals(here.inputs, here.sizes) if statics.coupled else ():
             add("largest", np.where(jammed, 0, np.argmax(rivals, axis=1)), rivals)
         return (
             np.hstack(columns).astype(int),
@@ -122,21 +90,20 @@ class State:
             guides,
         )
 
-    def _locking(self, here: Here) -> Any:
+    def _locking(self, here: PoseForces) -> Any:
         """Return where loads push along the motion and friction holds it back nevertheless."""
-        if not self.coupled:
-            return np.zeros(len(here.counts), bool)
-        forces, motion = here.forces, here.motion
-        with np.errstate(invalid="ignore"):
-            least = ROUNDING * forces.whole.losses.sum(axis=1)
-            locking = (forces.free.driven(motion) < -least) & (forces.whole.driven(motion) >= 0)
-            locking &= here.counts > 0
-            if locking.any():
-                locking &= self.statics.powers(*here.inputs)[0][:, 0] > least
+        motion, locking = here.motion, np.zeros(len(here.counts), bool)
+        if here.coupled:
+            with np.errstate(invalid="ignore"):
+                least = ROUNDING * here.whole.losses.sum(axis=1)
+                locking = (here.free.driven(motion) < -least) & (here.whole.driven(motion) >= 0)
+                locking &= ~here.jammed
+                if locking.any():
+                    locking &= self.statics.powers(*here.inputs)[0][:, 0] > least
         return locking
 
 
-def on_grid(state: State, answer: Answer) -> tuple[Any, Any, Any, list[Guide], Any]:
+def on_grid(state: State, answer: PoseForces) -> tuple[Any, Any, Any, list[Guide], Any]:
     """Return places, their marks with guides, and powers without coupling and with it.
 
     The poses of the run are among the places where all of them are there.
@@ -150,7 +117,7 @@ def on_grid(state: State, answer: Answer) -> tuple[Any, Any, Any, list[Guide], A
         inner = (ends[:-1, None] + way).ravel()
     else:
         inner = np.linspace(ends.min(), ends.max(), max(SAMPLES + 1, 2 * len(ends)))
-    every = [state.at(inner), *([state.of(answer)] if known else [])]
+    every = [state.at(inner), *([answer] if known else [])]
     places = np.concatenate([inner, *([ends] if known else [])])
     order = np.argsort(places, kind="stable")
     seen = [state.marks(here) for here in every]
@@ -159,7 +126,7 @@ def on_grid(state: State, answer: Answer) -> tuple[Any, Any, Any, list[Guide], A
     return places[order], marks, values, seen[0][2], powers
 
 
-def kinks_of(state: State, answer: Answer) -> tuple[list[float], dict[str, Any], Any]:
+def kinks_of(state: State, answer: PoseForces) -> tuple[list[float], dict[str, Any], Any]:
     """Return the places where a formula changes, the arcs by flag, and powers on a grid."""
     grid, marks, values, guides, powers = on_grid(state, answer)
     k = np.flatnonzero((marks[1:] != marks[:-1]).any(axis=1))

@@ -16,7 +16,7 @@ from mechdae.assembly.start import shown
 from mechdae.continuation.legs import Legs
 from mechdae.forces.inverse_dynamics import Statics, absolute
 from mechdae.forces.kinks import SAMPLES, State
-from mechdae.forces.pose_forces import Answer
+from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.poses import Moving
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kernels.run.batch import Batch
@@ -161,7 +161,7 @@ def sentence(arc: Arc, unit: str, spoken: Callable[[float], str]) -> str:
 
 
 def along(
-    statics: Statics, moving: Moving, answer: Answer, unique: Uniqueness | None
+    statics: Statics, moving: Moving, answer: PoseForces, unique: Uniqueness | None
 ) -> tuple[list[dict[str, Any]], list[str]]:
     """Return the events and what is said of one-sided contacts of a task of reactions.
 
@@ -190,7 +190,7 @@ def along(
 
     def force(s: Any) -> Any:
         here = state.at(s)
-        return holding(here.motion, here.forces.whole.reactions, here.there)
+        return holding(here.motion, here.whole.reactions, here.standing)
 
     plan = moving.setting.plan
     lead = plan.coordinates[plan.lead]
@@ -200,7 +200,7 @@ def along(
         grid = np.union1d(places, np.linspace(places[0], places[-1], SAMPLES + 1))
         found = arcs(force, grid, contacts.names)
     else:
-        values = holding(answer.motion, answer.whole.reactions, answer.there & ~answer.jammed)
+        values = holding(answer.motion, answer.whole.reactions, answer.standing)
         found = at_poses(values, contacts.names, answer.motion.u[:, plan.lead])
     timed = single and not moving.by_value
 

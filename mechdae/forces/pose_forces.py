@@ -1,53 +1,97 @@
-"""Forces at the poses of a sweep; all solutions where friction may have none or several."""
+"""Forces at poses; all solutions where friction may have none or several."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from mechdae.forces.friction_solutions import FrictionSolutions
-from mechdae.forces.inverse_dynamics import Loaded, Motion, Statics
+from mechdae.forces.inverse_dynamics import Loaded, Motion, Statics, some
 
 
 @dataclass
-class Answer:
-    """Forces at the poses of a sweep.
+class PoseForces:
+    """Forces at poses.
 
-    ``there`` (n,) tells which poses have rates, ``jammed``, ``ambiguous`` which of them have
-    no solution or several; ``found`` has all solutions of those by pose. ``free`` is what acts
-    without friction, ``sizes`` and ``quiet`` the sizes with and without it.
+    Attributes
+    ----------
+    motion, inputs
+        The poses, as the functions of the balance take them.
+    there : (n,) array of bool
+        Which poses have forces, as far as one may know before they are solved.
+    quiet, sizes : (n, feedbacks) arrays
+        Sizes of friction without it and with it.
+    good : (n,) array of bool
+        Which poses have proved to have this one solution.
+    free, whole : Loaded
+        What acts without friction and with it; the same where friction is not coupled.
+    found : dict
+        All solutions of the other poses, by pose.
     """
 
     motion: Motion
     inputs: list[Any]
     there: Any
-    jammed: Any
-    ambiguous: Any
-    found: dict[int, FrictionSolutions]
-    sizes: Any
     quiet: Any
-    whole: Loaded
+    sizes: Any
+    good: Any
     free: Loaded
+    whole: Loaded
+    found: dict[int, FrictionSolutions]
+
+    @cached_property
+    def counts(self) -> Any:
+        """Numbers of solutions, (n,)."""
+        counts = np.ones(len(self.motion), int)
+        for k, own in self.found.items():
+            counts[k] = len(own.sizes)
+        return counts
+
+    @property
+    def jammed(self) -> Any:
+        """Where there is no solution."""
+        return self.counts == 0
+
+    @property
+    def ambiguous(self) -> Any:
+        """Where there are several."""
+        return self.counts > 1
+
+    @property
+    def standing(self) -> Any:
+        """Where there are forces."""
+        return self.there & ~self.jammed
+
+    @property
+    def coupled(self) -> bool:
+        """Whether friction acts on the reactions it comes from."""
+        return self.whole is not self.free
 
 
-def solved(statics: Statics, motion: Motion, status: Any) -> Answer:
-    """Return the forces at poses, all solutions where there may be none or several."""
-    n = len(motion)
-    there = ((status == "ok") | (status == "ambiguous")) & motion.there
+def solved(statics: Statics, motion: Motion, there: Any, critical: bool = True) -> PoseForces:
+    """Return the forces at poses, all solutions where there may be none or several.
+
+    Only poses that are `there` (n,) are examined for these. Of several solutions the one that
+    continues from no friction is taken; poses without a solution are nan. `critical` asks for the
+    factor on friction at which they end.
+    """
     inputs = statics.inputs(motion)
-    jammed, ambiguous = np.zeros(n, bool), np.zeros(n, bool)
-    if statics.task.friction != "coupled" or not statics.frictional:
+    if not statics.coupled:
         quiet = statics.sizes(inputs)[0]
         free = statics.loaded(inputs, quiet, friction=False)
-        free.put(np.flatnonzero(~there), np.nan)
-        return Answer(motion, inputs, there, jammed, ambiguous, {}, quiet, quiet, free, free)
-    forces, found = statics.settled(inputs, there)
-    for k, own in found.items():
-        jammed[k], ambiguous[k] = len(own.sizes) == 0, len(own.sizes) > 1
-    free, whole = forces.free, forces.whole
-    free.put(np.flatnonzero(~there), np.nan)
-    whole.put(np.flatnonzero(~there | jammed), np.nan)
-    sizes, quiet = forces.sizes, forces.quiet
-    return Answer(motion, inputs, there, jammed, ambiguous, found, sizes, quiet, whole, free)
+        good = np.ones(len(motion), bool)
+        return PoseForces(motion, inputs, there, quiet, quiet, good, free, free, {})
+    quiet, sizes, good, free, whole = statics.forces(inputs)
+    found: dict[int, FrictionSolutions] = {}
+    rows = np.flatnonzero(there & ~good)
+    for k in rows:
+        found[int(k)] = own = statics.branches.at(some(inputs, slice(k, k + 1)), critical)
+        sizes[k] = own.sizes[own.connected or 0] if len(own.sizes) else np.nan
+    if rows.size:
+        whole.put(rows, statics.loaded(some(inputs, rows), sizes[rows]))
+    result = PoseForces(motion, inputs, there, quiet, sizes, good, free, whole, found)
+    whole.put(np.flatnonzero(result.jammed), np.nan)
+    return result

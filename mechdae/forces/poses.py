@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mechdae.continuation.evaluate import Poses, in_time
-from mechdae.forces.inverse_dynamics import Motion
-from mechdae.kinematics.prepared import Run, Setting
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Reactions
+from mechdae.forces.inverse_dynamics import Motion, Statics
+from mechdae.kinematics.prepared import Run, Setting, prepare
+from mechdae.kinematics.sweep import run
+from mechdae.model.forces.inertia import massive
+from mechdae.model.forces.loads import Loads
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
 from mechdae.setup.named_outputs import time_of
 from mechdae.setup.outputs import Request
 
 PREFIX = "unknowns of "
+
+
+def loaded_bodies(model: Model) -> Iterable[str]:
+    """Return the bodies that forces act on or come from."""
+    found = {*Loads(model).bodies, *massive(model)}
+    for joint in model.mechanism.joints.values():
+        if joint.loaded:
+            found |= set(joint.bodies)
+    return found
 
 
 def owners(scene: Scene) -> dict[str, list[int]]:
@@ -105,3 +121,40 @@ class Moving:
             found.append(own)
         w, v, a = found[:3]
         return Motion(w, v, a, time, poses.condition, nx)
+
+
+@dataclass(frozen=True)
+class LoadedRun:
+    """A run with what acts at its poses."""
+
+    moving: Moving
+    motion: Motion
+    statics: Statics
+
+    @property
+    def setting(self) -> Setting:
+        """What was prepared for it."""
+        return self.moving.setting
+
+    @property
+    def run(self) -> Run:
+        """The run itself."""
+        return self.moving.run
+
+    def of(self, task: Reactions) -> LoadedRun:
+        """Return the same run with the forces that another task asks for."""
+        statics = Statics(self.setting.scene, self.run.evaluator, task, self.motion)
+        return LoadedRun(self.moving, self.motion, statics)
+
+
+def loaded_run(problem: Problem, task: Reactions, free: Iterable[str] = ()) -> LoadedRun:
+    """Return the run of a task with what acts at its poses.
+
+    Numbers that are `free` stay symbols even where they are zero.
+    """
+    wanted = replace(task, derivatives=max(2, task.derivatives))
+    setting = prepare(problem, wanted, loaded_bodies, requests, free)
+    followed = run(setting, wanted)
+    moving = Moving(setting, followed)
+    motion = moving.poses()
+    return LoadedRun(moving, motion, Statics(setting.scene, followed.evaluator, task, motion))

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.inverse_dynamics import Statics, absolute, some
-from mechdae.forces.pose_forces import Answer
+from mechdae.forces.pose_forces import PoseForces
 from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kinematics.prepared import Setting
 from mechdae.model.model import Model
@@ -17,25 +17,23 @@ from mechdae.results import Series
 
 
 def series_of(
-    statics: Statics, answer: Answer, task: Reactions, unique: Uniqueness | None
+    statics: Statics, answer: PoseForces, task: Reactions, unique: Uniqueness | None
 ) -> dict[str, dict[str, Any]]:
     balance = statics.balance
-    coupled = answer.whole is not answer.free
-    friction = task.friction != "none"
     static = statics.static(answer.inputs, answer.quiet) if task.parts else None
     if static is not None:
         static.reactions[~answer.there] = np.nan
-    lossy = {balance.feedbacks[k].joint for k in balance.active}
     found: dict[str, dict[str, Any]] = {}
     for k, name in enumerate(balance.joints):
         own: dict[str, Any] = {"reaction": answer.whole.reactions[:, k]}
         if name in balance.guides:
             own["normal"] = answer.whole.normals[:, balance.guides.index(name)]
-        if name in lossy and friction:
-            own["loss"] = answer.whole.losses[:, k]
-            if coupled:
+        if name in balance.lossy:
+            place = balance.lossy.index(name)
+            own["loss"] = answer.whole.losses[:, place]
+            if answer.coupled:
                 own["reaction_uncoupled"] = answer.free.reactions[:, k]
-                own["loss_uncoupled"] = answer.free.losses[:, k]
+                own["loss_uncoupled"] = answer.free.losses[:, place]
         if static is not None:
             parts = {"static": static.reactions[:, k]}
             parts["inertial"] = answer.free.reactions[:, k] - static.reactions[:, k]
@@ -50,7 +48,7 @@ def series_of(
 
 
 def unique_of(
-    statics: Statics, answer: Answer, unique: Uniqueness | None, summary: dict[str, Any]
+    statics: Statics, answer: PoseForces, unique: Uniqueness | None, summary: dict[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Return what is unique of each joint; resultants that are go to the summary."""
     if unique is None:
@@ -76,7 +74,7 @@ def _resultant(statics: Statics, reactions: Any, body: str, names: list[str]) ->
 
 
 def _turned(
-    statics: Statics, answer: Answer, name: str, reaction: Any, axes: tuple[str, ...]
+    statics: Statics, answer: PoseForces, name: str, reaction: Any, axes: tuple[str, ...]
 ) -> dict[str, Any]:
     """Return a reaction in axes of its second body, and along and across the link."""
     found: dict[str, Any] = {}
@@ -123,7 +121,7 @@ def link_axis(model: Model, name: str) -> tuple[str, float]:
 
 
 def efforts_of(
-    setting: Setting, statics: Statics, answer: Answer, task: Reactions
+    setting: Setting, statics: Statics, answer: PoseForces, task: Reactions
 ) -> tuple[Series, dict[str, Series]]:
     names = [row.owner for row in setting.scene.rows if row.driver]
 
@@ -131,7 +129,7 @@ def efforts_of(
         return Series({name: efforts[:, k] for k, name in enumerate(names)})
 
     parts = {}
-    if answer.whole is not answer.free:
+    if answer.coupled:
         parts["uncoupled"] = listed(answer.free.efforts)
     if task.parts:
         static = statics.static(answer.inputs, answer.quiet).efforts
@@ -142,7 +140,7 @@ def efforts_of(
 
 
 def solutions_of(
-    setting: Setting, statics: Statics, answer: Answer, unique: Uniqueness | None
+    setting: Setting, statics: Statics, answer: PoseForces, unique: Uniqueness | None
 ) -> Iterable[dict[str, Any]]:
     """Yield all solutions of the poses that have several."""
     lead = setting.plan.lead
@@ -175,7 +173,7 @@ def solutions_of(
         }
 
 
-def jams_of(setting: Setting, answer: Answer) -> list[dict[str, Any]]:
+def jams_of(setting: Setting, answer: PoseForces) -> list[dict[str, Any]]:
     lead = setting.plan.lead
     return [
         {

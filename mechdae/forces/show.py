@@ -6,7 +6,7 @@ from typing import Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.task import loaded_bodies
+from mechdae.forces.poses import loaded_bodies
 from mechdae.kinematics.show import driven_structure
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.inertia import massive

@@ -7,7 +7,6 @@ the energy differenced along the path, the balance of each body.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -22,17 +21,13 @@ from mechdae.forces.cycle import cycle
 from mechdae.forces.faults import assumptions_of, failed_checks, lost_poses, slack, verdicts
 from mechdae.forces.inverse_dynamics import Motion, Statics
 from mechdae.forces.lift_off import along
-from mechdae.forces.pose_forces import solved
-from mechdae.forces.poses import Moving, requests
+from mechdae.forces.pose_forces import PoseForces, solved
+from mechdae.forces.poses import LoadedRun, loaded_run
 from mechdae.forces.series import efforts_of, jams_of, series_of, solutions_of, unique_of
 from mechdae.forces.uniqueness import uniqueness
-from mechdae.kinematics.prepared import Run, Setting, prepare
+from mechdae.kinematics.prepared import Setting
 from mechdae.kinematics.report import report
-from mechdae.kinematics.sweep import run
 from mechdae.measures.measure import sorted_events
-from mechdae.model.forces.inertia import massive
-from mechdae.model.forces.loads import Loads
-from mechdae.model.model import Model
 from mechdae.results import (
     Later,
     Named,
@@ -61,11 +56,8 @@ def reactions(problem: Problem, name: str, task: Reactions) -> ReactionsResult:
         Friction on a normal force that is not unique.
     """
     _check(problem, task)
-    wanted = replace(task, derivatives=max(2, task.derivatives))
-    setting = prepare(problem, wanted, loaded_bodies, requests)
-    followed = run(setting, wanted)
-    result = report(problem, name, task, setting, followed)
-    return _with_forces(result, setting, followed, task)
+    loaded = loaded_run(problem, task)
+    return with_forces(report(problem, name, task, loaded.setting, loaded.run), loaded, task)[0]
 
 
 def _check(problem: Problem, task: Reactions) -> None:
@@ -80,28 +72,19 @@ def _check(problem: Problem, task: Reactions) -> None:
             )
 
 
-def loaded_bodies(model: Model) -> Iterable[str]:
-    """Return the bodies that forces act on or come from."""
-    found = {*Loads(model).bodies, *massive(model)}
-    for joint in model.mechanism.joints.values():
-        if joint.loaded:
-            found |= set(joint.bodies)
-    return found
-
-
-def _with_forces(
-    result: SweepResult, setting: Setting, followed: Run, task: Reactions
-) -> ReactionsResult:
-    moving = Moving(setting, followed)
-    motion = moving.poses()
-    statics = Statics(
-        setting.scene, followed.evaluator, task, motion, turned=task.direction == "load"
-    )
+def with_forces(
+    result: SweepResult, loaded: LoadedRun, task: Reactions
+) -> tuple[ReactionsResult, PoseForces]:
+    """Return the result of a sweep with forces, and these as they were solved for."""
+    setting, moving, motion, statics = loaded.setting, loaded.moving, loaded.motion, loaded.statics
     _check_time(statics, motion)
     unique = uniqueness(statics, motion)
     status = _with_rank(result)
     _check_loads(setting, statics, motion)
-    answer = solved(statics, motion, status)
+    there = ((status == Status.OK) | (status == Status.AMBIGUOUS)) & motion.there
+    answer = solved(statics, motion, there)
+    answer.free.put(np.flatnonzero(~there), np.nan)
+    answer.whole.put(np.flatnonzero(~there), np.nan)
     summary = result.summary.copy()
     status[answer.jammed] = Status.JAMMED
     status[answer.ambiguous] = Status.AMBIGUOUS
@@ -114,7 +97,7 @@ def _with_forces(
         faults += broken
     if task.direction == "both":
         other = replace(task, direction="load")
-        reverse = _with_forces(result, setting, followed, other)
+        reverse = with_forces(result, loaded.of(other), other)[0]
         known = result.summary.names()
         keys = [k for k in reverse.summary.names() if k not in known or k == "jammed"]
         summary["reverse"] = reverse.summary.only(keys)
@@ -125,8 +108,8 @@ def _with_forces(
         summary["notes"] = [*summary.get("notes", []), *notes]
     assumptions = list(dict.fromkeys([*statics.assumptions, *assumptions_of(statics, task)]))
     summary["assumptions"] = assumptions
-    if answer.whole is not answer.free:
-        rows = np.flatnonzero(answer.there & ~answer.jammed)
+    if answer.coupled:
+        rows = np.flatnonzero(answer.standing)
         lead = setting.plan.lead
         inputs, sizes = answer.inputs, answer.sizes
         summary["critical_factor"] = Later(
@@ -147,7 +130,7 @@ def _with_forces(
     order = [name for name in result.mechanism.joints if name in joints or name in kept]
     every = {**kept, **joints}
     chosen = setting.scene.selection.joints if task.outputs is not None else order
-    return result.as_kind(
+    whole = result.as_kind(
         ReactionsResult,
         status=status,
         joints=Named("joint", {name: every[name] for name in order if name in chosen}),
@@ -160,6 +143,7 @@ def _with_forces(
         events=events_of(sorted_events([*result.events, *lifted], setting.plan.lead)),
         fault=Later(lambda: {"fault": "; ".join([*faults, *failed_checks(checked.parts())])}),
     )
+    return whole, answer
 
 
 def _with_rank(result: SweepResult) -> Any:

@@ -14,8 +14,10 @@ from mechdae.model.model import FUNCTIONS, Model
 SX = ca.SX
 
 
-def parameters_of(model: Model, names: Sequence[str], values: Any) -> Any:
+def parameters_of(model: Model, names: Sequence[str], values: Any, numbers: Any = None) -> Any:
     """Return p (np,) with some entries replaced by `values` (SX).
+
+    The others are those of the model, or `numbers` (SX).
 
     Raises
     ------
@@ -23,7 +25,8 @@ def parameters_of(model: Model, names: Sequence[str], values: Any) -> Any:
         A name that is no entry of p.
     """
     changed = dict(zip(names, ca.vertsplit(values), strict=True)) if len(names) else {}
-    known = dict(zip(model.p_names, model.p_values.tolist(), strict=True))
+    others = model.p_values.tolist() if numbers is None else ca.vertsplit(numbers)
+    known = dict(zip(model.p_names, others, strict=True))
     for name in changed:
         if name not in known:
             raise UnknownName("parameter", name, known)
@@ -36,8 +39,8 @@ def parameters_of(model: Model, names: Sequence[str], values: Any) -> Any:
             if name in changed:
                 done[name] = changed[name]
             elif isinstance(number, str):
-                others = {other: value(other) for other in names_in(number)}
-                done[name] = SX(build(number, others, FUNCTIONS))
+                inner = {other: value(other) for other in names_in(number)}
+                done[name] = SX(build(number, inner, FUNCTIONS))
             else:
                 done[name] = SX(known[name])
         return done[name]

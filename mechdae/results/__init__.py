@@ -13,7 +13,7 @@ from mechdae.results.kinds import (
 )
 from mechdae.results.later import Later, Summary
 from mechdae.results.plain import plain
-from mechdae.results.result import Result
+from mechdae.results.result import Result, whole_path
 from mechdae.results.series import Named, Series
 from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
 from mechdae.results.units import KINDS, OUTPUT_RATES, REACTION, UNITS
@@ -46,4 +46,5 @@ __all__ = [
     "events_of",
     "plain",
     "statuses",
+    "whole_path",
 ]

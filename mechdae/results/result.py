@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
 from types import MappingProxyType
@@ -203,13 +203,7 @@ class Result:
 
     def whole_path(self, path: str) -> str:
         """Return the path a named output stands for (``Theta``, ``Theta/rate``), else `path`."""
-        return self._whole(path, self.outputs)
-
-    def _whole(self, path: str, outputs: Mapping[str, Any]) -> str:
-        name, _, rest = path.partition("/")
-        if name in outputs and name not in OWN_NAMES:
-            return f"outputs/{name}/{rest or 'value'}"
-        return path
+        return whole_path(self.outputs, path)
 
     def columns(self) -> Iterator[tuple[str, str, Any]]:
         """Yield (name, unit, (n,) array) for every scalar series, time and drivers first."""
@@ -227,7 +221,15 @@ class Result:
         word, _, rest = path.partition("/")
         if word in HISTORY:
             return "s" if word == "settling" else self.path_unit(rest)
-        return path_unit(self.mechanism, self._whole(path, self.mechanism.outputs))
+        return path_unit(self.mechanism, whole_path(self.mechanism.outputs, path))
+
+
+def whole_path(outputs: Container[str], path: str) -> str:
+    """Return the path a named output stands for (``Theta``, ``Theta/rate``), else `path`."""
+    name, _, rest = path.partition("/")
+    if name in outputs and name not in OWN_NAMES:
+        return f"outputs/{name}/{rest or 'value'}"
+    return path
 
 
 def _is_list(value: Any) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from mechdae.describe.file.load import load
@@ -51,16 +52,23 @@ def solve(
             hint=f"available: {', '.join(kinds)}",
         )
     check_available(whole, name, chosen)
-    try:
+    with placed(whole, name):
         result: Result = function(kinds[chosen.kind].run)(whole, name, chosen, **options)
+    return result
+
+
+@contextmanager
+def placed(problem: Problem, task: str) -> Iterator[None]:
+    """Say of errors to which place of a problem with this task they belong."""
+    try:
+        yield
     except MechdaeError as error:
         if isinstance(error, InputError) and not error.where.startswith(
             ("mechanism", "bodies", "joints", "loads", "sketch", "parameters", "outputs.")
         ):
-            error.inside(f"tasks.{name}")
-        whole.blame(error)
+            error.inside(f"tasks.{task}")
+        problem.blame(error)
         raise
-    return result
 
 
 IN_SPACE = ("sweep", "modes")

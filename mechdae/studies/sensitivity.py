@@ -24,20 +24,28 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_unit, to_si
 from mechdae.describe.file.units import check_number
 from mechdae.describe.mechanism import evaluate_all
-from mechdae.describe.tasks.kinds import Driver, Equilibrium, Motion, Reactions, Sensitivity, Sweep
+from mechdae.describe.tasks.kinds import (
+    Driver,
+    Equilibrium,
+    Motion,
+    Reactions,
+    Sensitivity,
+    Study,
+    Sweep,
+)
 from mechdae.dynamics.rest.implicit import Implicit
 from mechdae.errors import InputError, MechdaeError, SolveError, UnknownName
-from mechdae.forces.inverse_dynamics import Statics
-from mechdae.forces.pose_forces import solved
-from mechdae.forces.poses import Moving, requests
-from mechdae.forces.task import loaded_bodies
+from mechdae.forces.poses import loaded_run
+from mechdae.forces.task import with_forces
 from mechdae.forces.uniqueness import require_unique
 from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
 from mechdae.model.model import FUNCTIONS
-from mechdae.results import Result, SensitivityResult, Summary
+from mechdae.results import Result, SensitivityResult, Summary, whole_path
+from mechdae.solver.kinds import TaskKind
+from mechdae.solver.solve import placed, solve
 
 SX = ca.SX
 LEVELS, FEW_LEVELS = 4, 2
@@ -91,15 +99,17 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
         if key not in values:
             raise UnknownName("parameter", key, values, where="wrt")
     literal = problem.with_values({key: values[key] for key in names if _is_text(problem, key)})
-    whole = _solved(literal, base_name)
-    paths = [whole.whole_path(path) for path in task.outputs]
+    paths = [whole_path(literal.mechanism.outputs, path) for path in task.outputs]
     series = [path for path in paths if is_series(path) and _has_series(base)]
     rest = [path for path in paths if path not in series]
     poses = None
     found: dict[str, PathDerivatives] = {}
     if isinstance(base, Sweep) and series:
-        poses = _Poses(literal, base, series, names)
-        found = poses.found(task.order)
+        with placed(literal, base_name):
+            poses = _Poses(literal, base_name, base, series, names)
+        whole, found = poses.result, poses.found(task.order)
+    else:
+        whole = _solved(literal, base_name)
     if isinstance(base, Equilibrium) and task.order == 1:
         found = _at_rest(literal, base, names, rest)
         rest = [path for path in rest if path not in found]
@@ -238,8 +248,6 @@ def _at_rest(
 
 
 def _solved(problem: Problem, name: str) -> Result:
-    from mechdae.solver.solve import solve
-
     return solve(problem, name)
 
 
@@ -249,55 +257,61 @@ def _solved(problem: Problem, name: str) -> Result:
 class _Poses:
     """The poses of a sweep or reactions task, to be evaluated with other parameters."""
 
-    def __init__(self, problem: Problem, base: Sweep, paths: list[str], names: list[str]) -> None:
-        self.paths, self.names = paths, names
-        forces = isinstance(base, Reactions)
-        order = max(2, base.derivatives) if forces else base.derivatives
-        wanted = replace(base, derivatives=order)
-        loaded, more = (loaded_bodies, requests) if forces else (None, None)
-        self.setting = setting = prepare(problem, wanted, loaded, more, free=names)
-        followed = run(setting, wanted)
-        n, nu = followed.values.shape
-        plan = setting.plan
-        self.statics = None
-        extra: list[Any] = [np.zeros((n, 1)), *[np.zeros((n, 0))] * 3]
+    def __init__(
+        self, problem: Problem, name: str, base: Sweep, paths: list[str], names: list[str]
+    ) -> None:
+        self.paths, self.names, self.statics = paths, names, None
         if isinstance(base, Reactions):
-            motion = Moving(setting, followed).poses()
-            self.statics = Statics(
-                setting.scene, followed.evaluator, base, motion, turned=base.direction == "load"
-            )
-            require_unique(self.statics, motion, paths)
-            status = report(problem, "", base, setting, followed).status
-            answer = solved(self.statics, motion, status)
+            loaded = loaded_run(problem, base, names)
+            self.setting, followed, self.statics = loaded.setting, loaded.run, loaded.statics
+            require_unique(self.statics, loaded.motion, paths)
+            kinematic = report(problem, name, base, self.setting, followed)
+            self.result: Result
+            self.result, answer = with_forces(kinematic, loaded, base)
+        else:
+            self.setting = prepare(problem, base, free=names)
+            followed = run(self.setting, base)
+            self.result = report(problem, name, base, self.setting, followed)
+        n, nu = followed.values.shape
+        extra: list[Any] = [np.zeros((n, 1)), *[np.zeros((n, 0))] * 3]
+        if self.statics is not None:
             extra = [*answer.inputs[3:6], answer.sizes]
-        p = dict(zip(setting.scene.model.p_names, setting.scene.model.p_values, strict=True))
-        self.free = np.array([p[name] for name in names])
+        plan, model = self.setting.plan, self.setting.scene.model
+        self.p = model.p_values
+        self.free = np.array([self.p[model.p_names.index(name)] for name in names])
         rates = [np.broadcast_to(rate, (n, nu)) for rate in (plan.speed, plan.acceleration)]
         self.inputs = [followed.poses.x, followed.values, *rates, *extra]
-        self.slopes, self.bends = _driver_slopes(problem, base, names, n)
+        self._last = _driver_slopes(problem, base, names, n)
 
-    def composed(self, apart: bool = False) -> Composed:
-        """Return the graph of the paths."""
-        made = Composed(self.setting, self.paths, self.names, self.statics, apart)
-        made.follow_drivers(self.slopes is not None)
+    def _kept(self, order: int) -> tuple[list[slice], Batch]:
+        """Return the rows of each path and the function of derivatives, of samples for order 0.
+
+        They are kept for other numbers of the same structure.
+        """
+        dependent = bool(self._last)
+        forces = self.statics and self.statics.key
+
+        def make() -> tuple[list[slice], Batch]:
+            composed = Composed(
+                self.setting, self.paths, self.names, self.statics, apart=not order,
+                solved=order == 1, numbers=True, dependent=dependent,
+            )  # fmt: skip
+            function = composed.derivatives(order) if order else composed.sampled
+            first = len(self.inputs)
+            last = [first + 2 + len(self._last)] * (not order)
+            return composed.spans, Batch(function, [first, first + 1, *last])
+
+        key = ("derivatives", *self.paths, None, *self.names, order, dependent, forces)
+        made: tuple[list[slice], Batch] = self.setting.scene.kept(key, make)
         return made
-
-    @property
-    def _last(self) -> list[Any]:
-        return [] if self.slopes is None else [self.slopes, self.bends]
 
     def found(self, order: int) -> dict[str, PathDerivatives]:
         """Return values and derivatives."""
-        composed, shared = self.composed(), [len(self.inputs)]
-
-        def evaluated(function: Any) -> Any:
-            return Batch(function, shared)(*self.inputs, self.free, *self._last)[0]
-
-        values, first = evaluated(composed.function), evaluated(composed.first)
-        second = evaluated(composed.second) if order == 2 else None
+        spans, batch = self._kept(order)
+        values, first, *second = batch(*self.inputs, self.free, self.p, *self._last)
         rows, k, names = values.shape[1], len(self.names), self.names
         found = {}
-        for path, span in zip(self.paths, composed.spans, strict=True):
+        for path, span in zip(self.paths, spans, strict=True):
             # derivatives lie by columns: name after name
             by_name = {
                 name: _flat(first[:, j * rows + span.start : j * rows + span.stop])
@@ -305,9 +319,9 @@ class _Poses:
             }
             pairs = {}
             for i, j in itertools.combinations_with_replacement(range(k), 2):
-                if second is not None:
+                if second:
                     start = (j * k + i) * rows
-                    own = second[:, start + span.start : start + span.stop]
+                    own = second[0][:, start + span.start : start + span.stop]
                     pairs[f"{names[i]},{names[j]}"] = _flat(own)
             found[path] = PathDerivatives(_flat(values[:, span]), by_name, pairs, {})
         return found
@@ -317,15 +331,13 @@ class _Poses:
 
         Poses start from those of the parameters themselves: for sets near them.
         """
-        composed = self.composed(apart=True)
-        shared = [len(self.inputs), len(self.inputs) + len(self._last) + 1]
-        batch = Batch(composed.sampled, shared)
+        spans, batch = self._kept(0)
         tables: dict[str, list[Any]] = {path: [] for path in self.paths}
         for free in sets:
-            values = batch(*self.inputs, free, *self._last, self.free)[0]
+            values = batch(*self.inputs, free, self.p, *self._last, self.free)[0]
             with np.errstate(invalid="ignore"):
                 values[~(values[:, -1] <= SETTLED)] = np.nan
-            for path, span in zip(self.paths, composed.spans, strict=True):
+            for path, span in zip(self.paths, spans, strict=True):
                 tables[path].append(_flat(values[:, span]))
         return {path: np.array(rows) for path, rows in tables.items()}
 
@@ -334,70 +346,63 @@ def _flat(array: Any) -> Any:
     return array[:, 0] if array.shape[1] == 1 else array
 
 
-def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) -> tuple[Any, Any]:
+def _driver_slopes(problem: Problem, task: Sweep, names: Sequence[str], n: int) -> list[Any]:
     """Return derivatives of the drivers' values, speeds, accelerations by parameters.
 
-    (n, 3 nu k) and second ones (n, 3 nu k k), by columns; (None, None) where they do not depend on
+    (n, 3 nu k) and second ones (n, 3 nu k k), by columns; nothing where they do not depend on
     them.
     """
     parameters = problem.mechanism.parameters
     free = {name: SX.sym(name) for name in names if name in parameters}
-    if not free:
-        return None, None
-    known: dict[str, Any] = {}
-
-    def value(name: str) -> Any:
-        if name not in known:
-            number = parameters[name]
-            if name in free:
-                known[name] = free[name]
-            elif isinstance(number, str):
-                known[name] = symbolic(number)
-            else:
-                known[name] = SX(number)
-        return known[name]
+    known: dict[str, Any] = dict(free)
 
     def symbolic(number: Any) -> Any:
         if not isinstance(number, str):
             return SX(number)
-        return SX(build(number, {name: value(name) for name in names_in(number)}, FUNCTIONS))
+        for name in names_in(number):
+            if name not in known:
+                known[name] = symbolic(parameters[name])
+        return SX(build(number, known, FUNCTIONS))
 
-    columns = [_driver_rows(driver, n, symbolic) for driver in task.all_drivers]
-    rows = [ca.horzcat(*parts) for parts in zip(*columns, strict=True)]  # three (n, nu)
-    stacked = ca.horzcat(*rows)  # (n, 3 nu)
+    columns = [_driver_columns(driver, n, symbolic) for driver in task.all_drivers]
+    ordered = [column for part in zip(*columns, strict=True) for column in part]
+    stacked = ca.vertcat(*[numbers for _, numbers in ordered])
     every = ca.vertcat(*[free.get(name, SX.sym("other")) for name in names])
-    if not ca.depends_on(ca.vec(stacked), every):
-        return None, None
+    if not ca.depends_on(stacked, every):
+        return []
     point = evaluate_all(parameters)
-    at = [point.get(name, 0.0) for name in names]
-    first = ca.jacobian(ca.vec(stacked), every)
-    second = ca.jacobian(ca.vec(ca.densify(first)), every)
-    function = ca.Function("slopes", [every], [ca.densify(first), ca.densify(second)])
-    one, two = (np.array(part) for part in function(at))
-    width, k = stacked.shape[1], len(names)
-    bent = two.reshape(n * width, k * k, order="F")
-    return _by_rows(one, n, width, k), _by_rows(bent, n, width, k * k)
+    first = ca.densify(ca.jacobian(stacked, every))
+    second = ca.densify(ca.jacobian(ca.vec(first), every))
+    function = ca.Function("slopes", [every], [first, second])
+    one, two = (np.array(part) for part in function([point.get(name, 0.0) for name in names]))
+    ends = np.cumsum([0, *[numbers.numel() for _, numbers in ordered]])
+    found = []
+    for matrix in (one, two.reshape(len(one), -1, order="F")):
+        parts = np.split(matrix, ends[1:-1])
+        own = [
+            part if shares is None else shares @ part
+            for (shares, _), part in zip(ordered, parts, strict=True)
+        ]
+        found.append(np.stack(own, axis=1).reshape(n, -1, order="F"))
+    return found
 
 
-def _by_rows(matrix: Any, n: int, width: int, k: int) -> Any:
-    """Return (n, width k) from (n width, k), rows by columns of (n, width)."""
-    cube = matrix.reshape(n, width, k, order="F")
-    return cube.reshape(n, width * k, order="F")
+def _driver_columns(driver: Driver, n: int, symbolic: Any) -> list[tuple[Any, Any]]:
+    """Return value, speed and acceleration (n,) of a driver as shares (n, k) of k expressions.
 
-
-def _driver_rows(driver: Driver, n: int, symbolic: Any) -> tuple[Any, Any, Any]:
-    """Return value (n,), speed (n,) and acceleration (n,) of a driver as expressions."""
+    None in place of shares where there is one expression for each.
+    """
+    ones = np.ones((n, 1))
     if driver.at is not None:
-        listed = [symbolic(number) for number in driver.at]
-        value = ca.vertcat(*(listed * n if len(listed) == 1 else listed))
+        shares = ones if len(driver.at) == 1 else None
+        value = (shares, ca.vertcat(*[symbolic(number) for number in driver.at]))
     else:
-        low, high = symbolic(driver.from_), symbolic(driver.to)
-        share = ca.DM(np.linspace(0.0, 1.0, n))
-        value = low + (high - low) * share
-    ones = SX.ones(n)
-    speed = symbolic(1.0 if driver.speed is None else driver.speed) * ones
-    acceleration = symbolic(0.0 if driver.acceleration is None else driver.acceleration) * ones
-    return value, speed, acceleration
+        share = np.linspace(0.0, 1.0, n)
+        ends = ca.vertcat(symbolic(driver.from_), symbolic(driver.to))
+        value = (np.stack([1 - share, share], axis=1), ends)
+    speed = symbolic(1.0 if driver.speed is None else driver.speed)
+    acceleration = symbolic(0.0 if driver.acceleration is None else driver.acceleration)
+    return [value, (ones, speed), (ones, acceleration)]
 
 
 # -- by differences ------------------------------------------------------------------------------
@@ -478,10 +483,6 @@ def _spread(
     first order, ``worst_case`` the largest deviation to first order, ``monte_carlo`` mean,
     standard deviation and extremes of sampled mechanisms.
     """
-    from mechdae.describe.tasks.kinds import Study
-    from mechdae.solver.kinds import TaskKind
-    from mechdae.solver.solve import solve
-
     generator = np.random.default_rng(0)
     values = problem.mechanism.values()
     middle = np.array([values[name] for name in names])

@@ -20,10 +20,8 @@ from mechdae.describe.tasks.goals import Extreme
 from mechdae.describe.tasks.kinds import Reactions, Sweep
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.forces.inverse_dynamics import Statics
-from mechdae.forces.poses import Moving, requests
-from mechdae.forces.task import loaded_bodies
+from mechdae.forces.poses import loaded_run
 from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.sweep import run
 from mechdae.model.parameters import parameters_of
 
 SX = ca.SX
@@ -98,17 +96,14 @@ class Quantity:
             base, derivatives=0 if self.transmission else max(2, base.derivatives),
             measures=measures,
         )  # fmt: skip
-        loaded, more = (loaded_bodies, requests) if self.forces else (None, None)
-        self.setting = prepare(problem, wanted, loaded, more, free=free)
         self.statics: Statics | None = None
-        if isinstance(base, Reactions):
-            followed = run(self.setting, wanted)
-            self.statics = Statics(
-                self.setting.scene, followed.evaluator, base,
-                Moving(self.setting, followed).poses(), turned=base.direction == "load",
-            )  # fmt: skip
+        if isinstance(wanted, Reactions):
+            loaded = loaded_run(problem, wanted, free)
+            self.setting, self.statics = loaded.setting, loaded.statics
             if self.statics.loads.signals or self.statics.loads.timed:
                 raise UnavailableError("loads from tables cannot be optimised yet", where=place)
+        else:
+            self.setting = prepare(problem, wanted, free=free)
         self.turns = self._closed()
 
     def _closed(self) -> bool:

@@ -20,12 +20,8 @@ import mechdae.model.forces.generalised as generalised_module
 import mechdae.model.forces.inertia as inertia_module
 import mechdae.model.forces.meshes as meshes_module
 from mechdae.bench.chain import chain
-from mechdae.forces.inverse_dynamics import Statics
-from mechdae.forces.poses import Moving, requests
-from mechdae.forces.task import loaded_bodies
+from mechdae.forces.poses import loaded_run
 from mechdae.kernels.graphs.blocks import BlockGraph
-from mechdae.kinematics.prepared import prepare
-from mechdae.kinematics.sweep import run
 from tests.reference.dense_forces import Dense
 from tests.reference.truth.drawing import FAMILIES, draw
 from tests.shared.series import only_poses
@@ -458,12 +454,10 @@ def test_forces_of_a_chain_grow_with_its_length_and_no_faster() -> None:
     counts = []
     for loops in (3, 6, 12):
         problem, task = heavy_chain(loops)
-        setting = prepare(problem, task, loaded_bodies, requests)
-        done = run(setting, task)
-        motion = Moving(setting, done).poses()
-        statics = Statics(setting.scene, done.evaluator, task, motion)
-        found = statics.forces(statics.inputs(motion))
-        assert found.good.all()
+        loaded = loaded_run(problem, task)
+        statics = loaded.statics
+        good = statics.forces(statics.inputs(loaded.motion))[2]
+        assert good.all()
         functions = (statics.balance.quick, statics.balance.report())
         counts.append([f.n_instructions() for f in functions])
     per_loop = np.diff(np.array(counts), axis=0) / np.array([[3], [6]])

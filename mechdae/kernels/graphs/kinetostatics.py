@@ -126,6 +126,12 @@ class Balance:
         """Places of the feedbacks that are friction."""
         return [j for j, feedback in enumerate(self.feedbacks) if feedback.friction]
 
+    @cached_property
+    def lossy(self) -> list[str]:
+        """The joints that have friction."""
+        own = {self.feedbacks[j].joint for j in self.active}
+        return [name for name in self.joints if name in own]
+
     def _make_columns(self) -> None:
         rows = self.scene.rows
         phi = ca.vertcat(*[row.expression for row in rows])
@@ -314,8 +320,8 @@ class Balance:
     def report(self, friction: bool = True, base: str = "all") -> Any:
         """Return the function of what is reported with sizes given.
 
-        (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (joints,), normal forces
-        (guides,).
+        (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (lossy joints,), normal
+        forces (guides,).
         """
         wrench = {
             "all": self.base, "static": self.applied, "inertial": times(-1, self.inertia)
@@ -330,7 +336,7 @@ class Balance:
         for name in self.joints:
             reactions += reaction(self.model, name, self._of(name, chain.lam, used, sizes))
         efforts = [-chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver]
-        losses = [self._loss(name, sizes) for name in self.joints]
+        losses = [self._loss(name, sizes) for name in self.lossy]
         return [column(own) for own in (reactions, efforts, losses, self._normals(chain.lam))]
 
     def _of(self, name: str, lam: dict[int, Any], used: set[int], sizes: Any) -> Wrench:
@@ -388,9 +394,8 @@ class Balance:
             parts.append({j: entry * effort for j, entry in gradient.items()})
         for k, name in enumerate(self.joints):
             joint, place = model.mechanism.joints[name], model.ends[name].p2
-            lossy = any(self.feedbacks[j].friction for j in self._of_joint[name])
             if name in self.meshes and (
-                self.meshes[name].column is None or (lossy and joint.strands)
+                self.meshes[name].column is None or (name in self.lossy and joint.strands)
             ):
                 lam = self.chain(self.base, used, sizes=self.sizes).lam
                 parts.append(self._of(name, lam, used, self.sizes))  # a couple on three bodies

@@ -179,11 +179,11 @@ class PoseGraphs:
     def _solve(self, b: int, at: Sequence[Any]) -> tuple[Any, Any, Any, Any, Any]:
         """Return F, F_z, the inverse, the determinant and beta of a block."""
         F, J, Fz = self.blocks[b].shape.value(*at)
-        inv, det = self._inverse(b, J)
+        inv, det = self.inverse_of(b, J)
         w, r = self.weights(b)
         return F, Fz, inv, det, norm(ca.diag(1 / w) @ inv @ ca.diag(r))
 
-    def _inverse(self, b: int, J: Any) -> tuple[Any, Any]:
+    def inverse_of(self, b: int, J: Any) -> tuple[Any, Any]:
         """Return the inverse of a block's Jacobian and its determinant."""
         if not self.blocks[b].redundant:
             return inverse(J)
@@ -223,7 +223,7 @@ class PoseGraphs:
         """Return new unknowns of a block, sine and cosine of its angles, |step|^2."""
         graph = self.blocks[b]
         F, J, _ = graph.shape.value(*at)
-        step = ca.densify(self._inverse(b, J)[0] @ F)
+        step = ca.densify(self.inverse_of(b, J)[0] @ F)
         new, square = at[0] - step, ca.sumsqr(step / self.weights(b)[0])
         if not graph.turning:
             return [new, SX(0, 1), SX(0, 1), square]
