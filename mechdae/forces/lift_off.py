@@ -22,10 +22,11 @@ from mechdae.forces.uniqueness import Uniqueness
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.one_sided import one_sided
 from mechdae.model.model import Model
-from mechdae.numerics.roots import halved
+from mechdae.numerics.changes import arcs_of, changes
 
-SHARES = 80
-"""Steps of the search for the strongest pull in an arc, each to two thirds."""
+PLACES, ROUNDS = 15, 16
+"""Places inside an interval with one minimum, of which the neighbours of the least are kept, and
+how often."""
 NOTHING = 1e-12
 """Share of the largest reaction of the mechanism that is rounding."""
 Arc = dict[str, Any]
@@ -67,18 +68,21 @@ class OneSidedContacts:
         return np.where(np.abs(push) <= rounding, 0.0, push)
 
 
-def arcs(force: Callable[[Any], Any], grid: Any, names: list[str]) -> list[Arc]:
+def arcs(
+    s: Any, forces: Any, names: list[str], look: Callable[[Any], Any] | None = None
+) -> list[Arc]:
     """Return the intervals over which contacts would pull.
 
     Parameters
     ----------
-    force
-        From places (n,) to the forces (n, k) by which the contacts hold; nan where there are none.
-    grid
-        Rising places; zeros are bracketed between neighbours, of which one may be where the force
-        is least.
+    s, forces
+        Rising places (n,), and the forces (n, k) by which the contacts hold there; nan where there
+        are none.
     names
         Of the contacts, (k,).
+    look
+        From places to forces: places between those given count too. Zeros are bracketed between
+        neighbours, of which one may be where the force is least.
 
     Returns
     -------
@@ -87,31 +91,42 @@ def arcs(force: Callable[[Any], Any], grid: Any, names: list[str]) -> list[Arc]:
         place.
     """
     found: list[Arc] = []
-    values = force(grid)
     for k, name in enumerate(names):
-
-        def own(s: Any, k: int = k) -> Any:
-            return force(s)[:, k]
-
-        s, f = _with_dips(grid, values[:, k], own)
-        with np.errstate(invalid="ignore"):
-            pulls = f < 0
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], pulls.astype(int), [0]])))
-        for first, end in edges.reshape(-1, 2):
-            low = _edge(own, s, f, first - 1, first) if first else s[0]
-            high = _edge(own, s, f, end, end - 1) if end < len(s) else s[-1]
-            worst = _least(own, s, f, first, end)
-            found.append({"joint": name, "from": float(low), "to": float(high), **worst})
+        own = None if look is None else _of(look, k)
+        places, f = _with_dips(s, forces[:, k], own)
+        found += [
+            {"joint": name, "from": low, "to": high, **_least(own, places, f, low, high)}
+            for low, high in _pulls(places, f, own)
+        ]
     return found
 
 
-def _with_dips(s: Any, f: Any, own: Callable[[Any], Any]) -> tuple[Any, Any]:
+def _of(look: Callable[[Any], Any], k: int) -> Callable[[Any], Any]:
+    return lambda places: look(places)[:, k]
+
+
+def _pulls(s: Any, f: Any, own: Callable[[Any], Any] | None) -> list[list[float]]:
+    """Return where pulls begin and end."""
+
+    def marked(f: Any) -> tuple[Any, Any]:
+        with np.errstate(invalid="ignore"):
+            return (f < 0).astype(int)[:, None], f[:, None]
+
+    marks, values = marked(f)
+    if own is None:
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], marks[:, 0], [0]])))
+        return [[float(s[first]), float(s[end - 1])] for first, end in edges.reshape(-1, 2)]
+    found = changes(s, marks, values, [("sign", slice(0, 1))], lambda at: marked(own(at)))
+    return arcs_of(0, marks, found, s)
+
+
+def _with_dips(s: Any, f: Any, own: Callable[[Any], Any] | None) -> tuple[Any, Any]:
     """Return places and forces with the least ones between neighbours that might be below zero."""
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero((f[1:-1] > 0) & (f[1:-1] <= f[:-2]) & (f[1:-1] <= f[2:])) + 1
         near = f[rows] <= np.maximum(f[rows - 1], f[rows + 1]) - f[rows]
     rows = rows[near]
-    if not rows.size:
+    if own is None or not rows.size:
         return s, f
     places = _narrowed(own, s[rows - 1], s[rows + 1])
     order = np.argsort(np.concatenate([s, places]), kind="stable")
@@ -120,35 +135,25 @@ def _with_dips(s: Any, f: Any, own: Callable[[Any], Any]) -> tuple[Any, Any]:
 
 def _narrowed(own: Callable[[Any], Any], a: Any, b: Any) -> Any:
     """Return where the force is least in intervals [a, b] with one minimum each."""
-    for _ in range(SHARES):
-        left, right = a + (b - a) / 3, b - (b - a) / 3
-        values = own(np.concatenate([left, right]))
-        first, last = values[: len(a)], values[len(a) :]
-        with np.errstate(invalid="ignore"):
-            lower = first < last
-        a, b = np.where(lower, a, left), np.where(lower, right, b)
+    shares = np.arange(PLACES + 2) / (PLACES + 1)
+    for _ in range(ROUNDS):
+        places = a[:, None] + (b - a)[:, None] * shares
+        values = own(places[:, 1:-1].ravel()).reshape(len(a), PLACES)
+        k = np.argmin(np.where(np.isfinite(values), values, np.inf), axis=1)
+        a, b = (np.take_along_axis(places, (k + off)[:, None], axis=1)[:, 0] for off in (0, 2))
     return (a + b) / 2
 
 
-def _edge(own: Callable[[Any], Any], s: Any, f: Any, outer: int, inner: int) -> float:
-    """Return where the force is zero between two places; the inner one beside no force."""
-    a, b = float(s[outer]), float(s[inner])
-    if not np.isfinite(f[outer]):
-        return b
-    return halved(lambda place: float(own(np.array([place]))[0]) >= 0, a, b)[1]
-
-
-def _least(own: Callable[[Any], Any], s: Any, f: Any, first: int, end: int) -> Arc:
-    """Return the strongest pull among places `first` to `end`, and where it is."""
-    k = first + int(np.argmin(f[first:end]))
-    a, b = s[max(k - 1, 0)], s[min(k + 1, len(s) - 1)]
-    place, force = float(s[k]), float(f[k])
-    if b > a:
-        between = _narrowed(own, np.array([a]), np.array([b]))
-        value = float(own(between)[0])
-        if value < force:
-            place, force = float(between[0]), value
-    return {"force": force, "worst": place}
+def _least(own: Callable[[Any], Any] | None, s: Any, f: Any, low: float, high: float) -> Arc:
+    """Return the strongest pull from `low` to `high`, and where it is."""
+    k = int(np.argmin(np.where((s >= low) & (s <= high) & (f < 0), f, np.inf)))
+    best = (float(f[k]), float(s[k])) if low <= s[k] <= high else (0.0, low)
+    if own is not None:
+        a, b = max(low, float(s[max(k - 1, 0)])), min(high, float(s[min(k + 1, len(s) - 1)]))
+        ends = (a, b) if a < b else (low, high)
+        place = float(_narrowed(own, *(np.array([end]) for end in ends))[0])
+        best = min(best, (float(own(np.array([place]))[0]), place))
+    return {"force": best[0], "worst": best[1]}
 
 
 def sentence(arc: Arc, unit: str, spoken: Callable[[float], str]) -> str:
@@ -198,10 +203,10 @@ def along(
     single = not isinstance(moving.run.path, Legs)
     if single and len(places) > 1:
         grid = np.union1d(places, np.linspace(places[0], places[-1], SAMPLES + 1))
-        found = arcs(force, grid, contacts.names)
+        found = arcs(grid, force(grid), contacts.names, force)
     else:
         values = holding(answer.motion, answer.whole.reactions, answer.standing)
-        found = at_poses(values, contacts.names, answer.motion.u[:, plan.lead])
+        found = arcs(answer.motion.u[:, plan.lead], values, contacts.names)
     timed = single and not moving.by_value
 
     def spoken(place: float) -> str:
@@ -213,17 +218,3 @@ def along(
         event |= {"force": arc["force"], "strongest_at": arc["worst"], "in_range": True}
         events.append(event | ({"time": arc["from"]} if timed else {}))
     return events, [sentence(arc, contacts.unit[arc["joint"]], spoken) for arc in found]
-
-
-def at_poses(values: Any, names: list[str], places: Any) -> list[Arc]:
-    """Return the runs of poses at which contacts would pull."""
-    found: list[Arc] = []
-    for k, name in enumerate(names):
-        with np.errstate(invalid="ignore"):
-            pulls = values[:, k] < 0
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], pulls.astype(int), [0]])))
-        for first, end in edges.reshape(-1, 2):
-            worst = first + int(np.argmin(values[first:end, k]))
-            arc = {"joint": name, "from": float(places[first]), "to": float(places[end - 1])}
-            found.append(arc | {"force": float(values[worst, k]), "worst": float(places[worst])})
-    return found

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from mechdae.forces import kinks
 from mechdae.forces.poses import Moving
+from mechdae.numerics import changes
 
 BARS = {"crank": 0.9, "coupler": 0.5, "rocker": 0.8}
 GROUND = 1.0
@@ -93,7 +93,7 @@ def test_intervals_narrow_as_fast_as_a_line_allows() -> None:
     low, high = np.array([3.0]), np.array([3.3])
     marks = np.array([[0, 0, 0, 0, 1]]), np.array([[0, 0, 0, 0, -1]])
     guides = [("", slice(0))] * 4 + [("sign", slice(0, 1))]
-    own = kinks.Intervals(low, high, *marks, np.sin(low)[:, None], np.sin(high)[:, None])
+    own = changes.Intervals(low, high, *marks, np.sin(low)[:, None], np.sin(high)[:, None])
     widths = []
     for _ in range(3):
         places = own.places(guides)
