@@ -49,7 +49,7 @@ def _largest(values: Any, rows: Any) -> float:
 
 def _powers(statics: Statics, answer: PoseForces) -> tuple[Any, ...]:
     """Return powers of drivers, loads and joints, rate of the kinetic energy, it itself, sizes."""
-    loads, rate, energy, sizes = statics.powers(*answer.inputs)[0].T
+    loads, rate, energy, sizes = statics.powers(answer.inputs)
     whole, motion = answer.whole, answer.motion
     lost = -whole.losses.sum(axis=1) if answer.coupled else 0.0 * loads
     single = np.einsum("nk,nk->n", np.abs(whole.efforts), np.abs(motion.speeds))

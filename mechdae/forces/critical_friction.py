@@ -37,10 +37,34 @@ def critical_factor(
     worst: dict[str, Any] = {"factor": None, "at": None, "joint": None}
     if not len(rows):
         return worst
-    feeds = statics.feeding(some(inputs, rows), sizes[rows])
-    most = min(MOST, statics.most)
+    feeds = _feeding(statics, some(inputs, rows), sizes[rows])
+    most = min(MOST, _all_power(statics))
     for k in np.asarray(rows)[np.argsort(-feeds, kind="stable")[:POSES]]:
         factor, joint = statics.branches.limit(some(inputs, slice(k, k + 1)), most)
         if factor is not None and (worst["factor"] is None or factor < worst["factor"]):
             worst = {"factor": factor, "at": float(motion.u[k, lead]), "joint": joint}
     return worst
+
+
+def _feeding(statics: Statics, inputs: list[Any], sizes: Any) -> Any:
+    """Return how much friction feeds itself at poses, (n,): at 1 it jams.
+
+    It is the largest real eigenvalue of d size / d m; a feedback that reduces itself is
+    negative, however strong.
+    """
+    found = np.full(len(sizes), -np.inf)
+    for stage in statics.staged(inputs, sizes):
+        slopes = stage.slopes(np.nan_to_num(sizes))
+        slopes[~np.isfinite(slopes).all(axis=(1, 2))] = 0.0
+        values = np.linalg.eigvals(slopes)
+        real = np.abs(values.imag) <= 1e-9 * np.abs(values)
+        found = np.fmax(found, np.where(real, values.real, -np.inf).max(axis=1))
+    return found
+
+
+def _all_power(statics: Statics) -> float:
+    """Return the factor on friction at which a mesh would lose all of its power."""
+    values = statics.scene.model.mechanism.values()
+    losses = [values.get(f"{name}.mesh_loss", 0.0) for name in statics.balance.joints]
+    largest = max(losses, default=0.0)
+    return (1 + 1e-9) / largest if largest > 0 else np.inf

@@ -14,7 +14,6 @@ import numpy as np
 
 from mechdae.assembly.start import shown
 from mechdae.continuation.legs import Legs
-from mechdae.describe.tasks.kinds import Reactions
 from mechdae.errors import InputError
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.kinks import ROUNDING, State, kinks_of
@@ -37,9 +36,7 @@ STEPS = (1e-5, 1e-7)
 GROWS = 30.0
 
 
-def cycle(
-    statics: Statics, moving: Moving, answer: PoseForces, task: Reactions
-) -> tuple[dict[str, Any], list[str]]:
+def cycle(statics: Statics, moving: Moving, answer: PoseForces) -> tuple[dict[str, Any], list[str]]:
     """Return the figures of a cycle and sentences on what is wrong with it.
 
     Raises
@@ -84,8 +81,8 @@ def cycle(
 
     total, error = integrate(powers, charts, sizes, lambda found: np.full(len(found), gross))
     total[np.abs(total) <= ROUNDING * gross] = 0.0
-    off, count = (error + EPSILON * gross) / way, len(statics.balance.lossy)
-    figures |= _figures(statics, total / way, off, count, task, coupled, jammed)
+    off = (error + EPSILON * gross) / way
+    figures |= _figures(statics.balance.lossy, total / way, off, coupled, jammed)
     share = error / np.maximum(sizes(total), SMALL * gross) if gross else np.zeros(len(error))
     figures["quadrature_error"] = off = float(share.max(initial=0.0))
     if not np.isfinite(total).all():
@@ -150,61 +147,49 @@ def _unbounded(state: State, low: float, high: float) -> float | None:
 
 
 def _figures(
-    statics: Statics,
-    mean: Any,
-    error: Any,
-    count: int,
-    task: Reactions,
-    coupled: bool,
-    jammed: bool,
+    names: list[str], mean: Any, error: Any, coupled: bool, jammed: bool
 ) -> dict[str, Any]:
     """Return the figures of a cycle from mean powers and their errors, of driver and joints."""
-    free, whole = mean[0], mean[1]
-    lost_free, lost = mean[DRIVER : DRIVER + count], mean[DRIVER + count :]
-    off_free, off = error[DRIVER : DRIVER + count], error[DRIVER + count :]
-    names = statics.balance.lossy
-    rows = range(len(names))
+
+    def split(powers: Any) -> tuple[float, float, Any, Any]:
+        """Return what belongs to the driver and to the joints, without friction and with it."""
+        joints = powers[DRIVER:].reshape(2, -1)
+        return float(powers[0]), float(powers[1 if coupled else 0]), *joints[[0, int(coupled)]]
+
+    def listed(powers: Any) -> dict[str, float]:
+        return dict(zip(names, powers.tolist(), strict=True))
+
+    free, whole, lost_free, lost = split(mean)
+    inner, outer, off_free, off = split(error)
     figures: dict[str, Any] = {}
-    estimate = float(lost_free.sum())
+    estimate, loss = float(lost_free.sum()), float(lost.sum())
     if abs(free) <= NO_POWER * estimate:
         free = 0.0
-    drives = bool(free >= 0)
-    power = abs(float(free))
-    if rows and power:
+    drives, power = free >= 0, abs(free)
+    if names and power:
         figures["efficiency_formula_10"] = (power - estimate) / power
         ratio = power / (power + estimate) if drives else (power - estimate) / power
         figures["efficiency_uncoupled"] = ratio
-    if rows:
+    if names:
         figures["loss_uncoupled"] = estimate
-        figures["loss_by_joint_uncoupled"] = {names[k]: float(lost_free[k]) for k in rows}
+        figures["loss_by_joint_uncoupled"] = listed(lost_free)
     if jammed:
         return figures
-    off = off if coupled else off_free
-    inner, outer = float(error[0]), float(error[1 if coupled else 0])
-    figures["mean_errors"] = {
-        "useful": inner if drives or not coupled else outer,
-        "input": outer if drives or not coupled else inner,
-        "loss": float(off.sum()),
-        "loss_by_joint": {names[k]: float(off[k]) for k in rows},
-        "loss_by_joint_uncoupled": {names[k]: float(off_free[k]) for k in rows},
-    }
+    useful, entered = (power, whole) if drives else (-whole, power)
     if not coupled:
-        lost, whole = lost_free, free
-        loss = estimate if rows else 0.0
-        figures |= {"useful": power, "loss": loss, "input": power}
-        if rows and power:
-            figures["efficiency"] = figures["efficiency_formula_10"]
-        if rows:
-            figures["loss_by_joint"] = figures["loss_by_joint_uncoupled"]
-        return figures
-    loss = float(lost.sum())
-    figures["loss"] = loss
-    figures["loss_by_joint"] = {names[k]: float(lost[k]) for k in rows}
-    if drives:
-        figures |= {"useful": power, "input": float(whole)}
-        if whole > 0:
-            figures["efficiency"] = power / float(whole)
-    else:
-        figures |= {"useful": -float(whole), "input": power}
-        figures["efficiency"] = -float(whole) / power
+        useful = entered = power
+    figures |= {"useful": useful, "loss": loss, "input": entered}
+    figures["mean_errors"] = {
+        "useful": inner if drives else outer,
+        "input": outer if drives else inner,
+        "loss": float(off.sum()),
+        "loss_by_joint": listed(off),
+        "loss_by_joint_uncoupled": listed(off_free),
+    }
+    if coupled or names:
+        figures["loss_by_joint"] = listed(lost)
+    if not coupled and names and power:
+        figures["efficiency"] = figures["efficiency_formula_10"]
+    elif coupled and (not drives or whole > 0):
+        figures["efficiency"] = useful / entered
     return figures

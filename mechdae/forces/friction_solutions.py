@@ -14,7 +14,7 @@ of friction from zero; where it ends is the critical factor.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,6 +52,27 @@ class FrictionSolutions:
     connected: int | None = None
     critical: float | None = None
     joint: str = ""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Linear forms of the friction of a group at poses: start + slope m of its own sizes m.
+
+    ``places`` and ``laws`` of the sizes, ``start`` (n, rows), ``slope`` (n, rows, sizes) of each.
+    """
+
+    places: list[int]
+    laws: list[str]
+    start: list[Any]
+    slope: list[Any]
+
+    def forms(self, sizes: Any) -> list[Any]:
+        """Return the forms (n, rows) of each for sizes (n, feedbacks)."""
+        return _forms(self.start, self.slope, sizes[:, self.places])
+
+    def slopes(self, sizes: Any) -> Any:
+        """Return d size / d m, (n, k, k), at sizes (n, feedbacks)."""
+        return _slopes(self.laws, self.start, self.slope, sizes[:, self.places])
 
 
 class Branches:
@@ -118,19 +139,21 @@ class Branches:
             fronts = following
         return fronts, proven
 
+    def staged(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Stage]:
+        """Yield the linear forms of each group at poses, given the sizes of the others."""
+        starts, slopes = self._stages(*inputs, sizes)
+        first, second = 0, 0
+        for places, forms, laws in self.groups:
+            rows, k = sum(s.stop - s.start for s in forms), len(places)
+            start = starts[:, first : first + rows]
+            slope = slopes[:, second : second + rows * k].reshape(-1, k, rows).transpose(0, 2, 1)
+            yield Stage(places, laws, [start[:, s] for s in forms], [slope[:, s] for s in forms])
+            first, second = first + rows, second + rows * k
+
     def _group(self, inputs: Sequence[Any], sizes: Any, g: int) -> tuple[list[Any], list[Any]]:
         """Return forms without own sizes, and their slopes: [j] (k,), [j] (k, own)."""
-        starts, slopes = self._stages(*inputs, sizes[None, :])
-        first = 0
-        second = 0
-        for places, forms, _ in self.groups[:g]:
-            rows = sum(s.stop - s.start for s in forms)
-            first, second = first + rows, second + rows * len(places)
-        places, forms, _ = self.groups[g]
-        rows = sum(s.stop - s.start for s in forms)
-        start = starts[0, first : first + rows]
-        slope = slopes[0, second : second + rows * len(places)].reshape(len(places), rows).T
-        return [start[s] for s in forms], [slope[s] for s in forms]
+        stage = next(itertools.islice(self.staged(inputs, sizes[None, :]), g, None))
+        return [own[0] for own in stage.start], [own[0] for own in stage.slope]
 
     # -- the one that continues from no friction -----------------------------------------------
 
@@ -205,29 +228,30 @@ def _apart(a: Any, b: Any) -> float:
 
 
 def sizes_of(laws: Sequence[str], forms: Sequence[Any]) -> Any:
-    """Return the sizes for the values of their forms."""
-    return np.array(
-        [
-            np.sqrt(np.sum(form * form)) if law == "length" else form.max()
-            for law, form in zip(laws, forms, strict=True)
-        ]
-    )
+    """Return the sizes (..., k) for the values of their forms, (..., rows) each."""
+    every = [
+        np.sqrt(np.sum(form * form, axis=-1)) if law == "length" else form.max(axis=-1)
+        for law, form in zip(laws, forms, strict=True)
+    ]
+    return np.stack(every, axis=-1) if every else np.zeros(0)
 
 
 def _forms(start: Sequence[Any], slope: Sequence[Any], m: Any) -> list[Any]:
-    return [first + own @ m for first, own in zip(start, slope, strict=True)]
+    pairs = zip(start, slope, strict=True)
+    return [first + (own @ m[..., None])[..., 0] for first, own in pairs]
 
 
 def _slopes(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m: Any) -> Any:
-    """Return d size / d m, (k, k)."""
+    """Return d size / d m, (..., k, k)."""
     rows = []
     for law, form, own in zip(laws, _forms(start, slope, m), slope, strict=True):
         if law == "length":
-            length = np.sqrt(np.sum(form * form))
-            rows.append(form @ own / length if length else 0 * own[0])
+            length = np.fmax(np.sqrt(np.sum(form * form, axis=-1)), 1e-300)
+            rows.append((form[..., None, :] @ own)[..., 0, :] / length[..., None])
         else:
-            rows.append(own[int(np.argmax(form))])
-    return np.array(rows)
+            most = np.argmax(form, axis=-1)[..., None, None]
+            rows.append(np.take_along_axis(own, most, axis=-2)[..., 0, :])
+    return np.stack(rows, axis=-2)
 
 
 def _newton(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m: Any) -> Any:

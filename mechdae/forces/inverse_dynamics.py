@@ -13,7 +13,7 @@ import numpy as np
 from mechdae.continuation.evaluate import Evaluator
 from mechdae.describe.named import TIME
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.friction_solutions import Branches
+from mechdae.forces.friction_solutions import Branches, Stage
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
 from mechdae.kernels.run.batch import Batch
@@ -200,29 +200,14 @@ class Statics:
         kept: Batch = self._kernels.kept(name, lambda: Batch(make(), shared))
         return kept.counting()
 
-    @cached_property
-    def _slipping(self) -> Batch:
-        return self._batch("slipping", lambda: self.balance.slipping, SPEEDS)
+    def _of(self, name: str) -> Batch:
+        """Return a function of the balance by its name."""
+        take = {"slipping": SPEEDS, "coming": RATES}.get(name, ALL)
+        return self._batch(name, lambda: getattr(self.balance, name), take)
 
-    @cached_property
-    def _coming(self) -> Batch:
-        return self._batch("coming", lambda: self.balance.coming, RATES)
-
-    @cached_property
-    def _solve(self) -> Batch:
-        return self._batch("solve", lambda: self.balance.solve)
-
-    @cached_property
-    def _quick(self) -> Batch:
-        return self._batch("quick", lambda: self.balance.quick)
-
-    def _report(self, friction: bool = True, base: str = "all") -> Batch:
-        return self._batch(f"report {friction} {base}", lambda: self.balance.report(friction, base))
-
-    @cached_property
-    def powers(self) -> Batch:
-        """As those of the balance, at many poses."""
-        return self._batch("powers", lambda: self.balance.powers)
+    def powers(self, inputs: Sequence[Any]) -> Any:
+        """Return those of the balance at poses, (4, n)."""
+        return self._of("powers")(*inputs)[0].T
 
     def imbalance(self, inputs: Sequence[Any], sizes: Any, loaded: Loaded, friction: bool) -> Any:
         """Return what is left of the balance of the bodies under what is reported, (n,)."""
@@ -234,7 +219,7 @@ class Statics:
     @cached_property
     def branches(self) -> Branches:
         """All solutions of poses where there may be none or several."""
-        return Branches(self.balance, self.p, self._stages)
+        return Branches(self.balance, self.p, self._of("stages"))
 
     # -- inputs ----------------------------------------------------------------------------
 
@@ -290,39 +275,38 @@ class Statics:
 
     def speeds(self, motion: Motion) -> Any:
         """Return the sliding speeds, (n, slips)."""
-        return self._slipping(motion.w, motion.v, self.p)[0]
+        return self._of("slipping")(motion.w, motion.v, self.p)[0]
 
-    def table_key(self, name: str) -> str:
-        """Return the key that gives a table its rows."""
-        load = self.scene.model.mechanism.loads[name]
-        return "rows" if getattr(load, "file", None) is None else "file"
+    def lost(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
+        """Yield loads without a value: name, poses (n,), what is wrong, at which key, a hint."""
+        yield from self._outside(motion)
+        yield from self._undirected(motion)
+        yield from self._unvalued(motion)
 
-    def outside(self, motion: Motion) -> dict[str, Any]:
-        """Return the poses at which a table has no value, by load."""
-        found = {}
+    def _outside(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
+        """Yield tables that end before the motion does."""
+        loads = self.scene.model.mechanism.loads
+        known = [(timed.name.removeprefix("load "), timed.ends, motion.times[:, 0])
+                 for timed in self.loads.timed if timed.ends is not None]  # fmt: skip
         if self.tables:
             at = self.abscissae(motion.w, motion.v, self.p)[0]
             for k, table in enumerate(self.tables):
                 load = self.loads.signals[k].load
-                slack = 1e-12 * np.abs(table[:, 0]).max()
-                with np.errstate(invalid="ignore"):
-                    lost = (at[:, k] < table[0, 0] - slack) | (at[:, k] > table[-1, 0] + slack)
-                if lost.any() and not load.periodic:
-                    found[load.name] = lost
-        t = motion.times[:, 0]
-        for timed in self.loads.timed:
-            if timed.ends is not None:
-                slack = 1e-12 * max(map(abs, timed.ends))
-                lost = (t < timed.ends[0] - slack) | (t > timed.ends[1] + slack)
-                if lost.any():
-                    found[timed.name.removeprefix("load ")] = lost
-        return found
+                if not load.periodic:
+                    known.insert(k, (load.name, (table[0, 0], table[-1, 0]), at[:, k]))
+        for name, (low, high), at in known:
+            slack = 1e-12 * max(abs(low), abs(high))
+            with np.errstate(invalid="ignore"):
+                outside = (at < low - slack) | (at > high + slack)
+            key = "rows" if getattr(loads[name], "file", None) is None else "file"
+            text = "the table ends before the motion does: no value"
+            yield name, outside, text, f".{key}", "add rows, or periodic = true"
 
-    def undirected(self, motion: Motion) -> dict[str, Any]:
-        """Return the poses at which a spring pulls and has no direction, by load."""
+    def _undirected(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
+        """Yield springs that pull where they have no direction."""
         own, take = self.loads.directions, (0, 1, 3, 6)
         if not own:
-            return {}
+            return
 
         def make() -> Any:
             results = [ca.vertcat(*[d.length for d in own]), ca.vertcat(*[d.pull for d in own])]
@@ -330,26 +314,29 @@ class Statics:
 
         lengths = self._batch("lengths", make, take)
         length, pull = lengths(motion.w, motion.v, motion.times, self.p)
-        lost = (length <= POINT * self.length) & (pull > 0)
-        names = [direction.load.name for direction in self.loads.directions]
-        return {name: lost[:, k] for k, name in enumerate(names) if lost[:, k].any()}
+        text = "the spring has no direction: its points coincide"
+        hint = "other points; a spring may only vanish with free_length = 0, preload = 0 and "
+        hint += "damping = 0"
+        for k, direction in enumerate(own):
+            lost = (length[:, k] <= POINT * self.length) & (pull[:, k] > 0)
+            yield direction.load.name, lost, text, ".between", hint
 
-    def unvalued(self, motion: Motion) -> dict[str, Any]:
-        """Return the poses at which a load is not a finite number, by load."""
+    def _unvalued(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
+        """Yield loads that are no finite number."""
         loads = self.scene.model.mechanism.loads
         names = [name for name, load in loads.items() if load.expressions]
         if not names:
-            return {}
+            return
 
         def make() -> Any:
             wrenches = [self.loads.wrenches[name] for name in names]
             sums = [ca.sum1(ca.fabs(ca.vertcat(0, *w.values()))) for w in wrenches]
             return self.balance.function("loads", [ca.vertcat(*sums)])
 
-        function = self._batch("loads", make)
+        values = self._batch("loads", make)(*self.inputs(motion))[0]
         there = np.isfinite(motion.v).all(axis=1)
-        lost = ~np.isfinite(function(*self.inputs(motion))[0]) & there[:, None]
-        return {name: lost[:, k] for k, name in enumerate(names) if lost[:, k].any()}
+        for k, name in enumerate(names):
+            yield name, ~np.isfinite(values[:, k]) & there, "it has no finite value", "", ""
 
     def signs(self, motion: Motion) -> Any:
         """Return the sign of each sliding speed, (n, slips).
@@ -360,7 +347,7 @@ class Statics:
         slips = self.balance.slips
         if not slips:
             return np.zeros((len(motion), 0))
-        speeds, largest = self._slipping(motion.w, motion.v, self.p)
+        speeds, largest = self._of("slipping")(motion.w, motion.v, self.p)
         signs = np.sign(speeds)
         turns = np.array([slip.unit == "rad" for slip in slips])
         spins, lengths = self._both(*largest.T)
@@ -375,7 +362,7 @@ class Statics:
             size = np.where(turns, spins[rows, None], lengths[rows, None])
             least = digits[rows, None] * size
             chosen = np.where(np.abs(exact) > rough * least, np.sign(exact), 0.0)
-            rates, largest = self._coming(some.w, some.v, some.a, self.p)
+            rates, largest = self._of("coming")(some.w, some.v, some.a, self.p)
             turn, change = largest.T
             turn = np.maximum(turn, spins[rows] ** 2)
             change = np.maximum(change, turn * self.length)
@@ -437,37 +424,10 @@ class Statics:
         if not self.balance.feedbacks:
             nothing = np.zeros((len(inputs[0]), 0))
             return nothing, nothing, np.ones(len(inputs[0]), bool)
-        free, whole, miss, contraction = self._solve(*inputs)
+        free, whole, miss, contraction = self._of("solve")(*inputs)
         with np.errstate(invalid="ignore"):
             good = np.all(miss <= SOLVED, axis=1) & np.all(contraction <= UNIQUE, axis=1)
         return free, whole, good
-
-    def feeding(self, inputs: Sequence[Any], sizes: Any) -> Any:
-        """Return how much friction feeds itself at poses, (n,): at 1 it jams.
-
-        It is the largest real eigenvalue of d size / d m; a feedback that reduces itself is
-        negative, however strong.
-        """
-        found = np.full(len(sizes), -np.inf)
-        for slopes in self._gradients(inputs, sizes):
-            slopes[~np.isfinite(slopes).all(axis=(1, 2))] = 0.0
-            values = np.linalg.eigvals(slopes)
-            real = np.abs(values.imag) <= 1e-9 * np.abs(values)
-            found = np.fmax(found, np.where(real, values.real, -np.inf).max(axis=1))
-        return found
-
-    def _gradients(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Any]:
-        """Yield d size / d m of each group, (n, k, k)."""
-        for (places, _, laws), values, slope in self._staged(inputs, sizes):
-            rows = []
-            for own, law, value in zip(slope, laws, values, strict=True):
-                if law == "length":
-                    size = np.fmax(np.linalg.norm(value, axis=1), 1e-300)
-                    rows.append(np.einsum("nr,nkr->nk", value, own) / size[:, None])
-                else:
-                    most = np.argmax(value, axis=1)[:, None, None]
-                    rows.append(np.take_along_axis(own, most, axis=2)[:, :, 0])
-            yield np.stack(rows, axis=1).reshape(-1, len(places), len(places))
 
     def forces(self, inputs: Sequence[Any]) -> tuple[Any, Any, Any, Loaded, Loaded]:
         """Return sizes without friction and with it, where these have proved to be the only ones,
@@ -475,7 +435,7 @@ class Statics:
 
         Where they are not, see `Branches`: `sizes` and what acts with them are not solved.
         """
-        quiet, sizes, miss, contraction, *rest = self._quick(*inputs)
+        quiet, sizes, miss, contraction, *rest = self._of("quick")(*inputs)
         with np.errstate(invalid="ignore"):
             good = np.all(contraction <= UNIQUE, axis=1)
             slow = np.flatnonzero(good & ~np.all(miss <= QUICKLY, axis=1))
@@ -486,52 +446,19 @@ class Statics:
             whole.put(slow, self.loaded(chosen, sizes[slow]))
         return quiet, sizes, good, free, whole
 
-    def rivals(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Any]:
-        """Yield the forms (n, k) of each guide, slot and mesh, of which the largest one acts."""
-        for (_, _, laws), values, _ in self._staged(inputs, sizes):
-            for value, law in zip(values, laws, strict=True):
-                if law == "largest":
-                    yield value
-
-    def _staged(self, inputs: Sequence[Any], sizes: Any) -> Iterator[tuple[Any, Any, Any]]:
-        """Yield each group with the forms of its feedbacks (n, rows) and slopes (n, k, rows)."""
-        sizes = np.nan_to_num(sizes)
-        starts, slopes = self._stages(*inputs, sizes)
-        first, second = 0, 0
-        for group in self.branches.groups:
-            places, forms, _ = group
-            rows = sum(s.stop - s.start for s in forms)
-            start = starts[:, first : first + rows]
-            slope = slopes[:, second : second + rows * len(places)]
-            slope = slope.reshape(len(start), len(places), rows)
-            value = start + np.einsum("nkr,nk->nr", slope, sizes[:, places])
-            yield group, [value[:, own] for own in forms], [slope[:, :, own] for own in forms]
-            first, second = first + rows, second + rows * len(places)
-
-    @cached_property
-    def most(self) -> float:
-        """Factor on friction at which a mesh would lose all of its power, infinite without one."""
-        model = self.scene.model
-        names = [f"{name}.mesh_loss" for name in self.balance.joints]
-        losses = [model.numbers[name] for name in names if name in model.numbers]
-        losses_at = self._kernels.kept(
-            "losses", lambda: ca.Function("losses", [model.p], [ca.vertcat(0, *losses)])
-        )
-        values = losses_at(self.p)
-        largest = float(ca.mmax(values))
-        return (1 + 1e-9) / largest if largest > 0 else np.inf
-
-    @cached_property
-    def _stages(self) -> Batch:
-        return self._batch("stages", lambda: self.balance.stages)
+    def staged(self, inputs: Sequence[Any], sizes: Any) -> Iterator[Stage]:
+        """Yield the linear forms of friction of each group at poses."""
+        return self.branches.staged(inputs, np.nan_to_num(sizes))
 
     def loaded(self, inputs: Sequence[Any], sizes: Any, friction: bool = True) -> Loaded:
         """Return what acts with the sizes of friction given."""
-        return _read(self._report(friction)(*inputs, sizes))
+        report = self._batch(f"report {friction}", lambda: self.balance.report(friction))
+        return _read(report(*inputs, sizes))
 
     def static(self, inputs: Sequence[Any], sizes: Any) -> Loaded:
         """Return what loads alone do, without inertia and friction."""
-        return _read(self._report(False, "static")(*inputs, sizes))
+        report = self._batch("static", lambda: self.balance.report(False, self.balance.applied))
+        return _read(report(*inputs, sizes))
 
 
 def _read(results: Sequence[Any]) -> Loaded:

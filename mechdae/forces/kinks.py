@@ -66,8 +66,10 @@ class State:
             add("sign", sign, speed[:, None])
         for cell, at_and_start in statics.cells(here.motion):
             add("cell", cell, at_and_start)
-        for rivals in statics.rivals(here.inputs, here.sizes) if statics.coupled else ():
-            add("largest", np.where(jammed, 0, np.argmax(rivals, axis=1)), rivals)
+        for stage in statics.staged(here.inputs, here.sizes) if statics.coupled else ():
+            for law, forms in zip(stage.laws, stage.forms(np.nan_to_num(here.sizes)), strict=True):
+                if law == "largest":
+                    add(law, np.where(jammed, 0, np.argmax(forms, axis=1)), forms)
         return (
             np.hstack(columns).astype(int),
             np.hstack([np.zeros((len(jammed), 0)), *values]),
@@ -83,7 +85,7 @@ class State:
                 locking = (here.free.driven(motion) < -least) & (here.whole.driven(motion) >= 0)
                 locking &= ~here.jammed
                 if locking.any():
-                    locking &= self.statics.powers(*here.inputs)[0][:, 0] > least
+                    locking &= self.statics.powers(here.inputs)[0] > least
         return locking
 
 

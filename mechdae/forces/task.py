@@ -92,7 +92,7 @@ def with_forces(
     faults += lost_poses(setting, answer, status, result.status)
     faults += verdicts(setting, answer)
     if task.cycle:
-        figures, broken = cycle(statics, moving, answer, task)
+        figures, broken = cycle(statics, moving, answer)
         summary |= figures
         faults += broken
     if task.direction == "both":
@@ -168,21 +168,8 @@ def _check_loads(setting: Setting, statics: Statics, motion: Motion) -> None:
     """Raise `InputError` for a load without a value at some pose."""
     lead = setting.plan.lead
     c = setting.plan.coordinates[lead]
-    for load, lost in statics.outside(motion).items():
-        at = float(motion.u[np.flatnonzero(lost)[0], lead])
-        raise InputError(
-            f"the table ends before the motion does: no value at {c.text} = {at:.6g}",
-            where=f"loads.{load}.{statics.table_key(load)}",
-            hint="add rows, or periodic = true",
-        )
-    for load, lost in statics.undirected(motion).items():
-        at = float(motion.u[np.flatnonzero(lost)[0], lead])
-        raise InputError(
-            f"the spring has no direction: its points coincide at {c.text} = {at:.6g}",
-            where=f"loads.{load}.between",
-            hint="other points; a spring may only vanish with free_length = 0, preload = 0 and "
-            "damping = 0",
-        )
-    for load, lost in statics.unvalued(motion).items():
-        at = float(motion.u[np.flatnonzero(lost)[0], lead])
-        raise InputError(f"it has no finite value at {c.text} = {at:.6g}", where=f"loads.{load}")
+    for load, lost, text, key, hint in statics.lost(motion):
+        if lost.any():
+            at = float(motion.u[np.flatnonzero(lost)[0], lead])
+            text = f"{text} at {c.text} = {at:.6g}"
+            raise InputError(text, where=f"loads.{load}{key}", hint=hint)

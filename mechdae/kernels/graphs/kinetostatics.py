@@ -317,17 +317,14 @@ class Balance:
                 slopes += [slope[i][j] for i in range(len(own))]
         return self.function("stages", [column(starts), column(slopes)], more=[self.sizes])
 
-    def report(self, friction: bool = True, base: str = "all") -> Any:
-        """Return the function of what is reported with sizes given.
+    def report(self, friction: bool = True, base: Wrench | None = None) -> Any:
+        """Return the function of what is reported with sizes given, under `base` or all forces.
 
         (inputs, m) -> reactions (3 joints,), efforts (drivers,), losses (lossy joints,), normal
         forces (guides,).
         """
-        wrench = {
-            "all": self.base, "static": self.applied, "inertial": times(-1, self.inertia)
-        }[base]  # fmt: skip
         used = self._used(friction)
-        chain = self.chain(wrench, used, sizes=self.sizes)
+        chain = self.chain(self.base if base is None else base, used, sizes=self.sizes)
         return self.function("report", self._reported(chain, used, self.sizes), more=[self.sizes])
 
     def _reported(self, chain: Chain, used: set[int], sizes: Any) -> list[Any]:
