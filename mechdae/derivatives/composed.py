@@ -15,6 +15,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.continuation.evaluate import in_time
+from mechdae.describe.file.problem import Problem
 from mechdae.errors import UnknownName
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.poses import unknown_columns
@@ -131,7 +132,7 @@ class Composed:
     @cached_property
     def coordinates(self) -> tuple[Any, Any, Any]:
         """w, dw, ddw of the balance: unknowns and drivers' values with their rates in time."""
-        columns = unknown_columns(self.setting).tolist()
+        columns = unknown_columns(self.setting)
         parts = zip(self.values, (self.u, self.du, self.ddu), strict=False)
         w, dw, ddw = (ca.vertcat(value[columns], driven) for value, driven in parts)
         return w, dw, ddw
@@ -292,3 +293,10 @@ def is_series(path: str) -> bool:
     """Return whether a path has a value at each pose that `Composed` computes."""
     head = path.split("/")[0]
     return head in ("bodies", "points", "joints", "efforts", "efforts_uncoupled", "outputs")
+
+
+def without_expressions(problem: Problem, names: Sequence[str]) -> Problem:
+    """Return the problem with numbers in place of expressions, which hide them from derivatives."""
+    mechanism = problem.mechanism
+    numbers, values = {**dict(mechanism.numbers()), **mechanism.parameters}, mechanism.values()
+    return problem.with_values({n: values[n] for n in names if isinstance(numbers[n], str)})

@@ -18,7 +18,7 @@ import numpy as np
 
 from mechdae.continuation.follower import extend
 from mechdae.continuation.path import Path
-from mechdae.derivatives.composed import Composed, is_series
+from mechdae.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.describe.coordinates import coordinate_names
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
@@ -104,9 +104,7 @@ def function(
     for name in inputs:
         if name.endswith(RATES) and name.rpartition(".")[0] not in drivers:
             raise UnknownName("input", name, [d + r for d in drivers for r in RATES])
-    literal = whole.with_values(
-        {name: values[name] for name in numbers if _is_text(mechanism, name)}
-    )
+    literal = without_expressions(whole, numbers)
     key = (
         structure_of(literal.mechanism),
         tuple(literal.mechanism.values().items()),
@@ -144,10 +142,6 @@ def _tell_apart(names: Sequence[str]) -> None:
                 where="function",
             )
         known[plain] = name
-
-
-def _is_text(mechanism: Mechanism, name: str) -> bool:
-    return isinstance({**dict(mechanism.numbers()), **mechanism.parameters}[name], str)
 
 
 def _base(

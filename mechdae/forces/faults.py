@@ -19,15 +19,15 @@ TOLERANCE = 1e-9
 """Share by which a check may fail before the result says so."""
 
 
-def lost_poses(setting: Setting, answer: PoseForces, status: Any, before: Any) -> list[str]:
+def lost_poses(setting: Setting, answer: PoseForces, places: Any) -> list[str]:
     """Return a sentence on poses that assemble and have no finite forces."""
-    places = np.flatnonzero((status == "singular") & (before == "ok"))
     if not places.size:
         return []
     c = setting.plan.coordinates[setting.plan.lead]
     first = shown(c.unit, float(answer.motion.u[places[0], setting.plan.lead]))
     return [
-        f"{places.size} of {len(status)} poses have no finite forces, first at {c.text} = {first}: "
+        f"{places.size} of {len(answer.motion)} poses have no finite forces, first at "
+        f"{c.text} = {first}: "
         f"the constraints lose their rank there (a change point)"
     ]
 

@@ -117,10 +117,6 @@ class Branches:
         sizes = np.array(solutions).reshape(len(solutions), len(self.balance.feedbacks))
         return FrictionSolutions(sizes, proven, connected, reached, joint)
 
-    def count(self, inputs: Sequence[Any]) -> int:
-        """Return the number of solutions."""
-        return len(self._all(inputs)[0])
-
     # -- all solutions -----------------------------------------------------------------------
 
     def _all(self, inputs: Sequence[Any]) -> tuple[list[Any], bool]:

@@ -278,65 +278,50 @@ class Statics:
         return self._of("slipping")(motion.w, motion.v, self.p)[0]
 
     def lost(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
-        """Yield loads without a value: name, poses (n,), what is wrong, at which key, a hint."""
-        yield from self._outside(motion)
-        yield from self._undirected(motion)
-        yield from self._unvalued(motion)
-
-    def _outside(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
-        """Yield tables that end before the motion does."""
+        """Yield loads that may have no value: name, poses (n,), what is wrong, its key, a hint."""
         loads = self.scene.model.mechanism.loads
-        known = [(timed.name.removeprefix("load "), timed.ends, motion.times[:, 0])
-                 for timed in self.loads.timed if timed.ends is not None]  # fmt: skip
-        if self.tables:
-            at = self.abscissae(motion.w, motion.v, self.p)[0]
-            for k, table in enumerate(self.tables):
-                load = self.loads.signals[k].load
-                if not load.periodic:
-                    known.insert(k, (load.name, (table[0, 0], table[-1, 0]), at[:, k]))
-        for name, (low, high), at in known:
+        for name, (low, high), at in self._ends(motion):
             slack = 1e-12 * max(abs(low), abs(high))
             with np.errstate(invalid="ignore"):
                 outside = (at < low - slack) | (at > high + slack)
-            key = "rows" if getattr(loads[name], "file", None) is None else "file"
+            key = ".rows" if getattr(loads[name], "file", None) is None else ".file"
             text = "the table ends before the motion does: no value"
-            yield name, outside, text, f".{key}", "add rows, or periodic = true"
-
-    def _undirected(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
-        """Yield springs that pull where they have no direction."""
-        own, take = self.loads.directions, (0, 1, 3, 6)
-        if not own:
-            return
-
-        def make() -> Any:
-            results = [ca.vertcat(*[d.length for d in own]), ca.vertcat(*[d.pull for d in own])]
-            return self.balance.function("lengths", results, take)
-
-        lengths = self._batch("lengths", make, take)
-        length, pull = lengths(motion.w, motion.v, motion.times, self.p)
-        text = "the spring has no direction: its points coincide"
-        hint = "other points; a spring may only vanish with free_length = 0, preload = 0 and "
-        hint += "damping = 0"
-        for k, direction in enumerate(own):
-            lost = (length[:, k] <= POINT * self.length) & (pull[:, k] > 0)
-            yield direction.load.name, lost, text, ".between", hint
-
-    def _unvalued(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
-        """Yield loads that are no finite number."""
-        loads = self.scene.model.mechanism.loads
+            yield name, outside, text, key, "add rows, or periodic = true"
+        directed, take = self.loads.directions, (0, 1, 3, 6)
+        if directed:
+            lengths = self._batch("lengths", lambda: self.balance.function(
+                "lengths",
+                [ca.vertcat(*[getattr(d, own) for d in directed]) for own in ("length", "pull")],
+                take,
+            ), take)  # fmt: skip
+            length, pull = lengths(motion.w, motion.v, motion.times, self.p)
+            text = "the spring has no direction: its points coincide"
+            hint = "other points; a spring may only vanish with free_length = 0, preload = 0 and "
+            hint += "damping = 0"
+            for k, direction in enumerate(directed):
+                lost = (length[:, k] <= POINT * self.length) & (pull[:, k] > 0)
+                yield direction.load.name, lost, text, ".between", hint
         names = [name for name, load in loads.items() if load.expressions]
-        if not names:
-            return
+        if names:
+            wrenches = [self.loads.wrenches[name].values() for name in names]
+            values = self._batch("loads", lambda: self.balance.function(
+                "loads", [ca.vertcat(*[ca.sum1(ca.fabs(ca.vertcat(0, *w))) for w in wrenches])]
+            ))  # fmt: skip
+            finite = np.isfinite(values(*self.inputs(motion))[0])
+            there = np.isfinite(motion.v).all(axis=1)
+            for name, own in zip(names, finite.T, strict=True):
+                yield name, ~own & there, "it has no finite value", "", ""
 
-        def make() -> Any:
-            wrenches = [self.loads.wrenches[name] for name in names]
-            sums = [ca.sum1(ca.fabs(ca.vertcat(0, *w.values()))) for w in wrenches]
-            return self.balance.function("loads", [ca.vertcat(*sums)])
-
-        values = self._batch("loads", make)(*self.inputs(motion))[0]
-        there = np.isfinite(motion.v).all(axis=1)
-        for k, name in enumerate(names):
-            yield name, ~np.isfinite(values[:, k]) & there, "it has no finite value", "", ""
+    def _ends(self, motion: Motion) -> Iterator[tuple[str, tuple[float, float], Any]]:
+        """Yield tables that end: name, ends, and where they are read (n,)."""
+        for k, table in enumerate(self.tables):
+            load = self.loads.signals[k].load
+            if not load.periodic:
+                at = self.abscissae(motion.w, motion.v, self.p)[0][:, k]
+                yield load.name, (table[0, 0], table[-1, 0]), at
+        for timed in self.loads.timed:
+            if timed.ends is not None:
+                yield timed.name.removeprefix("load "), timed.ends, motion.times[:, 0]
 
     def signs(self, motion: Motion) -> Any:
         """Return the sign of each sliding speed, (n, slips).

@@ -21,7 +21,7 @@ from mechdae.model.reduction import Scene
 from mechdae.setup.named_outputs import time_of
 from mechdae.setup.outputs import Request
 
-PREFIX = "unknowns of "
+PREFIX = "unknown "
 
 
 def loaded_bodies(model: Model) -> Iterable[str]:
@@ -33,20 +33,12 @@ def loaded_bodies(model: Model) -> Iterable[str]:
     return found
 
 
-def owners(scene: Scene) -> dict[str, list[int]]:
-    """Return the positions in x that belong to each body and curve joint of a scene."""
-    found: dict[str, list[int]] = {}
-    for i, (owner, _) in enumerate(scene.x_names):
-        found.setdefault(owner, []).append(i)
-    return found
-
-
 def requests(scene: Scene) -> list[Request]:
     """Return the unknowns as what is evaluated beside the outputs, for their rates."""
-    model, keys = scene.model, scene.x_names
+    model = scene.model
     return [
-        (PREFIX + name, model.q[[model.places[keys[i]] for i in places]], _bodies(model, name))
-        for name, places in owners(scene).items()
+        (f"{PREFIX}{i}", model.q[model.places[key]], _bodies(model, key[0]))
+        for i, key in enumerate(scene.x_names)
     ]
 
 
@@ -57,12 +49,9 @@ def _bodies(model: Model, name: str) -> tuple[str, ...]:
     return tuple(body for body in joint.bodies if body in model.mechanism.bodies)
 
 
-def unknown_columns(setting: Setting) -> Any:
+def unknown_columns(setting: Setting) -> list[int]:
     """Return the columns of a setting's outputs that are the unknowns, in the order of x."""
-    own = owners(setting.scene)
-    keys = [PREFIX + name for name in own]
-    places = [j for columns in own.values() for j in columns]
-    return np.array(setting.outputs.columns(keys), int)[np.argsort(places)]
+    return setting.outputs.columns(f"{PREFIX}{i}" for i in range(setting.graphs.nx))
 
 
 class Moving:

@@ -79,17 +79,27 @@ def with_forces(
     setting, moving, motion, statics = loaded.setting, loaded.moving, loaded.motion, loaded.statics
     _check_time(statics, motion)
     unique = uniqueness(statics, motion)
-    status = _with_rank(result)
     _check_loads(setting, statics, motion)
-    there = ((status == Status.OK) | (status == Status.AMBIGUOUS)) & motion.there
+    summary = result.summary.copy()
+    lost = _without_rank(result)
+    there = motion.there.copy()
+    there[lost] = False
+    if not summary["status"].keys() <= {Status.OK, Status.AMBIGUOUS}:
+        there &= np.isin(result.status, (Status.OK, Status.AMBIGUOUS))
     answer = solved(statics, motion, there)
     answer.free.put(np.flatnonzero(~there), np.nan)
     answer.whole.put(np.flatnonzero(~there), np.nan)
-    summary = result.summary.copy()
-    status[answer.jammed] = Status.JAMMED
-    status[answer.ambiguous] = Status.AMBIGUOUS
+    marks = (lost, np.flatnonzero(answer.jammed), np.flatnonzero(answer.ambiguous))
+    status = result.status
+    if any(map(len, marks)):
+        status = status.copy()
+        for word, rows in zip(
+            (Status.SINGULAR, Status.JAMMED, Status.AMBIGUOUS), marks, strict=True
+        ):
+            status[rows] = word
+        summary["status"] = counts(status)
     faults = [fault for fault in (result.fault,) if isinstance(fault, str)]
-    faults += lost_poses(setting, answer, status, result.status)
+    faults += lost_poses(setting, answer, lost)
     faults += verdicts(setting, answer)
     if task.cycle:
         figures, broken = cycle(statics, moving, answer)
@@ -120,7 +130,6 @@ def with_forces(
         summary["not_proven"] = unproven
     if answer.jammed.any():
         summary["jammed"] = jams_of(setting, answer)
-    summary["status"] = counts(status)
     series = series_of(statics, answer, task, unique)
     efforts, parts = efforts_of(setting, statics, answer, task)
     joints = {
@@ -146,13 +155,13 @@ def with_forces(
     return whole, answer
 
 
-def _with_rank(result: SweepResult) -> Any:
-    """Return the statuses, "singular" where constraints lose their rank: at change points."""
-    status = result.status.copy()
-    if result.condition is not None:
-        with np.errstate(invalid="ignore"):
-            status[(result.condition > SINGULAR) & (status == Status.OK)] = Status.SINGULAR
-    return status
+def _without_rank(result: SweepResult) -> Any:
+    """Return the poses at which constraints lose their rank, at change points, and no more."""
+    if result.condition is None:
+        return np.zeros(0, int)
+    with np.errstate(invalid="ignore"):
+        rows = np.flatnonzero(result.condition > SINGULAR)
+    return rows[result.status[rows] == Status.OK]
 
 
 def _check_time(statics: Statics, motion: Motion) -> None:

@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.derivatives import figures
-from mechdae.derivatives.composed import Composed, is_series
+from mechdae.derivatives.composed import Composed, is_series, without_expressions
 from mechdae.derivatives.figures import base_of, prepared
 from mechdae.describe.expression import build, evaluate, names_in
 from mechdae.describe.file.problem import Problem
@@ -98,7 +98,7 @@ def sensitivity(problem: Problem, name: str, task: Sensitivity) -> SensitivityRe
     for key in names:
         if key not in values:
             raise UnknownName("parameter", key, values, where="wrt")
-    literal = problem.with_values({key: values[key] for key in names if _is_text(problem, key)})
+    literal = without_expressions(problem, names)
     paths = [whole_path(literal.mechanism.outputs, path) for path in task.outputs]
     series = [path for path in paths if is_series(path) and _has_series(base)]
     rest = [path for path in paths if path not in series]
@@ -171,12 +171,6 @@ def _tolerances(problem: Problem, task: Sensitivity) -> dict[str, float]:
         except MechdaeError as error:
             raise error.inside(f"tolerances.{key}") from None
     return found
-
-
-def _is_text(problem: Problem, name: str) -> bool:
-    """Return whether a number is an expression, which would hide it from a derivative."""
-    numbers = {**dict(problem.mechanism.numbers()), **problem.mechanism.parameters}
-    return isinstance(numbers[name], str)
 
 
 def _has_series(task: Sweep | Motion | Equilibrium) -> bool:

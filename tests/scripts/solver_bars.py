@@ -1,6 +1,6 @@
 """What a warm call of `md.Solver` costs beside the yardstick, and how far it is from a fresh one.
 
-    python tests/scripts/solver_bars.py --out docs/data/solver.json --page docs/solver.md
+    python -m tests.scripts.solver_bars --out docs/data/solver.json --page docs/solver.md
 
 Every round takes each case in turn, three calls, and the yardstick (the closed form of the
 four-bar in NumPy, same number of poses) next to it; what is told are medians over the rounds, in
@@ -18,7 +18,7 @@ import platform
 import statistics
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,10 +26,13 @@ from typing import Any
 import numpy as np
 
 import mechdae as md
-from mechdae.bench.yardstick import yardstick
+from benchmarks.forces import problem as four_bar
+from mechdae.bench.yardstick import COUPLER, yardstick
+from mechdae.describe.tasks.kinds import Sensitivity
 from mechdae.kinematics.prepared import SHAPES
 
 BEGIN, END = "<!-- measured -->", "<!-- end of measured -->"
+MANY = 100_000
 STEP = 1e-6
 """Share of a dimension by which it differs from one call to the next."""
 
@@ -62,6 +65,31 @@ def solver_case(label: str, name: str, task: str, key: str, bar: float) -> Case:
     return Case(label, bar, poses, call, fresh)
 
 
+def forces_case(label: str, friction: str) -> Case:
+    """Return reactions and the effort of many poses of the yardstick's four-bar."""
+    problem = four_bar(MANY, friction)
+    solver = md.Solver(problem, "forces")
+
+    def call(share: float) -> md.Result:
+        return solver({"coupler.C.x": COUPLER * (1 + share)})
+
+    return Case(label, None, MANY, call)
+
+
+def slopes_case(label: str, poses: int) -> Case:
+    """Return derivatives of two outputs of a four-bar by its four lengths."""
+    problem = md.load("four-bar-crank-rocker")
+    problem = problem.with_task("turn", replace(problem.tasks["turn"], poses=poses))
+    outputs = ("points/coupler.P/position", "bodies/rocker/angle")
+    task = Sensitivity(of="turn", outputs=outputs, wrt=("a", "b", "c", "d"))
+    solver = md.Solver(problem.with_task("slopes", task), "slopes")
+
+    def call(share: float) -> md.Result:
+        return solver({"b": 0.12 * (1 + share)})
+
+    return Case(label, None, poses, call)
+
+
 def cases() -> list[Case]:
     """Return what is measured."""
     four = md.load("four-bar-crank-rocker")
@@ -86,6 +114,10 @@ def cases() -> list[Case]:
         Case("four-bar, one pose as arrays, another dimension", 0.3, 1, pose),
         Case("four-bar, one pose as arrays, same dimensions", None, 1, again),
         solver_case("slider-crank with friction", "slider-crank-friction", "cycle", "r", 15.0),
+        forces_case("four-bar, reactions and effort", "none"),
+        forces_case("four-bar, reactions and effort, coupled friction", "coupled"),
+        slopes_case("four-bar, sensitivity", 361),
+        slopes_case("four-bar, sensitivity, many poses", MANY),
         solver_case("Andrews' squeezer, motion at 1e-10", "andrews-squeezer", "motion", "m1", 40.0),
     ]
 
