@@ -29,6 +29,7 @@ from mechdae.kinematics.prepared import Setting
 from mechdae.kinematics.report import report
 from mechdae.measures.measure import sorted_events
 from mechdae.results import (
+    CODES,
     Later,
     Named,
     ReactionsResult,
@@ -36,6 +37,7 @@ from mechdae.results import (
     Status,
     Summary,
     SweepResult,
+    among,
     counts,
     events_of,
 )
@@ -82,21 +84,19 @@ def with_forces(
     _check_loads(setting, statics, motion)
     summary = result.summary.copy()
     lost = _without_rank(result)
-    there = motion.there.copy()
+    there = motion.there & among(result.codes, (Status.OK, Status.AMBIGUOUS))
     there[lost] = False
-    if not summary["status"].keys() <= {Status.OK, Status.AMBIGUOUS}:
-        there &= np.isin(result.status, (Status.OK, Status.AMBIGUOUS))
     answer = solved(statics, motion, there)
     answer.free.put(np.flatnonzero(~there), np.nan)
     answer.whole.put(np.flatnonzero(~there), np.nan)
     marks = (lost, np.flatnonzero(answer.jammed), np.flatnonzero(answer.ambiguous))
-    status = result.status
+    status = result.codes
     if any(map(len, marks)):
         status = status.copy()
         for word, rows in zip(
             (Status.SINGULAR, Status.JAMMED, Status.AMBIGUOUS), marks, strict=True
         ):
-            status[rows] = word
+            status[rows] = CODES[word]
         summary["status"] = counts(status)
     faults = [fault for fault in (result.fault,) if isinstance(fault, str)]
     faults += lost_poses(setting, answer, lost)
@@ -161,7 +161,7 @@ def _without_rank(result: SweepResult) -> Any:
         return np.zeros(0, int)
     with np.errstate(invalid="ignore"):
         rows = np.flatnonzero(result.condition > SINGULAR)
-    return rows[result.status[rows] == Status.OK]
+    return rows[result.codes[rows] == CODES[Status.OK]]
 
 
 def _check_time(statics: Statics, motion: Motion) -> None:

@@ -107,13 +107,19 @@ class Result:
 
     def as_kind(self, kind: type[R], **changes: Any) -> R:
         """Return a result of another class with what this one has, some of it changed."""
-        return kind(**{own.name: getattr(self, own.name) for own in fields(self)} | changes)
+        kept = [own.name for own in fields(self) if own.name not in changes]
+        return kind(**{name: getattr(self, name) for name in kept} | changes)
 
     def _parts(self) -> list[tuple[str, Series]]:
         return [(f"efforts_{word}", series) for word, series in self.parts.items()]
 
     def __len__(self) -> int:
-        return len(self.__dict__["_codes"])
+        return len(self.codes)
+
+    @property
+    def codes(self) -> Any:
+        """The statuses as bytes (n,), see `among`."""
+        return self.__dict__["_codes"]
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, as in the JSON of this task (nan as None)."""
