@@ -117,7 +117,8 @@ class Intervals:
         few = self.before[:, slow].any() or self.after[:, slow].any()
         count = FEW if few else 2 * NEAR + 1
         shares = np.tile(np.arange(1, count + 1) / (count + 1), (len(self.low), 1))
-        grain = GRAIN * np.maximum(abs(self.low), abs(self.high)) / (self.high - self.low)
+        width = np.fmax(self.high - self.low, np.finfo(float).tiny)
+        grain = GRAIN * np.maximum(abs(self.low), abs(self.high)) / width
         near = CLOSER ** np.arange(1, NEAR + 1)
         for k in () if few else np.flatnonzero(COARSE * grain < 1):
             there = self._expected(int(k), guides)
