@@ -478,6 +478,7 @@ class Assembler:
             poses, _, _ = self.candidates(group, x, u)
             names = self.group_labels(group, poses, u)
             blocks = self.blocks_of(group)
+            poses = [self.senses.towards(pose, x) for pose in poses]
             gaps = [max(self._apart(b, pose, x).max() for b in blocks) for pose in poses]
             labels.append(names[int(np.argmin(gaps))] if gaps else sign)
         return ",".join(labels)

@@ -11,12 +11,16 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.describe.coordinate_kinds import ANGLE, UNIT
 from mechdae.kernels.run.local import local
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 from mechdae.model.tree.tree_model import TreeModel
 from mechdae.setup.drivers import Sketch
+
+FOUR = 4
+SAME = 1e-7
+"""Largest difference of one and the same pose, in its unknowns."""
 
 
 class AxisSenses:
@@ -25,6 +29,12 @@ class AxisSenses:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._of: dict[int, list[Any]] = {}
+        places: dict[str, list[int]] = {}
+        for i, c in enumerate(scene.unknowns):
+            if c.kind is UNIT:
+                places.setdefault(c.owner, []).append(i)
+        self.quaternions = [own for own in places.values() if len(own) == FOUR]
+        """Places of those among the unknowns: a quaternion and its opposite are one orientation."""
         if isinstance(scene.model, TreeModel):
             for name, value in scene.model.senses:
                 group = next((g.index for g in scene.groups if name in g.joints), None)
@@ -34,12 +44,31 @@ class AxisSenses:
     def met(self, group: Group, poses: list[Any], u: Any) -> list[Any]:
         """Return the poses of a group with axes of the right sense."""
         values = self._of.get(group.index)
+        poses = self._once(poses)
         if not values or not poses:
             return poses
         key = ("senses", group.index)
         function = local(self.scene, key, lambda: ca.vertcat(*values))
         p = self.scene.model.p_values
         return [x for x in poses if np.all(function(x, u, p) > 0)]
+
+    def _once(self, poses: list[Any]) -> list[Any]:
+        """Return the poses without those that have an opposite quaternion and are else the same."""
+        if not self.quaternions:
+            return poses
+        kept: list[Any] = []
+        for x in poses:
+            if not any(np.abs(self.towards(x, other) - other).max() < SAME for other in kept):
+                kept.append(x)
+        return kept
+
+    def towards(self, x: Any, other: Any) -> Any:
+        """Return unknowns with the signs of quaternions that are nearer to those of others."""
+        result = x.copy()
+        for own in self.quaternions:
+            if result[own] @ other[own] < 0:
+                result[own] = -result[own]
+        return result
 
 
 def told_angles(scene: Scene, sketch: Sketch) -> dict[str, float]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import PLACE
+from mechdae.describe.coordinate_kinds import PLACE, UNIT
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.steps import Graphs
@@ -17,6 +17,8 @@ from mechdae.model.reduction import Scene
 
 BOXES = 64
 """Parts of the curves for which bounds are computed apart."""
+WIDEST = 1.25
+"""Bound of the components of unit quaternions: 1, and what a step may look beyond it."""
 MARGIN = 0.1
 """Share of an open curve's range by which a step may look beyond its ends."""
 
@@ -54,6 +56,7 @@ class Constants:
             turned = np.array([c.is_angle for c in graphs.scene.drivers], bool)
             largest = float(np.max(np.abs(size_u) * turned, initial=0.0))
             size_x = np.where(angle, 4 * np.pi + 2 * largest, 10 * self.scale)
+            size_x[graphs.scene.unknowns.of_kind(UNIT)] = WIDEST
             for i, contact in own_parameters(graphs.scene).items():
                 turned_by = (4 * np.pi + 2 * largest) if contact.closed else 0.2 * np.pi
                 size_x[i] = max(map(abs, contact.range)) + turned_by * contact.unit

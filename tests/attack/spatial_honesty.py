@@ -105,14 +105,14 @@ def judged(found: Case, poses: int = POSES) -> collections.Counter[str]:
         if status != "ok":
             told[str(status)] += 1
             continue
-        error = _error(found, result, k)
+        error = error_of(found, result, k)
         told["ok"] += 1
         told["wrong"] += int(not error <= result.bound.length[k])
         told["wide"] += int(result.bound.length[k] > 1e-9)
     return told
 
 
-def _error(found: Case, result: md.Result, k: int) -> float:
+def error_of(found: Case, result: md.Result, k: int) -> float:
     """Return how far the reported points are from the solution next to the reported pose."""
     u = float(result.drivers["J0.angle"].position[k])
     x: list[float] = []
