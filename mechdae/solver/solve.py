@@ -71,18 +71,24 @@ def placed(problem: Problem, task: str) -> Iterator[None]:
         raise
 
 
-IN_SPACE = ("sweep", "modes")
+IN_SPACE = ("sweep", "modes", "study", "sensitivity")
 """Kinds of tasks that are computed of spatial mechanisms."""
 
 
 def available(problem: Problem, task: Task) -> bool:
     """Return whether tasks of that kind are computed of the mechanism's dimension."""
-    return problem.mechanism.dimension == 2 or task.kind in IN_SPACE
+    if problem.mechanism.dimension == 2:
+        return True
+    inner = problem.tasks.get(getattr(task, "of", None) or "")
+    return task.kind in IN_SPACE and (inner is None or available(problem, inner))
 
 
 def check_available(problem: Problem, name: str, task: Task) -> None:
     """Raise for what is not computed of a spatial mechanism."""
     if not available(problem, task):
+        inner = problem.tasks.get(getattr(task, "of", None) or "")
+        if task.kind in IN_SPACE and inner is not None:
+            task, name = inner, str(getattr(task, "of", name))
         raise UnavailableError(
             f"tasks of kind '{task.kind}' are not computed in space by this version",
             where=f"tasks.{name}.kind",

@@ -85,6 +85,9 @@ def test_planar_tasks_are_refused_by_name() -> None:
     data = changed(RSSR, "tasks", "forces", to={"kind": "motion", "until": 1.0})
     with pytest.raises(md.UnavailableError, match="not computed in space"):
         md.solve(from_dict(data), "forces")
+    sets = {"kind": "study", "of": "forces", "vary": {"l": [0.29, 0.31, 3]}}
+    with pytest.raises(md.UnavailableError, match="kind 'motion' are not computed in space"):
+        md.solve(from_dict(changed(data, "tasks", "sets", to=sets)), "sets")
     turn = {**RSSR["tasks"]["turn"], "measures": ["transmission"]}
     with pytest.raises(md.UnavailableError, match="measures"):
         md.solve(from_dict(changed(RSSR, "tasks", "turn", to=turn)), "turn")

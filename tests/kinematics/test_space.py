@@ -206,3 +206,31 @@ def test_rates_are_the_derivatives_of_what_is_reported() -> None:
     )
     assert result.summary["work"]["unknowns"] == 1
     assert result.summary["work"]["path_steps"] <= 160
+
+
+def rocker_angle(length: float, z: float, tilt: float, u: float) -> float:
+    """Return the angle of the predefined RSSR's rocker on its second mode: P cos + Q sin = R."""
+    B = np.array([0.05 * np.cos(u), 0.05 * np.sin(u), 0.0])
+    axis = np.array([1.0, tilt, 0.0]) / np.hypot(1.0, tilt)
+    normal = np.array([0.0, 1.0, 0.0]) - axis * axis[1]
+    normal /= np.linalg.norm(normal)
+    g = np.array([0.1, 0.25, 0.05]) + z * axis - B
+    P, Q = 0.3 * normal @ g, 0.3 * np.cross(axis, normal) @ g
+    return float(np.arctan2(Q, P) + np.arccos((length**2 - g @ g - 0.15**2) / np.hypot(P, Q)))
+
+
+def test_sensitivities_and_studies() -> None:
+    """By a length, a place and a direction, which is a literal zero, against the closed form."""
+    names, middle, h = ("l", "rocker.C.z", "D.axis.y"), (0.3, 0.02, 0.0), 1e-5
+    asked = md.Sensitivity(of="poses", outputs=["joints/D/angle"], wrt=list(names))
+    found = md.solve("rssr", asked).data["derivatives"]["joints/D/angle"]
+    drivers = md.solve("rssr", "poses").drivers["A.angle"].position
+    for k, name in enumerate(names):
+        for row, u in enumerate(drivers):
+            up, down = ([v + s * h * (i == k) for i, v in enumerate(middle)] for s in (1, -1))
+            slope = (rocker_angle(*up, u) - rocker_angle(*down, u)) / (2 * h)
+            assert found[name][row] == pytest.approx(slope, rel=1e-7), name
+    study = md.Study(of="poses", vary={"l": [0.29, 0.31, 3]}, outputs=["joints/D/angle"])
+    table = md.solve("rssr", study).table["joints/D/angle"]
+    wanted = [[rocker_angle(size, 0.02, 0.0, u) for u in drivers] for size in (0.29, 0.3, 0.31)]
+    assert np.abs(np.exp(1j * table) - np.exp(1j * np.array(wanted))).max() < 1e-14
