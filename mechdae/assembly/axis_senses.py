@@ -75,5 +75,5 @@ def told_angles(scene: Scene, sketch: Sketch) -> dict[str, float]:
     """Return the sketched angles of spatial joints that are coordinates, by joint."""
     if not isinstance(scene.model, TreeModel):
         return {}
-    own = {c.key for c in scene.model.coordinates if c.kind is ANGLE}
+    own = {c.key for c in scene.model.coordinates if c.kind is ANGLE and c.name == "angle"}
     return {c.part: v for c, v in sketch.places.items() if (c.part, c.word) in own and c.is_angle}

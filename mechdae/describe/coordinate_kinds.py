@@ -19,8 +19,8 @@ PLACE = CoordinateKind("place on a curve", "1")
 UNIT = CoordinateKind("component of a unit quaternion", "1")
 
 KINDS = {
-    **dict.fromkeys(("x", "y", "z", "slide"), LENGTH),
-    **dict.fromkeys(("angle", "angle2"), ANGLE),
+    **dict.fromkeys(("x", "y", "z", "slide", "length"), LENGTH),
+    **dict.fromkeys(("angle", "angle2", "elevation", "azimuth"), ANGLE),
     "s": PLACE,
     **dict.fromkeys(("e0", "e1", "e2", "e3"), UNIT),
 }

@@ -15,8 +15,12 @@ RELATIVE = {
     "x": "joint x",
     "y": "joint y",
     "s": "curve",
+    "length": "length",
+    "elevation": "elevation",
+    "azimuth": "azimuth",
 }
 """Kinds of the relative coordinates of joints by their names."""
+ANGLES = ("body angle", *(RELATIVE[word] for word in ("angle", "angle2", "elevation", "azimuth")))
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ class NamedCoordinate:
     @property
     def is_angle(self) -> bool:
         """Whether the unit is the radian."""
-        return self.kind in ("body angle", RELATIVE["angle"], RELATIVE["angle2"])
+        return self.kind in ANGLES
 
     @property
     def word(self) -> str:

@@ -65,6 +65,8 @@ class Joint(Value):
     """Friction in it can be smoothed."""
     opening: ClassVar[int] = 5
     """Rank among joints to be opened where a mechanism cannot be assembled: pins first."""
+    pointer: ClassVar[bool] = False
+    """A vector of a loop in space: its bodies are points."""
     spatial: ClassVar[bool] = False
     """A pair of spatial mechanisms only."""
     freedoms: ClassVar[int] = 0

@@ -209,7 +209,7 @@ class Mechanism:
                     places = [values[f"{name}.{point}.{axis}"] for point in points]
                     spans.append(max(places) - min(places))
         for name, joint in self.joints.items():
-            if joint.bar:
+            if joint.bar or (joint.pointer and f"{name}.length" in values):
                 spans.append(values[f"{name}.length"])
             if follows_curve(joint):
                 spans.append(extent(joint, values))
@@ -384,7 +384,7 @@ def _check(mechanism: Mechanism) -> None:
     for joint in mechanism.joints.values():
         _check_joint(mechanism, joint)
         ends = (joint.kind, *sorted((joint.first, joint.second)))
-        if ends in seen and joint.lower:
+        if ends in seen and joint.lower and not joint.pointer:
             raise MechanismError(
                 f"repeats joint {seen[ends]}: same kind, same two points",
                 where=f"joints.{joint.name}",
@@ -413,7 +413,7 @@ def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
     place = f"joints.{joint.name}"
     kinds = KINDS_OF_JOINTS[mechanism.dimension]
     known = kinds.get(joint.kind)
-    if known is not type(joint):
+    if known is not type(joint) and not joint.pointer:
         here, other = ("the plane", "space") if mechanism.dimension == 2 else ("space", "the plane")
         if known is not None:
             raise MechanismError(

@@ -77,7 +77,7 @@ class Spans:
         result: dict[str, dict[str, float]] = {"swing": {}, "stroke": {}}
         for entry, span in zip(self.entries, (most - least).tolist(), strict=True):
             if np.isfinite(span):
-                result["stroke" if entry.name == "slide" else "swing"][entry.part] = span
+                result["swing" if entry.unit == "rad" else "stroke"][entry.part] = span
         self.evaluations = evaluator.pose.evaluations - before[0]
         self.refined = evaluator.refined - before[1]
         evaluator.pose.evaluations, evaluator.refined = before

@@ -322,6 +322,9 @@ def _count_in_space(mechanism: Mechanism) -> dict[str, Any]:
     """Return n, the pairs p5 to p1 by the freedoms they take, and W = 6 n - 5 p5 - ... - p1."""
     joints = list(mechanism.joints.values())
     n = len(mechanism.bodies) - sum(j.rigid for j in joints)
+    if any(j.pointer for j in joints):  # points at the ends of vectors: they do not turn
+        open_ = sum(3 - j.freedoms for j in joints)
+        return {"n": n, "p": open_, "W": 3 * n - open_}
     taken = [6 - j.freedoms if j.spatial else 1 for j in joints if not j.rigid]
     pairs = {f"p{k}": taken.count(k) for k in (5, 4, 3, 2, 1)}
     return {"n": n, **pairs, "W": 6 * n - sum(taken), "idle": list(idle_links(mechanism))}
@@ -351,8 +354,11 @@ def _check_missing(
     count = count_mobility(model.mechanism)
     drivers = sum(row.driver for row in rows)
     terms = [f"{k}*{count[f'p{k}']}" for k in (5, 4, 3, 2, 1) if count.get(f"p{k}")]
-    formula = f"3*{count['n']} - 2*{count['p5']} - {count['p4']}"
-    if model.mechanism.dimension == 3:
+    if model.mechanism.dimension == 2:
+        formula = f"3*{count['n']} - 2*{count['p5']} - {count['p4']}"
+    elif "p" in count:
+        formula = f"3*{count['n']} - {count['p']}"
+    else:
         formula = " - ".join([f"6*{count['n']}", *terms])
     hint = (
         f"{formula} = {count['W']} freedom(s), "

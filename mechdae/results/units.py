@@ -15,14 +15,18 @@ UNITS = {
     "orientation": "1",
     **{
         f"{word}{rate}": unit + over
-        for word, unit in (("angle", "rad"), ("angle2", "rad"), ("x", "m"), ("y", "m"))
+        for word, unit in (
+            *((word, "rad") for word in ("angle", "angle2", "elevation", "azimuth")),
+            *((word, "m") for word in ("x", "y", "length")),
+        )
         for rate, over in (
             ("_velocity", "/s"),
             ("_acceleration", "/s2"),
             ("_jerk", "/s3"),
         )
     },
-    "angle2": "rad",
+    **dict.fromkeys(("angle2", "elevation", "azimuth"), "rad"),
+    "length": "m",
     "x": "m",
     "y": "m",
     "slide": "m",
@@ -89,7 +93,8 @@ def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:
         return output_unit(mechanism, part, OUTPUT_RATES.index(name))
     if kind != "drivers":
         return UNITS.get(name, "1")
-    base = {"angle": "rad", "angle2": "rad", "s": "1"}.get(part.rpartition(".")[2], "m")
+    turns = dict.fromkeys(("angle", "angle2", "elevation", "azimuth"), "rad")
+    base = {**turns, "s": "1"}.get(part.rpartition(".")[2], "m")
     return base + DRIVER_UNITS.get(name, "")
 
 

@@ -24,10 +24,10 @@ RATES = {
     "orientation": ("orientation", "angular_velocity", "angular_acceleration", "angular_jerk"),
     "angle": ("angle", "angular_velocity", "angular_acceleration", "angular_jerk"),
     "position": ("position", "velocity", "acceleration", "jerk"),
-    "slide": ("slide", "slide_velocity", "slide_acceleration", "slide_jerk"),
-    "x": ("x", "x_velocity", "x_acceleration", "x_jerk"),
-    "y": ("y", "y_velocity", "y_acceleration", "y_jerk"),
-    "s": ("s", "s_velocity", "s_acceleration", "s_jerk"),
+    **{
+        name: (name, f"{name}_velocity", f"{name}_acceleration", f"{name}_jerk")
+        for name in ("slide", "x", "y", "s", "length", "elevation", "azimuth")
+    },
 }
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from mechdae.results import Result
 from mechdae.tables.text import Column, cells, rest
 
-RELATIVE = ("angle", "angle2", "slide", "x", "y")
+TURNS = ("angle", "angle2", "elevation", "azimuth")
+RELATIVE = (*TURNS, "slide", "x", "y", "length")
 """Coordinates of joints in space, angles first."""
 SLIDE = ("slide", "slide_velocity", "slide_acceleration")
 ANGLE = ("angle", "angular_velocity", "angular_acceleration")
@@ -137,7 +138,7 @@ class Quantities:
     def _relative(self, name: str, series: Any, rates: int) -> Iterator[Column]:
         """Yield the coordinates of a joint in space that change, with some of their rates."""
         for word in RELATIVE:
-            turns = word in RELATIVE[:2]
+            turns = word in TURNS
             noise = self.angle if turns else self.length
             if word not in series or not self._moves(series, word, f"{word}_velocity", noise):
                 continue

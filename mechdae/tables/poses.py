@@ -13,7 +13,7 @@ from mechdae.tables.forces import force_columns, is_force, motion_is_aside, sing
 from mechdae.tables.moving import Quantities
 from mechdae.tables.text import Column, cells, rows_of
 
-TURNS = ("angle", "angle2")
+TURNS = ("angle", "angle2", "elevation", "azimuth")
 ANGLES = tuple(f".{name}" for name in TURNS)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import permutations
 from typing import Any
 
 from mechdae.describe.mechanism import Mechanism
@@ -10,9 +11,10 @@ from mechdae.describe.vectors.closure import Closure
 from mechdae.describe.vectors.expand import slide_of
 from mechdae.describe.vectors.nodes import signed
 from mechdae.model.groups import Group
+from mechdae.modules.catalogue import MODULES, PLANE
 
-LETTERS = {"length": "l", "angle": "a"}
-SHOWN = {"length": "l", "angle": "\u03b1"}
+LETTERS = {"length": "l", "angle": "a", "elevation": "a", "azimuth": "b"}
+SHOWN = {"l": "l", "a": "\u03b1", "b": "\u03b2"}
 Unknown = tuple[str, str]
 """A vector and what of it is unknown: its length, or the angle of its direction."""
 
@@ -28,39 +30,55 @@ def modules(
     closure = mechanism.closure
     if closure is None:
         return [None] * len(groups)
-    known = {_driven(closure, text) for text in drivers}
-    pending = {name: _unknowns(closure, entries) for name, entries in closure.loops.items()}
+    space = mechanism.dimension == 3
+    known = {_driven(mechanism, text) for text in drivers}
+    pending = {name: _unknowns(mechanism, entries) for name, entries in closure.loops.items()}
     result: list[dict[str, Any] | None] = []
     for group in groups:
         own = [
             entry
             for entry in dict.fromkeys(u for own in pending.values() for u in own)
-            if entry not in known and _found_by(closure, group, entry)
+            if entry not in known and _found_by(mechanism, group, entry)
         ]
         known |= set(own)
         closed = [name for name, unknown in pending.items() if set(unknown) <= known]
         for name in closed:
             del pending[name]
-        result.append(_module(own, closed) if own else None)
+        result.append(_module(own, closed, space) if own else None)
     return result
 
 
-def _module(own: Sequence[Unknown], closed: list[str]) -> dict[str, Any]:
+def _module(own: Sequence[Unknown], closed: list[str], space: bool) -> dict[str, Any]:
     unknown: dict[str, list[str]] = {}
-    for word in ("length", "angle"):
+    for word in LETTERS:
         for vector, quantity in own:
             if quantity == word:
                 unknown.setdefault(vector, []).append(word)
-    words = ["".join(LETTERS[word] for word in sorted(u, reverse=True)) for u in unknown.values()]
-    name = "-".join(sorted(words, reverse=True)) if len(closed) == 1 and len(own) == 2 else None
-    text = ", ".join(f"{', '.join(SHOWN[w] for w in words)} of {v}" for v, words in unknown.items())
-    return {"name": name, "unknown": unknown, "loops": closed, "text": text}
+    letters = ["".join(LETTERS[word] for word in words) for words in unknown.values()]
+    orders = ("-".join(order) for order in permutations(letters)) if len(closed) == 1 else ()
+    known = MODULES if space else PLANE
+    text = ", ".join(
+        f"{', '.join(SHOWN[letter] for letter in own)} of {vector}"
+        for vector, own in zip(unknown, letters, strict=True)
+    )
+    return {
+        "name": next((name for name in orders if name in known), None),
+        "unknown": unknown,
+        "loops": closed,
+        "text": text,
+    }
 
 
-def _unknowns(closure: Closure, entries: Sequence[str]) -> list[Unknown]:
+def _unknowns(mechanism: Mechanism, entries: Sequence[str]) -> list[Unknown]:
     """Return what a loop leaves open, directions under the vector that they go by."""
     found: list[Unknown] = []
+    closure = mechanism.closure
+    assert closure is not None
     for vector in (signed(entry)[0] for entry in entries):
+        if mechanism.dimension == 3:
+            joint = mechanism.joints.get(vector)
+            found += [(vector, word) for word in (joint.coordinates if joint else ())]
+            continue
         if closure.vectors[vector].slides:
             found.append((vector, "length"))
         if closure.directions[vector][0]:
@@ -79,8 +97,13 @@ def _root(closure: Closure, vector: str) -> str:
     return vector
 
 
-def _driven(closure: Closure, text: str) -> Unknown:
+def _driven(mechanism: Mechanism, text: str) -> Unknown:
     """Return the unknown that a driver gives."""
+    closure = mechanism.closure
+    assert closure is not None
+    if mechanism.dimension == 3:
+        vector, _, word = text.partition(".")
+        return vector, word
     for vector in closure.vectors:
         if closure.aliases.get(f"{vector}.length", "") == closure.aliases.get(text, text):
             return vector, "length"
@@ -89,8 +112,12 @@ def _driven(closure: Closure, text: str) -> Unknown:
     return (_root(closure, owner), "angle") if owner else (text, "")
 
 
-def _found_by(closure: Closure, group: Group, unknown: Unknown) -> bool:
+def _found_by(mechanism: Mechanism, group: Group, unknown: Unknown) -> bool:
+    closure = mechanism.closure
+    assert closure is not None
     vector, quantity = unknown
+    if mechanism.dimension == 3:
+        return vector in group.joints
     if quantity == "length":
         return slide_of(vector) in group.joints
     return closure.directions[vector][0] in group.bodies

@@ -47,7 +47,7 @@ ROOMS = {
     "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
     "numerics results setup solver studies",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
-    "numerics results setup solver studies synthesis",
+    "modules numerics results setup solver studies synthesis",
     "pages": "continuation describe errors kernels kinematics model results setup tasks",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
     "cli": "assembly bench composition describe draw errors export jobs kernels modules pages "

@@ -78,6 +78,8 @@ def _lines(data: dict[str, Any]) -> list[str]:
 
 def _counted(count: dict[str, Any]) -> str:
     """Return the formula of the mobility by count."""
+    if "p" in count:  # points and equations of vectors
+        return f"3*{count['n']} - {count['p']}"
     if "p1" not in count:
         return f"3*{count['n']} - 2*{count['p5']} - {count['p4']}"
     terms = [f"{k}*{count[f'p{k}']}" for k in (5, 4, 3, 2, 1) if count[f"p{k}"]]

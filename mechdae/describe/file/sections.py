@@ -43,10 +43,6 @@ def read_problem(
         "dimension": dimension,
     }
     loops = [entry for entry in ("vectors", "loops", "nodes") if _table(data, entry)]
-    if loops and dimension == 3:
-        raise UnavailableError(
-            "vector loops are not computed in space by this version", where=loops[0]
-        )
     if loops:
         mechanism = from_loops(
             [read(Vector, t, f"vectors.{n}", name=n) for n, t in _table(data, "vectors").items()],

@@ -12,6 +12,7 @@ from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism, by_name,
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number, numbers_by_coordinate, numbers_by_name
 from mechdae.describe.vectors.closure import Closure
+from mechdae.describe.vectors.in_space import PointLoops, planar_only
 from mechdae.describe.vectors.links import FIXED, Link, VectorDirections, VectorLinks
 from mechdae.describe.vectors.nodes import (
     HEAD,
@@ -77,6 +78,17 @@ def from_loops(
         known = evaluate_all(numbers_by_name(parameters or {}))
     except MechdaeError as problem:
         raise (problem if problem.where else problem.inside("parameters")) from None
+    if rest.get("dimension", 2) == 3:
+        points = PointLoops(closure, known)
+        return Mechanism(
+            ground=points.ground,
+            bodies=points.bodies,
+            joints=points.joints,  # type: ignore[arg-type]
+            parameters=parameters or Table(),  # type: ignore[arg-type]
+            sketch=sketch or Table(),  # type: ignore[arg-type]
+            closure=closure,
+            **rest,
+        )
     made = _Expansion(closure, known)
     try:
         rough = numbers_by_coordinate(sketch or {})
@@ -114,6 +126,8 @@ class _Expansion:
         if not closure.loops:
             raise InputError("vectors need [loops] that they close", where="loops")
         self._check_names()
+        for vector in closure.vectors.values():
+            planar_only(vector)
         check_loops(closure.vectors, closure.loops)
         self.merged: Merged = nodes_of(closure.vectors, closure.loops)
         directions = VectorDirections(closure.vectors, closure.bodies, closure.ground)

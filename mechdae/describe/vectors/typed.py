@@ -48,6 +48,7 @@ def typed(mechanism: Mechanism) -> Closure | None:
             bodies=beside.bodies,
             joints=beside.joints,
             parameters=mechanism.parameters,
+            dimension=mechanism.dimension,
         )
     except MechdaeError:
         return None

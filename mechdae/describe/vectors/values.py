@@ -25,6 +25,8 @@ class Vector(Value):
     angle: Number | None = key(
         "number", None, doc="from x, rad; absent: unknown or driven", unit="rad"
     )
+    elevation: Number | None = key("number", None, doc="in space, out of x-z, rad", unit="rad")
+    azimuth: Number | None = key("number", None, doc="in space, from x to z, rad", unit="rad")
     along: str | None = key("name", None, doc="vector of the same direction")
     offset: Number | None = key("number", None, doc="angle from that vector, rad", unit="rad")
     from_: str | None = key("reference", None, doc="tail: point of a body")

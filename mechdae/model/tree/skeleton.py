@@ -17,6 +17,7 @@ from mechdae.model.kept import Kept
 from mechdae.model.model import Model, Row
 from mechdae.model.tree.closures import CutJoint, rows_of
 from mechdae.model.tree.meshes import bearings
+from mechdae.model.tree.pointers import points_of, structure_rows
 from mechdae.model.tree.sides import side
 from mechdae.model.tree.spatial_frames import TreeFrame, about_x, about_z
 
@@ -38,11 +39,14 @@ class Skeleton(Model):
         self.mechanism, self.kept, self._free = mechanism, Kept(), set()
         self._make_parameters()
         self._anchors, self.contacts = {}, {}
-        own = {name: of_owner(name, NAMES) for name in mechanism.bodies}
+        points = points_of(mechanism)
+        own = {n: of_owner(n, NAMES[:3] if n in points else NAMES) for n in mechanism.bodies}
         self._frames = {}
         for name, coordinates in own.items():
-            x, y, z, a, b, c = (coordinate.symbol for coordinate in coordinates)
-            turn = about_z(a) @ about_x(b) @ about_z(c)
+            x, y, z, *angles = (coordinate.symbol for coordinate in coordinates)
+            turn = SX.eye(3)
+            for angle, about in zip(angles, (about_z, about_x, about_z), strict=False):
+                turn = turn @ about(angle)
             self._frames[name] = TreeFrame(ca.vertcat(x, y, z), turn, SX.eye(3))  # type: ignore[assignment]
         self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))  # type: ignore[assignment]
         self.coordinates = Coordinates(c for part in own.values() for c in part)
@@ -53,6 +57,11 @@ class Skeleton(Model):
         for name, joint in mechanism.joints.items():
             if joint.meshes:
                 self.rows.append(Row(name, "mesh", self._mesh(name), "rad"))
+                continue
+            if joint.pointer:
+                gap = self.point(joint.second) - self.point(joint.first)
+                kept = structure_rows(joint, gap)
+                self.rows += [Row(name, *row) for row in kept]
                 continue
             self.rows += [Row(name, *row) for row in rows_of(joint.kind, self._cut(name))]
 
@@ -77,6 +86,10 @@ class Skeleton(Model):
         """Return a stand-in for a coordinate: it holds the same bodies."""
         if coordinate.kind == "point":
             return super().coordinate(coordinate)
+        joint = self.mechanism.joints[coordinate.part]
+        if joint.pointer:
+            gap = self.point(joint.second) - self.point(joint.first)
+            return ca.dot(ca.DM([1.0, 1.7, 2.3]), gap)
         cut = self._cut(coordinate.part)
         if coordinate.unit == "rad":
             return cut.own["angle"]

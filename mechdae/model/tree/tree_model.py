@@ -30,6 +30,7 @@ from mechdae.model.tree.closures import (
 )
 from mechdae.model.tree.idle_links import IdleLink, idle_links, without
 from mechdae.model.tree.meshes import bearings
+from mechdae.model.tree.pointers import WORDS, points_of, span
 from mechdae.model.tree.sides import literal, side
 from mechdae.model.tree.skeleton import Skeleton
 from mechdae.model.tree.spanning import Edge, edges
@@ -96,6 +97,9 @@ class TreeModel(Model):
         self._cut_joints = [j.name for j in joints if j.name not in tree]
         for name in self._cut_joints:
             self.rows += self._closed(name)
+        for joint in self.mechanism.joints.values():
+            if joint.pointer:
+                self.senses += [(joint.name, value) for value in self._usual(joint.name)]
         self.rows += [self._length_row(link) for link in self.idle.values()]
         self.coordinates = Coordinates(self._of.values())
         self.q_names = self.coordinates.keys
@@ -148,6 +152,8 @@ class TreeModel(Model):
             place = ca.vertcat(*[at[name] for name in "xyz"])
             return TreeFrame(place, by_quaternion(e), SX.eye(3))
         joint = self.mechanism.joints[edge.joint]
+        if joint.pointer:
+            return self._pointed(edge)
         names = QUATERNION if joint.ball else joint.coordinates
         lead = self._lead(edge.joint)
         if lead is not None:
@@ -162,6 +168,15 @@ class TreeModel(Model):
             return forward(known, self.local(here), C1, C2, motion)
         self._anchors[edge.child] = here.split(".")[1]
         return backward(known, self.local(there), C1, C2, motion)
+
+    def _pointed(self, edge: Edge) -> TreeFrame:
+        """Return the frame of the point at the other end of a vector."""
+        joint = self.mechanism.joints[edge.joint]
+        way = span(joint, self.numbers, self._own(edge.joint, joint.coordinates, edge.child))
+        here, there = (joint.first, joint.second) if edge.forward else (joint.second, joint.first)
+        self._anchors[edge.child] = there.split(".")[1]
+        place = self.point(here) + (way if edge.forward else -way)
+        return TreeFrame(place, SX.eye(3), SX.eye(3))
 
     def _lead(self, name: str) -> Any:
         pitch = self.numbers.get(f"{name}.pitch")
@@ -190,6 +205,8 @@ class TreeModel(Model):
         joint = self.mechanism.joints[name]
         if joint.meshes:
             return [Row(name, "mesh", self._mesh(name), "rad")]
+        if joint.pointer:
+            return self._head(name)
         angles = [word for word in joint.coordinates if word.startswith("angle")]
         if angles:
             self._own(name, angles, joint.second_body)
@@ -203,6 +220,32 @@ class TreeModel(Model):
             rows.append(Row(name, word, row, "rad"))
             self.senses.append((name, positive))
         return rows
+
+    def _head(self, name: str) -> list[Row]:
+        """Return the equations of a vector that is no edge: it ends at its head."""
+        joint = self.mechanism.joints[name]
+        way = span(joint, self.numbers, self._own(name, joint.coordinates, joint.second_body))
+        gap = self.point(joint.second) - self.point(joint.first) - way
+        return [Row(name, axis, gap[k], "m") for k, axis in enumerate("xyz")]
+
+    def _usual(self, name: str) -> list[Any]:
+        """Return what is positive of the usual one of the triples that are the same vector."""
+        joint = self.mechanism.joints[name]
+        driven = {c.word for c in self.drivers if c.part == name}
+        own = {
+            word: self._of[name, word].symbol for word in joint.coordinates if word not in driven
+        }
+        turns = {"elevation", "azimuth"} <= own.keys()
+        forward = {"length", "elevation"} <= own.keys()
+        return [
+            *([ca.cos(own["elevation"])] if turns else ()),
+            *([own["length"]] if forward else ()),
+        ]
+
+    def _free_vectors(self) -> list[str]:
+        """Return the vectors of which all is unknown: the structure has no equation of theirs."""
+        joints = self.mechanism.joints.values()
+        return [j.name for j in joints if j.pointer and len(j.coordinates) == len(WORDS)]
 
     def _mesh(self, name: str) -> Any:
         """(angle of the first) - ratio (angle of the second) - phase = 0, in the bearings."""
@@ -271,7 +314,8 @@ class TreeModel(Model):
 
     def reported(self, chosen: Selection, listed: bool) -> Selection:
         """Return what of a selection has a value: not what turns with a link that spins freely."""
-        bodies = tuple(name for name in chosen.bodies if name not in self.idle)
+        still = {*self.idle, *points_of(self.mechanism)}
+        bodies = tuple(name for name in chosen.bodies if name not in still)
         lost = [
             point
             for point in chosen.points
@@ -346,6 +390,7 @@ class TreeModel(Model):
                 [*group.bodies, *(link.name for link in links)], key=numbers.__getitem__
             )
             joints = [*group.joints, *(name for link in links for name in link.others)]
+            joints += [n for n in self._free_vectors() if n not in joints and latest(n) == k]
             result.append(
                 replace(
                     group,
