@@ -6,6 +6,7 @@ import functools
 import json
 import math
 from dataclasses import replace
+from typing import Any
 
 import mpmath as mp
 import numpy as np
@@ -374,3 +375,46 @@ def test_function_of_a_mechanism_without_tasks() -> None:
     r, rod, w = 0.1, 0.3, 7.0
     slope = mp.diff(lambda x: r * mp.cos(x) + mp.sqrt(rod**2 - (r * mp.sin(x)) ** 2), 1.0)
     assert float(f(1.0, w)[0]) == pytest.approx(float(slope) * w, rel=1e-12)
+
+
+def test_one_sweep_and_functions_that_are_kept(monkeypatch) -> None:
+    """Values and derivatives come from one run; other numbers of the structure build nothing."""
+    from mechdae.continuation.evaluate import Evaluator
+    from mechdae.studies import sensitivity
+
+    problem = md.load("four-bar-crank-rocker")
+    outputs = ("points/coupler.P/position", "bodies/rocker/angle")
+    task = md.Sensitivity(of="turn", outputs=outputs, wrt=("a", "b"))
+    solver = md.Solver(problem.with_task("slopes", task), "slopes")
+    calls: list[str] = []
+
+    def counted(place: Any, name: str) -> None:
+        own = getattr(place, name)
+        monkeypatch.setattr(place, name, lambda *a, **k: (calls.append(name), own(*a, **k))[1])
+
+    counted(Evaluator, "at")
+    counted(sensitivity, "Composed")
+    counted(sensitivity, "run")
+    solver()
+    assert calls == ["run", "at", "Composed"]
+    solver({"b": 0.1201})
+    assert calls[3:] == ["run", "at"]
+
+
+def test_order_two_has_the_first_derivatives_of_order_one() -> None:
+    """By the residuals alone, and through Newton steps: the same to rounding."""
+    problem = md.load("four-bar-crank-rocker")
+    outputs = ("points/coupler.P/acceleration", "bodies/rocker/angle")
+    one, two = (
+        md.solve(
+            problem.with_task(
+                "slopes", md.Sensitivity(of="turn", outputs=outputs, wrt=("a", "d"), order=order)
+            ),
+            "slopes",
+        ).data["derivatives"]
+        for order in (1, 2)
+    )
+    for path in outputs:
+        for name in ("a", "d"):
+            first, other = one[path][name], two[path][name]
+            assert np.abs(first - other).max() <= 1e-12 * np.abs(first).max()
