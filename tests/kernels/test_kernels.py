@@ -65,6 +65,21 @@ def test_results_that_others_are_made_of() -> None:
                 assert np.abs(own[k] - np.array(expected).ravel()).max() <= 1e-15
 
 
+def test_a_value_is_computed_once_whichever_way_it_is_written() -> None:
+    results = ca.vertcat(X[0] * P[0], P[0] * X[0] + X[1], X[1] + X[0] * P[0], X[2], 4.0)
+    f = ca.Function("f", [X, P], [results])
+    line = NumpyFunction(f, [1], unwanted={(0, 3)})
+    assert line.results == [(0, 0), (0, 1)]
+    assert line.places[0, 2] == ("result", (0, 1))
+    assert line.places[0, 4] == ("constant", 4.0)
+    assert (0, 3) not in line.places
+    x, p = RANDOM.normal(size=(10, 3)), np.array([0.7, 1.9])
+    into = {own: np.empty(10) for own in line.results}
+    line.block([x.T, p], line.scalars([x.T, p]), into)
+    assert np.array_equal(into[0, 0], x[:, 0] * 0.7)
+    assert np.array_equal(into[0, 1], x[:, 0] * 0.7 + x[:, 1])
+
+
 def test_batch_refuses_a_transposed_array() -> None:
     with pytest.raises(ValueError, match="rows of shape"):
         Batch(F, shared=[1])(np.zeros((4, 2)), np.zeros(2))

@@ -41,6 +41,8 @@ _UFUNCS: dict[int, Any] = {
     ca.OP_ASSIGN: np.positive,
     **{code: getattr(np, names[1]) for code, names in NAMES.items()},
 }
+EITHER_WAY = (ca.OP_ADD, ca.OP_MUL)
+"""Operations whose arguments may change places, which casadi takes for other ones."""
 _VALUES = {**_UFUNCS, **{code: pair[1] for code, pair in LOGIC.items()}}
 """Operations that return their result."""
 _WRITERS = {**_UFUNCS, **{code: into(pair[1]) for code, pair in LOGIC.items()}}
@@ -113,6 +115,7 @@ class NumpyFunction:
         highest: list[int] = []
         steps: list[Operation] = []
         first: dict[int, tuple[int, int]] = {}  # step -> the result that its value is
+        known: dict[Any, Place] = {}  # what was computed already, from which values
         for k in range(f.n_instructions()):
             code = f.instruction_id(k)
             into, out_of = f.instruction_output(k), f.instruction_input(k)
@@ -140,11 +143,16 @@ class NumpyFunction:
                     shared, need = False, max(need, what[1] if what[0] == 0 else -1)
             if code == ca.OP_TWICE:
                 code, sources = ca.OP_ADD, [sources[0], sources[0]]
+            texts = [f"{kind} {what!r}" for kind, what in sources]
+            made = (code, *(sorted(texts) if code in EITHER_WAY else texts))
+            if made in known:
+                place[into[0]] = known[made]
+                continue
             if shared:
-                place[into[0]] = ("scalar", len(self._once))
+                place[into[0]] = known[made] = ("scalar", len(self._once))
                 self._once.append((_VALUES[code], sources))
                 continue
-            place[into[0]] = ("buffer", len(steps))
+            place[into[0]] = known[made] = ("buffer", len(steps))
             steps.append((_WRITERS[code], sources, None))
             highest.append(need)
         self._allocate(steps, sorted(range(len(steps)), key=highest.__getitem__), first)
