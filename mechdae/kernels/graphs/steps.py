@@ -156,7 +156,8 @@ class Graphs(BoundGraphs):
             near = NEAR * ca.mmax((ds * ca.fabs(v[0]) + away[0]) / self._sizes(graph.own))
             if not self.single:  # a law may stand still over a step
                 near = ca.fmax(near, LEAST)
-            kappa = self._lipschitz(b, limits, self._step_ranges(b, *around, ds, near))
+            wide = self._step_ranges(b, *around, ds, near)
+            kappa = self._lipschitz(b, limits[:3], wide[:3])  # of x, z and u
         h = grown * kappa * eta
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
         test = ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT)
