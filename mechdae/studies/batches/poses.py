@@ -74,17 +74,16 @@ class LaneNodes:
 
     def __init__(self, trace: Followed, count: int, nx: int) -> None:
         lanes, s = (np.concatenate([part[k] for part in trace.nodes]) for k in (0, 1))
-        state = np.concatenate([part[2] for part in trace.nodes], axis=1)
+        state = np.concatenate([part[2].T for part in trace.nodes])
         order = np.lexsort((s, lanes))
         self.lanes, self.s = lanes[order], s[order]
-        state = state[:, order]
         trace.nodes.clear()
+        self.states = state[order].reshape(-1, 3, nx)
         self.first = np.searchsorted(self.lanes, np.arange(count + 1))
         self.count = np.diff(self.first)
         h = np.diff(self.s, append=0.0)
         h[self.first[1:] - 1] = 0.0
         self.width = np.where(h == 0, 1.0, h)
-        self.states = state.reshape(3, nx, -1)
 
     def before(self, grid: Any, right: bool) -> Any:
         """Return by lane and place of a rising grid the nodes that come before it (k, m).
@@ -99,7 +98,7 @@ class LaneNodes:
     def guess(self, lanes: Any, piece: Any, places: Any) -> Any:
         """Return unknowns (nx, n) at places (n,) on pieces (n,) of lanes, given in their order."""
         some = slice(self.first[lanes[0]], self.first[lanes[-1] + 1])
-        (x, v, a), h = self.states[:, :, some], self.width[some]
+        (x, v, a), h = np.ascontiguousarray(self.states[some].T.swapaxes(0, 1)), self.width[some]
         with np.errstate(invalid="ignore", over="ignore"):
             v0, a0 = v * h, a * (h * h)
             v1, a1 = np.roll(v, -1, axis=1) * h, np.roll(a, -1, axis=1) * (h * h)
