@@ -23,7 +23,7 @@ from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError, UnknownName
 from mechdae.jobs.distribute import Failure
 from mechdae.results import FINE, Result, Status
-from mechdae.studies.batches.batch import SERIES, SeriesBatch
+from mechdae.studies.batches.batch import SERIES, SeriesBatch, span_of
 from mechdae.studies.batches.screening import Screening
 
 OF_PARTS = (
@@ -143,7 +143,7 @@ class Computer:
         self.batch: SeriesBatch | None = None
         self.certify, self.note = certify, ""
         task, reason = problem.tasks[name], "only series of a plain sweep are screened"
-        if isinstance(task, Sweep) and in_series(task, outputs):
+        if isinstance(task, Sweep) and in_series(task, outputs, certify):
             self.batch, reason = _batch(problem, task, names, outputs, certify)
         if not certify and self.batch is None:
             self.note = f"the sets are not screened but computed with certificates: {reason}"
@@ -202,16 +202,23 @@ def _batch(
         found = kind(problem, task, names, outputs)
     except (SolveError, MechanismError) as error:  # other sets may be assembled
         return None, str(error.what)
+    except UnknownName as error:
+        if any(span_of(path) is not None for path in outputs):
+            return None, str(error.what)  # the span of what has none
+        raise
     return (found if found.usable else None), found.why_not
 
 
-def in_series(task: Sweep, outputs: Sequence[str]) -> bool:
-    """Return whether all outputs are series of one driver over given values."""
+def in_series(task: Sweep, outputs: Sequence[str], certify: bool) -> bool:
+    """Return whether all outputs are series, or spans, of one driver over given values."""
     if type(task) is not Sweep:
         return False  # forces have more to say than series
     drivers = task.all_drivers
     plain = len(drivers) == 1 and drivers[0].law is None and drivers[0].range is None
-    heads = all(path.split("/")[0] in SERIES for path in outputs)
+    spans = certify and plain and task.derivatives == 2 and drivers[0].at is None
+    heads = all(
+        path.split("/")[0] in SERIES or (spans and span_of(path) is not None) for path in outputs
+    )
     return plain and heads and task.mode is None and task.derivatives <= 2
 
 

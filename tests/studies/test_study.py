@@ -73,13 +73,28 @@ def test_lockstep_and_one_by_one_agree() -> None:
     samples = {"a": [0.03, 0.041, 0.05], "c": [0.08, 0.079, 0.09], "w": [1.0, 2.0, -3.0]}
     together = md.solve(problem, md.Study(samples=samples, of="turn", outputs=OUTPUTS))
     single = md.solve(
-        problem, md.Study(samples=samples, of="turn", outputs=(*OUTPUTS, "summary/swing/rocker"))
+        problem,
+        md.Study(samples=samples, of="turn", outputs=(*OUTPUTS, "summary/time_ratio/rocker")),
     )
     assert together.summary["work"]["alone"] == 0
     assert single.summary["work"]["together"] == 0
     for path in OUTPUTS:
         assert together.table[path] == pytest.approx(single.table[path], rel=1e-12, abs=1e-12)
-    assert np.all(single.table["summary/swing/rocker"] > 0.5)
+
+
+def test_swings_of_many_sets_are_those_of_the_dead_points() -> None:
+    """The rocker's dead points are at b + a and b - a, by the law of cosines."""
+    vary = {"a": [0.03, 0.04, 4], "b": [0.11, 0.13, 4], "c": [0.078, 0.085, 3]}
+    outputs = ("summary/swing/rocker", "summary/swing/crank", "bodies/rocker/angle")
+    result = md.solve(four_bar(), md.Study(vary=vary, of="turn", outputs=outputs))
+    assert result.summary["work"] == {"together": 48, "alone": 0}
+    a, b, c = (np.array(result.parameters[name], np.longdouble) for name in "abc")
+    d = np.longdouble(0.1)
+    far, near = (np.arccos((c * c + d * d - e * e) / (2 * c * d)) for e in (b + a, b - a))
+    assert np.abs(result.table[outputs[0]] - (far - near)).max() < 1e-14
+    assert np.abs(result.table[outputs[1]] - 2 * np.pi).max() < 1e-15
+    none = md.Study(vary=vary, of="turn", outputs=("summary/swing/C",))
+    assert np.isnan(md.solve(four_bar(), none).table["summary/swing/C"]).all()
 
 
 def test_sets_that_lock_are_followed_alone_and_said() -> None:

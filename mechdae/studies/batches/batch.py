@@ -19,14 +19,25 @@ from mechdae.studies.batches.march import Followed, March
 from mechdae.studies.batches.modes import StartingModes, Starts
 from mechdae.studies.batches.numbers import Numbers, bounds_of, numbers_of
 from mechdae.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
+from mechdae.studies.batches.spans import LaneSpans
 
 SERIES = ("bodies", "points", "joints")
+SPANS = {"summary/swing/": "bodies/{}/angle", "summary/stroke/": "joints/{}/slide"}
+"""Summaries that are computed for many sets at once, and of what they are the span."""
 NUMBERS = 20_000_000
 """Numbers that a portion of lanes may hold, roughly."""
 LEAST, MOST = 64, 8192
 """Lanes of a portion."""
 Follow = Callable[..., tuple[Any, Any, int]]
 """Of numbers, lanes, starts, places, values and table: lanes left, whole poses, steps."""
+
+
+def span_of(path: str) -> str | None:
+    """Return the path of the series whose span a path asks for, None of others."""
+    for head, series in SPANS.items():
+        if path.startswith(head):
+            return series.format(path.removeprefix(head))
+    return None
 
 
 @dataclass(frozen=True)
@@ -55,7 +66,12 @@ class SeriesBatch:
     ) -> None:
         self.problem, self.task, self.names, self.outputs = problem, task, list(names), outputs
         self.setting: Setting = prepare(problem, task, free=self.names)
-        self.asked = Asked(tuple(self.setting.outputs.column_of(path) for path in outputs))
+        self.series = [k for k, path in enumerate(outputs) if span_of(path) is None]
+        columns = self.setting.outputs.column_of
+        self.paths = [columns(outputs[k]) for k in self.series]
+        self.spanned = [columns(own)[1][0] for own in map(span_of, outputs) if own is not None]
+        spans = ((2, tuple(self.spanned)),) if self.spanned else ()
+        self.asked = Asked((*self.paths, *spans))
         self.why_not = self._why_not()
 
     @property
@@ -78,6 +94,7 @@ class SeriesBatch:
             return f"no closed form of group {names} is known: it is no dyad"
         self.modes = StartingModes(setting, form)
         self.poses = LanePoses(graphs, setting.outputs, form, self.asked)
+        self.spans = LaneSpans(self.poses, self.spanned)
         return "" if self.modes.usable else "whole turns of geared bodies tell modes apart"
 
     @property
@@ -104,14 +121,19 @@ class SeriesBatch:
             starts = self.modes(numbers, s)
         left = numbers.left | ~starts.sure
         lanes = np.flatnonzero(~left & ~starts.open)
-        table = [np.full((count, len(values), len(c)), np.nan) for _, c in self.asked.paths]
+        table = [np.full((count, len(values), len(c)), np.nan) for _, c in self.paths]
+        self.swept = np.full((count, len(self.spanned)), np.nan)
         status = np.full(count, str(Status.UNASSEMBLED), object)
         steps = 0
         if lanes.size:
             missed, whole, steps = follow(numbers, lanes, starts, s, values, table)
             left[lanes[missed]] = True
             status[lanes[whole.all(axis=1)]] = str(Status.OK)
-        shaped = [self._shaped(k, part) for k, part in enumerate(table)]
+        spans, series = iter(self.swept.T), iter(table)
+        shaped = [
+            self._shaped(k, next(series)) if k in self.series else next(spans)
+            for k in range(len(self.outputs))
+        ]
         return Rows(shaped, status.tolist(), left, steps)
 
     def _none(self, count: int) -> Rows:
@@ -149,7 +171,11 @@ class SeriesBatch:
         speed, acceleration, jerk = (rate[lanes][:, None] for rate in numbers.rates)
         y = in_time(y, speed, acceleration, jerk)
         place = {column: k for k, column in enumerate(self.asked.columns)}
-        for part, (order, columns) in zip(table, self.asked.paths, strict=True):
+        if self.spanned:
+            inside = (s >= values.min()) & (s <= values.max()) & complete.all(axis=1)
+            self.swept[lanes], sure = self.spans(own, nodes)
+            trace.left |= ~(sure & inside)
+        for part, (order, columns) in zip(table, self.paths, strict=True):
             for k, column in enumerate(columns):
                 part[lanes, :, k] = y[order][place[column]]
         return trace.left, complete, trace.steps

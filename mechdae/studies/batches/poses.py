@@ -216,6 +216,13 @@ class LanePoses:
         y = np.split(results[-1], range(count, len(results[-1]), count)) if count else [results[-1]]
         return y, good.all(axis=0)
 
+    def certified(self, lanes: Lanes, guess: Any, u: Any) -> tuple[Any, Any]:
+        """Return y, y', ... below one another at one place of each lane, which are certified."""
+        tiny = self.tiny[0] * lanes.consts[self.graphs.np] + self.tiny[1]
+        results = self._evaluated(guess, u, lanes.consts, lanes.kappa, tiny)
+        good = self._good(results, guess, lanes.kappa, lanes.rho, lanes.sign, lanes.size)
+        return results[-1], good.all(axis=0)
+
     def _evaluated(self, guess: Any, u: Any, consts: Any, kappa: Any, tiny: Any) -> list[Any]:
         """Return x, det, beta, eta^2 and y after as many steps as are needed."""
         results = [part.T for part in self.pose(guess.T, u[:, None], consts.T)]

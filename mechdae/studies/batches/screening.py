@@ -59,7 +59,7 @@ class Screening(SeriesBatch):
             rates = (rate[some][:, None] for rate in numbers.rates)
             y = in_time(list(y), *rates)
             there[first : first + size] = ~open_.reshape(len(some), n)
-            for part, (order, own) in zip(table, self.asked.paths, strict=True):
+            for part, (order, own) in zip(table, self.paths, strict=True):
                 for k, column in enumerate(own):
                     part[some, :, k] = y[order][place[column]]
         return np.zeros(len(lanes), bool), there, 0
