@@ -55,13 +55,10 @@ class Composed:
         Take the guess as the solved pose, and signs of sliding speeds as smooth functions of
         them over this share of the drivers' speed: for optimisation. Friction is solved anew.
     solved
-        Take the guess as the solved pose, which depends on the parameters: `first` is exact then,
-        and nothing else.
-    numbers
-        Whether p is an input after the free parameters; else they are those of the model.
-    dependent
-        Whether the drivers' values and rates depend on the parameters, to second order. Two more
-        inputs then: first and second derivatives of values, speeds, accelerations.
+        Take the guess as the solved pose, which depends on the parameters: for first derivatives.
+    numbers, dependent
+        Whether p is an input; whether the drivers' values and rates depend on the parameters: their
+        first and second derivatives are the last inputs then.
 
     Attributes
     ----------
@@ -155,13 +152,12 @@ class Composed:
         if self.smooth:
             law = balance.solve.call(inputs)[0]
             sizes = balance.refined(SMOOTH_STEPS).call([*inputs, law])[0]
-            return balance.report().call([*inputs, sizes]), free
-        if self.apart:
+        elif self.apart:
             _, sizes, misses, _ = balance.solve.call(inputs)
             for miss in ca.vertsplit(misses):
                 self.miss = ca.fmax(self.miss, miss)
-            return balance.report().call([*inputs, sizes]), free
-        sizes = balance.refined(1 if self.solved else STEPS).call([*inputs, self.sizes])[0]
+        else:
+            sizes = balance.refined(1 if self.solved else STEPS).call([*inputs, self.sizes])[0]
         return balance.report().call([*inputs, sizes]), free
 
     def _smoothed(self, speeds: Any) -> Any:
@@ -205,8 +201,7 @@ class Composed:
         if quantity.startswith("reaction"):
             return results[0][3 * k : 3 * k + 3]
         if quantity.startswith("loss"):
-            lossy = balance.lossy
-            return results[2][lossy.index(name)] if name in lossy else SX(0)
+            return results[2][balance.lossy.index(name)] if name in balance.lossy else SX(0)
         if name not in balance.guides:
             raise UnknownName("guide", name, balance.guides)
         return results[3][balance.guides.index(name)]
@@ -255,11 +250,7 @@ class Composed:
         return ca.Function("sampled", [*self.inputs, origin], [stacked], {"cse": True})
 
     def derivatives(self, order: int) -> Any:
-        """Return the function of the same inputs with derivatives by the free parameters.
-
-        Outputs, first derivatives (outputs, names) and for order 2 second ones (outputs, names,
-        names), by columns.
-        """
+        """Return (inputs) -> outputs and their derivatives by names, by columns, up to `order`."""
         y, free = self.expression, self.free
         if self.solved:
             seeds = ca.vertcat(self._slopes, SX.eye(free.numel()))

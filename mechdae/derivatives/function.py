@@ -28,6 +28,7 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
 from mechdae.describe.values import names
 from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.poses import loaded_run
 from mechdae.forces.uniqueness import require_unique
 from mechdae.kinematics.prepared import first_pose, prepare
@@ -263,7 +264,7 @@ class _Built:
         w, dw, ddw = moved(guess, u, du, ddu, free)
         p = self.parameters(free)
         signs = ca.sign(balance.slipping(w, dw, p)[0]) if balance.slips else MX(0, 1)
-        pieces = self._pieces(w, dw, p)
+        pieces = self._pieces(self.statics, w, dw, p)
         sizes, good = MX(0, 1), MX(1)
         if balance.feedbacks:
             law, whole, miss, _ = balance.solve(w, dw, ddw, MX(0), pieces, signs, p, MX(1))
@@ -272,13 +273,13 @@ class _Built:
             good = ca.mmax(miss) <= 1e-9 if coupled else MX(1)
         return pieces, signs, sizes, good
 
-    def _pieces(self, w: Any, dw: Any, p: Any) -> Any:
-        assert self.statics is not None
-        loads = self.statics.loads
+    @staticmethod
+    def _pieces(statics: Statics, w: Any, dw: Any, p: Any) -> Any:
+        loads = statics.loads
         timed = [MX(ca.DM(table.piece(0.0))) for table in loads.timed]
         if not loads.signals:
             return ca.vertcat(MX(0, 1), *timed)
-        at = self.statics.abscissae.function(w, dw, p)
+        at = statics.abscissae.function(w, dw, p)
         found = []
         for k, signal in enumerate(loads.signals):
             X, Y = np.array(signal.load.points).T

@@ -108,14 +108,9 @@ def absolute(scene: Scene, motion: Motion) -> list[Any]:
 class Loaded:
     """What acts at poses, friction in it or left out.
 
-    Attributes
-    ----------
-    reactions : (n, joints, 3) array
-        Force and moment about the second body's point, on the second body [N, N m].
-    efforts : (n, drivers) array
-    losses : (n, lossy joints) array
-        Power lost [W].
-    normals : (n, guides) array
+    ``reactions`` (n, joints, 3) are force and moment about the second body's point, on the second
+    body [N, N m]; ``efforts`` (n, drivers), ``losses`` (n, joints with friction) of power [W],
+    ``normals`` (n, guides).
     """
 
     reactions: Any

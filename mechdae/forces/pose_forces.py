@@ -16,20 +16,10 @@ from mechdae.forces.inverse_dynamics import Loaded, Motion, Statics, some
 class PoseForces:
     """Forces at poses.
 
-    Attributes
-    ----------
-    motion, inputs
-        The poses, as the functions of the balance take them.
-    there : (n,) array of bool
-        Which poses have forces, as far as one may know before they are solved.
-    quiet, sizes : (n, feedbacks) arrays
-        Sizes of friction without it and with it.
-    good : (n,) array of bool
-        Which poses have proved to have this one solution.
-    free, whole : Loaded
-        What acts without friction and with it; the same where friction is not coupled.
-    found : dict
-        All solutions of the other poses, by pose.
+    ``there`` (n,) tells which poses have forces, as far as one may know before they are solved,
+    ``good`` (n,) which have proved to have one solution; ``found`` has all those of others, by
+    pose. ``quiet`` and ``sizes`` (n, feedbacks) are sizes of friction without it and with it,
+    ``free`` and ``whole`` what acts; the same where friction is not coupled.
     """
 
     motion: Motion
