@@ -17,7 +17,7 @@ import numpy as np
 from mechdae.assembly.axis_senses import AxisSenses, told_angles
 from mechdae.assembly.closure import Closing, NoPose
 from mechdae.assembly.contacts import Contacts, ContactSolver
-from mechdae.assembly.elimination import BlockSolver, angle_slopes
+from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses
 from mechdae.assembly.least_gap import opening
 from mechdae.assembly.multistart import MOST, BlockSearch, BlockSolutions
@@ -25,6 +25,7 @@ from mechdae.assembly.nearest_mode import Nearest, Sketched
 from mechdae.assembly.redundant import RedundantSolver
 from mechdae.assembly.three_legs import Truss, truss
 from mechdae.assembly.turn_lattice import lattices, with_periods
+from mechdae.assembly.vector_loops import of_loop
 from mechdae.assembly.whole_turns import WholeTurns
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
@@ -180,7 +181,7 @@ class Assembler:
             ahead = []
             for start in found:
                 z = start[graph.uses] if graph.uses else np.zeros(0)
-                result = solver.solve(z, u)
+                result = solver.solve(z, u) or self._of_loop(b, start, u)
                 if result is None and (shape := self._truss(group)) is not None and search:
                     return self._of_truss(shape, x, u, nearby)
                 at = None
@@ -274,6 +275,18 @@ class Assembler:
         rows = np.flatnonzero(dependent(self.group_jacobian(x, u, group) * weights))
         owners = list(dict.fromkeys(self.scene.rows[group.rows[k]].owner for k in rows))
         return self.scene.model.sharing(owners)
+
+    def _of_loop(self, b: int, x: Any, u: Any) -> Solutions | None:
+        """Return the solutions of a block that is a module of a vector loop, None for others."""
+        mechanism = self.scene.model.mechanism
+        if mechanism.dimension == 2 or mechanism.closure is None:
+            return None
+        known, values = self.coordinates(x, u), mechanism.values()
+        for name, joint in mechanism.joints.items():
+            known |= {(name, word): values[f"{name}.{word}"] for word, _ in joint.numbers()}
+        graph = self.graphs.blocks[b]
+        z = x[graph.uses] if graph.uses else np.zeros(0)
+        return of_loop(self.solvers[b], z, u, known)
 
     def _truss(self, group: Group) -> Truss | None:
         """Return the group as a platform on three legs, None when it is none."""

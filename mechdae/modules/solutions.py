@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,13 +30,15 @@ class ModuleSolutions:
 
     ``unknowns`` has name -> (n, k): ``length1``, ``elevation2``; ``count`` (n,), ``gap`` (n, k)
     by the sizes of the vectors, ``determinant`` (n, k) of the closure by the unknowns, whose sign
-    and the place in the order of it make the ``labels``.
+    and the place in the order of it make the ``labels``. ``sure`` (n,) tells that each root of the
+    eliminant was accounted for, which near folds need not be.
     """
 
     unknowns: dict[str, Any]
     count: Any
     gap: Any
     determinant: Any
+    sure: Any = None
 
     def labels(self, row: int) -> list[str]:
         """Return the labels of one datum's solutions: ``+``, ``+2``, ``-``, ``-2``."""
@@ -88,7 +90,8 @@ def solve_module(name: str, vectors: Sequence[Mapping[str, Any]], total: Any) ->
     places = candidates(own, d)
     found = _all(own, places, d)
     tried = np.isfinite(np.sum(places, axis=0)).all(axis=-1).sum(axis=1)
-    doubtful = np.flatnonzero(found.count < tried)
+    found = replace(found, sure=found.count >= tried)
+    doubtful = np.flatnonzero(~found.sure)
     if name in CIRCLES and doubtful.size:
         part = [
             Vector3(v.unknown, {word: value[doubtful] for word, value in v.known.items()})
@@ -124,6 +127,7 @@ def _with(found: ModuleSolutions, rows: Any, more: ModuleSolutions) -> ModuleSol
         count,
         put(found.gap, more.gap),
         put(found.determinant, more.determinant),
+        found.sure,
     )
 
 

@@ -89,6 +89,30 @@ def test_two_loops_are_solved_one_after_the_other() -> None:
     ]
 
 
+def test_modules_are_solved_in_closed_form_and_proven() -> None:
+    """Counts of the table of the modules; the eight of three elevations are all real."""
+    found = md.load("vector-modules-spatial")
+    for task, count in (("la_b", 2), ("lb_a", 4), ("l_a_b", 4), ("a_a_a", 8), ("a_b_b", 4)):
+        result = md.solve(found, task)
+        assert result.summary["proven"]
+        assert result.summary["count"] == count
+        assert "search" not in result.summary
+
+
+def test_the_sense_of_a_loop_does_not_matter() -> None:
+    """The same loop with every vector run backwards has the same modes."""
+    text = TEXT.replace("[tasks.turn]", "[tasks.modes]").replace('"sweep"', '"modes"')
+    text = text.replace("from_deg = 0, to_deg = 360, speed = 3", "at_deg = [40]")
+    text = text.replace("poses = 25\n", "")
+    other = text.replace(
+        '["crank", "rod", "-slide", "-offset"]', '["offset", "slide", "-rod", "-crank"]'
+    )
+    one, two = md.solve(problem(text)), md.solve(problem(other))
+    assert one.summary["proven"]
+    assert two.summary["proven"]
+    assert np.allclose(np.sort(one.joints["slide"].length), np.sort(two.joints["slide"].length))
+
+
 def test_the_same_from_python_and_written_again(tmp_path: Path) -> None:
     degrees = math.radians
     mechanism = md.from_loops(
