@@ -50,9 +50,12 @@ class Case:
     beside: list[float] = field(default_factory=list)
 
 
-def solver_case(label: str, name: str, task: str, key: str, bar: float) -> Case:
-    """Return a warm call with another value of `key`."""
+def solver_case(
+    label: str, name: str, task: str, key: str, bar: float, given: dict[str, float] | None = None
+) -> Case:
+    """Return a warm call with another value of `key`, some numbers given for good."""
     problem = md.load(name)
+    problem = problem if given is None else problem.with_values(given)
     value, solver = problem.mechanism.values()[key], md.Solver(problem, task)
 
     def call(share: float) -> md.Result:
@@ -119,6 +122,14 @@ def cases() -> list[Case]:
         slopes_case("four-bar, sensitivity", 361),
         slopes_case("four-bar, sensitivity, many poses", MANY),
         solver_case("Andrews' squeezer, motion at 1e-10", "andrews-squeezer", "motion", "m1", 40.0),
+        solver_case(
+            "ladder of 40 parallelograms, 20 s at 1e-10",
+            "n-four-bar",
+            "motion",
+            "m",
+            1200.0,
+            {"N": 40, "tol": 1e-10, "t_end": 20.0},
+        ),
     ]
 
 
@@ -141,9 +152,9 @@ def timed(call: Callable[[], Any]) -> float:
     return 1e3 * (time.process_time() - start)
 
 
-def measured(rounds: int) -> dict[str, Any]:
-    """Return times and errors of all cases."""
-    every, share = cases(), 0.0
+def measured(rounds: int, only: str = "") -> dict[str, Any]:
+    """Return times and errors of all cases, or of those that have a text in their names."""
+    every, share = [case for case in cases() if only in case.name], 0.0
     for case in every:
         case.call(0.0)
     for _ in range(rounds):
@@ -173,7 +184,7 @@ def measured(rounds: int) -> dict[str, Any]:
         "machine": platform.machine(),
         "rounds": rounds,
         "rows": rows,
-        "memory": flat(),
+        **({} if only else {"memory": flat()}),
     }
 
 
@@ -216,10 +227,15 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--page", type=Path)
+    parser.add_argument("--only", default="", help="cases with this text; others stay in --out")
     given = parser.parse_args()
-    data = measured(given.rounds)
+    data = measured(given.rounds, given.only)
+    if given.only and given.out:
+        known = json.loads(given.out.read_text(encoding="utf-8"))
+        rows = {row["case"]: row for row in (*known["rows"], *data["rows"])}
+        data = {**known, "rows": list(rows.values())}
     print(table(data))
-    print(data["memory"])
+    print(data.get("memory", ""))
     if given.out:
         given.out.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     if given.page:
