@@ -113,7 +113,7 @@ def measure(
                 "seconds": ours,
                 "first": first,
                 "allowed": allowed,
-                "bound": float(np.nanmax(poses.error)) if poses.error.size else 0.0,
+                "bound": max((float(np.nanmax(own)) for own in poses.bounds.values()), default=0.0),
                 "not_ok": int((~poses.alive.all(axis=1)).sum()),
             }
         )
