@@ -75,5 +75,6 @@ def told_angles(scene: Scene, sketch: Sketch) -> dict[str, float]:
     """Return the sketched angles of spatial joints that are coordinates, by joint."""
     if not isinstance(scene.model, TreeModel):
         return {}
-    own = {c.key for c in scene.model.coordinates if c.kind is ANGLE and c.name == "angle"}
+    vectors = {j.name for j in scene.model.mechanism.joints.values() if j.pointer}
+    own = {c.key for c in scene.model.coordinates if c.kind is ANGLE and c.owner not in vectors}
     return {c.part: v for c, v in sketch.places.items() if (c.part, c.word) in own and c.is_angle}

@@ -30,7 +30,7 @@ class ReportedScalar:
     @property
     def is_output(self) -> bool:
         """Whether it is a body's angle or a slide: the coordinates of links, not of points."""
-        return self.name in [f"{self.part}.{word}" for word in ("angle", "slide", "length")]
+        return self.name in (f"{self.part}.angle", f"{self.part}.slide", f"{self.part}.length")
 
 
 def quantities(outputs: Outputs) -> list[ReportedScalar]:
