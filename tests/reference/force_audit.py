@@ -75,7 +75,7 @@ class Audit:
         return self.coordinate(text)
 
     def coordinate(self, coordinate: str) -> Any:
-        first, *rest = coordinate.split(".")
+        first, *rest = self.plain(coordinate).split(".")
         if first in self.m.joints:
             return getattr(self.r.joints[first], rest[0])
         if rest == ["angle"]:
@@ -105,6 +105,11 @@ class Audit:
         """Return the largest speed of a point."""
         return max(float(np.abs(complex_(p.velocity)).max()) for p in self.r.points.values())
 
+    def plain(self, coordinate: str) -> str:
+        """Return the coordinate of a body or joint that a vector's stands for."""
+        loops = self.m.closure
+        return loops.aliases.get(coordinate, coordinate) if loops else coordinate
+
     # -- actions -----------------------------------------------------------------------------------
 
     def act(self, body: str, force: Any, at: Any, turn: Any = 0.0) -> None:
@@ -124,7 +129,7 @@ class Audit:
 
     def along(self, coordinate: str, value: Any) -> None:
         """Enter a generalised force, positive along the growth of its coordinate."""
-        first, *rest = coordinate.split(".")
+        first, *rest = self.plain(coordinate).split(".")
         if first in self.m.joints:
             joint = self.m.joints[first]
             if rest == ["angle"]:
@@ -139,7 +144,7 @@ class Audit:
             self.act(first, value * (1.0 if rest[1] == "x" else 1j), self.at(point))
 
     def speed(self, coordinate: str) -> np.ndarray:
-        first, *rest = coordinate.split(".")
+        first, *rest = self.plain(coordinate).split(".")
         if first in self.m.joints:
             joint = self.m.joints[first]
             if rest == ["angle"]:
