@@ -29,6 +29,7 @@ from mechdae.kernels.bounds.series import (
 )
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.setup.scales import Constants
 
 ORDER = 16
@@ -88,7 +89,7 @@ class Expansion:
             if graph.redundant or self.graphs.course is not None:
                 return None
             try:
-                return SeriesFunction(ca.Function("FJ", inputs, results, {"cse": True}))
+                return SeriesFunction(without_repeats("FJ", inputs, results))
             except NoSeries:
                 return None
 

@@ -19,6 +19,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.errors import UnknownName
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.poses import unknown_columns
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kinematics.prepared import Setting
 from mechdae.model.parameters import parameters_of
 
@@ -238,16 +239,14 @@ class Composed:
     @cached_property
     def function(self) -> Any:
         """(guess, u, du, ddu, t, pieces, signs, m, free) -> outputs, stacked."""
-        return ca.Function(
-            "outputs", self.inputs, [self._at_origin(self.expression)], {"cse": True}
-        )
+        return without_repeats("outputs", self.inputs, [self._at_origin(self.expression)])
 
     @cached_property
     def sampled(self) -> Any:
         """The same inputs and the origin -> outputs with `miss` as the last one."""
         origin = SX.sym("none", len(self.names)) if self._origin is None else self._origin
         stacked = ca.vertcat(self.expression, self.miss)
-        return ca.Function("sampled", [*self.inputs, origin], [stacked], {"cse": True})
+        return without_repeats("sampled", [*self.inputs, origin], [stacked])
 
     def derivatives(self, order: int) -> Any:
         """Return (inputs) -> outputs and their derivatives by names, by columns, up to `order`."""
@@ -260,7 +259,7 @@ class Composed:
         if order == 2:
             results.append(ca.jacobian(ca.vec(ca.densify(results[1])), free))
         flat = [self._at_origin(ca.vec(ca.densify(result))) for result in results]
-        return ca.Function("derivatives", self.inputs, flat, {"cse": True})
+        return without_repeats("derivatives", self.inputs, flat)
 
     @property
     def _slopes(self) -> Any:

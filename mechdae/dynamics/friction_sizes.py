@@ -15,6 +15,7 @@ import numpy as np
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
 from mechdae.forces.friction_solutions import solutions_of
+from mechdae.kernels.run.without_repeats import without_repeats
 
 
 class Sizes:
@@ -30,7 +31,7 @@ class Sizes:
         def made() -> Any:
             columns, starts, slopes = k.coupling(*k.inputs)
             results = [ca.vec(columns), starts, ca.vec(slopes)]
-            return ca.Function("coupling", k.inputs, results, {"cse": True})
+            return without_repeats("coupling", k.inputs, results)
 
         return k.batch("coupling", made)
 

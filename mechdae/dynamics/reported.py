@@ -13,6 +13,7 @@ from mechdae.describe.named import reactions_of
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import WithReactions
 from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.model import Model
 from mechdae.results import Named, Series
 from mechdae.setup.named_outputs import NamedOutputs, requests
@@ -124,5 +125,5 @@ class Reported:
         second = ca.jtimes(first, at, along)
         inputs = [model.q, model.velocity, model.acceleration, model.p]
         results = [ca.densify(part) for part in (expression, first, second)]
-        function = ca.Function("outputs", inputs, results, {"cse": True})
+        function = without_repeats("outputs", inputs, results)
         return Batch(function, [3], straight=lambda: None)

@@ -18,6 +18,7 @@ from mechdae.forces.meshes import about_meshes, meshes_of, real_along
 from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, motion_of
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.high_precision import LONG, evaluate
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
@@ -374,7 +375,7 @@ class Statics:
         inputs = [g.x, g.u, *([] if g.single else [g.driven[0]]), g.consts]
         return (
             ca.Function("refined", inputs[:2] + inputs[-1:], [x]),
-            ca.Function("speeds", inputs, [speeds], {"cse": True}),
+            without_repeats("speeds", inputs, [speeds]),
         )
 
     def _settled(self, motion: Motion) -> tuple[Any, float]:

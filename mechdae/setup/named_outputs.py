@@ -19,6 +19,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import RATES, TIME, coordinates_of, names_of, reactions_of
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.kept import Kept
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.results import OUTPUT_RATES, Named, Series
@@ -132,7 +133,7 @@ class NamedOutputs:
             for _ in range(most):
                 rows.append(self._rate(rows[-1]))
         inputs = [ca.vertcat(*self._symbols), self._time, self.model.p]
-        function = ca.Function("named", inputs, [ca.vertcat(*rows)], {"cse": True})
+        function = without_repeats("named", inputs, [ca.vertcat(*rows)])
         return Batch(function, shared=[2])
 
     def _expression(self, name: str, known: dict[str, Any], ready: dict[str, Any]) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.synthesis.ipopt import NlpSolver, Optimum
 
 SX = ca.SX
@@ -170,7 +171,7 @@ class Nlp:
         numbers = []
         for _, function, of in self._outside:
             numbers.append(function(ca.Function("of", [z, self.p], [ca.densify(of)])(Z, P)))
-        whole = ca.Function("whole", [z, self.p, *symbols], results, {"cse": True})
+        whole = without_repeats("whole", [z, self.p, *symbols], results)
         found = whole(Z, P, *numbers)
         return Z, P, list(found) if isinstance(found, tuple) else [found]
 

@@ -14,6 +14,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import UnavailableError
 from mechdae.kernels.graphs.blocks import inverse
 from mechdae.kernels.graphs.steps import Graphs
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.measures.transmission import Dyad, dyads
 from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
@@ -88,7 +89,7 @@ class FreePoses:
         columns = [ca.vertcat(*residuals), ca.vertcat(*signs), asked]
         inside = ca.Function("inside", [g.x, g.u, g.p], columns)
         results = list(inside(g.x, g.u, p))
-        self.function = ca.Function("pose", [g.x, g.u, values], results, {"cse": True})
+        self.function = without_repeats("pose", [g.x, g.u, values], results)
         self.nb = len(g.blocks)
 
     def part(self, stacked: Any, name: str) -> Any:

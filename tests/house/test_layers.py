@@ -40,7 +40,8 @@ ROOMS = {
     "results setup",
     "dynamics": "assembly describe errors forces kernels kinematics model numerics results setup "
     "types",
-    "derivatives": "continuation describe errors forces kinematics model numerics results setup",
+    "derivatives": "continuation describe errors forces kernels kinematics model numerics results "
+    "setup",
     "solver": "describe dynamics errors forces kinematics results",
     "studies": "assembly continuation derivatives describe dynamics errors forces jobs kernels "
     "kinematics model numerics results setup solver",

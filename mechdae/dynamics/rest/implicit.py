@@ -27,6 +27,7 @@ from mechdae.dynamics.rest.balance import RANK
 from mechdae.dynamics.rest.equilibrium import at_rest
 from mechdae.dynamics.rest.small_motions import SETTLED
 from mechdae.errors import MechdaeError, SolveError
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.parameters import parameters_of
 
 SX = ca.SX
@@ -212,7 +213,7 @@ class Implicit:
         )
         every = ca.vertcat(r.x, self.lam, self.model.p)
         result = ca.densify(ca.jacobian(forms, every))
-        return ca.Function("forms", [*self.inputs, a, b], [result], {"cse": True})
+        return without_repeats("forms", [*self.inputs, a, b], [result])
 
     def _bilinear(self, a: Any, b: Any) -> Any:
         return np.array(self._forms(*self.at, a, b))

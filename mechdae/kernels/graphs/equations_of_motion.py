@@ -23,6 +23,7 @@ from mechdae.kernels.graphs.ldl import Factor, entries
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.motion_equations import Released
 
@@ -148,7 +149,7 @@ class Kernel:
     def function(self, name: str, results: Sequence[Any], more: Sequence[Any] = ()) -> Any:
         """Return the function (t, x, v, signs, ..., c)."""
         at = [self.t, self.x, self.v, self.signs, *more, self.c]
-        return ca.Function(name, at, list(results), {"cse": True})
+        return without_repeats(name, at, list(results))
 
     @kept_property
     def place(self) -> Any:
@@ -226,7 +227,7 @@ class Kernel:
         a, lam = solver.solve(f, ca.vertcat(gamma, -locks * rates))
         columns, ends = [ca.vertcat(a, lam)], [0, self.n, self.n + self.m + self.slips]
         if not self.rubs:
-            return ca.Function("coupling", at, [columns[0], SX(0, 1), SX(0, 0)], {"cse": True})
+            return without_repeats("coupling", at, [columns[0], SX(0, 1), SX(0, 0)])
         push, applied = SX.sym("push", r.push.numel()), SX.sym("a", self.n)
         inner = SX.sym("inner", self.m + self.slips)
         lam, held = ca.vertsplit(inner, [0, self.m, self.m + self.slips])
@@ -243,7 +244,7 @@ class Kernel:
             columns.append(ca.vertcat(b, tau))
             slopes.append(form(*at[:4], ca.densify(effects[:, j]), b, tau, self.c))
         results = [ca.horzcat(*columns), starts, ca.horzcat(*slopes)]
-        return ca.Function("coupling", at, [ca.densify(p) for p in results], {"cse": True})
+        return without_repeats("coupling", at, [ca.densify(p) for p in results])
 
     def _form(self, feedback: Any, multipliers: Any) -> Any:
         """Return the linear forms of a feedback for the multipliers of all equations."""
@@ -290,7 +291,7 @@ class Kernel:
         at = self.inputs
         a, inner, miss = self.coupled(*at)
         results = [*self._decisive(a, inner), miss]
-        return ca.Function("sticking", at, [ca.densify(e) for e in results], {"cse": True})
+        return without_repeats("sticking", at, [ca.densify(e) for e in results])
 
     @kept_property
     def sticking_of(self) -> Any:
@@ -328,13 +329,13 @@ class Kernel:
         if self.slips or self.rubs:
             a, inner, miss = self.coupled(*at)
             a = a + ca.if_else(miss < SOLVED, 0, SX.nan()) if self.rubs else a
-            return ca.Function("rhs", at, [ca.densify(a), ca.densify(inner)], {"cse": True})
+            return without_repeats("rhs", at, [ca.densify(a), ca.densify(inner)])
         M, f, J, gamma = self.parts(*at)
         solver = _Solver(M, J, self.given["eps"], self._weights)
         if self._weights is not None:
             f = f + J.T @ (self._weights * gamma)
         a, lam = solver.solve(f, gamma)
-        return ca.Function("rhs", at, [ca.densify(a), ca.densify(lam)], {"cse": True})
+        return without_repeats("rhs", at, [ca.densify(a), ca.densify(lam)])
 
     @kept_property
     def project(self) -> Any:
@@ -359,9 +360,9 @@ class Kernel:
                 gap = ca.vertcat(gap, locks * self.locking(self.t, x, v, self.signs, self.c)[2])
             v = v - solver.shortest(gap)
         if not self.m:
-            return ca.Function("project", at, [x, v, SX(0)], {"cse": True})
+            return without_repeats("project", at, [x, v, SX(0)])
         miss = ca.mmax(ca.fabs(phi) / self.given["gaps"])
-        return ca.Function("project", at, [x, v, miss], {"cse": True})
+        return without_repeats("project", at, [x, v, miss])
 
 
 class _Solver:

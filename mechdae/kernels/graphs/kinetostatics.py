@@ -31,6 +31,7 @@ from mechdae.kernels.graphs.friction_sizes import (
     sizes_by_newton,
 )
 from mechdae.kernels.graphs.linear import among, solution
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.forces.friction import Feedback, Laws, Slip, normal_form
 from mechdae.model.forces.generalised import Wrench, add, gradients, put, reaction, times
 from mechdae.model.forces.inertia import inertia, kinetic_energy
@@ -43,7 +44,6 @@ SX = ca.SX
 NEWTON, QUICK = 6, 3
 """Steps of Newton's method for the sizes of a group, from their values without friction: where
 those of the quick function are not enough, and in that one."""
-OPTIONS = {"cse": True}
 ALL, SPEEDS, RATES = range(8), (0, 1, 6), (0, 1, 2, 6)
 """Places of the inputs that functions take: all, those of speeds, those of their rates."""
 
@@ -463,4 +463,4 @@ def driven(scene: Scene, name: str, results: Sequence[Any], inputs: Sequence[Any
     others = [own for own in inputs if all(own is not w for w in moved)]
     general = ca.Function(name, [*absolute, *others], [ca.densify(r) for r in results])
     found = general.call([*coordinates, *others])
-    return ca.Function(name, list(inputs), [ca.densify(r) for r in found], OPTIONS)
+    return without_repeats(name, list(inputs), [ca.densify(r) for r in found])

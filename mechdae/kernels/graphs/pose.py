@@ -32,6 +32,7 @@ from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, left_inve
 from mechdae.kernels.graphs.driver_curve import DriverCurve
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.numpy_backend import NumpyFunction, straight
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import fingerprint, stored_property
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.reduction import Scene
@@ -40,7 +41,6 @@ SX = ca.SX
 CLOSURE = 64
 """Rounding bounds of a redundant block by which its equations may stay open: data that are
 consistent in exact arithmetic are not so as float64 numbers."""
-OPTIONS = {"cse": True}
 FEW = 8
 """Blocks up to which what several of them share is looked for: it takes longer than all else."""
 
@@ -114,10 +114,10 @@ class PoseGraphs:
         """Whether s is an angle: a whole turn of it leads to the same pose."""
         return self.course.turns if self.course else self.single and self.scene.drivers[0].is_angle
 
-    @property
-    def options(self) -> dict[str, bool]:
-        """How functions of all blocks are made; what a block repeats is shared in any case."""
-        return OPTIONS if self.nb <= FEW else {}
+    def of_all_blocks(self, name: str, inputs: list[Any], results: list[Any]) -> Any:
+        """Return a function of all blocks; what one block repeats is shared in any case."""
+        make = without_repeats if self.nb <= FEW else ca.Function
+        return make(name, inputs, results)
 
     def ancestors(self, b: int) -> list[int]:
         """Return the blocks that block `b` depends on, itself last."""
@@ -169,8 +169,8 @@ class PoseGraphs:
             return make(*inputs)
 
         def function() -> Any:
-            symbols = [SX.sym("i", part.sparsity()) for part in inputs]
-            return ca.Function(name, [*symbols, self.scale, shape.q], make(*symbols), OPTIONS)
+            symbols = [SX.sym(f"i{k}", part.sparsity()) for k, part in enumerate(inputs)]
+            return without_repeats(name, [*symbols, self.scale, shape.q], make(*symbols))
 
         made = self.kept((name, shape, len(inputs)), function)
         results: list[Any] = made.call([*inputs, self.scale, self.blocks[b].q])
@@ -326,7 +326,7 @@ class PoseGraphs:
         outputs = self.output_rates(x, trig, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
-        return ca.Function("pose", inputs, results, self.options)
+        return self.of_all_blocks("pose", inputs, results)
 
     @kept_property
     def straight_pose(self) -> NumpyFunction | None:
@@ -351,7 +351,7 @@ class PoseGraphs:
         outputs = self.output_rates(x, trig, parts)
         inputs = [self.x, self.u, *([] if self.single else self.driven), self.consts]
         results = [x, parts["error"], parts["det"], parts["beta"], column(eta), *outputs]
-        return ca.Function("held", [*inputs, v, a, error], results, self.options)
+        return self.of_all_blocks("held", [*inputs, v, a, error], results)
 
     def output_rates(self, x: Any, trig: Any, parts: dict[str, Any]) -> list[Any]:
         """Return y, y', ... at solved unknowns with the sines and cosines of all of them."""

@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.kernels.graphs.equations_of_motion import Kernel
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.kept import kept_property
 
 
@@ -35,4 +36,4 @@ class Smooth(Kernel):
         at = [self.t, self.x, self.v, self.signs, *more, self.c]
         general = ca.Function(name, at, list(results))
         smoothed = [self.t, self.x, self.v, self._smoothed, *more, self.c]
-        return ca.Function(name, at, general.call(smoothed), {"cse": True})
+        return without_repeats(name, at, general.call(smoothed))

@@ -18,6 +18,7 @@ import numpy as np
 from mechdae.kernels.graphs.equations_of_motion import Kernel
 from mechdae.kernels.graphs.tableau import DENSE, FIFTH, NODES, STAGES, THIRD
 from mechdae.kernels.machine.program import program
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.kept import Kept, kept_property
 
 SX = ca.SX
@@ -150,7 +151,7 @@ class Stepper:
         after, inner = k.rhs(t + h, place, rate, signs, c)
         inputs = [t, x, v, a, m, w, h, signs, omega, c]
         results = [place, rate, after, self._sizes(inner), work, error, miss]
-        return ca.Function("step", inputs, [ca.densify(r) for r in results], {"cse": True})
+        return without_repeats("step", inputs, [ca.densify(r) for r in results])
 
     def _frequency(self, v: Any, a: Any, sizes: Any) -> Any:
         if not self.n:
@@ -198,7 +199,7 @@ class Stepper:
         done = ca.vertcat(
             chosen, following, ca.if_else(good, 0, 1), top, good, error, passed, part["trials"] + 1
         )
-        return ca.Function("trial", [state, numbers], [done], {"cse": True})
+        return without_repeats("trial", [state, numbers], [done])
 
     def _turned(self, t: Any, x: Any, v: Any, signs: Any, c: Any) -> Any:
         """Return whether a slip moves against its sign."""
@@ -243,7 +244,7 @@ class Stepper:
             columns.append(ca.horzcat(*own))
         whole = ca.densify(ca.vertcat(*columns))
         results = [ca.vec(whole.T)]
-        return ca.Function("dense", [t, x, v, a, m, h, signs, c], results, {"cse": True})
+        return without_repeats("dense", [t, x, v, a, m, h, signs, c], results)
 
 
 class Chunk:

@@ -14,7 +14,7 @@ from mechdae.kernels.bounds.intervals import lower_bounds
 from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.graphs.blocks import column, norm, placed
 from mechdae.kernels.graphs.bounds import BoundGraphs
-from mechdae.kernels.graphs.pose import OPTIONS
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import stored_property
 from mechdae.model.kept import kept_property
 
@@ -96,7 +96,7 @@ class Graphs(BoundGraphs):
         after = ca.vertcat(new, parts["v"], parts["a"], parts["beta"])
         results = [after, column(tests), parts["det"], column(misses)]
         inputs = [state, step, ca.vertcat(self.consts, u0, d)]
-        return ca.Function("advance", inputs, results, self.options)
+        return self.of_all_blocks("advance", inputs, results)
 
     def _drivers(self, s: Any, u0: Any, d: Any) -> tuple[Any, Any, Any]:
         """Return the drivers' values and their derivatives with respect to s."""
@@ -243,7 +243,7 @@ class Graphs(BoundGraphs):
         inputs = [self.x, self.u, v, du, self.consts]
         left = norm(F / self.weights(b)[1]) if self.blocks[b].redundant else SX(0)
         results = [ca.densify(part) for part in (inv @ F, rate, det, beta, left)]
-        return ca.Function("along", inputs, results, OPTIONS)
+        return without_repeats("along", inputs, results)
 
     def tube(self, b: int) -> Any:
         """Return the test of a step of one block on a curve, and its radius: see `_tube`.
@@ -255,7 +255,7 @@ class Graphs(BoundGraphs):
         beta, step = numbers[0], numbers[1]
         results = self._tube(b, self.x, v, away, self.u, du, beta, step, drift)
         inputs = [self.x, v, away, self.u, du, drift, numbers, self.consts]
-        return ca.Function("tube", inputs, [ca.densify(part) for part in results], OPTIONS)
+        return without_repeats("tube", inputs, [ca.densify(part) for part in results])
 
     def fold(self, b: int) -> Any:
         """Return the system of a limit position of block `b` and its derivatives.
@@ -279,4 +279,4 @@ class Graphs(BoundGraphs):
         bend = ca.jtimes(slope, y[own], w * v)
         whole = ca.vertcat(self.consts, u0, d)
         results = [system, ca.jacobian(system, y), J, ca.jacobian(F, y), bend]
-        return ca.Function("fold", [y, whole], [ca.densify(part) for part in results], OPTIONS)
+        return without_repeats("fold", [y, whole], [ca.densify(part) for part in results])

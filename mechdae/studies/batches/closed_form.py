@@ -23,6 +23,7 @@ from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, placed
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.without_repeats import without_repeats
 
 SX = ca.SX
 SAMPLES = 4
@@ -59,7 +60,7 @@ class ClosedForm:
         u, sign = SX.sym("u", graphs.nu), SX.sym("sign", graphs.nb)
         x, _, _, depth = self.symbolic(u, sign)
         results = [ca.densify(part) for part in (x, depth)]
-        function = ca.Function("closed", [u, sign, graphs.p], results, {"cse": True})
+        function = without_repeats("closed", [u, sign, graphs.p], results)
         self.poses = Batch(function)
 
     def symbolic(self, u: Any, sign: Any) -> tuple[Any, Any, Any, Any]:

@@ -17,9 +17,9 @@ from mechdae.continuation.evaluate import (
     TINY,
     TURN,
 )
-from mechdae.kernels.graphs.pose import OPTIONS
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.numerics.hermite import upper_coefficients
 from mechdae.setup.outputs import Outputs
 from mechdae.studies.batches.closed_form import ClosedForm
@@ -258,7 +258,7 @@ def _only(graphs: Graphs, asked: Asked) -> Any:
     x, _, det, beta, eta, *y = graphs.pose(*inputs)
     chosen = [part[asked.columns] for part in y[: asked.order + 1]]
     results = [x, det, beta, eta, ca.vertcat(*chosen)]
-    return ca.Function("row", inputs, [ca.densify(part) for part in results], OPTIONS)
+    return without_repeats("row", inputs, [ca.densify(part) for part in results])
 
 
 def _alive(trace: Followed, values: Any, turns: bool) -> tuple[Any, Any]:

@@ -12,9 +12,9 @@ import casadi as ca
 import numpy as np
 
 from mechdae.continuation.evaluate import TURN, in_time
-from mechdae.kernels.graphs.pose import OPTIONS
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.studies.batches.batch import Rows, SeriesBatch
 from mechdae.studies.batches.closed_form import ClosedForm
 from mechdae.studies.batches.modes import Starts
@@ -103,4 +103,4 @@ def _kernel(graphs: Graphs, form: ClosedForm, asked: Asked) -> tuple[Batch, bool
     result = tail(x + TURN * turns, sines, cosines, u, graphs.p)
     results = [ca.densify(depth), ca.densify(result)]
     inputs = [u, sign, turns, graphs.p]
-    return Batch(ca.Function("screened", inputs, results, OPTIONS)), bool(unwound)
+    return Batch(without_repeats("screened", inputs, results)), bool(unwound)

@@ -16,6 +16,7 @@ import numpy as np
 from mechdae.describe.tasks.goals import Extreme as Asked
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.run.batch import Batch
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.results import FINE
 from mechdae.synthesis.extremes import largest, values_of
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
@@ -89,7 +90,7 @@ class ExtremeGoal(Goal):
         whole = poses.recovered(x, u, d)
         places = [poses.names.index(name) for name in self.quantity.x_names]
         own = whole[places] if places else SX(0, 1)
-        return ca.Function("values", [x, u, d], [self.quantity.function(own, u, d)], {"cse": True})
+        return without_repeats("values", [x, u, d], [self.quantity.function(own, u, d)])
 
     # -- the problem -------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.numpy_backend import straight
+from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.synthesis.space import DesignSpace
 
 SX = ca.SX
@@ -44,7 +45,7 @@ class Spread:
         F, branch, values = self.poses.function(g.x, g.u, d)
         step = ca.solve(ca.jacobian(F, g.x), F) if self.poses.nx else SX(0, 1)
         results = [g.x - step, F / self.space.units, ca.densify(branch), ca.densify(values)]
-        function = ca.Function("step", [g.x, g.u, d], results, {"cse": True})
+        function = without_repeats("step", [g.x, g.u, d], results)
         return Batch(function, (), straight=lambda: straight(function))
 
     def moved(self, d: Any, u: Any, generator: Any) -> tuple[Any, Any, Any, Any]:
