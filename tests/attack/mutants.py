@@ -328,13 +328,13 @@ def whole_turns_forgotten(monkeypatch):
 
 
 @mutant(
-    "WholeTurns._told", "the block's own unknown decides about whole turns", "off by",
+    "WholeTurns.told", "the block's own unknown decides about whole turns", "off by",
     (("gears", 25642),),
 )  # fmt: skip
 def whole_turns_by_declaration(monkeypatch):
     from mechdae.assembly.whole_turns import WholeTurns
 
-    monkeypatch.setattr(WholeTurns, "_told", lambda self, i: [])
+    monkeypatch.setattr(WholeTurns, "told", lambda self, i: [])
 
 
 @mutant(

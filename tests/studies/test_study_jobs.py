@@ -152,8 +152,8 @@ def test_a_nan_in_a_column_is_named(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert [row[0] is None for row in task["table"][PATH]] == [
         *[False, False, True, False, True, False]
     ]
-    saved = np.load(tmp_path / "out" / "study.npz")
-    assert saved[f"{PATH}[3]"][0] == task["table"][PATH][0][3]
+    with np.load(tmp_path / "out" / "study.npz") as saved:
+        assert saved[f"{PATH}[3]"][0] == task["table"][PATH][0][3]
 
 
 def test_the_command_varies_and_screens(capsys: pytest.CaptureFixture[str]) -> None:

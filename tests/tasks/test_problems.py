@@ -85,7 +85,7 @@ def test_a_wrong_expected_value_is_missed() -> None:
 
 @pytest.mark.parametrize(
     "changes",
-    [{"what": "points/none/position"}, {"at": 0.12345}, {"what": "points/rod.C"}, {"at": None}],
+    [{"what": "points/none/position"}, {"at": 20.0}, {"what": "points/rod.C"}, {"at": None}],
 )
 def test_a_bad_path_is_said(changes: dict) -> None:
     from dataclasses import replace
