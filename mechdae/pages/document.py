@@ -85,7 +85,7 @@ def page(
     Raises
     ------
     InputError
-        A task without poses along a path, a language that it does not speak.
+        A task without poses along a path, a spatial mechanism, a language that it does not speak.
     SolveError
         The mechanism does not assemble.
     """
@@ -131,6 +131,8 @@ def _again(result: Result) -> Problem:
 
 
 def _page(problem: Problem, name: str, lang: str) -> Page:
+    if problem.mechanism.dimension != 2:
+        raise InputError("a page shows planar mechanisms only", where="dimension")
     task = problem.task(name)
     if isinstance(task, Reactions):  # its motion is shown, not its forces
         task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
@@ -139,14 +141,14 @@ def _page(problem: Problem, name: str, lang: str) -> Page:
     run: Run | None = None
     result: Result
     if isinstance(task, Sweep) and task.kind == "sweep":
-        task = replace(task, outputs=None, measures=None)
+        own, task = problem, replace(task, outputs=None, measures=None)
         problem = problem.with_task(name, task)
         try:
             setting = prepare(problem, task)
             run = followed(setting, task)
             result = report(problem, name, task, setting, run)
-        except MechdaeError:
-            setting, result = None, solve(problem, name)
+        except MechdaeError:  # what the task does not ask for may not assemble
+            setting, result = None, solve(own, name)
     else:
         result = solve(problem, name)
     reason = live.why_recorded(setting, run, task)
@@ -176,6 +178,10 @@ def _page(problem: Problem, name: str, lang: str) -> Page:
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
         data["reason"] += f", {MOST_RECORDED} of {result.status.size} poses"
     data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED)
+    if not data["recorded"]["points"]:
+        raise InputError(
+            "no point of the task assembles, or it asks for none", where=f"tasks.{name}"
+        )
     return Page(link.linked(data, text), data)
 
 

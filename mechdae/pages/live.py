@@ -36,6 +36,8 @@ class PrintedKernels:
 def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
     """Return why a task cannot be live, "" where it can."""
     if not isinstance(task, Sweep) or task.kind != "sweep" or setting is None or run is None:
+        if getattr(task, "kind", "") == "sweep":
+            return "with bodies that do not assemble it is recorded"
         return f"a task of kind {task.kind} is recorded"
     graphs, path = setting.graphs, run.path
     if not graphs.single:
