@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import csv
 import os
-import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
+from mechdae.cli.jobs import reported
 from mechdae.cli.options import problem_arguments, problem_of
 from mechdae.cli.progress import clear, progress
 from mechdae.errors import InputError
@@ -61,23 +61,7 @@ def run(options: argparse.Namespace) -> int:
     if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
         raise InputError("is a file, not a folder", where=f"--out {options.out}")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    from mechdae.export import json_text, save
-    from mechdae.tables import table
-
-    result = _result(options)
-    if options.json:
-        print(json_text([result]))
-    else:
-        print(table(result, terminal=sys.stdout.isatty()), end="")
-    for note in result.summary.get("notes", []):
-        message(f"mechdae: note: {note}", options.quiet)
-    if options.out:
-        for path in save(result, Path(options.out)):
-            message(f"written: {path}", options.quiet)
-    if result.fault:
-        message(f"mechdae: task {result.task}: {result.fault}", False)
-        return 1
-    return 0
+    return reported(_result(options), options)
 
 
 def _result(options: argparse.Namespace) -> Result:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
+from mechdae.cli.jobs import reported
 from mechdae.cli.options import problem_arguments, problem_of
 from mechdae.cli.progress import clear, starts_progress
 from mechdae.errors import InputError
@@ -43,23 +43,7 @@ def run(options: argparse.Namespace) -> int:
     if options.cluster and options.workers != 1:
         raise InputError("not together with --workers", where=f"--cluster {options.cluster}")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    from mechdae.export import json_text, save
-    from mechdae.tables import table
-
-    result = _result(options)
-    if options.json:
-        print(json_text([result]))
-    else:
-        print(table(result, terminal=sys.stdout.isatty()), end="")
-    for note in result.summary.get("notes", []):
-        message(f"mechdae: note: {note}", options.quiet)
-    if options.out:
-        for path in save(result, Path(options.out)):
-            message(f"written: {path}", options.quiet)
-    if result.fault:
-        message(f"mechdae: task {result.task}: {result.fault}", False)
-        return 1
-    return 0
+    return reported(_result(options), options)
 
 
 def _result(options: argparse.Namespace) -> Result:

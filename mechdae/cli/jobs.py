@@ -1,0 +1,33 @@
+"""What a job of many computations says when it is done."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mechdae.cli import message
+
+if TYPE_CHECKING:
+    from mechdae.results import Result
+
+
+def reported(result: Result, options: argparse.Namespace) -> int:
+    """Print the result, write it where ``--out`` says, and return the exit code."""
+    from mechdae.export import json_text, save
+    from mechdae.tables import table
+
+    if options.json:
+        print(json_text([result]))
+    else:
+        print(table(result, terminal=sys.stdout.isatty()), end="")
+    for note in result.summary.get("notes", []):
+        message(f"mechdae: note: {note}", options.quiet)
+    if options.out:
+        for path in save(result, Path(options.out)):
+            message(f"written: {path}", options.quiet)
+    if result.fault:
+        message(f"mechdae: task {result.task}: {result.fault}", False)
+        return 1
+    return 0
