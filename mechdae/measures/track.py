@@ -15,13 +15,11 @@ from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
 from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.numerics.roots import refined
 
 TURN = 2 * np.pi
 FINEST = TURN / 64
 """Largest turn of any body between two places at which a motion is sampled [rad]."""
-ITERATIONS = 80
-ROUGH = 1e-11
-"""Share of the driver's unit below which a step that does not shrink is rounding."""
 KNOWN = 1e-13
 """Share of a radian or of the mechanism's length to which limit positions are solved."""
 SAME = 1e-9
@@ -267,34 +265,14 @@ class Track:
 
     def refine(self, family: Family, columns: Any, a: Any, b: Any, rising: Any) -> Any:
         """Return the zeros of functions in their brackets [a, b]; nan where one is lost."""
-        a, b = np.array(a, float), np.array(b, float)
-        s = (a + b) / 2
-        active, moved = np.arange(len(s)), np.full(len(s), np.inf)
-        grain = 2 * np.finfo(float).eps
-        for _ in range(ITERATIONS):
-            if not active.size:
-                break
-            rows = np.arange(len(active))
-            f, df = (part[rows, columns[active]] for part in family(self.at(s[active])))
-            gone = ~np.isfinite(f)
-            self.lost += sum(not self._at_end(place) for place in s[active[gone]])
-            s[active[gone]] = np.nan
-            active, f, df = active[~gone], f[~gone], df[~gone]
-            here = s[active]
-            right = (f > 0) == rising[active]  # the zero lies before
-            b[active] = np.where(right, here, b[active])
-            a[active] = np.where(right, a[active], here)
-            with np.errstate(invalid="ignore", divide="ignore"):
-                new = here - f / df
-            outside = ~((new >= a[active]) & (new <= b[active]))
-            new = np.where(outside, (a[active] + b[active]) / 2, new)
-            new = np.where(f == 0, here, new)
-            s[active] = new
-            before, moved[active] = moved[active], np.abs(new - here)
-            step = moved[active]
-            size = np.maximum(np.abs(new), self.unit)
-            done = (step <= grain * size) | ((step < ROUGH * size) & (step >= before)) | (f == 0)
-            active = active[~done]
+
+        def evaluate(rows: Any, places: Any) -> tuple[Any, Any]:
+            which = np.arange(len(rows))
+            f, df = (part[which, columns[rows]] for part in family(self.at(places)))
+            return f, df
+
+        s, lost = refined(evaluate, a, b, rising, self.unit)
+        self.lost += sum(not self._at_end(place) for place in lost[np.isfinite(lost)])
         return s
 
 

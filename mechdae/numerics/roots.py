@@ -1,11 +1,72 @@
-"""Zeros of one function between two places: of its sign alone, and of its value."""
+"""Zeros between two places: of the sign of a function alone, of its value, of many at once."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
+
+import numpy as np
 
 HALVINGS = 60
 STEPS = 80
+ROUGH = 1e-11
+"""Share of its unit below which a step that does not shrink is rounding."""
+GRAIN = 2 * float(np.finfo(float).eps)
+
+
+def refined(
+    evaluate: Callable[[Any, Any], tuple[Any, Any]], a: Any, b: Any, rising: Any, unit: Any,
+    first: Any = None,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Return zeros (n,) of functions in their brackets by Newton's method held in them.
+
+    Parameters
+    ----------
+    evaluate
+        From which functions (k,) and places (k,) to values and slopes there, (k,) each.
+    a, b : (n,) arrays
+        The brackets.
+    rising : (n,) array of bool
+        Which functions rise through their zero.
+    unit
+        What steps are compared with, a number or (n,).
+    first
+        Where to begin (n,), the middles if left out.
+
+    Returns
+    -------
+    s, lost : (n,) arrays
+        The zeros, nan where a function has no value; the places without one, nan elsewhere.
+    """
+    a, b = np.array(a, float), np.array(b, float)
+    s = (a + b) / 2 if first is None else np.array(first, float)
+    unit = np.broadcast_to(np.asarray(unit, float), s.shape)
+    lost = np.full(len(s), np.nan)
+    active, moved = np.arange(len(s)), np.full(len(s), np.inf)
+    for _ in range(STEPS):
+        if not active.size:
+            break
+        f, df = evaluate(active, s[active])
+        gone = ~np.isfinite(f)
+        lost[active[gone]] = s[active[gone]]
+        s[active[gone]] = np.nan
+        active, f, df = active[~gone], f[~gone], df[~gone]
+        here = s[active]
+        right = (f > 0) == rising[active]  # the zero lies before
+        b[active] = np.where(right, here, b[active])
+        a[active] = np.where(right, a[active], here)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            new = here - f / df
+        outside = ~((new >= a[active]) & (new <= b[active]))
+        new = np.where(outside, (a[active] + b[active]) / 2, new)
+        new = np.where(f == 0, here, new)
+        s[active] = new
+        before, moved[active] = moved[active], np.abs(new - here)
+        step = moved[active]
+        size = np.maximum(np.abs(new), unit[active])
+        done = (step <= GRAIN * size) | ((step < ROUGH * size) & (step >= before)) | (f == 0)
+        active = active[~done]
+    return s, lost
 
 
 def halved(

@@ -23,7 +23,8 @@ from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError, UnknownName
 from mechdae.jobs.distribute import Failure
 from mechdae.results import FINE, Result, Status
-from mechdae.studies.batches.batch import SERIES, SeriesBatch, span_of
+from mechdae.studies.batches.batch import SERIES, SeriesBatch
+from mechdae.studies.batches.readings import SPANS, is_of_the_way
 from mechdae.studies.batches.screening import Screening
 
 OF_PARTS = (
@@ -202,24 +203,26 @@ def _batch(
         found = kind(problem, task, names, outputs)
     except (SolveError, MechanismError) as error:  # other sets may be assembled
         return None, str(error.what)
-    except UnknownName as error:
-        if any(span_of(path) is not None for path in outputs):
-            return None, str(error.what)  # the span of what has none
-        raise
     return (found if found.usable else None), found.why_not
 
 
 def in_series(task: Sweep, outputs: Sequence[str], certify: bool) -> bool:
-    """Return whether all outputs are series, or spans, of one driver over given values."""
+    """Return whether all outputs may be computed for many sets of one driver's values at once."""
     if type(task) is not Sweep:
         return False  # forces have more to say than series
     drivers = task.all_drivers
     plain = len(drivers) == 1 and drivers[0].law is None and drivers[0].range is None
-    spans = certify and plain and task.derivatives == 2 and drivers[0].at is None
-    heads = all(
-        path.split("/")[0] in SERIES or (spans and span_of(path) is not None) for path in outputs
-    )
-    return plain and heads and task.mode is None and task.derivatives <= 2
+    if not plain or task.mode is not None or task.derivatives > 2:
+        return False
+    spans = task.derivatives == 2 and drivers[0].at is None
+
+    def known(path: str) -> bool:
+        head, _, rest = path.partition("/")
+        if head in SERIES:
+            return True
+        return certify and is_of_the_way(path, task) and (spans or rest.split("/")[0] not in SPANS)
+
+    return all(known(path) for path in outputs)
 
 
 def row_of(

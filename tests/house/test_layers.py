@@ -44,7 +44,7 @@ ROOMS = {
     "setup",
     "solver": "describe dynamics errors forces kinematics results",
     "studies": "assembly continuation derivatives describe dynamics errors forces jobs kernels "
-    "kinematics model numerics results setup solver",
+    "kinematics measures model numerics results setup solver",
     "synthesis": "derivatives describe errors forces jobs kernels kinematics measures model "
     "numerics results setup solver studies",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "

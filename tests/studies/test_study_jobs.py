@@ -47,6 +47,22 @@ def test_processes_threads_and_folders_give_one_table(tmp_path: Path) -> None:
         assert list(here.status) == list(other.status)
 
 
+def test_the_executor_of_a_dask_cluster_gives_the_same_table(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    asked = {"sets": sets(), "of": "turn", "outputs": [PATH]}
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        there = md.study(problem(), executor=client.get_executor(pure=False), **asked)
+    here = md.study(problem(), out=tmp_path, **asked)
+    assert there.table[PATH].shape == (COUNT, 30)
+    assert np.array_equal(here.table[PATH], there.table[PATH], equal_nan=True)
+    assert list(here.status) == list(there.status)
+
+
 def lines(folder: Path) -> int:
     log = folder / "study.sets.jsonl"
     return log.read_bytes().count(b"\n") if log.exists() else 0

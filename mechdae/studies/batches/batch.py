@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,25 +20,16 @@ from mechdae.studies.batches.march import Followed, March
 from mechdae.studies.batches.modes import StartingModes, Starts
 from mechdae.studies.batches.numbers import Numbers, bounds_of, numbers_of
 from mechdae.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
-from mechdae.studies.batches.spans import LaneSpans
+from mechdae.studies.batches.readings import Reading, SeriesReading, WayReading, reading_of
+from mechdae.studies.batches.ways import Ways
 
 SERIES = ("bodies", "points", "joints")
-SPANS = {"summary/swing/": "bodies/{}/angle", "summary/stroke/": "joints/{}/slide"}
-"""Summaries that are computed for many sets at once, and of what they are the span."""
 NUMBERS = 20_000_000
 """Numbers that a portion of lanes may hold, roughly."""
 LEAST, MOST = 64, 8192
 """Lanes of a portion."""
 Follow = Callable[..., tuple[Any, Any, int]]
 """Of numbers, lanes, starts, places, values and table: lanes left, whole poses, steps."""
-
-
-def span_of(path: str) -> str | None:
-    """Return the path of the series whose span a path asks for, None of others."""
-    for head, series in SPANS.items():
-        if path.startswith(head):
-            return series.format(path.removeprefix(head))
-    return None
 
 
 @dataclass(frozen=True)
@@ -66,12 +58,11 @@ class SeriesBatch:
     ) -> None:
         self.problem, self.task, self.names, self.outputs = problem, task, list(names), outputs
         self.setting: Setting = prepare(problem, task, free=self.names)
-        self.series = [k for k, path in enumerate(outputs) if span_of(path) is None]
-        columns = self.setting.outputs.column_of
-        self.paths = [columns(outputs[k]) for k in self.series]
-        self.spanned = [columns(own)[1][0] for own in map(span_of, outputs) if own is not None]
-        spans = ((2, tuple(self.spanned)),) if self.spanned else ()
-        self.asked = Asked((*self.paths, *spans))
+        read = [reading_of(path, self.setting.outputs, task) for path in outputs]
+        self.unread = [path for path, own in zip(outputs, read, strict=True) if own is None]
+        self.read = [own for own in read if own is not None]
+        self.series = [own for own in self.read if isinstance(own, SeriesReading)]
+        self.asked = Asked(tuple((own.order, own.columns) for own in self.series))
         self.why_not = self._why_not()
 
     @property
@@ -82,6 +73,8 @@ class SeriesBatch:
     def _why_not(self) -> str:
         """Return why sets cannot be computed at once, '' where they can."""
         setting, graphs = self.setting, self.setting.graphs
+        if self.unread:
+            return f"{self.unread[0]} is computed for one set at a time"
         if not graphs.single or setting.plan.values is None:
             return "the driver does not go through given values alone"
         if setting.scene.redundant or graphs.contacts:
@@ -93,8 +86,15 @@ class SeriesBatch:
             names = ", ".join(group.name for group in setting.scene.groups if group.index in own)
             return f"no closed form of group {names} is known: it is no dyad"
         self.modes = StartingModes(setting, form)
-        self.poses = LanePoses(graphs, setting.outputs, form, self.asked)
-        self.spans = LaneSpans(self.poses, self.spanned)
+        made = partial(LanePoses, graphs, setting.outputs, form)
+        self.poses = made(self.asked)
+        of_way = [own for own in self.read if isinstance(own, WayReading)]
+        self.ways = None
+        if of_way:
+            values, is_angle = setting.plan.values[:, 0], setting.plan.coordinates[0].is_angle
+            if values.min() == values.max():
+                return "over a single value of the driver there is no range"
+            self.ways = Ways(made, of_way, is_angle, values)
         return "" if self.modes.usable else "whole turns of geared bodies tell modes apart"
 
     @property
@@ -102,7 +102,9 @@ class SeriesBatch:
         """Sets of one portion."""
         g, values = self.setting.graphs, len(self.setting.plan.values)
         series = 2 * len(self.asked.columns) * (self.asked.order + 1)
-        each = 2 * NODES_PER_TURN * 6 * g.nx + values * series
+        ways = self.ways
+        more = 2 * len(ways.poses.asked.columns) * (ways.poses.asked.order + 1) if ways else 0
+        each = 2 * NODES_PER_TURN * (6 * g.nx + more) + values * series
         return int(np.clip(NUMBERS // max(each, 1), LEAST, MOST))
 
     def rows(self, sets: Any) -> Rows:
@@ -121,20 +123,22 @@ class SeriesBatch:
             starts = self.modes(numbers, s)
         left = numbers.left | ~starts.sure
         lanes = np.flatnonzero(~left & ~starts.open)
-        table = [np.full((count, len(values), len(c)), np.nan) for _, c in self.paths]
-        self.swept = np.full((count, len(self.spanned)), np.nan)
+        n = len(values)
+        table = [self._empty(own, count, n) for own in self.read]
         status = np.full(count, str(Status.UNASSEMBLED), object)
         steps = 0
         if lanes.size:
             missed, whole, steps = follow(numbers, lanes, starts, s, values, table)
             left[lanes[missed]] = True
             status[lanes[whole.all(axis=1)]] = str(Status.OK)
-        spans, series = iter(self.swept.T), iter(table)
-        shaped = [
-            self._shaped(k, next(series)) if k in self.series else next(spans)
-            for k in range(len(self.outputs))
-        ]
+        shaped = [self._shaped(k, own) for k, own in enumerate(table)]
         return Rows(shaped, status.tolist(), left, steps)
+
+    @staticmethod
+    def _empty(own: Reading, count: int, poses: int) -> Any:
+        if isinstance(own, WayReading):
+            return np.full((count, 4) if own.kind == "envelope" else count, np.nan)
+        return np.full((count, poses, 1 if own.made else len(own.columns)), np.nan)
 
     def _none(self, count: int) -> Rows:
         return Rows([], [str(Status.UNASSEMBLED)] * count, np.ones(count, bool))
@@ -155,30 +159,55 @@ class SeriesBatch:
         trace, ends = march.begin(starts.x[lanes], s)
         other = march.sign != starts.sign[lanes].T
         trace.left |= other[self.modes.form.branches].any(axis=0)
-        turns = is_angle
-        around = [values + TURN * k for k in (-1, 0, 1)] if turns else [values]
+        around = [values + TURN * k for k in (-1, 0, 1)] if is_angle else [values]
         grid = np.unique(np.concatenate(around))
-        every, whole = np.arange(len(lanes)), np.ones(len(lanes))
-        march.go(trace, ends, every, values.max() * whole, grid)
-        march.go(trace, ends, every, values.min() * whole, grid)
-        if turns:
+        every = np.arange(len(lanes))
+        low, high = values.min() + 0 * largest, values.max() + 0 * largest
+        if self.ways is not None:
+            low, high = self.ways.reach(largest)
+        march.go(trace, ends, every, high, grid)
+        march.go(trace, ends, every, low, grid)
+        if self.ways is not None:
+            trace.left |= np.isfinite([*trace.low, *trace.high]).any(axis=0)
+            trace.left |= (trace.first > low) | (trace.last < high)
+        elif is_angle:
             self._the_other_way(march, trace, ends, values, grid)
         nodes = LaneNodes(trace, len(lanes), g.nx)
         first = g.np + 1
         parts = consts.T, consts.T[first : first + g.nb], consts.T[first + g.nb : first + 2 * g.nb]
         own = Lanes(*parts, march.sign, np.ascontiguousarray(size_x.T))
-        y, complete = self.poses(own, nodes, trace, s, values, turns)
+        y, complete = self.poses(own, nodes, trace, s, values, is_angle)
+        self._series(table, lanes, y, numbers)
+        if self.ways is not None:
+            self._of_the_way(table, lanes, own, nodes, trace, scale, largest)
+        return trace.left, complete, trace.steps
+
+    def _series(self, table: list[Any], lanes: Any, y: list[Any], numbers: Numbers) -> None:
+        """Write series of poses into the table, y and its derivatives by the driver given."""
         speed, acceleration, jerk = (rate[lanes][:, None] for rate in numbers.rates)
         y = in_time(y, speed, acceleration, jerk)
         place = {column: k for k, column in enumerate(self.asked.columns)}
-        if self.spanned:
-            inside = (s >= values.min()) & (s <= values.max()) & complete.all(axis=1)
-            self.swept[lanes], sure = self.spans(own, nodes)
-            trace.left |= ~(sure & inside)
-        for part, (order, columns) in zip(table, self.paths, strict=True):
-            for k, column in enumerate(columns):
-                part[lanes, :, k] = y[order][place[column]]
-        return trace.left, complete, trace.steps
+        for part, own in zip(table, self.read, strict=True):
+            if isinstance(own, SeriesReading):
+                chosen = [y[own.order][place[column]] for column in own.columns]
+                for k, column in enumerate([own.made(chosen)] if own.made else chosen):
+                    part[lanes, :, k] = column
+
+    def _of_the_way(
+        self, table: list[Any], lanes: Any, own: Lanes, nodes: LaneNodes, trace: Followed,
+        scale: Any, step: Any,
+    ) -> None:  # fmt: skip
+        """Write numbers of the whole way into the table, for lanes that are not left."""
+        assert self.ways is not None
+        rows = np.flatnonzero(~trace.left)
+        if not rows.size:
+            return
+        found, good = self.ways(own.take(rows), nodes.take(rows), scale[rows], step[rows])
+        trace.left[rows[~good]] = True
+        places = [part for part, own in zip(table, self.read, strict=True)
+                  if isinstance(own, WayReading)]  # fmt: skip
+        for part, values in zip(places, found, strict=True):
+            part[lanes[rows]] = values
 
     def _the_other_way(
         self, march: March, trace: Followed, ends: Any, values: Any, grid: Any
@@ -197,4 +226,6 @@ class SeriesBatch:
 
     def _shaped(self, k: int, values: Any) -> Any:
         path = self.outputs[k]
+        if values.ndim < 3:
+            return values
         return values if "/position" in path or values.shape[2] > 1 else values[:, :, 0]

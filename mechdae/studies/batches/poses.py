@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,14 +77,27 @@ class LaneNodes:
         lanes, s = (np.concatenate([part[k] for part in trace.nodes]) for k in (0, 1))
         state = np.concatenate([part[2].T for part in trace.nodes])
         order = np.lexsort((s, lanes))
-        self.lanes, self.s = lanes[order], s[order]
         trace.nodes.clear()
-        self.states = state[order].reshape(-1, 3, nx)
-        self.first = np.searchsorted(self.lanes, np.arange(count + 1))
+        self._enter(lanes[order], s[order], state[order].reshape(-1, 3, nx), count)
+
+    def _enter(self, lanes: Any, s: Any, states: Any, count: int) -> None:
+        self.lanes, self.s, self.states = lanes, s, states
+        self.first = np.searchsorted(lanes, np.arange(count + 1))
         self.count = np.diff(self.first)
-        h = np.diff(self.s, append=0.0)
+        h = np.diff(s, append=0.0)
         h[self.first[1:] - 1] = 0.0
         self.width = np.where(h == 0, 1.0, h)
+
+    def take(self, rows: Any) -> LaneNodes:
+        """Return the nodes of some lanes, rising, which are numbered anew."""
+        if len(rows) == len(self.count):
+            return self
+        number = np.full(len(self.count), -1)
+        number[rows] = np.arange(len(rows))
+        lanes = number[self.lanes]
+        kept, other = lanes >= 0, copy(self)
+        other._enter(lanes[kept], self.s[kept], self.states[kept], len(rows))
+        return other
 
     def before(self, grid: Any, right: bool) -> Any:
         """Return by lane and place of a rising grid the nodes that come before it (k, m).
@@ -95,18 +109,32 @@ class LaneNodes:
         hits = np.bincount(self.lanes * (m + 1) + at, minlength=k * (m + 1))
         return np.cumsum(hits.reshape(k, m + 1), axis=1)[:, :m]
 
+    def piece(self, lanes: Any, places: Any) -> Any:
+        """Return the pieces (n,) on which places (n,) of lanes lie, or the ones beside them."""
+        apart = 2 * float(np.abs(self.s).max(initial=0.0) + np.abs(places).max(initial=0.0)) + 1
+        found = np.searchsorted(self.lanes * apart + self.s, lanes * apart + places, "right") - 1
+        first = self.first[lanes]
+        return np.clip(found, first, np.maximum(first + self.count[lanes] - 2, first))
+
     def guess(self, lanes: Any, piece: Any, places: Any) -> Any:
         """Return unknowns (nx, n) at places (n,) on pieces (n,) of lanes, given in their order."""
-        some = slice(self.first[lanes[0]], self.first[lanes[-1] + 1])
-        (x, v, a), h = np.ascontiguousarray(self.states[some].T.swapaxes(0, 1)), self.width[some]
+        own: Any = slice(self.first[lanes[0]], self.first[lanes[-1] + 1])
+        here: Any = piece - own.start
+        after: Any = None
+        if len(places) < own.stop - own.start:
+            own, here, after = piece, slice(None), np.minimum(piece + 1, len(self.s) - 1)
+        (x, v, a), h = np.ascontiguousarray(self.states[own].T.swapaxes(0, 1)), self.width[own]
+        if after is None:
+            x1, v1, a1 = (np.roll(part, -1, axis=1) for part in (x, v, a))
+        else:
+            x1, v1, a1 = np.ascontiguousarray(self.states[after].T.swapaxes(0, 1))
         with np.errstate(invalid="ignore", over="ignore"):
             v0, a0 = v * h, a * (h * h)
-            v1, a1 = np.roll(v, -1, axis=1) * h, np.roll(a, -1, axis=1) * (h * h)
-            upper = upper_coefficients(np.roll(x, -1, axis=1) - x, v0, v1, a0, a1)
+            upper = upper_coefficients(x1 - x, v0, v1 * h, a0, a1 * (h * h))
             t = (places - self.s[piece]) / self.width[piece]
             result: Any = 0.0
             for part in (*upper[::-1], 0.5 * a0, v0, x):
-                result = result * t + part[:, piece - some.start]
+                result = result * t + part[:, here]
         return result
 
 

@@ -59,9 +59,10 @@ class Screening(SeriesBatch):
             rates = (rate[some][:, None] for rate in numbers.rates)
             y = in_time(list(y), *rates)
             there[first : first + size] = ~open_.reshape(len(some), n)
-            for part, (order, own) in zip(table, self.paths, strict=True):
-                for k, column in enumerate(own):
-                    part[some, :, k] = y[order][place[column]]
+            for part, reading in zip(table, self.series, strict=True):
+                chosen = [y[reading.order][place[column]] for column in reading.columns]
+                for k, values in enumerate([reading.made(chosen)] if reading.made else chosen):
+                    part[some, :, k] = values
         return np.zeros(len(lanes), bool), there, 0
 
     def _turns(
