@@ -51,5 +51,16 @@ def __getattr__(name: str) -> Any:
     return getattr(importlib.import_module(_HOME[name]), name)
 
 
+def _shown(how: str, result: Any) -> str:
+    """Return a result as "text" or "html": what rooms make of it that results do not know."""
+    tables = importlib.import_module("mechdae.tables")
+    if how == "text":
+        text: str = tables.table(result)
+        return text
+    picture: str = importlib.import_module("mechdae.draw").data_url(result)
+    html: str = tables.html(result, picture)
+    return html
+
+
 def __dir__() -> list[str]:
     return __all__

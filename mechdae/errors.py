@@ -117,12 +117,16 @@ def _again(kind: type[MechdaeError], own: dict[str, Any], args: tuple[Any, ...])
 
 
 def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:
-    """Return up to `count` known names that look like `name`, best first."""
+    """Return up to `count` known names that look like `name`, best first.
+
+    The last word of a name with a dot stands for it: ``P`` is near ``coupler.P``.
+    """
     names = sorted(set(known))
     short = str(name)[:100]
+    last = [entry for entry in names if entry.rpartition(".")[2].lower() == short.lower()]
     close = difflib.get_close_matches(short, names, n=count, cutoff=0.6)
     part = [entry for entry in names if len(short) > 2 and short.lower() in entry.lower()]
-    found = list(dict.fromkeys([*close, *part]))[:count]
+    found = list(dict.fromkeys([*last, *close, *part]))[:count]
     return found or (names if len(names) <= 6 else [])
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.results import Result, plain
+from mechdae.results import Result, heads, plain
 
 LINEAR = ("A", "B", "C", "D", "states", "inputs", "outputs")
 """What an NPZ has of a linear system."""
@@ -45,7 +45,7 @@ def _csv_pieces(result: Result) -> Iterator[str]:
     columns = list(result.columns())
     labels = result.labels or ()
     head = ["status"] + (["mode"] if labels else [])
-    yield _lines([head + [f"{name} [{unit}]" if unit else name for name, unit, _ in columns]])
+    yield _lines([head + heads(columns)])
     step = max(1, AT_ONCE // (len(columns) + 1))
     status = np.asarray(result.status, dtype=str)
     for start in range(0, len(status), step):

@@ -13,6 +13,7 @@ from mechdae.draw.catalogue import (
     picture_of,
     usual_kind,
 )
+from mechdae.errors import MechdaeError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -85,6 +86,16 @@ def usual(result: Any) -> str:
     """Return the kind of picture that is drawn of a result if none is asked for."""
     kind = usual_kind(getattr(result, "kind", ""))
     return "census" if kind == "design" and not result.data["designs"] else kind
+
+
+def data_url(result: Any) -> str:
+    """Return the usual picture of a result as the address of an ``<img>``, "" where it has none."""
+    from mechdae.draw import figure
+
+    try:
+        return figure.data_url(plot(result))
+    except MechdaeError:  # what a task did not ask for cannot be drawn
+        return ""
 
 
 def save(picture: Axes | Figure | Animation, path: str | Path) -> Path:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,42 @@ FORMATS: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 """Formats with the metadata that would change from one run or version to the next."""
+SETTINGS: Any = {"svg.hashsalt": "mechdae", "svg.fonttype": "path"}
+
+
+class ShownAxes(Axes):
+    """Axes that a notebook shows, whatever back end it has chosen: those of our own figures."""
+
+    def _repr_png_(self) -> bytes:
+        """Return the whole figure, two pixels for each of the usual ones."""
+        figure = self.get_figure(root=True)
+        assert isinstance(figure, Figure)
+        file = io.BytesIO()
+        figure.savefig(file, format="png", dpi=2 * style.DPI, metadata=FORMATS["png"])
+        return file.getvalue()
+
+
+class Drawing(Figure):
+    """A figure without a window; as the last line of a cell its axes show it."""
+
+    def add_axes(self, *args: Any, **options: Any) -> Axes:
+        """Return new axes, see `matplotlib.figure.Figure.add_axes`."""
+        made: Axes = super().add_axes(*args, **{"axes_class": ShownAxes, **options})
+        return made
+
+
+def data_url(picture: Axes | Figure) -> str:
+    """Return a picture as an SVG that an ``<img>`` shows."""
+    file = io.BytesIO()
+    with mpl.rc_context(SETTINGS):
+        _figure_of(picture).savefig(file, format="svg", metadata=FORMATS["svg"])
+    return f"data:image/svg+xml;base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
+
+
+def _figure_of(picture: Axes | Figure) -> Figure:
+    figure = picture if isinstance(picture, Figure) else picture.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    return figure
 
 
 def new_axes(theme: style.Theme = style.LIGHT, larger: tuple[float, float] = style.USUAL) -> Axes:
@@ -27,7 +65,7 @@ def new_axes(theme: style.Theme = style.LIGHT, larger: tuple[float, float] = sty
     ``larger`` is how much larger than usual it is in width and height.
     """
     width, height = (share * side for share, side in zip(larger, style.FIGURE, strict=True))
-    figure = Figure(figsize=(width, height), dpi=style.DPI, facecolor=theme.paint(style.PAPER))
+    figure = Drawing(figsize=(width, height), dpi=style.DPI, facecolor=theme.paint(style.PAPER))
     FigureCanvasAgg(figure)
     edge = (style.EDGE / 72 / width, style.EDGE / 72 / height)
     top = style.TOP / 72 / height
@@ -45,8 +83,6 @@ def save(picture: Axes | Figure, path: str | Path) -> Path:
     InputError
         An ending that is no known format.
     """
-    figure = picture if isinstance(picture, Figure) else picture.get_figure(root=True)
-    assert isinstance(figure, Figure)
     target = Path(path)
     form = target.suffix.lower().lstrip(".")
     if form not in FORMATS:
@@ -57,8 +93,8 @@ def save(picture: Axes | Figure, path: str | Path) -> Path:
         )
     partial = target.with_name(f".{target.name}.part")
     try:
-        with mpl.rc_context({"svg.hashsalt": "mechdae", "svg.fonttype": "path"}):
-            figure.savefig(partial, format=form, metadata=FORMATS[form])
+        with mpl.rc_context(SETTINGS):
+            _figure_of(picture).savefig(partial, format=form, metadata=FORMATS[form])
         partial.replace(target)
     finally:
         partial.unlink(missing_ok=True)

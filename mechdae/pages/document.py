@@ -37,7 +37,7 @@ KINDS = ("sweep", "reactions", "motion")
 LANGUAGES = ("en", "ru")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Page:
     """A page as text.
 
@@ -59,6 +59,11 @@ class Page:
         partial.write_text(self.html, encoding="utf-8")
         partial.replace(target)
         return target
+
+    def __repr__(self) -> str:
+        """Return one line: problem, task, live or why it is recorded."""
+        kind = "live" if self.data["live"] else self.data["reason"]
+        return f"<Page {self.data['problem']} / {self.data['task']}: {kind}>"
 
     def _repr_html_(self) -> str:
         """Return the page in a frame of its own, for notebooks."""

@@ -15,6 +15,7 @@ from mechdae.results.later import Later, Summary
 from mechdae.results.plain import plain
 from mechdae.results.result import Result, whole_path
 from mechdae.results.series import Named, Series
+from mechdae.results.shown import heads
 from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
 from mechdae.results.units import KINDS, OUTPUT_RATES, REACTION, UNITS
 
@@ -44,6 +45,7 @@ __all__ = [
     "among",
     "counts",
     "events_of",
+    "heads",
     "plain",
     "statuses",
     "whole_path",

@@ -16,7 +16,7 @@ def _none() -> Series:
     return Series({})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SweepResult(Result):
     """Poses along the drivers.
 
@@ -29,7 +29,7 @@ class SweepResult(Result):
     centres: Series = field(default_factory=_none)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ModesResult(Result):
     """Assembly modes, one in each row.
 
@@ -42,7 +42,7 @@ class ModesResult(Result):
     labels: tuple[tuple[str, ...], ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ReactionsResult(SweepResult):
     """Forces along a sweep.
 
@@ -67,7 +67,7 @@ class ReactionsResult(SweepResult):
     checks: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class MotionResult(Result):
     """States of a motion under forces.
 
@@ -94,7 +94,7 @@ class MotionResult(Result):
     data: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class EquilibriumResult(Result):
     """A pose at rest.
 
@@ -108,7 +108,7 @@ class EquilibriumResult(Result):
     data: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StudyResult(Result):
     """Sets of parameters, one in each row.
 
@@ -122,7 +122,7 @@ class StudyResult(Result):
     table: Mapping[str, Floats] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SensitivityResult(Result):
     """Derivatives by parameters.
 
@@ -135,7 +135,7 @@ class SensitivityResult(Result):
     data: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SynthesisResult(Result):
     """Designs, one in each row.
 
@@ -148,4 +148,4 @@ class SynthesisResult(Result):
     """
 
     data: Mapping[str, Any] = field(default_factory=dict)
-    motions: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    motions: Mapping[str, Any] = field(default_factory=dict)

@@ -18,6 +18,7 @@ from mechdae.results.events import Event
 from mechdae.results.later import Later, Summary
 from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import Named, Series
+from mechdae.results.shown import Shown
 from mechdae.results.status import StatusOfPoses
 from mechdae.results.units import HISTORY, KINDS, path_unit, series_unit
 from mechdae.types import Floats, Texts
@@ -47,8 +48,8 @@ OWN_NAMES = frozenset(
 """First steps of paths that are no named outputs, whatever those are called."""
 
 
-@dataclass(frozen=True)
-class Result:
+@dataclass(frozen=True, repr=False)
+class Result(Shown):
     """What one task gave; rows are poses (modes, states, sets of parameters, designs).
 
     Each kind of task has its own class, with what only it has; here that is empty.

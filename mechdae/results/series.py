@@ -57,8 +57,22 @@ class Series(Mapping[str, Any]):
     def __len__(self) -> int:
         return len(self.__dict__["_arrays"])
 
+    def __dir__(self) -> list[str]:
+        """Return the names that can follow a dot: its arrays first of all."""
+        return [*self, *(name for name in super().__dir__() if name not in self)]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return the names that can stand in brackets."""
+        return list(self)
+
     def __repr__(self) -> str:
-        return f"Series({', '.join(self)})"
+        shapes = (f"{name} {_shape(value)}".rstrip() for name, value in self.open().items())
+        return f"Series({', '.join(shapes)})"
+
+
+def _shape(value: Any) -> str:
+    """Return the shape of an array; of one that is still to be computed nothing."""
+    return "" if isinstance(value, Later) else str(np.shape(value))
 
 
 def _frozen(value: Any) -> Any:
@@ -91,6 +105,10 @@ class Named(Mapping[str, Series]):
 
     def __len__(self) -> int:
         return len(self._items)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return the names that can stand in brackets."""
+        return list(self)
 
     def __repr__(self) -> str:
         return f"{PLURALS[self._kind]}: {', '.join(self)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html as markup
 import shutil
 from collections.abc import Callable, Mapping
 
@@ -11,8 +12,8 @@ from mechdae.tables.designs import designs_text
 from mechdae.tables.facts import facts_text
 from mechdae.tables.modes import modes_text, study_text
 from mechdae.tables.motions import equilibrium_facts, motion_facts
-from mechdae.tables.poses import pose_text, poses_text
-from mechdae.tables.text import WIDE
+from mechdae.tables.poses import pose_text, poses_columns, poses_text
+from mechdae.tables.text import WIDE, rows_of
 
 Lines = Callable[[Result, int], list[str]]
 
@@ -40,3 +41,38 @@ def table(result: Result, terminal: bool = False) -> str:
     for text in TEXTS.get(result.kind, (_poses, facts_text)):
         lines += text(result, width)
     return "\n".join(lines) + "\n"
+
+
+SHORT, FEW = 7, 6
+"""Rows and columns of a table in a notebook."""
+
+
+def html(result: Result, picture: str = "") -> str:
+    """Return a short table of a result as HTML, for notebooks.
+
+    ``picture`` is the address of one that stands below it, "" for none.
+    """
+    if result.kind in TEXTS or result.kind == "sensitivity" or len(result) == 1:
+        body = f"<pre>{markup.escape(table(result))}</pre>"
+    else:
+        body = _short(result)
+    if picture:
+        body += f'<img alt="{markup.escape(result.task)}" src="{picture}" style="max-width:100%">'
+    return f"<div>{body}</div>"
+
+
+def _short(result: Result) -> str:
+    columns = poses_columns(result)[:FEW]
+    places = rows_of(len(result), SHORT)
+    head = "".join(f"<th>{markup.escape(title)}</th>" for title, _ in columns)
+    rows = "".join(
+        "<tr>" + "".join(f"<td>{markup.escape(own[k])}</td>" for _, own in columns) + "</tr>"
+        for k in places
+    )
+    title = f"{result.problem} / {result.task} ({result.kind}) {result.title}".rstrip()
+    notes = [f"{len(places)} of {len(result)} poses"] if len(places) < len(result) else []
+    notes += [result.fault] if result.fault else []
+    return (
+        f"<p><b>{markup.escape(title)}</b></p><table><thead><tr>{head}</tr></thead>"
+        f"<tbody>{rows}</tbody></table><p>{markup.escape('; '.join(notes))}</p>"
+    )

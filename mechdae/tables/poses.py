@@ -60,8 +60,8 @@ def pose_text(result: Result) -> list[str]:
     return lines
 
 
-def poses_text(result: Result, width: int) -> list[str]:
-    """Return a table with a row for each pose that is shown."""
+def poses_columns(result: Result) -> list[Column]:
+    """Return the columns of a table with a row for each pose, what matters most first."""
     columns: list[Column] = [("status", result.status.tolist())]
     if result.time is not None:
         columns.append(("t [s]", cells(result.time)))
@@ -76,6 +76,12 @@ def poses_text(result: Result, width: int) -> list[str]:
     columns += forces + named if motion_is_aside(result) else named + forces
     if not motion_is_aside(result):
         columns += moving.columns()
+    return columns
+
+
+def poses_text(result: Result, width: int) -> list[str]:
+    """Return a table with a row for each pose that is shown."""
+    columns = poses_columns(result)
     places = rows_of(len(result))
     chosen: list[tuple[str, Sequence[str], int]] = []
     used = 2

@@ -101,9 +101,9 @@ def driver_value(value: Any, unit: str | list[str], digits: int = 12) -> str:
     return f"{value:.{digits}g}" + (" m" if unit == "m" else "")
 
 
-def rows_of(count: int) -> list[int]:
+def rows_of(count: int, most: int = ROWS) -> list[int]:
     """Return the places of the poses that are shown, evenly spread."""
-    spread = np.linspace(0, count - 1, min(ROWS, count))
+    spread = np.linspace(0, count - 1, min(most, count))
     return sorted({round(place) for place in spread.tolist()})
 
 

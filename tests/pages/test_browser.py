@@ -3,36 +3,17 @@
 from __future__ import annotations
 
 import re
-import shutil
 
 import pytest
 
 import mechdae as md
+from tests.shared.browser import ARGUMENTS, CHROMIUM, until
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-ARGUMENTS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
 
 
 SHOWN = {"four-bar-crank-rocker": "turn", "gorshkov-seven-link": "window", "double-pendulum": None}
-
-
-def until(page, condition):
-    """Wait for a condition; the page's policy lets nobody poll inside of it."""
-    for _ in range(200):
-        if page.evaluate(condition):
-            return
-        page.wait_for_timeout(25)
-    raise AssertionError(condition)
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,6 +11,7 @@ from mechdae.describe import values
 from mechdae.describe.file.load_checks import check_loads
 from mechdae.describe.file.reading import split_unit, to_si
 from mechdae.describe.file.repeat import Pattern, expand
+from mechdae.describe.file.screen import mechanism_lines, tasks_lines
 from mechdae.describe.file.tabulated import with_tables_of
 from mechdae.describe.file.task_checks import check_task
 from mechdae.describe.file.units import check_number
@@ -73,6 +75,16 @@ class Problem:
                         f"a tolerance is not negative ({share:g})",
                         where=f"expected[{position}].{word}",
                     )
+
+    def __str__(self) -> str:
+        """Return a screen: parts, numbers and tasks. ``mechdae show`` counts and groups them."""
+        lines = [f"{self.name}: {self.title}".removesuffix(": ")]
+        lines += mechanism_lines(self.mechanism, self.tasks) + tasks_lines(self.tasks)
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        """Return the screen for notebooks."""
+        return f"<pre>{html.escape(str(self))}</pre>"
 
     def task(self, name: str | None) -> Task:
         """Return the task of that name; None: the only or first one."""

@@ -17,6 +17,7 @@ from matplotlib.transforms import Affine2D
 
 from mechdae.draw import style
 from mechdae.draw.diagram.diagram import fitted, in_lines
+from mechdae.draw.figure import Drawing
 from mechdae.draw.sheet import font, ink
 
 LEFT, BOTTOM, GAP = 62.0, 40.0, 16.0
@@ -86,7 +87,7 @@ class Panels:
             x0, y0, width, own = np.array(box.bounds) * 72.0 / figure.dpi
             self.k = float(np.clip(width / (style.GRAPH - LEFT), SMALLEST, LARGEST))
         else:
-            self.k, figure = 1.0, Figure(dpi=style.DPI, facecolor=style.PAPER)
+            self.k, figure = 1.0, Drawing(dpi=style.DPI, facecolor=style.PAPER)
             FigureCanvasAgg(figure)
         k = self.k
         small = font(style.TICK * k, style.NOTE_FONT)

@@ -14,7 +14,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.driver import drivers_of, held_drivers, time_text, value_text
 from mechdae.draw.diagram.scene import DrawnScene, choose_pose, read_scene
-from mechdae.draw.figure import new_axes
+from mechdae.draw.figure import Drawing, new_axes
 from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
@@ -210,7 +210,7 @@ def _titles(sheet: Sheet, result: Any, scene: DrawnScene, pose: int) -> None:
 def _paper() -> Axes:
     """Return empty axes below the title strip of a page."""
     width, height = (side * MILLIMETRE for side in PAPER)
-    figure = Figure(figsize=(width / 72, height / 72), dpi=style.DPI, facecolor=style.PAPER)
+    figure = Drawing(figsize=(width / 72, height / 72), dpi=style.DPI, facecolor=style.PAPER)
     FigureCanvasAgg(figure)
     edge, top = 2 * style.EDGE, style.TOP + style.EDGE
     return figure.add_axes(

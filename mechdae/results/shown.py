@@ -1,0 +1,69 @@
+"""How a result is shown: printed, as the last line of a cell, as a table of pandas."""
+
+from __future__ import annotations
+
+import importlib
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from mechdae.errors import UnavailableError
+
+
+def heads(columns: Iterable[tuple[str, str, Any]]) -> list[str]:
+    """Return the heads of columns: names with units, as in the CSV."""
+    return [f"{name} [{unit}]" if unit else name for name, unit, _ in columns]
+
+
+class Shown:
+    """What results have in common when they are shown.
+
+    Tables and pictures are made by rooms that know results, not the other way round: they are
+    asked for by name, when something is shown.
+    """
+
+    def __str__(self) -> str:
+        """Return a screen: what ``mechdae solve`` prints."""
+        text: str = importlib.import_module("mechdae")._shown("text", self)
+        return text.rstrip("\n")
+
+    def __repr__(self) -> str:
+        """Return one line: problem, task, number of poses of each status."""
+        own: Any = self
+        counts = Counter(np.asarray(own.status, str).tolist())
+        found = ", ".join(f"{count} {status}" for status, count in counts.items())
+        return f"<{type(self).__name__} {own.problem} / {own.task}: {found}>"
+
+    def _repr_html_(self) -> str:
+        """Return a short table and the usual picture, for notebooks."""
+        html: str = importlib.import_module("mechdae")._shown("html", self)
+        return html
+
+    def frame(self) -> Any:
+        """Return all scalar series as a ``pandas.DataFrame``.
+
+        A row for each pose; columns as in the CSV: status, of assembly modes their label, then
+        names with units (``rod.B.velocity.x [m/s]``).
+
+        Raises
+        ------
+        UnavailableError
+            pandas is not installed.
+        """
+        try:
+            pandas = importlib.import_module("pandas")
+        except ImportError:
+            raise UnavailableError(
+                "a frame needs pandas, which is not installed",
+                where="frame",
+                hint="pip install pandas, or columns() without it",
+            ) from None
+        own: Any = self
+        columns = list(own.columns())
+        table: dict[str, Any] = {"status": np.asarray(own.status, str)}
+        if own.labels:
+            table["mode"] = [",".join(row) for row in own.labels]
+        values = (np.asarray(array, float) for _, _, array in columns)
+        return pandas.DataFrame(table | dict(zip(heads(columns), values, strict=True)))
