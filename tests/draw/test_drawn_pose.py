@@ -1,0 +1,134 @@
+"""Diagrams: which pose is drawn, and what of a mechanism that is not all there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.cli import main
+from mechdae.draw.diagram.scene import choose_pose, read_scene
+from tests.shared.drawn import (
+    POSES,
+    gids,
+    seven_link,
+    slider_crank,
+    with_gid,
+)
+from tests.shared.paths import ROOT
+
+
+def test_default_pose_is_assembled_and_near_the_middle():
+    result = seven_link(np.deg2rad(np.linspace(38, -90, 41)))
+    assert "unassembled" in result.status
+    scene = read_scene(result)
+    chosen = choose_pose(scene, "sweep")
+    assembled = scene.assembled()
+    assert chosen == assembled[len(assembled) // 2]
+    assert choose_pose(scene, "modes") == 0
+    assert choose_pose(scene, "sweep", -1) == 40
+    for wrong in (41, -42, 1.5, True):
+        with pytest.raises(md.InputError, match="pose"):
+            choose_pose(scene, "sweep", wrong)
+
+
+def test_default_pose_avoids_links_on_each_other():
+    scene = read_scene(slider_crank(np.deg2rad(np.arange(0.0, 361.0, 10.0))))
+    angle = np.rad2deg(scene.angles["crank"][choose_pose(scene, "sweep")])
+    assert 140 < angle < 220
+    assert angle != pytest.approx(180)
+
+
+def test_default_pose_avoids_a_dead_centre_near_the_middle():
+    angles = np.deg2rad(np.arange(0.0, 721.0, 10.0))
+    scene = read_scene(slider_crank(angles))
+    chosen = choose_pose(scene, "sweep")
+    # crank and rod in line at 360 deg: 25 deg between them, with sin(rod) = sin(crank) / 3
+    turn = abs(np.rad2deg(angles[chosen]) - 360.0)
+    assert turn == pytest.approx(20.0)
+    assert turn + np.rad2deg(np.arcsin(np.sin(np.deg2rad(turn)) / 3)) > 25.0
+
+
+def test_short_sweep_shows_its_first_pose():
+    assert choose_pose(read_scene(slider_crank(POSES[:3])), "sweep") == 0
+
+
+def test_unassembled_pose_says_so():
+    result = seven_link(np.deg2rad(np.linspace(38, -90, 9)))
+    ax = md.plot(result, pose=-1)
+    (note,) = with_gid(ax, "note")
+    assert note.get_text().startswith("unassembled, not drawn: crank")
+    assert "support-F" in gids(ax)
+    assert not with_gid(ax, "body-rod-bar")
+
+
+def test_bodies_outside_the_scene_are_listed():
+    result = seven_link()
+    for name in ("coupler", "rocker", "slider"):
+        del result.bodies[name]
+    result.points = {name: result.points[name] for name in ("slider.C", "crank.A", "rod.B")}
+    result.summary = {"not_in_scene": ["coupler", "rocker"]}
+    ax = md.plot(result)
+    (note,) = with_gid(ax, "note")
+    assert note.get_text() == "not in the scene: coupler, rocker"
+    names = gids(ax)
+    assert {"joint-guide-prismatic", "number-slider", "support-O"} <= set(names)
+    assert not {"support-F", "number-coupler", "body-rocker-bar"} & set(names)
+    full = seven_link().points["slider.C"].position
+    np.testing.assert_allclose(read_scene(result).track("slider.C"), full, atol=1e-12)
+
+
+def test_traces_break_where_the_mechanism_does():
+    result = seven_link(np.deg2rad(np.linspace(38, -90, 9)))
+    (trace,) = with_gid(md.plot(result), "trace-rod.B")
+    assert (np.isnan(trace.get_ydata()) == (result.status == "unassembled")).all()
+
+
+def test_modes_have_no_paths_and_their_label_below_the_title():
+    axes = md.plot(md.solve("triad-six-modes", "modes"), pose=3)
+    (subtitle,) = with_gid(axes, "subtitle")
+    assert subtitle.get_text().endswith("mode -1, 4 of 6")  # +1, +2, +3 come before
+    assert not [a for a in axes.get_children() if str(a.get_gid()).startswith("trace-")]
+
+
+def test_a_study_has_no_pose_to_draw():
+    problem = md.load("four-bar-crank-rocker")
+    study = md.Study(of="turn", vary={"a": [0.03, 0.04, 2]}, outputs=["summary/swing/rocker"])
+    with pytest.raises(md.InputError, match="a study has no pose"):
+        md.plot(md.solve(problem, study, poses=None), "diagram")
+
+
+def test_the_command_dashes_bodies_that_no_output_depends_on(tmp_path, capsys):
+    text = (ROOT / "problems" / "gorshkov-seven-link.toml").read_text()
+    path = tmp_path / "press.toml"
+    path.write_text(text.replace("[tasks.pose]\n", '[tasks.pose]\noutputs = ["slider.C"]\n'))
+
+    def bars(source, task):
+        command = ["plot", str(source), "--task", task, "--out", str(tmp_path)]
+        assert main(command) == 0
+        drawn = Path(capsys.readouterr().out.strip()).read_text()
+        every = set(re.findall(r'<g id="body-(\w+)-bar">', drawn))
+        dashed = re.findall(r'<g id="body-(\w+)-bar">\s*<path [^>]*stroke-dasharray', drawn)
+        return every, set(dashed)
+
+    every, dashed = bars(path, "pose")
+    assert dashed == {"coupler", "rocker"}
+    assert {"crank", "rod", "connecting_rod"} <= every
+    # over the whole turn they do not assemble: they are left out
+    every, dashed = bars("gorshkov-seven-link", "turn")
+    assert not {"coupler", "rocker"} & every
+    assert not dashed
+
+
+def test_result_without_poses_and_spatial_mechanisms_are_refused():
+    empty = seven_link()
+    empty.status = np.array([])
+    with pytest.raises(md.InputError, match="no pose"):
+        md.plot(empty)
+    spatial = SimpleNamespace(mechanism=SimpleNamespace(dimension=3), status=["ok"])
+    with pytest.raises(md.UnavailableError):
+        md.plot(spatial)
