@@ -13,9 +13,9 @@ from mechdae.continuation.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import TURN, in_time
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
+from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
 from mechdae.kinematics.prepared import Setting, prepare
 from mechdae.results import Status
-from mechdae.studies.batches.closed_form import ClosedForm, closed_form
 from mechdae.studies.batches.march import Followed, March
 from mechdae.studies.batches.modes import StartingModes, Starts
 from mechdae.studies.batches.numbers import Numbers, bounds_of, numbers_of

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.assembly.closed_start import MARGIN
 from mechdae.continuation.any_path import FAR, STRIDE, strides
 from mechdae.continuation.follower import NEARLY
 from mechdae.continuation.front import SHRUNK, SMALLEST
+from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
-from mechdae.studies.batches.closed_form import ClosedForm
-from mechdae.studies.batches.modes import MARGIN
 
 GROWTH = 1.5
 AGAIN = 1 / 64

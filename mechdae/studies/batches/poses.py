@@ -18,12 +18,12 @@ from mechdae.continuation.evaluate import (
     TINY,
     TURN,
 )
+from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.numerics.hermite import upper_coefficients
 from mechdae.setup.outputs import Outputs
-from mechdae.studies.batches.closed_form import ClosedForm
 from mechdae.studies.batches.march import Followed
 
 AT_ONCE = 16_384
