@@ -21,7 +21,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.tree.ways import Freedom, RigidPart, Product, Way, back, joined
+from mechdae.model.tree.ways import Freedom, Product, RigidPart, Way, back, joined
 
 SX = ca.SX
 ONE, ZERO = SX(1), SX(0)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 
-from mechdae.model.tree.ways import Freedom, Product, WayProducts, Way, X, Z, back, joined
+from mechdae.model.tree.ways import Freedom, Product, Way, WayProducts, X, Z, back, joined
 
 SX = ca.SX
 

@@ -45,7 +45,7 @@ from mechdae.model.tree.spatial_frames import (
     forward,
     placed,
 )
-from mechdae.model.tree.ways import Freedom, Product, WayProducts, Way, apart
+from mechdae.model.tree.ways import Freedom, Product, Way, WayProducts, apart
 
 SX = ca.SX
 
