@@ -24,7 +24,7 @@ from mechdae.assembly.rigid_parts import (
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.homotopy.canonical import Canonical
-from mechdae.homotopy.linkage import Linkage, Numbers
+from mechdae.homotopy.linkage import PinLinkage, ComplexDimensions
 from mechdae.homotopy.linkage_poses import MONODROMY, THEOREM, linkage_poses
 from mechdae.homotopy.stored_instances import instance_of
 from mechdae.kernels.stored.folder import Folder
@@ -108,7 +108,7 @@ class LinkageGroup(GroupParts):
         turns = {k: n for n, k in enumerate(sorted(set(leader)))}
         self.turns = tuple(turns[k] for k in leader)
 
-    def _linkage(self) -> Linkage:
+    def _linkage(self) -> PinLinkage:
         parts = [tuple(own) for own in self.held] + [tuple(pair) for pair in self.ends]
         bars = range(max(self.turns) + 1, max(self.turns) + 1 + len(self.bars))
         slides = [(one, next(iter(self.held[other]))) for one, other, _ in self.along]
@@ -116,7 +116,7 @@ class LinkageGroup(GroupParts):
             slides.append((self.part[self.node_of(joint.first_body)], pin))
         slides += [(0, pin) for pin in self.driven_pins]
         try:
-            linkage = Linkage(tuple(parts), (*self.turns, *bars), tuple(slides))
+            linkage = PinLinkage(tuple(parts), (*self.turns, *bars), tuple(slides))
             if not linkage.square:
                 raise OtherShape
         except ValueError:
@@ -210,7 +210,7 @@ class _Numbers(PlacedParts):
             lines.append((1j * value, 1 + 0j) if c.axis else (value + 0j, 1j))
         return lines
 
-    def numbers(self, order: Canonical | None = None) -> Numbers:
+    def numbers(self, order: Canonical | None = None) -> ComplexDimensions:
         """Return steps and directions of the linkage, in the canonical numbering if it is given."""
         linkage = self.shape.linkage if order is None else order.linkage
         a, n = [], [0j] * len(linkage.slides)
@@ -224,7 +224,7 @@ class _Numbers(PlacedParts):
             start, along = self.lines[k if order is None else order.slides[k]]
             a.append((start - inside[u]) * turned)
             n[k] = along * turned
-        return Numbers.real(np.array(a), np.array(n, complex))
+        return ComplexDimensions.real(np.array(a), np.array(n, complex))
 
     def frames(self, turns: Any, slides: Any) -> dict[str, tuple[complex, complex]]:
         """Return origin and direction of the parts' frames."""

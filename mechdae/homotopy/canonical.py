@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from mechdae.homotopy.linkage import Linkage
+from mechdae.homotopy.linkage import PinLinkage
 
 Code = tuple[tuple[int, ...], ...]
 
@@ -15,7 +15,7 @@ Code = tuple[tuple[int, ...], ...]
 class Canonical:
     """A linkage in its canonical numbering: part k is ``parts[k]`` of the given one, and so on."""
 
-    linkage: Linkage
+    linkage: PinLinkage
     parts: tuple[int, ...]
     pins: tuple[int, ...]
     turns: tuple[int, ...]
@@ -31,7 +31,7 @@ class Canonical:
 
 
 @lru_cache(256)
-def canonical(linkage: Linkage) -> Canonical:
+def canonical(linkage: PinLinkage) -> Canonical:
     """Return a linkage in its canonical numbering; which part is fixed makes no difference."""
     turns = sorted(set(linkage.turns))
     pins = sorted({p for own in linkage.parts for p in own} | {p for _, p in linkage.slides})
@@ -57,7 +57,7 @@ def canonical(linkage: Linkage) -> Canonical:
         tuple(k for kind, k in ranked if kind == own) for own in kinds
     )
     return Canonical(
-        Linkage(
+        PinLinkage(
             tuple(tuple(sorted(number["pin", p] for p in linkage.parts[k])) for k in new_parts),
             tuple(number["turn", linkage.turns[k]] for k in new_parts),
             tuple(

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.homotopy.linkage import Linkage, Numbers
+from mechdae.homotopy.linkage import PinLinkage, ComplexDimensions
 
 GRAIN = 1e-13
 LARGEST = 0.25
@@ -39,7 +39,9 @@ class CertifiedPoses:
     alone: Any
 
 
-def certify(linkage: Linkage, numbers: Numbers, x: Any, real: bool = True) -> CertifiedPoses:
+def certify(
+    linkage: PinLinkage, numbers: ComplexDimensions, x: Any, real: bool = True
+) -> CertifiedPoses:
     """Certify solutions x (n, k) of a linkage; where its numbers are `real`, tell real ones."""
     m, k = max(linkage.turns), len(linkage.slides)
     x = np.asarray(x, complex)
@@ -75,7 +77,7 @@ def certify(linkage: Linkage, numbers: Numbers, x: Any, real: bool = True) -> Ce
     return CertifiedPoses(y, size, simple, is_real, is_other, radius, alone)
 
 
-def _quadrics(linkage: Linkage, numbers: Numbers, y: Any) -> tuple[Any, Any, Any, Any]:
+def _quadrics(linkage: PinLinkage, numbers: ComplexDimensions, y: Any) -> tuple[Any, Any, Any, Any]:
     """Return F, J and the sums of the sizes of their terms."""
     n, m, k = len(y), max(linkage.turns), len(linkage.slides)
     loops, turns, slides = linkage.loops, linkage.step_turns, linkage.step_slides
@@ -116,7 +118,7 @@ def _quadrics(linkage: Linkage, numbers: Numbers, y: Any) -> tuple[Any, Any, Any
     return F, J, noise, terms
 
 
-def _bent(linkage: Linkage, numbers: Numbers, Y: Any, size: Any) -> Any:
+def _bent(linkage: PinLinkage, numbers: ComplexDimensions, Y: Any, size: Any) -> Any:
     """Return a bound K (n,) of the second derivative of Y F.
 
     A sum of g_t (p_a q_b + p_b q_a) over pairs of unknowns is at most |G| |p| |q|, where no unknown

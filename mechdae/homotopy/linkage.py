@@ -26,13 +26,13 @@ FAR = 20.0
 
 
 @dataclass(frozen=True)
-class Linkage:
+class PinLinkage:
     """Parts with their pins, and what turns together.
 
     Attributes
     ----------
     parts
-        Numbers of the pins on each part; the first one is fixed.
+        ComplexDimensions of the pins on each part; the first one is fixed.
     turns
         Number of each part's turn; that of the fixed part is 0.
     slides
@@ -92,7 +92,7 @@ class Linkage:
     def step_slides(self) -> Any:
         return np.array([k for *_, k in self.steps])
 
-    def system(self, numbers: Sequence[Numbers]) -> Any:
+    def system(self, numbers: Sequence[ComplexDimensions]) -> Any:
         """Return the equations along a path of numbers, a polynomial in t with these coefficients.
 
         They are functions (x (n, k), t (n,)) -> F, dF/dx, dF/dt; x holds the logarithms of turns,
@@ -102,7 +102,7 @@ class Linkage:
 
 
 @dataclass(frozen=True)
-class Numbers:
+class ComplexDimensions:
     """Steps ``a`` (steps,) on their parts, directions ``n`` (slides,), and their mirror images."""
 
     a: Any
@@ -111,33 +111,35 @@ class Numbers:
     mirrored_n: Any
 
     @staticmethod
-    def real(a: Any, n: Any) -> Numbers:
+    def real(a: Any, n: Any) -> ComplexDimensions:
         """Return the numbers of a linkage that exists."""
         a, n = np.asarray(a, complex), np.asarray(n, complex)
-        return Numbers(a, n, np.conj(a), np.conj(n))
+        return ComplexDimensions(a, n, np.conj(a), np.conj(n))
 
     @staticmethod
-    def drawn(linkage: Linkage, rng: Any) -> Numbers:
+    def drawn(linkage: PinLinkage, rng: Any) -> ComplexDimensions:
         """Return complex numbers drawn at random."""
 
         def some(size: int) -> Any:
             return rng.normal(size=size) + 1j * rng.normal(size=size)
 
         steps, slides = len(linkage.steps), len(linkage.slides)
-        return Numbers(some(steps), some(slides), some(steps), some(slides))
+        return ComplexDimensions(some(steps), some(slides), some(steps), some(slides))
 
     @property
     def parts(self) -> tuple[Any, Any, Any, Any]:
         return self.a, self.n, self.mirrored_a, self.mirrored_n
 
-    def plus(self, factor: float, other: Numbers) -> Numbers:
-        return Numbers(*(x + factor * y for x, y in zip(self.parts, other.parts, strict=True)))
+    def plus(self, factor: float, other: ComplexDimensions) -> ComplexDimensions:
+        return ComplexDimensions(
+            *(x + factor * y for x, y in zip(self.parts, other.parts, strict=True))
+        )
 
 
 class _System:
     """The equations of a linkage along a path."""
 
-    def __init__(self, linkage: Linkage, numbers: Sequence[Numbers]) -> None:
+    def __init__(self, linkage: PinLinkage, numbers: Sequence[ComplexDimensions]) -> None:
         m, k = max(linkage.turns), len(linkage.slides)
         self.m, self.k, self.degree = m, k, len(numbers)
         gather = np.zeros((len(linkage.steps), m + 1))
@@ -187,7 +189,9 @@ class _System:
         return A, B, dA, dB
 
 
-def straight(start: Numbers, end: Numbers, bend: Numbers | None = None) -> list[Numbers]:
+def straight(
+    start: ComplexDimensions, end: ComplexDimensions, bend: ComplexDimensions | None = None
+) -> list[ComplexDimensions]:
     """Return the path from start to end as a polynomial, over t (1 - t) bend where there is one."""
     difference = end.plus(-1.0, start)
     if bend is None:
@@ -196,10 +200,10 @@ def straight(start: Numbers, end: Numbers, bend: Numbers | None = None) -> list[
     return [start, difference.plus(1.0, bend), none.plus(-1.0, bend)]
 
 
-def instance(linkage: Linkage, rng: Any) -> tuple[Numbers, Any]:
+def instance(linkage: PinLinkage, rng: Any) -> tuple[ComplexDimensions, Any]:
     """Return complex numbers drawn at random that a pose x (k,) drawn at random solves."""
     pins = {pin for own in linkage.parts for pin in own} | {pin for _, pin in linkage.slides}
-    draw = Numbers.drawn(linkage, rng)
+    draw = ComplexDimensions.drawn(linkage, rng)
     m, k = max(linkage.turns), len(linkage.slides)
     z = 0.7 * (rng.normal(size=m) + 1j * rng.normal(size=m))
     s = rng.normal(size=k) + 1j * rng.normal(size=k)
@@ -210,4 +214,4 @@ def instance(linkage: Linkage, rng: Any) -> tuple[Numbers, Any]:
         place = rng.normal(size=len(place)) + 1j * rng.normal(size=len(place))
         a = np.array([(place[v] - place[u]) for _, u, v, _ in linkage.steps]) / turn
         sides += [a - np.where(slid >= 0, (s * n)[slid], 0) if k else a, n]
-    return Numbers(*sides), np.concatenate([z, s])
+    return ComplexDimensions(*sides), np.concatenate([z, s])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.homotopy.certified_poses import apart, certify
-from mechdae.homotopy.linkage import Numbers, straight
+from mechdae.homotopy.linkage import ComplexDimensions, straight
 from mechdae.homotopy.monodromy import different, followed, within_a_turn
 from mechdae.homotopy.stored_instances import Instance
 
@@ -44,16 +44,16 @@ class LinkagePoses:
         return self.generic - self.regular
 
 
-def linkage_poses(start: Instance, numbers: Numbers) -> LinkagePoses:
+def linkage_poses(start: Instance, numbers: ComplexDimensions) -> LinkagePoses:
     """Return the real poses of a linkage with real `numbers`, on paths from a generic one."""
     linkage, generic, first = start.linkage, start.numbers, start.x
     size = float(np.sqrt((np.abs(numbers.a) ** 2).mean())) or 1.0
-    scaled = Numbers.real(numbers.a / size, numbers.n)
+    scaled = ComplexDimensions.real(numbers.a / size, numbers.n)
     wanted = len(first)
     rng = np.random.default_rng(7)
     best = np.zeros((0, first.shape[1]), complex)
     for route in range(ROUTES):
-        bend = Numbers.drawn(linkage, rng) if route else None
+        bend = ComplexDimensions.drawn(linkage, rng) if route else None
         if bend is not None:
             bend = bend.plus(BENT - 1.0, bend)
         ends, good = followed(linkage, straight(generic, scaled, bend), first)

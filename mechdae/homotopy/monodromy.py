@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.homotopy.linkage import FAR, Linkage, Numbers, instance, straight
+from mechdae.homotopy.linkage import FAR, PinLinkage, ComplexDimensions, instance, straight
 from mechdae.homotopy.tracker import distinct, track
 
 SAME = 1e-6
@@ -18,7 +18,7 @@ CLOSE = 1e-9
 """Last Newton step of an end that is a solution."""
 
 
-def within_a_turn(linkage: Linkage, x: Any) -> Any:
+def within_a_turn(linkage: PinLinkage, x: Any) -> Any:
     """Return solutions with the imaginary parts of turns between -pi and pi."""
     m = max(linkage.turns)
     x = np.array(x, complex)
@@ -26,7 +26,7 @@ def within_a_turn(linkage: Linkage, x: Any) -> Any:
     return x
 
 
-def different(linkage: Linkage, x: Any, same: float = SAME) -> Any:
+def different(linkage: PinLinkage, x: Any, same: float = SAME) -> Any:
     """Return the indices of solutions (n, k) that are no copies of earlier ones."""
     m = max(linkage.turns)
     both = [np.exp(x[:, :m]), np.exp(-x[:, :m]), x[:, m:]]
@@ -35,13 +35,13 @@ def different(linkage: Linkage, x: Any, same: float = SAME) -> Any:
     return distinct(sizes, same)
 
 
-def followed(linkage: Linkage, path: list[Numbers], x: Any) -> tuple[Any, Any]:
+def followed(linkage: PinLinkage, path: list[ComplexDimensions], x: Any) -> tuple[Any, Any]:
     """Return where solutions lead along a path, and which are simple ones at its end."""
     ends = track(linkage.system(path), x, FAR)
     return ends.x, ends.followed & (ends.step < CLOSE)
 
 
-def generic_instance(linkage: Linkage, seed: int = 1) -> tuple[Numbers, Any, bool]:
+def generic_instance(linkage: PinLinkage, seed: int = 1) -> tuple[ComplexDimensions, Any, bool]:
     """Return complex numbers, all their solutions (N, k), whether a theorem allows no more.
 
     Where no theorem tells how many there are, round trips end when a solution that was missed by
@@ -51,7 +51,12 @@ def generic_instance(linkage: Linkage, seed: int = 1) -> tuple[Numbers, Any, boo
     numbers, first = instance(linkage, rng)
     known, wanted, silent = first[None], linkage.count, 0
     for _ in range(TRIPS):
-        stations = [numbers, Numbers.drawn(linkage, rng), Numbers.drawn(linkage, rng), numbers]
+        stations = [
+            numbers,
+            ComplexDimensions.drawn(linkage, rng),
+            ComplexDimensions.drawn(linkage, rng),
+            numbers,
+        ]
         x = known
         for start, end in pairwise(stations):
             x, good = followed(linkage, straight(start, end), x)

@@ -17,7 +17,7 @@ import numpy as np
 
 from mechdae.homotopy.canonical import Canonical, canonical
 from mechdae.homotopy.certified_poses import apart, certify
-from mechdae.homotopy.linkage import Linkage, Numbers
+from mechdae.homotopy.linkage import PinLinkage, ComplexDimensions
 from mechdae.homotopy.monodromy import generic_instance, within_a_turn
 
 STORE = Path(__file__).resolve().parent / "trusses.npz"
@@ -26,7 +26,7 @@ MOST_UNKNOWNS = 8
 NEWTON = 6
 
 
-class Kept(Protocol):
+class KeptTexts(Protocol):
     """Texts by name that outlive the process."""
 
     def read(self, name: str) -> str | None: ...
@@ -41,8 +41,8 @@ class Instance:
     ``whole`` tells that a theorem allows no more.
     """
 
-    linkage: Linkage
-    numbers: Numbers
+    linkage: PinLinkage
+    numbers: ComplexDimensions
     x: Any
     whole: bool
 
@@ -62,7 +62,7 @@ def file_name(text: str) -> str:
 
 
 def instance_of(
-    linkage: Linkage, folder: Kept | None = None, compute: bool = True
+    linkage: PinLinkage, folder: KeptTexts | None = None, compute: bool = True
 ) -> tuple[Instance, Canonical] | None:
     """Return a generic linkage of this structure, and how the given one is numbered in it.
 
@@ -83,7 +83,7 @@ def instance_of(
     return found, own
 
 
-def _stored(linkage: Linkage, name: str, folder: Kept | None) -> Instance | None:
+def _stored(linkage: PinLinkage, name: str, folder: KeptTexts | None) -> Instance | None:
     key = file_name(name)
     shipped = _shipped()
     if key in shipped:
@@ -98,7 +98,7 @@ def _stored(linkage: Linkage, name: str, folder: Kept | None) -> Instance | None
     return read(linkage, data)
 
 
-def _computed(linkage: Linkage, name: str, folder: Kept | None) -> Instance | None:
+def _computed(linkage: PinLinkage, name: str, folder: KeptTexts | None) -> Instance | None:
     numbers, x, whole = generic_instance(linkage)
     if linkage.count is not None and not whole:
         return None
@@ -109,19 +109,19 @@ def _computed(linkage: Linkage, name: str, folder: Kept | None) -> Instance | No
     return found
 
 
-def written(numbers: Numbers, x: Any) -> Any:
+def written(numbers: ComplexDimensions, x: Any) -> Any:
     """Return numbers and solutions in a row of single precision."""
     return np.concatenate([*numbers.parts, x.ravel()]).astype(np.complex64)
 
 
-def read(linkage: Linkage, data: Any) -> Instance | None:
+def read(linkage: PinLinkage, data: Any) -> Instance | None:
     """Return what a row holds, refined; None where it is not what it should be."""
     e, k, n = len(linkage.steps), len(linkage.slides), linkage.unknowns
     head = 2 * (e + k)
     if data.ndim != 1 or len(data) <= head or (len(data) - head) % n:
         return None
     own = np.asarray(data, complex)
-    numbers = Numbers(*np.split(own[:head], [e, e + k, 2 * e + k]))
+    numbers = ComplexDimensions(*np.split(own[:head], [e, e + k, 2 * e + k]))
     x = own[head:].reshape(-1, n)
     system, start = linkage.system([numbers]), np.zeros(len(x))
     with np.errstate(all="ignore"):

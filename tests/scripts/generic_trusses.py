@@ -9,18 +9,18 @@ import numpy as np
 
 from mechdae.composition.chains import chains
 from mechdae.homotopy.canonical import canonical
-from mechdae.homotopy.linkage import Linkage
+from mechdae.homotopy.linkage import PinLinkage
 from mechdae.homotopy.monodromy import generic_instance
 from mechdae.homotopy.stored_instances import STORE, file_name, read, written
 
 
-def linkage_of(chain: object) -> Linkage:
+def linkage_of(chain: object) -> PinLinkage:
     """Return a chain as a linkage whose first link is fixed."""
     links: list[list[int]] = [[] for _ in range(chain.links)]  # type: ignore[attr-defined]
     for k, joint in enumerate(chain.joints):  # type: ignore[attr-defined]
         for link in joint:
             links[link].append(k)
-    return Linkage(tuple(map(tuple, links)), tuple(range(len(links))))
+    return PinLinkage(tuple(map(tuple, links)), tuple(range(len(links))))
 
 
 def main() -> None:
