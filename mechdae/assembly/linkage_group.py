@@ -24,7 +24,7 @@ from mechdae.assembly.rigid_parts import (
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.homotopy.canonical import Canonical
-from mechdae.homotopy.linkage import PinLinkage, ComplexDimensions
+from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage
 from mechdae.homotopy.linkage_poses import MONODROMY, THEOREM, linkage_poses
 from mechdae.homotopy.stored_instances import instance_of
 from mechdae.kernels.stored.folder import Folder

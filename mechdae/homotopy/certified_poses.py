@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.homotopy.linkage import PinLinkage, ComplexDimensions
+from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage
 
 GRAIN = 1e-13
 LARGEST = 0.25

@@ -33,7 +33,7 @@ def generic_count(links: Sequence[Sequence[int]]) -> int:
     Parameters
     ----------
     links
-        ComplexDimensions of the pins on each link, the fixed one among them; a bar is a link of two pins.
+        Numbers of the pins on each link, the fixed one among them; a bar is a link of two pins.
     """
     steps = [(j, own[0], pin) for j, own in enumerate(links) for pin in own[1:]]
     _, found = walk([(u, v) for _, u, v in steps])

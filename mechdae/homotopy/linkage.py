@@ -32,7 +32,7 @@ class PinLinkage:
     Attributes
     ----------
     parts
-        ComplexDimensions of the pins on each part; the first one is fixed.
+        Numbers of the pins on each part; the first one is fixed.
     turns
         Number of each part's turn; that of the fixed part is 0.
     slides

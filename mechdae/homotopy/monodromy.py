@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.homotopy.linkage import FAR, PinLinkage, ComplexDimensions, instance, straight
+from mechdae.homotopy.linkage import FAR, ComplexDimensions, PinLinkage, instance, straight
 from mechdae.homotopy.tracker import distinct, track
 
 SAME = 1e-6

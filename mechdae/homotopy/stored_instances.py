@@ -17,7 +17,7 @@ import numpy as np
 
 from mechdae.homotopy.canonical import Canonical, canonical
 from mechdae.homotopy.certified_poses import apart, certify
-from mechdae.homotopy.linkage import PinLinkage, ComplexDimensions
+from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage
 from mechdae.homotopy.monodromy import generic_instance, within_a_turn
 
 STORE = Path(__file__).resolve().parent / "trusses.npz"
