@@ -20,10 +20,10 @@ from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses
 from mechdae.assembly.least_gap import opening
+from mechdae.assembly.linkage.rigid_parts import GroupPoses
 from mechdae.assembly.multistart import MOST, BlockSearch, BlockSolutions
 from mechdae.assembly.nearest_mode import Nearest, Sketched
 from mechdae.assembly.redundant import RedundantSolver
-from mechdae.assembly.rigid_parts import GroupPoses
 from mechdae.assembly.three_legs import truss
 from mechdae.assembly.turn_lattice import lattices, with_periods
 from mechdae.assembly.vector_loops import of_loop
@@ -48,7 +48,7 @@ SILENT = 1e-3
 
 
 def _linkage(scene: Scene, group: Group, p: Any) -> Any:
-    from mechdae.assembly.linkage_group import linkage_group
+    from mechdae.assembly.linkage.linkage_group import linkage_group
 
     return linkage_group(scene, group, p)
 

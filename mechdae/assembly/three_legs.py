@@ -14,8 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from mechdae.assembly.platform import EPS, Leg, closures
-from mechdae.assembly.rigid_parts import (
+from mechdae.assembly.linkage.rigid_parts import (
     GroupParts,
     GroupPoses,
     LegPoint,
@@ -23,6 +22,7 @@ from mechdae.assembly.rigid_parts import (
     PlacedParts,
     place,
 )
+from mechdae.assembly.platform import EPS, Leg, closures
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.assembly.rigid_parts import (
+from mechdae.assembly.linkage.rigid_parts import (
     GroupParts,
     GroupPoses,
     LegPoint,
