@@ -149,9 +149,8 @@ class March:
 
         `grid` (m,) are the places, rising, of all poses that may be asked for.
         """
-        origin = np.where(goal > trace.last[lanes], trace.last[lanes], trace.first[lanes])
-        for sense in (1.0, -1.0):
-            rows = np.flatnonzero((goal - origin) * sense > 0)
+        for sense, extent in ((1.0, trace.last), (-1.0, trace.first)):
+            rows = np.flatnonzero((goal - extent[lanes]) * sense > 0)
             if rows.size:
                 _Going(self, trace, ends, lanes[rows], goal[rows], grid, sense, first).run()
 
