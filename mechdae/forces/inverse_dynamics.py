@@ -337,7 +337,7 @@ class Statics:
         speeds, largest = self._of("slipping")(motion.w, motion.v, self._p(motion))
         signs = np.sign(speeds)
         turns = np.array([slip.unit == "rad" for slip in slips])
-        spins, lengths = self._both(*largest.T, self._length(motion))
+        spins, lengths = self._both(largest[:, 0], largest[:, 1], self._length(motion))
         digits = np.fmax(motion.condition, 1.0)
         rough = DOUBTFUL * digits
         sizes = [(spins if turn else lengths) * rough for turn in turns]

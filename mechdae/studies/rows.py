@@ -149,9 +149,11 @@ class Computer:
         self.certify, self.note = certify, ""
         task, reason = problem.tasks[name], "only series of a plain sweep are screened"
         if isinstance(task, Reactions):
-            self.certify, reason = True, "forces are not screened"
+            self.certify = True
         if isinstance(task, Sweep) and in_series(task, outputs, self.certify):
             self.batch, reason = _batch(problem, task, names, outputs, self.certify)
+        if isinstance(task, Reactions):
+            reason = "forces are not screened"
         if not certify and (self.certify or self.batch is None):
             self.note = f"the sets are not screened but computed with certificates: {reason}"
         self.portion = self.batch.portion if self.batch is not None else MOST

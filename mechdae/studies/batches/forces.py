@@ -46,9 +46,7 @@ class LaneStatics(Statics):
         nx = setting.graphs.nx
         none = np.zeros((0, nx + setting.graphs.nu))
         motion = Motion(none, none, none, None, np.zeros(0), nx)
-        super().__init__(
-            setting.scene, Evaluator(setting.graphs, setting.outputs), task, motion
-        )
+        super().__init__(setting.scene, Evaluator(setting.graphs, setting.outputs), task, motion)
 
     def _batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = range(8)) -> Batch:
         shared = [place for place, k in enumerate(take) if k == FACTOR]
@@ -202,10 +200,10 @@ class ForcesBatch(SeriesBatch):
                 own[first] = self.statics.branches.at(one)
                 left[i] |= len(own[first].sizes) > 0
             words = np.where(jammed[i], Status.JAMMED, np.where(ambiguous[i], Status.AMBIGUOUS, ""))
-            bad = [np.flatnonzero(mask[i]) for mask in (jammed, ambiguous)]
             told = about_friction(
-                n, *bad, own, lambda pose: f"{c.text} = {shown(c.unit, float(values[pose]))}"
-            )
+                n, np.flatnonzero(jammed[i]), np.flatnonzero(ambiguous[i]), own,
+                lambda pose: f"{c.text} = {shown(c.unit, float(values[pose]))}",
+            )  # fmt: skip
             self.wrong[int(run.lanes[rows[i]])] = (
                 str(next(word for word in words if word)), "; ".join(told)
             )  # fmt: skip

@@ -172,14 +172,14 @@ class LanePoses:
                     self.users[place[column]] = [group in needed for group in groups]
 
     def __call__(
-        self, lanes: Lanes, nodes: LaneNodes, trace: Followed, origin: Any, values: Any, turns: bool,
-        beta: Any = None,
+        self, lanes: Lanes, nodes: LaneNodes, trace: Followed, origin: Any, values: Any,
+        turns: bool, beta: Any = None,
     ) -> tuple[list[Any], Any]:  # fmt: skip
         """Return y, y', ... (columns, k, n) of the columns asked for, and which poses are whole.
 
         `values` (n,) are the driver's, `origin` (k,) where lanes began; `turns`: a whole turn of
-        the driver leads to the same pose. Lanes that are not certified are marked in the trace. Into
-        `beta` (nb, k, n), if given, go the norms of the blocks' inverse Jacobians.
+        the driver leads to the same pose. Lanes that are not certified are marked in the trace.
+        Into `beta` (nb, k, n), if given, go the norms of the blocks' inverse Jacobians.
         """
         k, n = len(origin), len(values)
         alive, places = _alive(trace, values, turns)
