@@ -13,17 +13,19 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
+from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep
+from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep, Task
 from mechdae.errors import InputError, MechdaeError
+from mechdae.forces.poses import LoadedRun, loaded_run
 from mechdae.kernels.run.javascript import NotPrintable
 from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run as followed
-from mechdae.pages import link, live, scenes
+from mechdae.pages import efforts, link, live, scenes
 from mechdae.results import Result, plain
 from mechdae.setup.outputs import RATES
 from mechdae.tasks.solve import solve
@@ -128,6 +130,9 @@ def _again(result: Result) -> Problem:
         raise InputError(
             "a page of a result needs one driver that moves", hint="md.page(problem, task)"
         )
+    if result.definition is not None:
+        known: Table[Task] = Table({result.task: result.definition})
+        return Problem(result.mechanism, known, name=result.problem, title=result.title)
     own = result.drivers[moving[0]]
     low, high = float(own.position[0]), float(own.position[-1])
     driver = Driver(moving[0], from_=low, to=high, speed=float(own.velocity[0]))
@@ -135,27 +140,57 @@ def _again(result: Result) -> Problem:
     return Problem(result.mechanism, Table({result.task: task}), name=result.problem)
 
 
+@dataclass
+class _Followed:
+    """A task as it is shown: its motion, and what acts along it."""
+
+    task: Any
+    result: Result
+    setting: Setting | None = None
+    run: Run | None = None
+    loaded: LoadedRun | None = None
+    without: str = ""
+
+
+def _followed(problem: Problem, name: str) -> _Followed:
+    """Follow a task's motion, with all bodies where they assemble."""
+    task = problem.task(name)
+    loaded, without = _loaded(problem, task) if isinstance(task, Reactions) else (None, "")
+    if isinstance(task, Reactions):
+        task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
+    if not (isinstance(task, Sweep) and task.kind == "sweep"):
+        return _Followed(task, solve(problem, name))
+    own = problem.with_task(name, task)
+    task = replace(task, outputs=None, measures=None)
+    problem = problem.with_task(name, task)
+    try:
+        if loaded is not None:
+            setting, run = loaded.setting, loaded.run
+        else:
+            setting = prepare(problem, task)
+            run = followed(setting, task)
+        result = report(problem, name, task, setting, run)
+    except MechdaeError:  # what the task does not ask for may not assemble
+        return _Followed(task, solve(own, name))
+    return _Followed(task, result, setting, run, loaded, without)
+
+
+def _loaded(problem: Problem, task: Reactions) -> tuple[LoadedRun | None, str]:
+    """Return a task's run with its forces, or why they are not shown."""
+    task = replace(task, outputs=None, measures=None)
+    try:
+        found = loaded_run(problem, task)
+        reason = efforts.why_without(found.statics)
+    except MechdaeError as error:
+        return None, error.what
+    return (None, reason) if reason else (found, "")
+
+
 def _page(problem: Problem, name: str, lang: str) -> Page:
     if problem.mechanism.dimension != 2:
         raise InputError("a page shows planar mechanisms only", where="dimension")
-    task = problem.task(name)
-    if isinstance(task, Reactions):  # its motion is shown, not its forces
-        task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
-        problem = problem.with_task(name, task)
-    setting: Setting | None = None
-    run: Run | None = None
-    result: Result
-    if isinstance(task, Sweep) and task.kind == "sweep":
-        own, task = problem, replace(task, outputs=None, measures=None)
-        problem = problem.with_task(name, task)
-        try:
-            setting = prepare(problem, task)
-            run = followed(setting, task)
-            result = report(problem, name, task, setting, run)
-        except MechdaeError:  # what the task does not ask for may not assemble
-            setting, result = None, solve(own, name)
-    else:
-        result = solve(problem, name)
+    found = _followed(problem, name)
+    setting, run, result, task = found.setting, found.run, found.result, found.task
     reason = live.why_recorded(setting, run, task)
     data: dict[str, Any] = {
         "schema": 1,
@@ -173,16 +208,21 @@ def _page(problem: Problem, name: str, lang: str) -> Page:
         "live": not reason,
         "reason": reason,
         "kernels": None,
+        "forces": None,
+        "without": found.without,
+        "units": parameter_units(problem.mechanism, problem.tasks.values()),
     }
     text = ""
     if setting is not None and run is not None and not reason:
         try:
-            text = _make_live(data, problem, setting, run)
+            text = _make_live(data, problem, setting, run, found.loaded)
         except NotPrintable as error:
             data |= {"live": False, "reason": str(error)}
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
         data["reason"] += f", {MOST_RECORDED} of {result.status.size} poses"
     data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED)
+    data["status"] = [data["status"][k] for k in data["recorded"]["rows"]]
+    data["driver"]["values"] = [data["driver"]["values"][k] for k in data["recorded"]["rows"]]
     if not data["recorded"]["points"]:
         raise InputError(
             "no point of the task assembles, or it asks for none", where=f"tasks.{name}"
@@ -190,10 +230,18 @@ def _page(problem: Problem, name: str, lang: str) -> Page:
     return Page(link.linked(data, text), data)
 
 
-def _make_live(data: dict[str, Any], problem: Problem, setting: Setting, run: Run) -> str:
+def _make_live(
+    data: dict[str, Any],
+    problem: Problem,
+    setting: Setting,
+    run: Run,
+    loaded: LoadedRun | None,
+) -> str:
     """Put what a live page needs into its data, and return its kernels."""
-    sliders = live.sliders_of(setting)
-    kernels = live.kernels(setting.graphs, setting.scene.model, sliders)
+    statics = None if loaded is None else loaded.statics
+    acting = {} if statics is None else efforts.functions(statics)
+    sliders = live.sliders_of(setting, set() if statics is None else efforts.used(statics))
+    kernels = live.kernels(setting.graphs, setting.scene.model, sliders, acting)
     values = dict(
         zip(setting.scene.model.p_names, setting.scene.model.p_values.tolist(), strict=True)
     )
@@ -215,7 +263,8 @@ def _make_live(data: dict[str, Any], problem: Problem, setting: Setting, run: Ru
             }
         )
     checks = []
-    for k in np.unique(np.linspace(0, len(places) - 1, CHECKS).astype(int)).tolist():
+    rows_of_checks = np.unique(np.linspace(0, len(places) - 1, CHECKS).astype(int)).tolist()
+    for k in rows_of_checks:
         if run.poses.at_limit[k] or not run.poses.alive[k].all():
             continue
         rows = [np.asarray(part[k : k + 1, :])[0].tolist() for part in run.poses.y[:3]]
@@ -235,6 +284,7 @@ def _make_live(data: dict[str, Any], problem: Problem, setting: Setting, run: Ru
         "speed": rates[0],
         "acceleration": rates[1],
         "checks": checks,
+        "forces": None if loaded is None else efforts.numbers(loaded, rows_of_checks),
     }
     return kernels.text
 

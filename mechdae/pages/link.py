@@ -16,6 +16,9 @@ WEB = Path(__file__).resolve().parent / "web"
 OPENING = '<script type="application/json" id="mechdae">'
 IMPORT = re.compile(r'^import \{([^}]*)\} from "\./(\w+)\.js";\n', re.M)
 NAMES = re.compile(r"^(?:export )?(?:const|let|class|function) (\w+)", re.M)
+MORE = re.compile(r", (\w+) = ")
+"""Further names of one declaration."""
+COMMENTS = re.compile(r"^\s*/\*\*.*?\*/\n|^\s*//[^\n]*\n", re.M | re.S)
 MAIN = "main"
 
 
@@ -52,11 +55,22 @@ def modules() -> str:
     put(MAIN)
     known: dict[str, str] = {}
     for name, text in texts.items():
-        for own in NAMES.findall(text):
+        for own in _names(text):
             if own in known:
                 raise ValueError(f"{own} is defined in {known[own]}.js and in {name}.js")
             known[own] = name
-    return re.sub(r"^export ", "", "".join(texts.values()), flags=re.M)
+    return _short(re.sub(r"^export ", "", "".join(texts.values()), flags=re.M))
+
+
+def _names(text: str) -> list[str]:
+    """Return the top-level names of a module."""
+    constants = re.findall(r"^(?:export )?const (?!\{)[^({\n]*;$", text, re.M)
+    return NAMES.findall(text) + [own for line in constants for own in MORE.findall(line)]
+
+
+def _short(text: str) -> str:
+    """Return a script without comments and indentation, which nobody needs in a page."""
+    return re.sub(r"^ +", "", COMMENTS.sub("", text), flags=re.M)
 
 
 def _escaped(text: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,8 +56,10 @@ def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
     return ""
 
 
-def kernels(graphs: Graphs, model: Model, sliders: Sequence[str]) -> PrintedKernels:
-    """Return the functions that the page calls.
+def kernels(
+    graphs: Graphs, model: Model, sliders: Sequence[str], more: Mapping[str, Any]
+) -> PrintedKernels:
+    """Return the functions that the page calls, with `more` by their names there.
 
     Raises
     ------
@@ -82,7 +84,7 @@ def kernels(graphs: Graphs, model: Model, sliders: Sequence[str]) -> PrintedKern
     }
     folds = {f"fold{b}": graphs.fold(b) for b in range(graphs.nb)}
     parts: dict[str, Printed] = {
-        name: printed(function, name) for name, function in (functions | folds).items()
+        name: printed(function, name) for name, function in (functions | folds | dict(more)).items()
     }
     text = HELPERS + "".join(part.text for part in parts.values())
     layout = {
@@ -103,14 +105,15 @@ def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:
     return list(rows), list(columns), made
 
 
-def sliders_of(setting: Setting) -> list[str]:
+def sliders_of(setting: Setting, forces: set[int]) -> list[str]:
     """Return the parameters of the file that may be changed: plain numbers that move something.
 
-    Where the file has no parameters, the numbers of the model themselves.
+    Those at the places `forces` among the model's have a part in forces. Where the file has no
+    parameters, the numbers of the model themselves.
     """
     model = setting.scene.model
     mechanism = model.mechanism
-    used = set(_used(setting))
+    used = {*_used(setting), *(model.p_names[k] for k in forces)}
     plain = [name for name, number in mechanism.parameters.items() if not isinstance(number, str)]
     known = [name for name in plain if name in model.p_names]
     symbols = ca.SX.sym("s", len(known))

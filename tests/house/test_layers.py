@@ -49,7 +49,7 @@ ROOMS = {
     "numerics results setup solver studies",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "modules numerics results setup solver studies synthesis",
-    "pages": "continuation describe errors kernels kinematics model results setup tasks",
+    "pages": "continuation describe errors forces kernels kinematics model results setup tasks",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
     "cli": "assembly bench composition describe draw errors export jobs kernels modules pages "
     "results synthesis tables tasks",

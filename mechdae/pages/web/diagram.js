@@ -33,7 +33,7 @@ export class Diagram {
     this.svg = svg;
     this.scene = scene;
     this.box = null;
-    this.layers = Object.fromEntries(["traces", "limits", "ghosts", "ground", "wheels", "links", "arrows", "pins", "letters"].map(
+    this.layers = Object.fromEntries(["traces", "limits", "ghosts", "ground", "wheels", "links", "arrows", "forces", "pins", "letters"].map(
       (name) => [name, element("g", { class: name === "limits" ? "limit" : name === "ghosts" ? "ghost" : name }, svg)]));
   }
 
@@ -184,7 +184,7 @@ export class Diagram {
   }
 
   /** Faint poses: limit positions or other modes; `choose` is called with the index of one clicked. */
-  faint(layer, poses, choose) {
+  faint(layer, poses, choose, names = []) {
     const group = this.layers[layer];
     group.replaceChildren();
     poses.forEach((places, k) => {
@@ -193,6 +193,7 @@ export class Diagram {
         const path = this.outline(body, places);
         if (path) element("path", { d: path, class: "body" }, one);
       }
+      if (names[k]) element("title", {}, one).textContent = names[k];
       if (choose) one.addEventListener("click", () => choose(k));
     });
   }
@@ -213,20 +214,23 @@ export class Diagram {
     }
   }
 
-  /** Arrows of velocities at points, the longest 70 pixels unless that is a pole. */
-  arrows(places, velocities) {
-    const group = this.layers.arrows;
+  /** Arrows at points, to the scale of the middle one; what is longer than the picture is cut, what is shorter than 2 pixels left out. */
+  arrows(layer, kind, places, vectors) {
+    const group = this.layers[layer];
     group.replaceChildren();
-    const sizes = Object.values(velocities).map(([x, y]) => Math.hypot(x, y)).filter((v) => v > 0).sort((a, b) => a - b);
+    const sizes = Object.values(vectors).map(([x, y]) => Math.hypot(x, y)).filter((v) => v > 0).sort((a, b) => a - b);
     if (!sizes.length) return;
     const scale = 45 / sizes[Math.floor(sizes.length / 2)];
-    for (const [name, [vx, vy]] of Object.entries(velocities)) {
-      const size = Math.min(Math.hypot(vx, vy) * scale, 160);
-      if (!(size > 2) || !places[name]) continue;
-      const [x, y] = this.at(places[name]);
-      const angle = Math.atan2(-vy, vx);
-      element("path", { d: `M0 0H${size - 6}M${size} 0l-8 -3v6Z`, class: "velocity",
-        transform: `translate(${x} ${y}) rotate(${(angle * 180) / Math.PI})` }, group);
+    for (const [name, vector] of Object.entries(vectors)) {
+      const size = Math.min(Math.hypot(...vector) * scale, 160);
+      if (size > 2 && places[name]) arrow(group, this.at(places[name]), [vector[0], -vector[1]], size, kind);
     }
   }
+}
+
+/** One arrow from a place, `size` pixels along a direction of the picture. */
+export function arrow(group, [x, y], [dx, dy], size, kind) {
+  const head = Math.min(7, size / 2);
+  element("path", { d: `M0 0H${(size - head).toFixed(2)}M${size.toFixed(2)} 0l${-head} -3v6Z`, class: kind,
+    transform: `translate(${x.toFixed(2)} ${y.toFixed(2)}) rotate(${((Math.atan2(dy, dx) * 180) / Math.PI).toFixed(3)})` }, group);
 }

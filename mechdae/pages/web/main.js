@@ -4,7 +4,8 @@ import { Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { Diagram } from "./diagram.js";
 import { Chart, ticks } from "./chart.js";
-import { digits, displayed, quantity, rateOf } from "./units.js";
+import { digits, displayed, quantity } from "./units.js";
+import { Plans } from "./plans.js";
 import { csvText, offered, png, svgText, tomlText } from "./files.js";
 
 const find = (id) => document.getElementById(id);
@@ -29,6 +30,7 @@ class App {
     this.session = null;
     this.recorded = null;
     this.reason = "";
+    this.without = data.without;
     this.wanted = {};
     this.shown = 0;
     this.playing = false;
@@ -37,7 +39,7 @@ class App {
       if (!this.session.trusted) {
         this.session = null;
         this.reason = this.words("selftest");
-      }
+      } else if (data.forces && !this.session.checkForces()) this.without = this.words("differ");
     }
     if (!this.session) {
       this.recorded = new Recorded(data);
@@ -50,7 +52,7 @@ class App {
   build() {
     const { data, words } = this;
     find("title").textContent = data.title;
-    find("subtitle").textContent = `${data.problem} / ${data.task}${this.session ? "" : ` – ${words("recorded")}: ${this.reason}`}`;
+    find("subtitle").textContent = `${data.problem} / ${data.task}${this.session ? "" : ` – ${words("recorded")}: ${this.reason}`}${this.without ? ` – ${words("without")}: ${this.without}` : ""}`;
     this.buildDrive();
     this.buildDimensions();
     this.buildGraph();
@@ -89,8 +91,14 @@ class App {
       find("drive").append(made("label", {}, `${words("mode")} `, this.modes));
     }
     if (this.session) {
-      this.velocities = made("input", { type: "checkbox", onchange: () => this.draw() });
-      find("drive").append(made("label", {}, this.velocities, ` ${words("velocities")}`));
+      const box = (word, checked) => {
+        const own = made("input", { type: "checkbox", checked, onchange: () => this.draw() });
+        find("drive").append(made("label", {}, own, ` ${words(word)}`));
+        return own;
+      };
+      this.velocities = box("velocities", false);
+      this.arrowsOfForces = this.session.forces ? box("forces", true) : null;
+      this.others = data.modes.length > 1 ? box("others", false) : null;
     }
   }
 
@@ -123,21 +131,18 @@ class App {
   buildGraph() {
     const { data, session, words } = this;
     if (!session) return;
-    const options = data.entries.flatMap((entry) => entry.names.flatMap((name, order) => {
-      const path = `${entry.kind}/${entry.part}/${name}`;
-      if (entry.columns.length === 2 && order === 0) return [`${path}/x`, `${path}/y`];
-      return entry.kind === "joints" && entry.names[0] === "angle" && order ? [] : [path];
-    }));
     this.what = made("select", { "aria-label": words("output"), style: "max-width:100%", onchange: () => this.drawAll() },
-      ...options.map((path) => made("option", { value: path }, path)));
+      ...session.outputs().map((path) => made("option", { value: path }, path)));
     const usual = data.entries.filter((entry) => entry.kind === "bodies").pop();
     if (usual) this.what.value = `bodies/${usual.part}/${usual.names[0]}`;
+    if (session.forces) this.what.value = `efforts/${data.forces.efforts[0]}`;
     const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     svg.setAttribute("style", "width:100%;height:200px;touch-action:none;display:block");
     svg.setAttribute("role", "img");
     svg.setAttribute("aria-label", words("output"));
     find("graph").append(made("fieldset", {}, made("legend", {}, words("output")), this.what, svg));
     this.chart = new Chart(svg, (s) => this.want({ s }));
+    this.plans = new Plans(find("plans"), session, words, made, () => this.draw());
     this.body = made("tbody");
     const head = made("tr", {}, ...[words("quantity"), words("value")].map((word) => made("th", { scope: "col" }, word)));
     find("table").append(made("fieldset", {}, made("legend", {}, words("pose")), made("table", {}, made("thead", {}, head), this.body)));
@@ -373,18 +378,16 @@ class App {
           if (document.activeElement !== field) field.value = digits(session.theta[k] * factor, 8);
         });
       }
-      const { entry, order, part } = session.entryOf(this.what.value);
-      const unit = rateOf(entry.unit, order);
-      const [factor, name] = displayed(unit);
+      const shown = session.output(this.what.value);
+      const [factor, name] = displayed(shown.unit);
       const [along, alongName] = displayed(this.data.driver.unit);
-      this.chart.draw(session.places, session.series(this.what.value), {
+      this.chart.draw(session.places, session.poses.map(shown.scalar), {
         value: (value) => digits(value * factor, 4),
         values: ([low, high]) => ticks(low * factor, high * factor, 4).map((value) => value / factor),
         places: ([low, high]) => ticks(low * along, high * along, 6).map((value) => value / along),
         place: (value) => digits(value * along, 4),
         name: `${this.data.driver.name} [${alongName}] → [${name}]`,
       });
-      void part;
     }
     this.draw();
   }
@@ -410,31 +413,71 @@ class App {
         if (found) velocities[part] = found;
       }
     }
-    this.diagram.arrows(places, velocities);
+    const forces = session.forcesAt(pose);
+    this.diagram.arrows("arrows", "velocity", places, velocities);
+    this.diagram.arrows("forces", "force", places, this.arrowsOfForces && this.arrowsOfForces.checked && forces ? this.reactionsAt(forces) : {});
+    this.showOthers();
+    this.plans.draw(pose, forces);
     const [low, high] = session.range;
     this.slider.value = (session.s - low) / (high - low);
     this.slider.setAttribute("aria-valuetext", quantity(session.s, data.driver.unit));
     if (document.activeElement !== this.number) this.number.value = digits(session.s * displayed(data.driver.unit)[0], 8);
-    const { entry, order, part } = session.entryOf(this.what.value);
-    this.chart.mark(session.s, session.scalar(pose, entry, order, part));
-    this.table(pose);
+    this.chart.mark(session.s, session.output(this.what.value).scalar(pose));
+    this.table(pose, forces);
     const head = `${data.driver.name} = ${quantity(session.s, data.driver.unit)}`;
     if (pose.status === "ok") {
       const bound = session.motion.bound(pose);
-      this.say(`${head}; ${this.words("certified")}, ${this.words("bound")} ${bound.length.toExponential(1)} m, ${bound.angle.toExponential(1)} rad`, false);
+      this.say(`${head}; ${this.words("certified")}, ${this.words("bound")} ${bound.length.toExponential(1)} m, ${bound.angle.toExponential(1)} rad${this.told(forces)}`, Boolean(forces) && forces.status !== "ok");
     } else if (pose.status === "limit") this.say(`${head}; ${this.words("limit")}: ${pose.end.group} (${pose.end.joint})`, false);
     else this.say(`${head}; ${this.words("unassembled")}: ${session.reason || session.opening(session.s)}`, true);
   }
 
-  table(pose) {
+  /** Reactions on the second body of each joint, by the point where they act. */
+  reactionsAt(forces) {
+    const found = {};
+    for (const { name, at } of this.data.forces.joints) {
+      const own = forces.reactions[name];
+      if (own) found[at] = found[at] ? [found[at][0] + own[0], found[at][1] + own[1]] : own.slice(0, 2);
+    }
+    return found;
+  }
+
+  /** What is to be said of the forces of a pose. */
+  told(forces) {
+    if (!forces) return "";
+    const { words } = this;
+    if (forces.status === "jammed") return `; ${words("jammed")}${forces.critical === null ? "" : ` (${words("critical")}: ${digits(forces.critical, 4)})`}`;
+    const own = Object.entries(forces.efforts).map(([name, value]) => `${words("effort")} ${quantity(value, name.endsWith(".angle") ? "N m" : "N", 5)}`);
+    return `; ${own.join(", ")}${forces.status === "ambiguous" ? `; ${words("ambiguous")}` : ""}${forces.still ? `; ${words("still")}` : ""}`;
+  }
+
+  /** The other assembly modes, faintly; a click goes over to one. */
+  showOthers() {
+    if (!this.others) return;
+    const { session } = this;
+    if (!this.others.checked) { this.diagram.faint("ghosts", []); return; }
+    session.ghosts.carry(session.theta, session.range, session.mode);
+    const found = session.ghosts.at(session.s);
+    this.diagram.faint("ghosts", found.map(({ pose }) => session.places_of(pose)), (k) => {
+      const { s } = session;
+      if (this.choose(found[k].label)) this.want({ s });
+    }, found.map(({ label }) => label));
+  }
+
+  table(pose, forces) {
     const rows = [];
+    const row = (name, text) => rows.push(made("tr", {}, made("td", {}, name), made("td", {}, text)));
+    if (forces && forces.status !== "jammed") {
+      for (const [name, value] of Object.entries(forces.efforts)) row(`${this.words("effort")} ${name}`, quantity(value, name.endsWith(".angle") ? "N m" : "N"));
+      for (const [name, [x, y, moment]] of Object.entries(forces.reactions)) row(`R ${name}`, `${quantity(Math.hypot(x, y), "N", 5)}; ${quantity(moment, "N m", 5)}`);
+    }
     for (const { kind, part, columns, names, unit } of this.data.entries) {
       if (kind === "joints" && names[0] === "angle") continue;
       const found = this.session.inTime(pose, columns, 0);
       const speed = this.session.inTime(pose, columns, 1);
       const text = found ? (found.length === 2 ? `(${found.map((v) => quantity(v, unit, 5)).join(", ")})` : quantity(found[0], unit)) : "–";
       const rate = speed ? quantity(Math.hypot(...speed) * (speed.length === 1 && speed[0] < 0 ? -1 : 1), `${unit}/s`, 5) : "–";
-      rows.push(made("tr", {}, made("td", {}, part), made("td", {}, `${text}; ${rate}`)));
+      row(part, `${text}; ${rate}`);
     }
     this.body.replaceChildren(...rows);
   }
@@ -499,6 +542,13 @@ function interfaceOf(app) {
           table[name] = found && found.length === 1 ? found[0] : found;
         });
       }
+      const forces = session.forcesAt(pose);
+      if (forces) {
+        if (forces.status !== "ok") result.status = forces.status;
+        result.efforts = forces.efforts;
+        for (const [name, reaction] of Object.entries(forces.reactions)) Object.assign((result.joints[name] = result.joints[name] || {}), { reaction });
+        for (const [name, loss] of Object.entries(forces.losses)) result.joints[name].loss = loss;
+      }
       return result;
     },
     set(values) {
@@ -525,12 +575,13 @@ function interfaceOf(app) {
     sweep(path, count = 361) {
       const { session } = app;
       if (!session) return [];
-      const { entry, order, part } = session.entryOf(path);
+      const output = session.output(path);
       const [low, high] = session.range;
       return Array.from({ length: count }, (_, k) => {
         const pose = session.motion.pose(count > 1 ? low + ((high - low) * k) / (count - 1) : low);
-        if (part || entry.columns.length === 1) return session.scalar(pose, entry, order, part);
-        return session.inTime(pose, entry.columns, order);
+        if (!output.whole) return output.scalar(pose);
+        const found = output.of(pose);
+        return found && found.length === 1 ? found[0] : found;
       });
     },
     limits() { return app.session ? app.session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null)) : [null, null]; },

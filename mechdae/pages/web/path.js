@@ -64,7 +64,7 @@ export class Motion {
 
   /** Bounds for the sizes that the path may have; those of the outputs when they are read. */
   bounds() {
-    const [kappa, rho] = this.kernels.constants.run(this.sizeX, this.sizeU, this.p, [this.start.scale]);
+    const [kappa, rho, mu] = this.kernels.constants.run(this.sizeX, this.sizeU, this.p, [this.start.scale]);
     const { length } = this.p;
     const { n, nb } = this;
     this.whole = new Float64Array(length + 1 + 2 * nb + n + 2);
@@ -76,8 +76,12 @@ export class Motion {
     this.whole[this.whole.length - 1] = 1; // u = 0 + s 1
     this.consts = this.whole.subarray(0, this.whole.length - 2);
     this.kappa = this.whole.subarray(length + 1, length + 1 + nb);
+    this.mu = Float64Array.from(mu);
     this.slopes = null;
   }
+
+  /** Condition number of the worst block at a pose, 1 at least. */
+  condition({ beta }) { return beta ? beta.reduce((worst, value, b) => Math.max(worst, this.mu[b] * value), 1) : 1; }
 
   outputSlopes() {
     if (!this.slopes) {
@@ -313,7 +317,7 @@ export class Motion {
       x = Float64Array.from(next);
       if (left <= TINY) {
         return { status: "ok", s, place, x, y: y.map((part) => Float64Array.from(part)), error: Float64Array.from(error),
-          det: Float64Array.from(det) };
+          det: Float64Array.from(det), beta: Float64Array.from(beta) };
       }
     }
     return this.missing(s);

@@ -17,7 +17,7 @@ export class Recorded {
 
   get count() { return this.rows.length; }
 
-  value(k) { return this.data.driver.values[this.rows[k]]; }
+  value(k) { return this.data.driver.values[k]; }
 
   places(k) {
     const { ground, places: fixed } = this.data.scene;
@@ -29,5 +29,5 @@ export class Recorded {
     return places;
   }
 
-  status(k) { return this.data.status[this.rows[k]]; }
+  status(k) { return this.data.status[k]; }
 }

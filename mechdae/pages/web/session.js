@@ -1,9 +1,14 @@
 /** What is shown: numbers, driver, mode; the poses along the range; undo. No drawing here. */
 import { Motion } from "./path.js";
+import { Forces } from "./forces.js";
+import { Ghosts } from "./ghosts.js";
+import { rateOf } from "./units.js";
 
 const SAMPLES = 361;
 const CHECK = 1e-12;
+const FORCE_CHECK = 1e-9;
 const OTHERS = 12;
+const REACTION = { reaction: "N", Fx: "N", Fy: "N", M: "N m", loss: "W" };
 
 export class Session {
   /** @param {any} data @param {any} code */
@@ -17,6 +22,9 @@ export class Session {
     this.history = [];
     this.future = [];
     this.range = data.range;
+    this.forces = data.forces ? new Forces(data, this.motion) : null;
+    this.acting = new WeakMap();
+    this.ghosts = new Ghosts(data, code);
     this.follow();
     this.s = this.within(data.start.s) ? data.start.s : this.range[0];
     this.sample();
@@ -101,24 +109,60 @@ export class Session {
     return columns.map((k) => second[k] * speed * speed + first[k] * acceleration);
   }
 
-  /** The scalar of a path like points/rod.B/velocity; of points the size, of place the x. */
-  series(path) {
-    const { entry, order, part } = this.entryOf(path);
-    return this.poses.map((pose) => this.scalar(pose, entry, order, part));
+  /** What acts at a pose, null without forces; computed once. */
+  forcesAt(pose) {
+    if (!this.forces || !pose) return null;
+    if (!this.acting.has(pose)) this.acting.set(pose, this.forces.at(pose));
+    return this.acting.get(pose);
   }
 
-  scalar(pose, entry, order, part) {
-    const found = this.inTime(pose, entry.columns, order);
-    if (!found) return null;
-    if (found.length === 1) return found[0];
-    return part === "x" ? found[0] : part === "y" ? found[1] : Math.hypot(...found);
+  /** Whether what Python computed of forces is found again; else they are left out. */
+  checkForces() {
+    if (this.forces && !(this.forces.selfTest() <= FORCE_CHECK)) this.forces = null;
+    return Boolean(this.forces);
   }
 
-  entryOf(path) {
+  /** An output by its path, as points/rod.B/velocity: its unit, its numbers and one scalar at a pose. */
+  output(path) {
     const [kind, part, name, axis] = path.split("/");
+    if (this.forces && kind === "efforts" && this.data.forces.efforts.includes(part)) {
+      const of = (pose) => { const found = this.forcesAt(pose); return found && found.status !== "jammed" ? [found.efforts[part]] : null; };
+      return { unit: part.endsWith(".angle") ? "N m" : "N", of, scalar: (pose) => (of(pose) || [null])[0] };
+    }
+    if (this.forces && kind === "joints" && REACTION[name] && this.data.forces.joints.some((own) => own.name === part)) {
+      const k = ["Fx", "Fy", "M"].indexOf(name);
+      const of = (pose) => {
+        const found = this.forcesAt(pose);
+        if (!found || found.status === "jammed") return null;
+        return name === "loss" ? [found.losses[part] ?? 0] : k < 0 ? found.reactions[part] : [found.reactions[part][k]];
+      };
+      return { unit: REACTION[name], of, scalar: (pose) => { const own = of(pose); return own ? (own.length > 1 ? Math.hypot(own[0], own[1]) : own[0]) : null; } };
+    }
     const entry = this.data.entries.find((own) => own.kind === kind && own.part === part && own.names.includes(name));
     if (!entry) throw new Error(`no output ${path}`);
-    return { entry, order: entry.names.indexOf(name), part: axis };
+    const order = entry.names.indexOf(name);
+    const of = (pose) => this.inTime(pose, entry.columns, order);
+    const scalar = (pose) => {
+      const found = of(pose);
+      if (!found) return null;
+      if (found.length === 1) return found[0];
+      return axis === "x" ? found[0] : axis === "y" ? found[1] : Math.hypot(...found);
+    };
+    return { unit: rateOf(entry.unit, order), of, scalar, whole: !axis };
+  }
+
+  /** Paths of all outputs. */
+  outputs() {
+    const moved = this.data.entries.flatMap((entry) => entry.names.flatMap((name, order) => {
+      const path = `${entry.kind}/${entry.part}/${name}`;
+      if (entry.columns.length === 2 && order === 0) return [`${path}/x`, `${path}/y`];
+      return entry.kind === "joints" && entry.names[0] === "angle" && order ? [] : [path];
+    }));
+    if (!this.forces) return moved;
+    const { efforts, joints, lossy } = this.data.forces;
+    return [...moved, ...efforts.map((name) => `efforts/${name}`),
+      ...joints.flatMap(({ name }) => ["reaction", "Fx", "Fy", "M"].map((word) => `joints/${name}/${word}`)),
+      ...lossy.map((name) => `joints/${name}/loss`)];
   }
 
   // -- changes

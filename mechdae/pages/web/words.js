@@ -8,6 +8,10 @@ const WORDS = {
     opens: "opens at", ends: "ends at", smaller: "at least", larger: "at most", theme: "Light or dark", velocities: "Velocities",
     selftest: "the numbers differ from Python's: recorded poses are shown", gone: "this mode does not exist there", speed: "Tempo",
     quantity: "quantity", damaged: "the data of this page were altered",
+    forces: "Forces", others: "Other modes", jammed: "jammed: no forces balance", critical: "the solution ends at this share of the friction",
+    ambiguous: "several solutions of friction, shown is the one that continues from no friction", still: "at rest in a joint: sign of the coming motion",
+    without: "forces are not shown", differ: "they differ from Python's", plan: "Plan", velocity: "velocities", acceleration: "accelerations",
+    acting: "forces on", rest: "loads, inertia, drive", plans: "Plans", none: "not here", effort: "effort",
   },
   ru: {
     play: "Пуск", pause: "Пауза", driver: "Привод", dimensions: "Размеры", output: "Величина", against: "по",
@@ -16,6 +20,10 @@ const WORDS = {
     opens: "размыкается в", ends: "кончается при", smaller: "не менее", larger: "не более", theme: "Светлая или тёмная", velocities: "Скорости",
     selftest: "числа расходятся с Python: показаны записанные положения", gone: "такой сборки здесь нет", speed: "Темп",
     quantity: "величина", damaged: "данные этой страницы изменены",
+    forces: "Силы", others: "Другие сборки", jammed: "заклинено: силы не уравновешиваются", critical: "решение кончается при этой доле трения",
+    ambiguous: "решений с трением несколько, показано продолжающее решение без трения", still: "покой в шарнире: знак наступающего движения",
+    without: "силы не показаны", differ: "расходятся с Python", plan: "План", velocity: "скорости", acceleration: "ускорения",
+    acting: "силы на звено", rest: "нагрузки, инерция, привод", plans: "Планы", none: "здесь нет", effort: "усилие",
   },
 };
 

@@ -1,0 +1,103 @@
+"""The balance of forces for the browser: its functions, and the numbers that they need."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.forces.inverse_dynamics import Statics
+from mechdae.forces.pose_forces import PoseForces, solved
+from mechdae.forces.poses import LoadedRun, unknown_columns
+from mechdae.kernels.graphs.kinetostatics import SPEEDS
+
+PARAMETERS = 6
+"""Place of the parameters among the inputs of the balance."""
+
+
+def why_without(statics: Statics) -> str:
+    """Return why forces cannot be live, "" where they can."""
+    if statics.scene.redundant:
+        return "reactions of superfluous constraints are not unique"
+    if statics.loads.timed:
+        return "a load is a table over the time"
+    return ""
+
+
+def functions(statics: Statics) -> Mapping[str, Any]:
+    """Return the functions that the page calls, by the names that they have there."""
+    balance = statics.balance
+    found = {"report": balance.report(statics.coupled), "slipping": balance.slipping}
+    if balance.slips:
+        found["coming"] = balance.coming
+    if balance.feedbacks:
+        found["sizes"] = balance.solve
+    if statics.coupled:
+        found["stages"] = balance.stages
+    if statics.tables:
+        at = ca.vertcat(*[signal.at for signal in statics.loads.signals])
+        found["abscissae"] = balance.function("at", [at], SPEEDS)
+    return found
+
+
+def used(statics: Statics) -> set[int]:
+    """Return the places of the parameters on which forces depend."""
+    report = statics.balance.report(statics.coupled)
+    found: set[int] = set()
+    for k in range(report.n_out()):
+        found |= set(report.jac_sparsity(k, PARAMETERS).get_triplet()[1])
+    if statics.balance.feedbacks:
+        sizes = statics.balance.solve
+        for k in range(2):
+            found |= set(sizes.jac_sparsity(k, PARAMETERS).get_triplet()[1])
+    return found
+
+
+def numbers(loaded: LoadedRun, rows: list[int]) -> dict[str, Any]:
+    """Return what the page needs beside the functions, and the forces at some of the poses."""
+    statics, setting = loaded.statics, loaded.setting
+    balance = statics.balance
+    groups = [
+        {
+            "places": places,
+            "forms": [[own.start, own.stop] for own in forms],
+            "laws": laws,
+        }
+        for places, forms, laws in statics.branches.groups
+    ]
+    tables = [
+        {"rows": table.tolist(), "periodic": bool(signal.load.periodic)}
+        for table, signal in zip(statics.tables, statics.loads.signals, strict=True)
+    ]
+    second = {name: own.second for name, own in setting.scene.model.mechanism.joints.items()}
+    return {
+        "columns": unknown_columns(setting),
+        "joints": [{"name": name, "at": second[name]} for name in balance.joints],
+        "efforts": [row.owner for row in setting.scene.rows if row.driver],
+        "lossy": list(balance.lossy),
+        "slips": [slip.unit for slip in balance.slips],
+        "feedbacks": [feedback.joint for feedback in balance.feedbacks],
+        "groups": groups,
+        "tables": tables,
+        "coupled": statics.coupled,
+        "length": float(statics.length),
+        "zero": float(loaded.run.values[0, setting.plan.lead]),
+        "checks": _checks(loaded, rows),
+    }
+
+
+def _checks(loaded: LoadedRun, rows: list[int]) -> list[dict[str, Any]]:
+    """Return reactions and efforts of some of the poses, those that have one solution."""
+    motion, statics = loaded.motion.rows(rows), loaded.statics
+    answer: PoseForces = solved(statics, motion, motion.there, critical=False)
+    found = []
+    for k, row in enumerate(rows):
+        if answer.counts[k] != 1 or not answer.there[k]:
+            continue
+        own = [answer.whole.reactions[k].ravel(), answer.whole.efforts[k], answer.whole.losses[k]]
+        if all(np.isfinite(values).all() for values in own):
+            places = loaded.run.poses.places
+            found.append({"s": float(places[row]), "f": [values.tolist() for values in own]})
+    return found
