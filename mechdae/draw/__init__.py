@@ -60,9 +60,10 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
     kind = usual(result) if kind is None else kind
     picture = picture_of(kind)
     check_suits(kind, getattr(result, "kind", ""))
-    check_dimension(kind, result)
     given = checked(kind, options)
-    module = importlib.import_module(picture.module)
+    check_dimension(kind, result, given)
+    in_space = getattr(getattr(result, "mechanism", None), "dimension", 2) == 3
+    module = importlib.import_module(picture.in_space if in_space else picture.module)
     if ax is None or kind == "animation":
         drawn = module.draw(result, ax, **given)
         if picture.shared:

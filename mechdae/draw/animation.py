@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -83,12 +84,10 @@ class Animation:
 
         ``progress`` is called with the number of frames done and that of all.
         """
-        scene = read_scene(self.result)
         distinct = list(dict.fromkeys(self.poses))
-        view = self._view(scene, distinct)
         drawn: dict[int, Image.Image] = {}
-        for k, pose in enumerate(distinct):
-            drawn[pose] = self._picture(scene, pose, view)
+        for k, (pose, picture) in enumerate(zip(distinct, self.pictures(distinct), strict=True)):
+            drawn[pose] = picture
             if progress is not None:
                 progress(k + 1, len(distinct))
         palette = _palette(style.DARK if self.dark else style.LIGHT)
@@ -97,6 +96,13 @@ class Animation:
             for pose, picture in drawn.items()
         }
         return [ready[pose] for pose in self.poses]
+
+    def pictures(self, poses: Sequence[int]) -> Iterator[Image.Image]:
+        """Yield the picture of each pose, all to one scale."""
+        scene = read_scene(self.result)
+        view = self._view(scene, poses)
+        for pose in poses:
+            yield self._picture(scene, pose, view)
 
     def _view(self, scene: DrawnScene, poses: Sequence[int]) -> diagram.View:
         """Return what all frames have in common: the scale above all."""
@@ -120,14 +126,8 @@ class Animation:
     def _picture(self, scene: DrawnScene, pose: int, view: diagram.View) -> Image.Image:
         theme = style.DARK if self.dark else style.LIGHT
         axes = new_axes(theme)
-        figure = axes.get_figure(root=True)
-        assert isinstance(figure, Figure)
-        figure.set_dpi(self.dpi)
         diagram.draw_pose(axes, scene, self.result, pose, view, theme, Words(self.lang))
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()  # type: ignore[no-untyped-call]
-        pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-        return Image.fromarray(pixels[..., :3].copy())
+        return picture_of_axes(axes, self.dpi)
 
     def gif(self, progress: Progress | None = None) -> bytes:
         """Return the animation as a GIF that repeats for ever."""
@@ -164,6 +164,17 @@ class Animation:
         """Return the picture for a notebook."""
         data = base64.b64encode(self.gif()).decode("ascii")
         return f'<img src="data:image/gif;base64,{data}" alt="{self.result.problem}">'
+
+
+def picture_of_axes(axes: Axes, dpi: int) -> Image.Image:
+    """Return the figure of axes as pixels."""
+    figure = axes.get_figure(root=True)
+    assert isinstance(figure, Figure)
+    figure.set_dpi(dpi)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()  # type: ignore[no-untyped-call]
+    pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+    return Image.fromarray(pixels[..., :3].copy())
 
 
 def _palette(theme: style.Theme) -> Image.Image:
@@ -223,13 +234,7 @@ def animate(
         Fewer than two poses, or numbers out of range.
     """
     Words(lang)
-    most = FRAMES if frames is None else frames
-    if isinstance(most, bool) or not isinstance(most, int) or not 2 <= most <= MOST:
-        raise InputError(f"frames are a whole number from 2 to {MOST}", where="frames")
-    if not 0.1 <= seconds <= 600.0:
-        raise InputError("a round takes 0.1 to 600 seconds", where="seconds")
-    if isinstance(dpi, bool) or not isinstance(dpi, int) or not 20 <= dpi <= 300:
-        raise InputError("dpi is a whole number from 20 to 300", where="dpi")
+    most = check_frames(frames, seconds, dpi)
     shown = (traces, labels, loads, dark, lang)
     if getattr(result, "kind", "") == "equilibrium":
         return _shape(result, 1 if shape is None else shape, most, seconds, dpi, shown)
@@ -241,15 +246,8 @@ def animate(
         raise InputError("fewer than two poses assemble, there is no motion to show")
     run = longest_run(known)
     whole = closes(scene, run)
-    poses = run[:-1] if whole else run
-    picks = np.arange(min(most, len(poses)))
-    if len(poses) > most:
-        share = len(poses) / most if whole else (len(poses) - 1) / (most - 1)
-        picks = np.floor(picks * share + 0.5).astype(int)
-    chosen = [poses[k] for k in picks.tolist()]
-    if not whole:
-        chosen += chosen[-2:0:-1]
-    duration = _duration(seconds, len(chosen))
+    chosen = picked(run, whole, most)
+    duration = frame_time(seconds, len(chosen))
     return Animation(result, tuple(chosen), whole, duration, dpi, *shown)
 
 
@@ -269,7 +267,7 @@ def _shape(
         swinging(result, number, frames),
         tuple(chosen),
         swings,
-        _duration(seconds, len(chosen)),
+        frame_time(seconds, len(chosen)),
         dpi,
         *shown,
         subtitle=swing_text(result, number, Words(shown[-1])),
@@ -277,7 +275,36 @@ def _shape(
     )
 
 
-def _duration(seconds: float, count: int) -> int:
+def check_frames(frames: int | None, seconds: float, dpi: int) -> int:
+    """Return the most frames of one way.
+
+    Raises
+    ------
+    InputError
+        Numbers out of range.
+    """
+    most = FRAMES if frames is None else frames
+    if isinstance(most, bool) or not isinstance(most, int) or not 2 <= most <= MOST:
+        raise InputError(f"frames are a whole number from 2 to {MOST}", where="frames")
+    if not 0.1 <= seconds <= 600.0:
+        raise InputError("a round takes 0.1 to 600 seconds", where="seconds")
+    if isinstance(dpi, bool) or not isinstance(dpi, int) or not 20 <= dpi <= 300:
+        raise InputError("dpi is a whole number from 20 to 300", where="dpi")
+    return most
+
+
+def picked(run: Sequence[int], whole: bool, most: int) -> list[int]:
+    """Return the poses of a run that are shown: once around if it closes, else to and fro."""
+    poses = run[:-1] if whole else run
+    picks = np.arange(min(most, len(poses)))
+    if len(poses) > most:
+        share = len(poses) / most if whole else (len(poses) - 1) / (most - 1)
+        picks = np.floor(picks * share + 0.5).astype(int)
+    chosen = [poses[k] for k in picks.tolist()]
+    return chosen if whole else chosen + chosen[-2:0:-1]
+
+
+def frame_time(seconds: float, count: int) -> int:
     """Return the time of a frame [ms]."""
     return max(FASTEST, round(1000.0 * seconds / count / 10.0) * 10)
 

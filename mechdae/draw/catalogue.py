@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from mechdae.describe.tasks.kinds import TASKS
@@ -41,6 +42,8 @@ class Picture:
         Kinds of tasks of which the command line draws it without a wish.
     shared
         Whether pictures of several variants can share axes.
+    in_space
+        The module that draws it of spatial mechanisms, "" if none does.
     """
 
     module: str
@@ -53,6 +56,7 @@ class Picture:
     first: tuple[str, ...] = ("sweep",)
     usual_of: tuple[str, ...] = ()
     shared: bool = False
+    in_space: str = ""
 
 
 _SERIES = ("sweep", "reactions", "motion")
@@ -63,11 +67,14 @@ PICTURES: Mapping[str, Picture] = {
         "mechdae.draw.diagram.diagram",
         "the kinematic diagram of one pose",
         of=("poses",),
-        options=("pose", "scale", "label", "traces", "ghosts", "labels", "loads", "dark", "lang"),
+        options=(
+            "pose", "scale", "label", "traces", "ghosts", "labels", "loads", "dark", "lang", "view",
+        ),
         needs=("bodies",),
         lacks="has no pose to draw",
         hint="solve the task that it repeats or differentiates",
         shared=True,
+        in_space="mechdae.draw.space.spatial_diagram",
     ),
     "animation": Picture(
         "mechdae.draw.animation",
@@ -75,11 +82,13 @@ PICTURES: Mapping[str, Picture] = {
         of=("path", "small motions"),
         options=(
             "traces", "labels", "loads", "dark", "lang", "shape", "frames", "seconds", "dpi",
+            "view",
         ),
         needs=("bodies", "small motions"),
         lacks="is no motion",
         hint="draw a sweep or reactions",
         first=(*_SERIES, "equilibrium"),
+        in_space="mechdae.draw.space.spatial_animation",
     ),
     "plans": Picture(
         "mechdae.draw.plans",
@@ -101,6 +110,7 @@ PICTURES: Mapping[str, Picture] = {
         first=_SERIES,
         usual_of=("reactions", "motion"),
         shared=True,
+        in_space="mechdae.draw.graphs.curves",
     ),
     "coupler": Picture(
         "mechdae.draw.graphs.coupler",
@@ -229,12 +239,20 @@ OPTIONS: Mapping[str, Option] = {
     "seconds": Option("number", "time of one round"),
     "dpi": Option("whole", "pixels to the inch"),
     "design": Option("whole", "number of the design drawn", file="{}"),
+    "view": Option(
+        "name",
+        "of a spatial mechanism: azimuth,elevation of the eye in degrees, or three: front, top and "
+        "left view",
+        file="{}",
+    ),
 }
 """Name -> option."""
 
 
-IN_SPACE = ("curves",)
+IN_SPACE = tuple(kind for kind, own in PICTURES.items() if own.in_space)
 """Kinds of pictures of spatial mechanisms."""
+IN_ONE = {"view": 3, "loads": 2, "shape": 2}
+"""Options of pictures of mechanisms of one dimension only."""
 
 
 def picture_of(kind: str) -> Picture:
@@ -266,19 +284,29 @@ def usual_kind(task: str) -> str:
     return suited[0] if suited else "diagram"
 
 
-def check_dimension(kind: str, result: Any) -> None:
-    """Refuse pictures of spatial mechanisms but graphs of their series.
+def check_dimension(
+    kind: str, result: Any, options: Mapping[str, Any] = MappingProxyType({})
+) -> None:
+    """Refuse pictures, and options of them, that mechanisms of a dimension do not have.
 
     Raises
     ------
     UnavailableError
+        A kind that is drawn in the plane only.
+    InputError
+        An option of the other dimension.
     """
     mechanism = getattr(result, "mechanism", None)
-    if getattr(mechanism, "dimension", 2) == 3 and kind not in IN_SPACE:
+    dimension = getattr(mechanism, "dimension", 2)
+    if dimension == 3 and kind not in IN_SPACE:
         raise UnavailableError(
             f"pictures of kind '{kind}' are not drawn of spatial mechanisms by this version",
             hint=f"available: {', '.join(IN_SPACE)}",
         )
+    for name in options:
+        if IN_ONE.get(name, dimension) != dimension and options[name] is not None:
+            which = "planar" if dimension == 2 else "spatial"
+            raise InputError(f"pictures of {which} mechanisms have no option '{name}'", where=name)
 
 
 def check_suits(

@@ -41,17 +41,13 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 @dataclass(frozen=True)
 class Row:
-    """One scalar equation: the joint or driver it belongs to, its part and unit.
-
-    ``reach`` is what bounds of an equation in space are made of, where it is known.
-    """
+    """One scalar equation: the joint or driver it belongs to, its part and unit."""
 
     owner: str
     part: str
     expression: Any
     unit: str
     driver: bool = False
-    reach: Any = None
 
     @property
     def name(self) -> str:

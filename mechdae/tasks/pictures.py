@@ -93,6 +93,10 @@ def _with_all_bodies(problem: Problem, name: str, mode: str | None) -> Result:
     outside = not_in_scene(problem, name)
     if not outside:
         return with_outputs(None)
+    if problem.mechanism.dimension == 3:  # loops that are not in the scene cost much
+        there = [body for body in problem.mechanism.bodies if body not in outside]
+        inside = with_outputs(tuple(dict.fromkeys((*task.outputs, *there))))
+        return replace(inside, summary=inside.summary.changed(not_in_scene=outside))
     try:
         whole = with_outputs(None)
     except MechdaeError:

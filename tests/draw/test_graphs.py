@@ -60,7 +60,8 @@ def test_every_problem_in_every_kind_that_applies(name: str) -> None:
         assert_readable(md.plot(result, "curves"))
         if problem.mechanism.dimension == 3:
             with pytest.raises(md.UnavailableError, match="spatial"):
-                md.plot(result, "coupler")
+                md.plot(result, "plans")
+            assert md.plot(result, "diagram").patches
         elif any(np.ptp(own.position, axis=0).max() > 0 for own in result.points.values()):
             assert_readable(md.plot(result, "coupler"))
         drawn += 1

@@ -25,8 +25,8 @@ from mechdae.draw.diagram.driver import (
 from mechdae.draw.diagram.gaps import blame_text, draw_gaps, open_text
 from mechdae.draw.diagram.guides import draw_guides, gaps_of, travel
 from mechdae.draw.diagram.loads import Mark, draw_loads, load_points
-from mechdae.draw.diagram.places import Place, free_points, places_of
-from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, read_scene
+from mechdae.draw.diagram.places import JoinedScene, Place, free_points, places_of
+from mechdae.draw.diagram.scene import SHORT, Array, DrawnScene, choose_pose, named_pose, read_scene
 from mechdae.draw.diagram.shapes import Piece, draw_body, draw_ghost, shape_of
 from mechdae.draw.diagram.wheels import circles, draw_wheels, rack_span
 from mechdae.draw.figure import new_axes
@@ -185,7 +185,7 @@ def draw_pose(
         sheet.boxes += behind.boxes
     if view.traces:
         _draw_traces(sheet, scene)
-    for other in _others(scene, pose, view.ghosts):
+    for other in others_of(scene, pose, view.ghosts):
         for name in scene.mechanism.bodies:
             if scene.shown(name, other):
                 draw_ghost(sheet, scene, name, other)
@@ -204,7 +204,7 @@ def draw_pose(
     marks += draw_gaps(sheet, scene, result, words)
     extra = view.overlay(sheet) if view.overlay is not None else ""
     if not view.bare:
-        _draw_frame(sheet, scene, result, pose, words, extra)
+        draw_frame(sheet, scene, result, pose, words, extra)
     if view.labels:
         draw_labels(sheet, scene, pose, places, links, marks)
     if view.bare:
@@ -287,10 +287,10 @@ def _draw_traces(sheet: Sheet, scene: DrawnScene) -> None:
             gid=f"trace-{reference}",
             weight=0.0,
         )
-        sheet.keep(_thinned(points), style.PATH)
+        sheet.keep(thinned(points), style.PATH)
 
 
-def _thinned(points: Array) -> Array:
+def thinned(points: Array) -> Array:
     """Return a path with fewer points, which labels avoid just as well."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     gap = np.isnan(points[:, 0])
@@ -301,14 +301,14 @@ def _thinned(points: Array) -> Array:
     kept[:-1] |= gap[1:]
     kept[1:] |= gap[:-1]
     kept[-1] = True
-    thinned: Array = points[kept]
-    return thinned
+    fewer: Array = points[kept]
+    return fewer
 
 
-def _others(scene: DrawnScene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
+def others_of(scene: JoinedScene, pose: int, ghosts: int | Sequence[int]) -> list[int]:
     """Return up to `ghosts` other assembled poses, evenly spread, or those that are named."""
     if not isinstance(ghosts, int):
-        return [choose_pose(scene, "", other) for other in ghosts]
+        return [named_pose(len(scene.status), other) for other in ghosts]
     rest = [index for index in scene.assembled() if index != pose]
     if ghosts <= 0 or not rest:
         return []
@@ -442,8 +442,8 @@ def _drawn_arms(bars: list[Piece], center: Array) -> list[Array]:
     return arms
 
 
-def _draw_frame(
-    sheet: Sheet, scene: DrawnScene, result: Any, pose: int, words: Words, extra: str = ""
+def draw_frame(
+    sheet: Sheet, scene: JoinedScene, result: Any, pose: int, words: Words, extra: str = ""
 ) -> None:
     """Draw the scale bar and the note on what is not drawn."""
     length = nice_length(0.2 * float(sheet.size[0]) / sheet.metre)
@@ -470,7 +470,7 @@ def outside_of(result: Any) -> set[str]:
     return set((getattr(result, "summary", None) or {}).get("not_in_scene", ()))
 
 
-def note_text(scene: DrawnScene, result: Any, pose: int, words: Words) -> str:
+def note_text(scene: JoinedScene, result: Any, pose: int, words: Words) -> str:
     """Return which bodies are not drawn, and why."""
     outside = outside_of(result)
     missing = [name for name in scene.mechanism.bodies if not scene.shown(name, pose)]

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot
+from math import dist
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.draw.diagram.scene import DrawnScene
 
 LONG = 3
 """A joint name of more letters gives way to the name of the point."""
@@ -63,7 +64,38 @@ class Place:
         return short[0] if short else min(points, key=lambda text: (len(text), points.index(text)))
 
 
-def places_of(scene: DrawnScene, pose: int) -> list[Place]:
+class JoinedScene(Protocol):
+    """What is asked of a scene, in the plane or in space, to find its joint places."""
+
+    @property
+    def mechanism(self) -> Mechanism: ...
+    @property
+    def numbers(self) -> Mapping[str, float]: ...
+    @property
+    def open(self) -> frozenset[str]: ...
+    @property
+    def status(self) -> tuple[str, ...]: ...
+    @property
+    def origins(self) -> Collection[str]: ...
+
+    def joints(self, pose: int) -> list[Joint]:
+        """Return the joints whose two bodies are shown."""
+        ...
+
+    def assembled(self) -> list[int]:
+        """Return the poses that are assembled."""
+        ...
+
+    def shown(self, body: str, pose: int) -> bool:
+        """Return whether the body has a placement in that pose."""
+        ...
+
+    def local(self, reference: str) -> NDArray[np.float64]:
+        """Return the coordinates of ``body.point`` in its body."""
+        ...
+
+
+def places_of(scene: JoinedScene, pose: int) -> list[Place]:
     """Return the joint places shown, in the order of the joints.
 
     A pin in the ground is shown also where its link does not assemble in this pose.
@@ -106,7 +138,7 @@ def places_of(scene: DrawnScene, pose: int) -> list[Place]:
     return result
 
 
-def free_points(scene: DrawnScene, pose: int) -> list[str]:
+def free_points(scene: JoinedScene, pose: int) -> list[str]:
     """Return the points of moving bodies that belong to no joint."""
     used = {
         reference
@@ -136,7 +168,7 @@ def numbers_of(mechanism: Mechanism) -> dict[str, int]:
     return {name: next(free) if number is None else number for name, number in given.items()}
 
 
-def letters_of(scene: DrawnScene, pose: int, places: Sequence[Place]) -> dict[str, str]:
+def letters_of(scene: JoinedScene, pose: int, places: Sequence[Place]) -> dict[str, str]:
     """Return the letter of each point of joint places and of free points, one for each place.
 
     Where two places would have one letter, those with one joint of a short name have that name,
@@ -187,20 +219,20 @@ def _points_of(joint: Joint) -> list[tuple[str, ...]]:
     return [(joint.first,), (joint.second,)]
 
 
-def _same_local(scene: DrawnScene, groups: list[set[str]]) -> list[set[str]]:
+def _same_local(scene: JoinedScene, groups: list[set[str]]) -> list[set[str]]:
     """Join groups that hold the same place of one body under two names."""
     result: list[set[str]] = []
-    spots: dict[str, list[tuple[float, float, str]]] = {}
+    spots: dict[str, list[tuple[list[float], str]]] = {}
     for group in groups:
         joined = set(group)
         for reference in sorted(group):
             body = reference.split(".")[0]
-            x, y = (scene.numbers[f"{reference}.{axis}"] for axis in "xy")
-            for a, b, name in spots.setdefault(body, []):
-                if hypot(x - a, y - b) <= 1e-12 and name not in joined:
+            here = [scene.numbers[f"{reference}.{axis}"] for axis in scene.mechanism.axes]
+            for there, name in spots.setdefault(body, []):
+                if dist(here, there) <= 1e-12 and name not in joined:
                     other = next(other for other in result if name in other)
                     joined |= other
                     result.remove(other)
-            spots[body].append((x, y, reference))
+            spots[body].append((here, reference))
         result.append(joined)
     return result

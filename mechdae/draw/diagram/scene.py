@@ -195,7 +195,7 @@ def read_scene(result: Any) -> DrawnScene:
     """
     mechanism: Mechanism = result.mechanism
     if mechanism.dimension != 2:
-        raise UnavailableError("diagrams of spatial mechanisms are not drawn by this version")
+        raise UnavailableError("this picture is not drawn of spatial mechanisms by this version")
     status = tuple(str(entry) for entry in result.status)
     if not status:
         raise InputError("the result holds no pose to draw")
@@ -319,6 +319,19 @@ def longest_run(poses: list[int]) -> list[int]:
     return max(runs, key=len)
 
 
+def named_pose(n: int, pose: int) -> int:
+    """Return the index of a pose that is asked for, of n, negative ones from the end.
+
+    Raises
+    ------
+    InputError
+        An index that the result does not have.
+    """
+    if isinstance(pose, bool) or not isinstance(pose, int | np.integer) or not -n <= pose < n:
+        raise InputError(f"there is no pose {pose}", hint=f"a whole number from 0 to {n - 1}")
+    return int(pose) % n
+
+
 def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     """Return the index of the pose to draw.
 
@@ -334,9 +347,7 @@ def choose_pose(scene: DrawnScene, kind: str, pose: int | None = None) -> int:
     """
     n = len(scene.status)
     if pose is not None:
-        if isinstance(pose, bool) or not isinstance(pose, int | np.integer) or not -n <= pose < n:
-            raise InputError(f"there is no pose {pose}", hint=f"a whole number from 0 to {n - 1}")
-        return int(pose) % n
+        return named_pose(n, pose)
     assembled = scene.assembled()
     if not assembled:
         return max(range(n), key=lambda k: sum(scene.shown(body, k) for body in scene.origins))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 from matplotlib.font_manager import FontProperties
 
+from mechdae.describe.mechanism import Mechanism
 from mechdae.draw import style
 from mechdae.draw.diagram.loads import Mark
 from mechdae.draw.diagram.places import Place, free_points, letters_of, numbers_of, written
@@ -29,6 +31,17 @@ FAR = 20.0
 """A letter farther than this from its joint gets one, too."""
 LEADER = 15.0
 """A number farther than this from its link gets a thin line to it."""
+
+
+class NumberedScene(Protocol):
+    """What is asked of a scene whose links have numbers."""
+
+    @property
+    def mechanism(self) -> Mechanism: ...
+
+    def shown(self, body: str, pose: int) -> bool:
+        """Return whether the body has a placement in that pose."""
+        ...
 
 
 @dataclass
@@ -76,11 +89,21 @@ def draw_labels(
     list
         (gid, lower corner, upper corner) of each label on the sheet.
     """
-    writings = [
-        *_letters(sheet, scene, pose, places),
-        *_loads(marks),
-        *_numbers(scene, pose, links),
-    ]
+    return write_all(
+        sheet,
+        [
+            *_letters(sheet, scene, pose, places),
+            *load_names(marks),
+            *link_numbers(scene, pose, links),
+        ],
+        links,
+    )
+
+
+def write_all(
+    sheet: Sheet, writings: list[Writing], links: Links
+) -> list[tuple[str, Array, Array]]:
+    """Place and write labels, see `draw_labels`."""
     if sheet.memory is not None:
         writings = [_steady(entry, sheet.memory.get(entry.gid)) for entry in writings]
     writings = [_anchored(entry) for entry in writings]
@@ -135,21 +158,28 @@ def _letters(sheet: Sheet, scene: DrawnScene, pose: int, places: Sequence[Place]
         for reference in free_points(scene, pose)
     ]
     for name, position, references, gap in rows:
-        chosen = font(style.LETTER, style="italic")
-        text, index = written(name)
-        low, high = ink(text, chosen, index)
-        width, height = high - low + 2 * AIR
-        anchor = sheet.at(position)
-        away = -unit(sum((unit(arm) for arm in _arms(scene, references, pose)), np.zeros(2)))
-        if not away.any():
-            away = np.array([-0.6, 0.8])
-        label = layout.around(anchor, float(width), float(height), gap - AIR, away)
-        gid, anchors = f"label-{references[0]}", [(anchor, anchor)]
-        result.append(Writing(text, "letter", gid, chosen, label, anchors, index=index))
+        arms = _arms(scene, references, pose)
+        result.append(letter(name, references[0], sheet.at(position), gap, arms))
     return result
 
 
-def _loads(marks: Sequence[Mark]) -> list[Writing]:
+def letter(name: str, gid: str, anchor: Array, gap: float, arms: Sequence[Array]) -> Writing:
+    """Return the letter of a place on the sheet, best where no bar (``arms``) leaves it.
+
+    ``gap`` is the room between the place and the letter.
+    """
+    chosen = font(style.LETTER, style="italic")
+    text, index = written(name)
+    low, high = ink(text, chosen, index)
+    width, height = high - low + 2 * AIR
+    away = -unit(sum((unit(arm) for arm in arms), np.zeros(2)))
+    if not away.any():
+        away = np.array([-0.6, 0.8])
+    label = layout.around(anchor, float(width), float(height), gap - AIR, away)
+    return Writing(text, "letter", f"label-{gid}", chosen, label, [(anchor, anchor)], index=index)
+
+
+def load_names(marks: Sequence[Mark]) -> list[Writing]:
     """Return the names of the loads, beside their arrows."""
     result = []
     for mark in marks:
@@ -186,7 +216,8 @@ def _arms(scene: DrawnScene, references: Sequence[str], pose: int) -> list[Array
     return arms
 
 
-def _numbers(scene: DrawnScene, pose: int, links: Links) -> list[Writing]:
+def link_numbers(scene: NumberedScene, pose: int, links: Links) -> list[Writing]:
+    """Return the numbers of the links shown."""
     result = []
     chosen = font(style.NUMBER)
     for name, number in numbers_of(scene.mechanism).items():

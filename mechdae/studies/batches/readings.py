@@ -55,16 +55,7 @@ class WayReading:
     angle: bool = False
 
 
-@dataclass(frozen=True)
-class ForceReading:
-    """A series of forces of a joint or a driver, ``width`` numbers at a pose."""
-
-    part: str
-    word: str
-    width: int = 1
-
-
-Reading = SeriesReading | WayReading | ForceReading
+Reading = SeriesReading | WayReading
 
 
 def is_of_the_way(path: str, task: Sweep) -> bool:

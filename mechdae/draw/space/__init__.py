@@ -1,0 +1,1 @@
+"""Diagrams of spatial mechanisms: axonometric, near parts in front of far ones."""

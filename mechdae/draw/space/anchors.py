@@ -1,0 +1,111 @@
+"""Where the symbols of joints are drawn: at their points, or along their axes beside others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+
+import numpy as np
+
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw.space.spatial_scene import SpatialScene
+from mechdae.draw.space.viewpoint import Array
+
+AWAY = 0.3
+"""A symbol that is moved along its axis goes so many sizes of the mechanism."""
+MOST = 4
+"""Of more symbols at one place the others stay there."""
+STEPS = (-1.0, 1.0, -2.0, 2.0)
+USUAL_SIZE = 1.0
+"""Size [m] of a mechanism all of whose points are one place."""
+
+
+def size_of(scene: SpatialScene, pose: int) -> float:
+    """Return the largest extent of the points in one pose [m]; not zero."""
+    places = [own[pose] for own in scene.tracks.values() if np.isfinite(own[pose]).all()]
+    spread = float(np.ptp(np.array(places), axis=0).max()) if places else 0.0
+    return spread if spread > 0 else USUAL_SIZE
+
+
+def movable(joint: Joint) -> bool:
+    """Return whether any place on a joint's axis is as good as its points: turning pairs."""
+    return joint.coincide and joint.freedoms == 1
+
+
+def offsets(scene: SpatialScene, pose: int) -> dict[str, float]:
+    """Return how far along their axes [m] the symbols of turning pairs are moved, by joint.
+
+    Those that share their place with other joints are, so that all of them can be seen: where
+    they are farthest from each other and from the bars that end there.
+    """
+    size, found = size_of(scene, pose), dict[str, float]()
+    for cluster in _clusters(scene, pose, 1e-6 * size):
+        staying = [joint for joint in cluster if not movable(joint)]
+        moving = [joint for joint in cluster if movable(joint)]
+        if not staying:
+            between = [joint for joint in moving if GROUND not in joint.bodies]
+            staying = between[len(between) // 2 :][:1] or moving[:1]
+        moving = [joint for joint in moving if joint not in staying][:MOST]
+        if moving:
+            found |= _apart(scene, pose, moving, staying[0], size)
+    return found
+
+
+def _clusters(scene: SpatialScene, pose: int, near: float) -> list[list[Joint]]:
+    """Return the hinges that are at one place, several of them."""
+    groups: list[tuple[Array, list[Joint]]] = []
+    for joint in scene.joints(pose):
+        if not joint.hinge:
+            continue
+        place = scene.place(joint.first, pose)
+        known = next((own for at, own in groups if np.linalg.norm(at - place) <= near), None)
+        if known is None:
+            groups.append((place, [joint]))
+        else:
+            known.append(joint)
+    return [own for _, own in groups if len(own) > 1]
+
+
+def _apart(
+    scene: SpatialScene, pose: int, moving: Sequence[Joint], staying: Joint, size: float
+) -> dict[str, float]:
+    middle, step = scene.place(staying.first, pose), AWAY * size
+    kept = [np.zeros(3)]
+    for body in {body for joint in (*moving, staying) for body in joint.bodies} - {GROUND}:
+        for reference in scene.points(body):
+            away = scene.place(reference, pose) - middle
+            if np.linalg.norm(away) > 1e-6 * size:
+                kept.append(step * away / np.linalg.norm(away))
+    axes = [scene.axis(joint, pose) for joint in moving]
+    known = np.array([np.zeros(3) if axis is None else axis for axis in axes])
+    best, signs = -np.inf, (0.0,) * len(moving)
+    for choice in product(STEPS, repeat=len(moving)):
+        places = np.vstack(
+            [*kept, *(step * s * axis for s, axis in zip(choice, known, strict=True))]
+        )
+        i, j = np.triu_indices(len(places), 1)
+        free = j >= len(kept)
+        least = float(np.linalg.norm(places[i[free]] - places[j[free]], axis=1).min())
+        worth = round(least / step - 0.3 * sum(abs(s) for s in choice), 9)
+        if worth > best:
+            best, signs = worth, choice
+    return {
+        joint.name: step * sign
+        for joint, sign, axis in zip(moving, signs, axes, strict=True)
+        if axis is not None
+    }
+
+
+def anchor(
+    scene: SpatialScene, joint: Joint, pose: int, moved: Mapping[str, float]
+) -> tuple[Array, Array]:
+    """Return where the symbol of a joint is, and where what slides in it is, (3,) m each."""
+    first, second = scene.place(joint.first, pose), scene.place(joint.second, pose)
+    way = moved.get(joint.name, 0.0)
+    if way:
+        axis = scene.axis(joint, pose)
+        if axis is not None:
+            first = first + way * axis
+            return first, first
+    return (first, first) if joint.coincide else (first, second)

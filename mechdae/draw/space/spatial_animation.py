@@ -1,0 +1,125 @@
+"""The diagram of a spatial mechanism in motion, from one direction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from mechdae.draw import style
+from mechdae.draw.animation import (
+    CLOSED,
+    SECONDS,
+    Animation,
+    check_frames,
+    frame_time,
+    picked,
+    picture_of_axes,
+)
+from mechdae.draw.diagram.scene import longest_run
+from mechdae.draw.figure import new_axes
+from mechdae.draw.space.anchors import offsets
+from mechdae.draw.space.pose_choice import wireframe
+from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
+from mechdae.draw.space.spatial_scene import SpatialScene, read_spatial
+from mechdae.draw.space.view_choice import best_view
+from mechdae.draw.space.viewpoint import Viewpoint, upward_of, viewpoint
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+
+LOOKED_AT = 7
+"""Poses by which the direction is chosen."""
+
+
+@dataclass(frozen=True)
+class SpatialAnimation(Animation):
+    """Frames of a motion in space, see `mechdae.draw.animation.Animation`.
+
+    Parameters
+    ----------
+    viewpoint
+        From where; without it the direction with the least clutter in all poses.
+    """
+
+    viewpoint: Viewpoint | None = None
+
+    @cached_property
+    def _scene(self) -> SpatialScene:
+        return read_spatial(self.result)
+
+    def pictures(self, poses: Sequence[int]) -> Any:
+        """Yield the picture of each pose, all to one scale."""
+        scene = self._scene
+        moved = offsets(scene, poses[0])
+        step = max(len(poses) // LOOKED_AT, 1)
+        frames = [wireframe(scene, pose, moved) for pose in poses[::step]]
+        eye = self.viewpoint or best_view(frames, upward_of(scene.mechanism))
+        traces = self.traces and has_paths(self.result, scene)
+        bounds = extent(scene, poses, eye, moved, traces)
+        view = SpatialView(eye, moved, bounds, traces, 0, self.labels, {})
+        for pose in poses:
+            yield self._picture_of(pose, view)
+
+    def _picture_of(self, pose: int, view: SpatialView) -> Image.Image:
+        theme = style.DARK if self.dark else style.LIGHT
+        axes = new_axes(theme)
+        draw_spatial_pose(axes, self._scene, self.result, pose, view, theme, Words(self.lang))
+        return picture_of_axes(axes, self.dpi)
+
+
+def draw(
+    result: Any,
+    ax: Any = None,
+    *,
+    frames: int | None = None,
+    seconds: float = SECONDS,
+    dpi: int = style.DPI,
+    traces: bool = True,
+    labels: bool = True,
+    dark: bool = False,
+    lang: str = "en",
+    view: Any = None,
+) -> SpatialAnimation:
+    """Return the motion of a result as an animation, see `mechdae.draw.animation.animate`.
+
+    ``view`` is azimuth and elevation of the eye [deg].
+
+    Raises
+    ------
+    InputError
+        Fewer than two poses, or numbers out of range.
+    """
+    if ax is not None:
+        raise InputError("an animation has a figure of its own", where="ax")
+    Words(lang)
+    most = check_frames(frames, seconds, dpi)
+    scene = read_spatial(result)
+    eye = None if view is None else viewpoint(scene.mechanism, view)
+    known = scene.assembled()
+    if len(known) < 2:
+        raise InputError("fewer than two poses assemble, there is no motion to show")
+    run = longest_run(known)
+    whole = returns(scene, run)
+    chosen = picked(run, whole, most)
+    duration = frame_time(seconds, len(chosen))
+    return SpatialAnimation(
+        result, tuple(chosen), whole, duration, dpi, traces, labels, False, dark, lang,
+        viewpoint=eye,
+    )  # fmt: skip
+
+
+def returns(scene: SpatialScene, run: Sequence[int]) -> bool:
+    """Return whether a run of poses ends where it begins: points and directions."""
+    if len(run) < 3:
+        return False
+    ends = [run[0], run[-1]]
+    for track in scene.tracks.values():
+        spread = float(np.ptp(track[list(run)], axis=0).max())
+        if float(np.linalg.norm(np.diff(track[ends], axis=0))) > CLOSED * spread:
+            return False
+    turned = [np.abs(np.diff(turn[ends], axis=0)).max() for turn in scene.turns.values()]
+    return float(max(turned, default=0.0)) <= CLOSED

@@ -1,0 +1,76 @@
+"""The kinematic diagram of a spatial mechanism, in the manner of ISO 3952."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from mechdae.draw import style
+from mechdae.draw.figure import new_axes
+from mechdae.draw.space.pose_choice import choose
+from mechdae.draw.space.spatial_drawing import SpatialView, draw_spatial_pose, extent, has_paths
+from mechdae.draw.space.spatial_scene import read_spatial
+from mechdae.draw.space.three_views import draw_three
+from mechdae.draw.words import Words
+
+
+def draw(
+    result: Any,
+    ax: Axes | None = None,
+    *,
+    pose: int | None = None,
+    traces: bool = True,
+    ghosts: int | Sequence[int] = 0,
+    labels: bool = True,
+    dark: bool = False,
+    lang: str = "en",
+    scale: float | Callable[[float], float] | None = None,
+    label: str = "",
+    view: Any = None,
+) -> Axes:
+    """Draw the kinematic diagram of one pose in parallel projection.
+
+    Parameters
+    ----------
+    result
+        What `mechdae.solve` returned of a spatial mechanism.
+    ax
+        Axes to draw in; without it those of a new figure.
+    pose
+        Index of the pose, negative from the end; by default one near the middle of a sweep that
+        is easy to read, the first of a few.
+    traces, ghosts, labels, dark, lang, scale, label
+        As in the plane, see `mechdae.draw.diagram.diagram.draw`. ``scale`` is that of lengths in
+        the plane of the picture.
+    view
+        ``"azimuth,elevation"`` or two numbers [deg]; without it a direction from which the joints
+        lie apart and no axis is seen edge-on. ``"three"``: front, top and left view beside it.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Axes in metres of the picture's plane; of several views those of the front view.
+
+    Raises
+    ------
+    InputError
+        A pose that the result does not have, no direction to look from.
+    UnknownName
+        Another language.
+    """
+    words, theme = Words(lang), style.DARK if dark else style.LIGHT
+    scene = read_spatial(result)
+    three = isinstance(view, str) and view.strip() == "three"
+    traces = traces and has_paths(result, scene)
+    index, chosen, moved = choose(scene, getattr(result, "kind", ""), pose, None if three else view)
+    if three:
+        own = SpatialView(chosen, moved, extent(scene, [index], chosen, moved, traces), traces,
+                          ghosts, labels, None, scale, label)  # fmt: skip
+        return draw_three(result, scene, index, own, theme, words, ax)
+    bounds = extent(scene, [index], chosen, moved, traces)
+    axes = new_axes(theme) if ax is None else ax
+    shown = SpatialView(chosen, moved, bounds, traces, ghosts, labels, None, scale, label)
+    draw_spatial_pose(axes, scene, result, index, shown, theme, words)
+    return axes

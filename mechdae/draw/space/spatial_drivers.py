@@ -1,0 +1,96 @@
+"""Arrows of drivers in space: around axes, along guides, about the tails of vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw import style
+from mechdae.draw.sheet import Array, normal, unit
+from mechdae.draw.space import solids
+from mechdae.draw.space.depth import Facet, Item
+from mechdae.draw.space.spatial_symbols import ARROW, HALF, SHAFT, SLEEVE
+
+SPAN = np.deg2rad(250.0)
+QUARTERS = 5
+"""Pieces of an arc that find their places between what is near and far."""
+LENGTH = 34.0
+"""Of straight arrows."""
+
+
+def turning(
+    center: Array, axis: Array, sense: float, gid: str, radius: float = ARROW
+) -> list[Item]:
+    """Return an arrow around an axis, counter-clockwise about it for a positive sense.
+
+    It is open on the side away from the eye.
+    """
+    first, second = solids.across(axis)
+    away = np.array([0.0, 0.0, -1.0])
+    back = float(np.arctan2(away @ second, away @ first)) if abs(axis[2]) < 0.999 else np.pi / 2
+    gap = (2 * np.pi - SPAN) / 2
+    turn = back + sense * np.linspace(gap, gap + SPAN, 10 * QUARTERS + 1)
+    return _with_head(solids.ring(center, axis, radius, turn), gid)
+
+
+def straight(center: Array, way: Array, gid: str) -> list[Item]:
+    """Return an arrow of a usual length through a place, along a direction."""
+    return _with_head(center + np.linspace(-0.5, 0.5, 11)[:, None] * LENGTH * way, gid)
+
+
+def _with_head(points: Array, gid: str) -> list[Item]:
+    tip, behind = points[-1], points[-6] if len(points) > 11 else points[0]
+    along = unit((tip - behind)[:2])
+    if not along.any():
+        along = np.array([1.0, 0.0])
+    back = tip[:2] - 8.0 * along
+    corners = np.array([tip[:2], back + 3.2 * normal(along), back - 3.2 * normal(along)])
+    head = Item(
+        np.column_stack([corners, np.full(3, tip[2])]), closed=True, solid=True, gid=gid,
+        facets=[Facet(corners, fill=style.ARROW, edge=style.ARROW, width=0.3)],
+    )  # fmt: skip
+    keep = np.hypot(*(points[:, :2] - tip[:2]).T) > 6.0
+    last = int(np.flatnonzero(keep)[-1]) + 1 if keep.any() else 1
+    shaft, items = points[:last], [head]
+    for part in np.array_split(np.arange(max(len(shaft) - 1, 0)), QUARTERS):
+        if len(part):
+            piece = shaft[part[0] : part[-1] + 2]
+            items.append(solids.polyline(piece, gid, style.ARROW, 1.3 * style.LINE, bridges=False))
+    return items
+
+
+def arrow_of(
+    entry: NamedCoordinate,
+    places: tuple[Array, Array],
+    axes: Sequence[Array],
+    bodies: tuple[str, str],
+    sense: float,
+) -> list[Item]:
+    """Return the arrow of a driven coordinate.
+
+    Parameters
+    ----------
+    places
+        Middle of the joint's symbol, and of what slides in it.
+    axes
+        Directions about which the angles of the joint count: of one angle or of two.
+    bodies
+        Names of the joint's bodies; where the second is fixed the first one is seen to move.
+    sense
+        +1 or -1: of the speed.
+    """
+    gid = f"driver-{entry.text}"
+    sense = -sense if bodies[1] == GROUND else sense
+    axis = axes[1] if entry.word == "angle2" and len(axes) > 1 else axes[0]
+    if entry.is_angle:
+        out = HALF + 0.4 * SHAFT
+        side = 1.0 if axis[2] >= 0 else -1.0
+        return turning(places[0] + side * out * axis, axis, sense, gid)
+    way = axis
+    beside = np.array([*normal(unit(way[:2])), 0.0]) if np.hypot(*way[:2]) > 1e-6 else np.zeros(3)
+    if beside[1] < 0:
+        beside = -beside
+    return straight(places[1] + (SLEEVE[1] + 9.0) * beside, sense * way, gid)

@@ -1,0 +1,226 @@
+"""One pose of a spatial mechanism on a sheet: joints, links, arrows, labels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw import style
+from mechdae.draw.diagram.places import free_points, letters_of, places_of
+from mechdae.draw.labels.labels import Links, Writing, letter
+from mechdae.draw.sheet import Array, Sheet
+from mechdae.draw.space import solids
+from mechdae.draw.space.anchors import anchor
+from mechdae.draw.space.depth import Item
+from mechdae.draw.space.spatial_drivers import arrow_of
+from mechdae.draw.space.spatial_links import SpatialLink, link_items
+from mechdae.draw.space.spatial_scene import SpatialScene
+from mechdae.draw.space.spatial_symbols import SYMBOLS, DrawnSymbol, JointPlace, Side
+from mechdae.draw.space.viewpoint import Viewpoint
+
+GAP = 8.0
+"""Room between the middle of a joint and its letter."""
+
+
+@dataclass
+class SpatialPose:
+    """A pose in units of the sheet: (right, up, towards the eye).
+
+    Parameters
+    ----------
+    scene, pose
+        What is drawn.
+    view
+        From where.
+    moved
+        See `mechdae.draw.space.anchors.offsets`.
+    colors
+        Of bodies that are not drawn in ink.
+    outside
+        Bodies that are drawn dashed.
+    """
+
+    sheet: Sheet
+    scene: SpatialScene
+    pose: int
+    view: Viewpoint
+    moved: Mapping[str, float]
+    colors: Mapping[str, str] = field(default_factory=dict)
+    outside: frozenset[str] = frozenset()
+
+    def at(self, place: Array) -> Array:
+        """Return a place [m] on the sheet with its depth, (3,)."""
+        seen = self.view.seen(place)
+        return np.array([*self.sheet.at(seen[:2]), seen[2] * self.sheet.metre])
+
+    def anchors(self, joint: Joint) -> tuple[Array, Array]:
+        """Return the middle of a joint's symbol, and of what slides in it, on the sheet."""
+        center, other = anchor(self.scene, joint, self.pose, self.moved)
+        return self.at(center), self.at(other)
+
+    def is_fixed(self, body: str) -> bool:
+        """Return whether a body is the ground or welded to it."""
+        welded = {GROUND}
+        rigid = [joint for joint in self.scene.mechanism.joints.values() if joint.rigid]
+        for _ in rigid:
+            for joint in rigid:
+                if welded & set(joint.bodies):
+                    welded |= set(joint.bodies)
+        return body in welded
+
+    def color(self, body: str) -> str:
+        return self.colors.get(body, style.GROUND if self.is_fixed(body) else style.INK)
+
+    # -- joints and links ------------------------------------------------------------------
+
+    def build(self) -> tuple[list[Item], Links]:
+        """Return the items of all joints and links, and what numbers of links are attached to."""
+        links = {name: self._link(name) for name in self.scene.mechanism.bodies}
+        joints = [j for j in self.scene.joints(self.pose) if j.kind in SYMBOLS]
+        places = {joint.name: self.anchors(joint) for joint in joints}
+        for joint in joints:
+            for body, place in zip(self._two(joint), places[joint.name], strict=True):
+                if body in links:
+                    links[body].add(place)
+        for reference in free_points(self.scene, self.pose):
+            links[reference.split(".")[0]].add(self.at(self.scene.place(reference, self.pose)))
+        items: list[Item] = []
+        for joint in joints:
+            drawn = self._joint(joint, places[joint.name], links)
+            items += drawn.items
+            starts = (drawn.first, drawn.second)
+            for body, place, start in zip(
+                self._two(joint), places[joint.name], starts, strict=True
+            ):
+                if body in links:
+                    links[body].add(place, start)
+        attached = Links()
+        for name, link in links.items():
+            if not self.scene.shown(name, self.pose) or not link.places:
+                continue
+            own, bars, corners = link_items(link)
+            items += own
+            attached.bars[name] = bars
+            attached.points[name] = link.places[0][:2]
+            if corners is not None:
+                attached.polygons[name] = corners
+        for reference in free_points(self.scene, self.pose):
+            spot = self.at(self.scene.place(reference, self.pose))
+            items.append(solids.ball(spot, style.DOT, f"point-{reference}"))
+        return items, attached
+
+    def _two(self, joint: Joint) -> tuple[str, str]:
+        return joint.first_body, joint.second_body
+
+    def _link(self, name: str) -> SpatialLink:
+        return SpatialLink(name, self.color(name), name in self.outside)
+
+    def _joint(
+        self, joint: Joint, places: tuple[Array, Array], links: Mapping[str, SpatialLink]
+    ) -> DrawnSymbol:
+        sides = []
+        for body, place in zip(self._two(joint), places, strict=True):
+            others = [
+                other
+                for other in (links[body].places if body in links else ())
+                if float(np.linalg.norm(other - place)) > 1.0
+            ]
+            targets = np.array(others).reshape(-1, 3)
+            sides.append(Side(body, self.color(body), targets, self.is_fixed(body)))
+        frame = self.scene.frame(joint, self.pose)
+        if frame is None:
+            frame = self.scene.frame(joint, self.pose, second=True)
+        frame = np.eye(3) if frame is None else self.view.seen(frame)
+        pin = self.scene.axis(joint, self.pose, second=True)
+        at = JointPlace(
+            joint.name,
+            *places,
+            frame,
+            frame[2] if pin is None else self.view.seen(pin),
+            self._span(joint),
+            self.scene.numbers.get(f"{joint.name}.pitch", 1.0) < 0,
+        )
+        return SYMBOLS[joint.kind](at, *sides)
+
+    def _span(self, joint: Joint) -> tuple[float, float]:
+        """Return how far what slides comes along its axis in all poses, in units of the sheet."""
+        if not joint.straight:
+            return 0.0, 0.0
+        ways = [self.scene.along(joint, pose) for pose in self.scene.assembled()]
+        ways = [way for way in ways if np.isfinite(way)] or [self.scene.along(joint, self.pose)]
+        return min(ways) * self.sheet.metre, max(ways) * self.sheet.metre
+
+    # -- drivers ---------------------------------------------------------------------------
+
+    def arrow(self, entry: NamedCoordinate, sense: float) -> list[Item]:
+        """Return the arrow of a driven coordinate; none where its joint has no place."""
+        joint = self.scene.mechanism.joints.get(entry.part)
+        if joint is None:
+            at = self.at(self.scene.place(f"{entry.part}.{entry.point}", self.pose))
+            way = self.view.seen(np.eye(3)[entry.axis])
+            return arrow_of(entry, (at, at), [way], (GROUND, entry.part), sense)
+        if joint not in self.scene.joints(self.pose) or joint.pointer:
+            return []
+        frame = self.scene.frame(joint, self.pose)
+        axis = self.scene.axis(joint, self.pose)
+        if axis is None:
+            return []
+        axes = [self.view.seen(axis)]
+        pin = self.scene.axis(joint, self.pose, second=True)
+        if pin is not None:
+            axes.append(self.view.seen(pin))
+        if entry.word in ("x", "y") and frame is not None:
+            axes = [self.view.seen(frame["xy".index(entry.word)])]
+        return arrow_of(entry, self.anchors(joint), axes, self._two(joint), sense)
+
+    # -- labels ----------------------------------------------------------------------------
+
+    def letters(self, links: Links) -> list[Writing]:
+        """Return the letters of joint places, of moved symbols and of free points."""
+        places = [own for own in places_of(self.scene, self.pose) if own.references]
+        names = letters_of(self.scene, self.pose, places)
+        joints = self.scene.mechanism.joints
+        rows: list[tuple[str, str, Array]] = []
+        for place in places:
+            staying = [joint for joint in place.joints if joint.name not in self.moved]
+            if staying:
+                ref = place.references[0]
+                rows.append((names[ref], ref, self.scene.place(ref, self.pose)))
+        for name in self.moved:
+            if joints[name] in self.scene.joints(self.pose):
+                rows.append(
+                    (name, name, anchor(self.scene, joints[name], self.pose, self.moved)[0])
+                )
+        for joint in self.scene.joints(self.pose):
+            center, other = self.anchors(joint)
+            if joint.slot and np.hypot(*(center - other)[:2]) > 2.5 * GAP:
+                rows.append((joint.name, joint.name, self.scene.place(joint.first, self.pose)))
+        for ref in free_points(self.scene, self.pose):
+            rows.append((names[ref], ref, self.scene.place(ref, self.pose)))
+        result = []
+        for text, gid, spot in ((text, gid, self.at(at)[:2]) for text, gid, at in rows):
+            result.append(letter(text, gid, spot, GAP, _arms(links, spot)))
+        return result
+
+
+def _arms(links: Links, spot: Array) -> list[Array]:
+    """Return the directions of the bars that begin near a place."""
+    found = []
+    for bars in links.bars.values():
+        for a, b in bars:
+            for start, end in ((a, b), (b, a)):
+                if np.hypot(*(start - spot)) < 2.5 * GAP and np.hypot(*(end - start)) > 1.0:
+                    found.append(end - start)
+    return found
+
+
+def ghost_lines(pose: SpatialPose) -> Sequence[Any]:
+    """Return the bars of all links of a pose on the sheet, without joints."""
+    _, links = pose.build()
+    return [np.array(bar) for bars in links.bars.values() for bar in bars]

@@ -1,0 +1,256 @@
+"""Where the bodies and points of a spatial mechanism are in each pose of a result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
+from mechdae.draw.space.viewpoint import Array
+from mechdae.errors import InputError
+
+MOVES = 1e-9
+"""A point whose path is shorter than this share of the longest one stands still."""
+
+
+@dataclass(frozen=True)
+class SpatialScene:
+    """Placements of the bodies of a mechanism in n poses.
+
+    Parameters
+    ----------
+    mechanism
+        The mechanism drawn.
+    numbers
+        Values of its parameters and automatic names.
+    turns
+        By body, the ground included: rotation matrices (n, 3, 3), nan where not known. Links that
+        spin freely and the points of vectors have none.
+    tracks
+        By ``body.point``: positions (n, 3) m, nan where not known.
+    status
+        (n,) text.
+    """
+
+    mechanism: Mechanism
+    numbers: Mapping[str, float]
+    turns: Mapping[str, Array]
+    tracks: Mapping[str, Array]
+    status: tuple[str, ...]
+    open: frozenset[str] = field(default_factory=frozenset)
+
+    @cached_property
+    def origins(self) -> set[str]:
+        """The bodies of which a point is known in some pose, and the ground."""
+        return {
+            GROUND,
+            *(ref.split(".")[0] for ref, own in self.tracks.items() if np.isfinite(own).any()),
+        }
+
+    def local(self, reference: str) -> Array:
+        """Return the coordinates (3,) of ``body.point`` in its body."""
+        return np.array([self.numbers[f"{reference}.{axis}"] for axis in AXES])
+
+    def place(self, reference: str, pose: int) -> Array:
+        """Return the position (3,) of ``body.point`` in one pose."""
+        place: Array = self.tracks[reference][pose]
+        return place
+
+    def points(self, body: str) -> list[str]:
+        """Return the references of the points of a body whose places are known."""
+        names = self.mechanism.body(body).points
+        return [f"{body}.{name}" for name in names if f"{body}.{name}" in self.tracks]
+
+    def shown(self, body: str, pose: int) -> bool:
+        """Return whether a point of the body has a place in that pose."""
+        return body == GROUND or any(
+            bool(np.isfinite(self.tracks[ref][pose]).all()) for ref in self.points(body)
+        )
+
+    def joints(self, pose: int) -> list[Joint]:
+        """Return the joints whose two points have places."""
+        return [
+            joint
+            for joint in self.mechanism.joints.values()
+            if all(
+                side in self.tracks and np.isfinite(self.tracks[side][pose]).all()
+                for side in (joint.first, joint.second)
+            )
+        ]
+
+    def assembled(self) -> list[int]:
+        """Return the poses that are assembled."""
+        there = np.array([status != "unassembled" for status in self.status], dtype=bool)
+        for track in self.tracks.values():
+            there &= np.isfinite(track).all(axis=-1)
+        return np.flatnonzero(there).tolist()
+
+    def frame(self, joint: Joint, pose: int, second: bool = False) -> Array | None:
+        """Return normal, across and axis of a side of a joint as rows (3, 3), in the fixed frame.
+
+        None for joints without directions, and where the body's orientation is not known: then
+        the other side's frame is tried by the caller.
+        """
+        given = dict(joint.directions()) if isinstance(joint, SpatialJoint) else {}
+        body = joint.second_body if second else joint.first_body
+        if not given or body not in self.turns:
+            return None
+        axis, zero = joint.side(second)  # type: ignore[attr-defined]
+        a = self._vector(f"{joint.name}.{axis}")
+        n = np.eye(3)[(largest(tuple(a)) + 1) % 3]
+        if zero is not None:
+            n = self._vector(f"{joint.name}.{zero}")
+        a = a / np.linalg.norm(a)
+        n = n - a * (a @ n)
+        n = n / np.linalg.norm(n)
+        rows: Array = np.array([n, np.cross(a, n), a]) @ self.turns[body][pose].T
+        return rows if np.isfinite(rows).all() else None
+
+    def axis(self, joint: Joint, pose: int, second: bool = False) -> Array | None:
+        """Return the axis (3,) of a joint's side in the fixed frame, of either side if need be."""
+        sides = (second,) if getattr(joint, "crossed", False) else (second, not second)
+        for own in sides:
+            frame = self.frame(joint, pose, own)
+            if frame is not None:
+                last: Array = frame[2]
+                return last
+        return None
+
+    def along(self, joint: Joint, pose: int) -> float:
+        """Return how far the second point is along the joint's axis [m]."""
+        axis = self.axis(joint, pose)
+        gap = self.place(joint.second, pose) - self.place(joint.first, pose)
+        return 0.0 if axis is None else float(gap @ axis)
+
+    def _vector(self, name: str) -> Array:
+        return np.array([self.numbers[f"{name}.{axis}"] for axis in AXES])
+
+    @cached_property
+    def paths(self) -> dict[str, Array]:
+        """The paths (n, 3) of the points that move, nan where not assembled; equal ones once.
+
+        Straight ones along a guide of the ground are left out.
+        """
+        known, found = self.assembled(), dict[str, Array]()
+        if len(known) < 2:
+            return found
+        guided = {
+            joint.second
+            for joint in self.mechanism.joints.values()
+            if joint.guide and joint.first_body == GROUND
+        }
+        spans = {ref: float(np.ptp(own[known], axis=0).max()) for ref, own in self.tracks.items()}
+        longest = max(spans.values(), default=0.0)
+        kept: list[Array] = []
+        for ref in sorted(spans, key=lambda ref: ref not in guided):
+            track = self.tracks[ref][known]
+            if spans[ref] <= MOVES * longest or ref.split(".")[0] == GROUND:
+                continue
+            if any(float(np.abs(track - other).max()) <= 1e-6 * spans[ref] for other in kept):
+                continue
+            kept.append(track)
+            if ref not in guided:
+                found[ref] = np.full((len(self.status), 3), np.nan)
+                found[ref][known] = track
+        return found
+
+
+def matrices(quaternions: Array) -> Array:
+    """Return the rotations (n, 3, 3) of unit quaternions (n, 4), real part first."""
+    w, x, y, z = quaternions.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def read_spatial(result: Any) -> SpatialScene:
+    """Return the placements that a result holds.
+
+    Raises
+    ------
+    InputError
+        A result without poses.
+    """
+    mechanism: Mechanism = result.mechanism
+    status = tuple(str(entry) for entry in result.status)
+    if not status:
+        raise InputError("the result holds no pose to draw")
+    count, values = len(status), mechanism.values()
+    turns: dict[str, Array] = {GROUND: np.broadcast_to(np.eye(3), (count, 3, 3))}
+    for body, series in result.bodies.items():
+        if "orientation" in series:
+            turns[body] = matrices(np.asarray(series.orientation, dtype=float))
+    tracks: dict[str, Array] = {
+        ref: np.asarray(own.position, dtype=float)
+        for ref, own in result.points.items()
+        if "position" in own
+    }
+    scene = SpatialScene(mechanism, values, turns, tracks, status)
+    for name in mechanism.ground.points:
+        ref = f"{GROUND}.{name}"
+        tracks[ref] = np.broadcast_to(scene.local(ref), (count, 3))
+    ways = _vectors(result, values)
+    while _complete(scene, tracks, ways):
+        pass
+    return scene
+
+
+def _vectors(result: Any, values: Mapping[str, float]) -> dict[str, Array]:
+    """Return the ways (n, 3) from tail to head of the vectors whose coordinates are known."""
+    found = {}
+    for joint in result.mechanism.joints.values():
+        if not joint.pointer:
+            continue
+        parts: list[Any] = []
+        for word in ("length", "elevation", "azimuth"):
+            name = f"{joint.name}.{word}"
+            if name in result.drivers:
+                parts.append(np.asarray(result.drivers[name].position, dtype=float))
+            elif word in joint.coordinates:
+                known = result.joints.get(joint.name, {})
+                if word in known:
+                    parts.append(np.asarray(known[word], dtype=float))
+            elif name in values:
+                parts.append(values[name])
+        if len(parts) == 3:
+            length, e, a = parts
+            level = length * np.cos(e)
+            x, y, z = level * np.cos(a), length * np.sin(e), level * np.sin(a)
+            way = np.stack(np.broadcast_arrays(x, y, z), axis=-1)
+            found[joint.name] = np.broadcast_to(way, (len(result.status), 3))
+    return found
+
+
+def _complete(scene: SpatialScene, tracks: dict[str, Array], ways: Mapping[str, Array]) -> bool:
+    """Add points that follow from those known so far; return whether there was one."""
+    before = len(tracks)
+    for joint in scene.mechanism.joints.values():
+        if joint.coincide:
+            for here, there in ((joint.first, joint.second), (joint.second, joint.first)):
+                if here in tracks:
+                    tracks.setdefault(there, tracks[here])
+        if joint.name in ways:
+            here, there, way = joint.first, joint.second, ways[joint.name]
+            if here in tracks:
+                tracks.setdefault(there, tracks[here] + way)
+            if there in tracks:
+                tracks.setdefault(here, tracks[there] - way)
+    for name, body in scene.mechanism.bodies.items():
+        known = [ref for ref in (f"{name}.{point}" for point in body.points) if ref in tracks]
+        if not known or name not in scene.turns:
+            continue
+        origin = tracks[known[0]] - scene.turns[name] @ scene.local(known[0])
+        for point in body.points:
+            ref = f"{name}.{point}"
+            if ref not in tracks:
+                tracks[ref] = origin + scene.turns[name] @ scene.local(ref)
+    return len(tracks) > before
