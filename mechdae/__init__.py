@@ -38,6 +38,7 @@ _HOMES = {
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
     "mechdae.draw": "plot",
     "mechdae.pages": "Page page",
+    "mechdae.explanations": "Explanation explain",
     "mechdae.composition.chains": "KinematicChain chains count_chains assur_groups",
     "mechdae.composition.mechanisms": "mechanism_of problem_of",
 }

@@ -104,18 +104,18 @@ def save(result: Result, folder: str | Path) -> list[Path]:
         texts[f"-{rank}.toml"] = [design["problem"]]
     written = []
     for suffix, pieces in texts.items():
-        with _whole(place / f"{result.task}{suffix}") as file:
+        with whole_file(place / f"{result.task}{suffix}") as file:
             for piece in pieces:
                 file.write(piece.encode())
         written.append(place / f"{result.task}{suffix}")
     path = place / f"{result.task}.npz"
-    with _whole(path) as file:
+    with whole_file(path) as file:
         np.savez(file, **_arrays(result))
     return [*written[:2], path, *written[2:]]
 
 
 @contextmanager
-def _whole(path: Path) -> Iterator[Any]:
+def whole_file(path: Path) -> Iterator[Any]:
     """Open a file that is there when all of it is written, or as it was before."""
     partial = path.with_name(path.name + ".part")
     try:

@@ -23,6 +23,7 @@ COMMANDS = {
     "solve": "run the tasks of a problem",
     "plot": "pictures of a problem",
     "page": "a live page of a mechanism, one HTML file",
+    "explain": "a pose on paper: equations of each group with their numbers",
     "synthesize": "dimensions that do what a task asks for",
     "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",

@@ -187,7 +187,7 @@ class Statics:
 
     # -- functions -------------------------------------------------------------------------
 
-    def _batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = ALL) -> Batch:
+    def batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = ALL) -> Batch:
         """Return a function of the balance for many poses, with a count of its own.
 
         Of its inputs p and the factor have one value for all poses.
@@ -199,7 +199,7 @@ class Statics:
     def _of(self, name: str) -> Batch:
         """Return a function of the balance by its name."""
         take = {"slipping": SPEEDS, "coming": RATES}.get(name, ALL)
-        return self._batch(name, lambda: getattr(self.balance, name), take)
+        return self.batch(name, lambda: getattr(self.balance, name), take)
 
     def powers(self, inputs: Sequence[Any]) -> Any:
         """Return those of the balance at poses, (4, n)."""
@@ -208,7 +208,7 @@ class Statics:
     def imbalance(self, inputs: Sequence[Any], sizes: Any, loaded: Loaded, friction: bool) -> Any:
         """Return what is left of the balance of the bodies under what is reported, (n,)."""
         name = f"imbalance {friction}"
-        function = self._batch(name, lambda: self.balance.imbalance(friction))
+        function = self.batch(name, lambda: self.balance.imbalance(friction))
         reactions = loaded.reactions.reshape(len(sizes), -1)
         return function(*inputs, sizes, reactions, loaded.efforts)[0][:, 0]
 
@@ -234,7 +234,7 @@ class Statics:
         def make() -> Any:
             return self.balance.function("at", [ca.vertcat(*at)], SPEEDS)
 
-        return self._batch("abscissae", make, SPEEDS)
+        return self.batch("abscissae", make, SPEEDS)
 
     def _pieces(self, motion: Motion) -> Any:
         """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
@@ -285,7 +285,7 @@ class Statics:
             yield name, outside, text, key, "add rows, or periodic = true"
         directed, take = self.loads.directions, (0, 1, 3, 6)
         if directed:
-            lengths = self._batch("lengths", lambda: self.balance.function(
+            lengths = self.batch("lengths", lambda: self.balance.function(
                 "lengths",
                 [ca.vertcat(*[getattr(d, own) for d in directed]) for own in ("length", "pull")],
                 take,
@@ -300,7 +300,7 @@ class Statics:
         names = [name for name, load in loads.items() if load.expressions]
         if names:
             wrenches = [self.loads.wrenches[name].values() for name in names]
-            values = self._batch("loads", lambda: self.balance.function(
+            values = self.batch("loads", lambda: self.balance.function(
                 "loads", [ca.vertcat(*[ca.sum1(ca.fabs(ca.vertcat(0, *w))) for w in wrenches])]
             ))  # fmt: skip
             finite = np.isfinite(values(*self.inputs(motion))[0])
@@ -433,12 +433,12 @@ class Statics:
 
     def loaded(self, inputs: Sequence[Any], sizes: Any, friction: bool = True) -> Loaded:
         """Return what acts with the sizes of friction given."""
-        report = self._batch(f"report {friction}", lambda: self.balance.report(friction))
+        report = self.batch(f"report {friction}", lambda: self.balance.report(friction))
         return _read(report(*inputs, sizes))
 
     def static(self, inputs: Sequence[Any], sizes: Any) -> Loaded:
         """Return what loads alone do, without inertia and friction."""
-        report = self._batch("static", lambda: self.balance.report(False, self.balance.applied))
+        report = self.batch("static", lambda: self.balance.report(False, self.balance.applied))
         return _read(report(*inputs, sizes))
 
 

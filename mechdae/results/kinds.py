@@ -58,6 +58,9 @@ class ReactionsResult(SweepResult):
         All solutions of the poses that have several.
     checks
         Relative errors of the checks that come with forces.
+    loads
+        Force [N] and moment about the body's origin [N m] of each load on each body, (n, 3) in
+        world axes, by load and body; weights under ``gravity``. Not in the JSON.
     """
 
     efforts: Series = field(default_factory=_none)
@@ -65,6 +68,7 @@ class ReactionsResult(SweepResult):
     unique: Summary = field(default_factory=Summary)
     solutions: tuple[dict[str, Any], ...] = ()
     checks: Mapping[str, Any] = field(default_factory=dict)
+    loads: Mapping[str, Series] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, repr=False)

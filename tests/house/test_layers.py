@@ -28,7 +28,8 @@ ROOMS = {
     "export": "results",
     "tables": "results",
     "composition": "describe errors",
-    "draw": "composition describe errors results",
+    "formulas": "",
+    "draw": "composition describe errors formulas results",
     "jobs": "errors",
     "setup": "describe errors kernels model results types",
     "assembly": "describe errors kernels model modules numerics results setup",
@@ -50,9 +51,10 @@ ROOMS = {
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "modules numerics results setup solver studies synthesis",
     "pages": "continuation describe errors forces kernels kinematics model results setup tasks",
+    "explanations": "describe draw errors export formulas results tasks",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
-    "cli": "assembly bench composition describe draw errors export jobs kernels modules pages "
-    "results synthesis tables tasks",
+    "cli": "assembly bench composition describe draw errors explanations export jobs kernels "
+    "modules pages results synthesis tables tasks",
 }
 """Each room, and the rooms before it of which it may import."""
 MOST = 20

@@ -19,9 +19,9 @@ from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.board import caption, draw_arrow, heading, scale_text, smallest, write
 from mechdae.draw.plans.forces import BodyForces
-from mechdae.draw.plans.motion import written_letter
 from mechdae.draw.plans.vectors import Arrow, round_up
 from mechdae.draw.sheet import Sheet, arc, normal, unit
+from mechdae.formulas.mathtext import written_letter
 
 NEAR = 3.0
 """A pin is drawn so far around its friction circle, in radii of that."""

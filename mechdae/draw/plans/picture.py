@@ -19,7 +19,8 @@ from mechdae.draw.plans.board import draw_plan, heading, scale_text
 from mechdae.draw.plans.forces import force_plans
 from mechdae.draw.plans.friction import draw_lines, draw_pin, force_scale_of, pins_of
 from mechdae.draw.plans.lever import draw_lever, lever
-from mechdae.draw.plans.motion import SYMBOLS, motion_plan
+from mechdae.draw.plans.motion import motion_plan
+from mechdae.draw.plans.relations import SYMBOLS
 from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink
 from mechdae.errors import InputError, UnknownName

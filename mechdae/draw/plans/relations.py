@@ -1,0 +1,331 @@
+"""The vector equations of velocities and accelerations, group by group, with their numbers.
+
+A point of a link follows from another one, v_B = v_A + v_BA and
+a_B = a_A + a^n_BA + a^t_BA; the point of a guide under a slider's point from that point,
+v_A3 = v_A2 + v_A3A2 and a_A3 = a_A2 + a^k_A3A2 + a^r_A3A2 with a^k = 2 omega x v, as in
+Artobolevsky's textbook. Components are made of angular rates, slides and positions of the result,
+the ends they have to meet are rates of points of the result: how far the terms miss their end is
+the gap of the relation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND
+from mechdae.draw.diagram.places import Place, free_points, letters_of, numbers_of, places_of
+from mechdae.draw.diagram.scene import Array, DrawnScene
+from mechdae.draw.plans.rates import Rates
+from mechdae.draw.plans.vectors import Arrow
+from mechdae.formulas import Equation, Letter, Sum
+from mechdae.formulas.mathtext import mathtext, written_letter
+
+SYMBOLS = {"velocity": ("v", "m/s", "p"), "acceleration": ("a", r"m/s$^2$", r"\pi")}
+STILL = 1e-9
+"""Vectors shorter than this share of the longest are points."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A point of one body that the plan has an end for."""
+
+    body: str
+    reference: str
+    """``body.point``, or the joint in whose slider it lies."""
+    position: Array
+    letter: str
+    value: Array
+
+
+@dataclass(frozen=True)
+class Term:
+    """A term of a relation: its kind, its symbol, and the vector."""
+
+    kind: str
+    letter: Letter
+    vector: Array
+
+
+@dataclass(frozen=True)
+class Relation:
+    """The rate of one point by that of another: end = start + terms.
+
+    Parameters
+    ----------
+    body
+        The link on which both points lie, or the joint in which one slides past the other.
+    gid
+        Identifier of its arrows.
+    start, end
+        The two points; the start may be at rest.
+    terms
+        What is added, in the order of the field; those that vanish too.
+    still
+        Length below which a vector vanishes.
+    """
+
+    body: str
+    gid: str
+    symbol: str
+    start: Spot
+    end: Spot
+    terms: tuple[Term, ...]
+    still: float
+
+    @property
+    def moving(self) -> tuple[Term, ...]:
+        """The terms that do not vanish, that of the start before them."""
+        start = self.start
+        first = Term("total", Letter(self.symbol, (start.letter,), vector=True), start.value)
+        return tuple(t for t in (first, *self.terms) if float(np.hypot(*t.vector)) > self.still)
+
+    @property
+    def left(self) -> Letter:
+        """The symbol of the end."""
+        return Letter(self.symbol, (self.end.letter,), vector=True)
+
+    @property
+    def equation(self) -> Equation:
+        """The relation in letters."""
+        return Equation((self.left, Sum(tuple(term.letter for term in self.moving))))
+
+    @property
+    def gap(self) -> float:
+        """How far the terms miss the end."""
+        total = self.start.value + np.sum([term.vector for term in self.terms], axis=0)
+        return float(np.hypot(*(total - self.end.value)))
+
+    @property
+    def steps(self) -> tuple[Arrow, ...]:
+        """The terms as arrows, one after the other."""
+        here, arrows = self.start.value, []
+        for term in self.terms:
+            there = here + term.vector
+            name = mathtext(term.letter)
+            arrows.append(Arrow(f"{self.gid}-{term.kind}", term.kind, here, there, name))
+            here = there
+        return tuple(arrows)
+
+
+class Relations:
+    """The vector equations of one pose.
+
+    Parameters
+    ----------
+    result, scene
+        A result with the rates asked for and the placements read from it.
+    pose
+        Index of the pose.
+    word
+        ``"velocity"`` or ``"acceleration"``.
+    """
+
+    def __init__(self, result: Any, scene: DrawnScene, pose: int, word: str) -> None:
+        self.word, self.scene, self.pose = word, scene, pose
+        self.symbol, self.unit, self.pole = SYMBOLS[word]
+        self.rates = Rates(result, scene, pose)
+        self.groups = groups_of(result, scene)
+        self.order = {GROUND: -1} | {
+            body: k for k, (_, bodies) in enumerate(self.groups) for body in bodies
+        }
+        self.numbers = {**numbers_of(scene.mechanism), GROUND: 0}
+        self.places = places_of(scene, pose)
+        self.letters = _letters(scene, pose, self.places, self.numbers)
+        self.spots = list(self._spots())
+        self.size = max((float(np.hypot(*spot.value)) for spot in self.spots), default=0.0)
+
+    def _spots(self) -> Iterator[Spot]:
+        """Yield points of moving bodies in joints, under sliders, and free ones."""
+        for place in self.places:
+            for reference in place.references:
+                yield from self._spot(reference)
+        for reference in free_points(self.scene, self.pose):
+            yield from self._spot(reference)
+        for joint in self.scene.joints(self.pose):
+            body = joint.first_body
+            if not joint.normal_force or body == GROUND or not self.rates.has(body, self.word):
+                continue
+            position = self.rates.place(joint.second)
+            letter = f"{self.letters[joint.second]}_{self.numbers[body]}"
+            yield Spot(body, joint.name, position, letter, self.rates.at(body, position, self.word))
+
+    def _spot(self, reference: str) -> Iterator[Spot]:
+        body = reference.split(".")[0]
+        if self.rates.has(body, self.word):
+            yield Spot(
+                body,
+                reference,
+                self.rates.place(reference),
+                self.letters[reference],
+                self.rates.of(reference, self.word),
+            )
+
+    def of(self, body: str, group: tuple[str, ...]) -> Iterator[Relation]:
+        """Yield the relations of one body: to where it meets its group, and along its sliders."""
+        own = [spot for spot in self.spots if spot.body == body]
+        if not own:
+            return
+        base = self._base(own, group)
+        under = [spot for spot in own if spot.reference in self.scene.mechanism.joints]
+        ends = [spot for spot in under if GROUND not in self._joint(spot).bodies]
+        ends += [spot for spot in own if spot not in under and self._meets(spot, group)]
+        far = [spot for spot in own if spot is not base and self._apart(spot, base)]
+        done: list[Spot] = []
+        turns = self.rates.turns(body)
+        for spot in ([spot for spot in ends if spot in far] or far[:1]) if turns else ():
+            if all(self._apart(spot, other) for other in done):
+                yield self._turned(base, spot)
+                done.append(spot)
+        for spot in under:
+            yield self._slid(spot)
+
+    def _joint(self, spot: Spot) -> Joint:
+        return self.scene.mechanism.joints[spot.reference]
+
+    def _apart(self, one: Spot, other: Spot) -> bool:
+        return float(np.hypot(*(one.position - other.position))) > 0.0
+
+    def _base(self, own: list[Spot], group: tuple[str, ...]) -> Spot:
+        """Return the point a body is known by: shared with the ground or an earlier group."""
+
+        def rank(spot: Spot) -> int:
+            others = self._others(spot) - set(group)
+            earlier = [self.order[name] for name in others if name in self.order]
+            now = self.order.get(spot.body, len(self.groups))
+            earlier = [order for order in earlier if order < now]
+            return min(earlier) if earlier else len(self.groups)
+
+        return min(own, key=rank)
+
+    def _meets(self, spot: Spot, group: tuple[str, ...]) -> bool:
+        """Whether a point is shared with another body of its group."""
+        return bool(self._others(spot) & set(group))
+
+    def _others(self, spot: Spot) -> set[str]:
+        for place in self.places:
+            if spot.reference in place.references:
+                return set(place.bodies) - {spot.body}
+        return set()
+
+    def _turned(self, base: Spot, spot: Spot) -> Relation:
+        """Return the chain from one point of a body to another."""
+        arm = spot.position - base.position
+        names = (spot.letter, base.letter)
+        gid = f"{self.word}-{spot.reference}-{base.reference}"
+        rates = self.rates
+        if self.word == "velocity":
+            parts = [("relative", "", rates.turning(spot.body, arm))]
+        else:
+            parts = [
+                ("normal", "n", rates.centripetal(spot.body, arm)),
+                ("tangential", "τ", rates.tangential(spot.body, arm)),
+            ]
+        return self._relation(spot.body, base, spot, parts, names, gid)
+
+    def _slid(self, under: Spot) -> Relation:
+        """Return the chain between a slider's point and the guide's point under it."""
+        joint = self._joint(under)
+        second = Spot(
+            joint.second_body,
+            joint.second,
+            under.position,
+            self.letters.get(joint.second, joint.second),
+            self.rates.of(joint.second, self.word),
+        )
+        seen, turn = self.rates.sliding(joint, self.word), self.rates.coriolis(joint)
+        difference = second.value - under.value
+        sign = 1.0
+        start, end = under, second
+        if self._rank(joint.second_body) <= self._rank(joint.first_body):
+            start, end, sign = second, under, -1.0
+        names = (end.letter, start.letter)
+        gid = f"{self.word}-{joint.name}"
+        if self.word == "velocity":
+            seen = difference if seen is None else seen
+            parts = [("sliding", "r", sign * seen)]
+            return self._relation(joint.name, start, end, parts, names, gid)
+        turn = np.zeros(2) if turn is None else turn
+        if joint.on_curve:
+            relative = self.rates.of(joint.second, "velocity") - self.rates.at(
+                joint.first_body, under.position, "velocity"
+            )
+            turn = 2 * self.rates.turning(joint.first_body, relative)
+        seen = difference - turn if seen is None else seen
+        parts = [("coriolis", "k", sign * turn), ("sliding", "r", sign * seen)]
+        return self._relation(joint.name, start, end, parts, names, gid)
+
+    def _rank(self, body: str) -> tuple[int, int]:
+        """Return where a body comes in the order of the groups."""
+        k = self.order.get(body, len(self.groups))
+        if body == GROUND or k >= len(self.groups):
+            return k, 0
+        bodies = self.groups[k][1]
+        return k, -1 if self._hangs(body, k) else bodies.index(body)
+
+    def _hangs(self, body: str, group: int) -> bool:
+        """Whether a body of a group is pinned to a moving body of an earlier group."""
+        return any(
+            0 <= self.order.get(other, -1) < group
+            for spot in self.spots
+            if spot.body == body
+            for other in self._others(spot)
+        )
+
+    def _relation(
+        self,
+        body: str,
+        start: Spot,
+        end: Spot,
+        parts: list[tuple[str, str, Array]],
+        names: tuple[str, str],
+        gid: str,
+    ) -> Relation:
+        terms = tuple(
+            Term(kind, Letter(self.symbol, names, mark, vector=True), vector)
+            for kind, mark, vector in parts
+        )
+        return Relation(body, gid, self.symbol, start, end, terms, STILL * self.size)
+
+
+def groups_of(result: Any, scene: DrawnScene) -> list[tuple[str, tuple[str, ...]]]:
+    """Return the Assur groups in the order of their computation: name and bodies."""
+    listed = result.summary.get("groups")
+    if listed:
+        return [(entry["name"], tuple(entry["bodies"])) for entry in listed]
+    return [("", tuple(scene.mechanism.bodies))]
+
+
+def _letters(
+    scene: DrawnScene, pose: int, places: list[Place], numbers: dict[str, int]
+) -> dict[str, str]:
+    """Return the capital letter of each point; different points have different ones."""
+    found = letters_of(scene, pose, places)
+    owners: dict[str, set[int]] = {}
+    marks = {entry: k for k, place in enumerate(places) for entry in place.references}
+    for k, entry in enumerate(found, start=len(places)):
+        owners.setdefault(small_letter(found[entry]), set()).add(marks.get(entry, k))
+    return {
+        entry: letter
+        if len(owners[small_letter(letter)]) == 1
+        else f"{letter}_{numbers[_mover(entry, places)]}"
+        for entry, letter in found.items()
+    }
+
+
+def _mover(reference: str, places: list[Place]) -> str:
+    """Return the first moving body at the place of a point."""
+    for place in places:
+        if reference in place.references:
+            moving = [body for body in place.bodies if body != GROUND]
+            return moving[0] if moving else GROUND
+    return reference.split(".")[0]
+
+
+def small_letter(letter: str) -> str:
+    """Return the mathtext of an end: the letter of the point in lower case."""
+    return written_letter(letter[:1].lower() + letter[1:])

@@ -1,0 +1,49 @@
+"""Formulas as values, and documents made of them: written as text, MathML, Typst or mathtext."""
+
+from __future__ import annotations
+
+from mechdae.formulas.document import (
+    Document,
+    Facts,
+    Formula,
+    Grid,
+    Image,
+    Note,
+    Passage,
+    Section,
+)
+from mechdae.formulas.tree import (
+    Column,
+    Equation,
+    Less,
+    Letter,
+    Norm,
+    Number,
+    Part,
+    Product,
+    Quotient,
+    Sum,
+    Wording,
+)
+
+__all__ = [
+    "Column",
+    "Document",
+    "Equation",
+    "Facts",
+    "Formula",
+    "Grid",
+    "Image",
+    "Less",
+    "Letter",
+    "Norm",
+    "Note",
+    "Number",
+    "Part",
+    "Passage",
+    "Product",
+    "Quotient",
+    "Section",
+    "Sum",
+    "Wording",
+]

@@ -1,0 +1,176 @@
+"""What a formula is made of; numbers in it are rounded when it is made, once for all writers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor, isfinite, log10
+
+SIGNIFICANT = 5
+"""Digits of the largest number of an equation; the others have as many decimals."""
+PLAIN = (-3, 6)
+"""Powers of ten of the largest number between which no power of ten is split off."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Base of all parts of a formula."""
+
+
+@dataclass(frozen=True)
+class Letter(Part):
+    """A symbol: ``Letter("v", ("B", "A"), "n", vector=True)`` is the vector v with index BA.
+
+    Parameters
+    ----------
+    text
+        The letter itself, Greek ones as they are: ``ω``.
+    index
+        Parts of the index, written one after the other; one of them may have an index of its
+        own after ``_`` or digits: ``A_3``.
+    mark
+        Above right: n, τ, k, r.
+    vector
+        Whether it is one.
+    """
+
+    text: str
+    index: tuple[str, ...] = ()
+    mark: str = ""
+    vector: bool = False
+
+
+@dataclass(frozen=True)
+class Number(Part):
+    """A rounded number, times a power of ten, with its unit."""
+
+    digits: str
+    power: int = 0
+    unit: str = ""
+
+    @property
+    def value(self) -> float:
+        """What is printed, as a float."""
+        return float(f"{self.digits}e{self.power}")
+
+
+@dataclass(frozen=True)
+class Column(Part):
+    """Components of a vector, rounded alike, times one power of ten, with their unit."""
+
+    digits: tuple[str, ...]
+    power: int = 0
+    unit: str = ""
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """What is printed, as floats."""
+        return tuple(float(f"{text}e{self.power}") for text in self.digits)
+
+
+@dataclass(frozen=True)
+class Wording(Part):
+    """Plain words in a formula."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Less(Part):
+    """A term of a sum that is subtracted."""
+
+    inner: Part
+
+
+@dataclass(frozen=True)
+class Sum(Part):
+    """Terms that are added; numbers below zero and what is `Less` are subtracted."""
+
+    terms: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class Product(Part):
+    """Factors side by side."""
+
+    factors: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class Quotient(Part):
+    """A fraction."""
+
+    above: Part
+    below: Part
+
+
+@dataclass(frozen=True)
+class Norm(Part):
+    """The length of a vector, or the size of a number."""
+
+    inner: Part
+
+
+@dataclass(frozen=True)
+class Equation(Part):
+    """Sides that are equal, each to the next."""
+
+    sides: tuple[Part, ...]
+
+
+def decimals(*values: float, significant: int = SIGNIFICANT) -> tuple[int, int]:
+    """Return the decimals and the power of ten with which numbers of one equation are printed.
+
+    The largest of them gets so many significant digits.
+    """
+    largest = max((abs(value) for value in values if isfinite(value)), default=0.0)
+    if not largest:
+        return 0, 0
+    power = floor(log10(largest))
+    if power < PLAIN[0] or power >= PLAIN[1]:
+        return significant - 1, power
+    return max(0, significant - 1 - power), 0
+
+
+def rounded(value: float, places: int, power: int = 0) -> str:
+    """Return a number over ten to a power with so many decimals; no minus before zero."""
+    if not isfinite(value):
+        return "–"
+    text = f"{value / 10.0**power:.{places}f}"
+    return text.lstrip("-") if not float(text) else text
+
+
+def number(value: float, unit: str = "", significant: int = SIGNIFICANT) -> Number:
+    """Return a number with so many significant digits."""
+    places, power = decimals(value, significant=significant)
+    return Number(rounded(value, places, power), power, unit)
+
+
+def columns(*vectors: tuple[float, ...], unit: str = "") -> tuple[Column, ...]:
+    """Return vectors of one equation, rounded alike; the unit stands with the last."""
+    places, power = decimals(*(value for vector in vectors for value in vector))
+    last = len(vectors) - 1
+    return tuple(
+        Column(
+            tuple(rounded(value, places, power) for value in vector),
+            power,
+            unit if k == last else "",
+        )
+        for k, vector in enumerate(vectors)
+    )
+
+
+def numbers(*values: float, unit: str = "") -> tuple[Number, ...]:
+    """Return numbers of one equation, rounded alike; the unit stands with the last."""
+    places, power = decimals(*values)
+    last = len(values) - 1
+    return tuple(
+        Number(rounded(value, places, power), power, unit if k == last else "")
+        for k, value in enumerate(values)
+    )
+
+
+def stem_and_index(text: str) -> tuple[str, str]:
+    """Return the letters of a name and the digits after them: ``A_3`` -> A and 3."""
+    stem = text.rstrip("0123456789_,")
+    rest = ",".join(part for part in text[len(stem) :].split("_") if part)
+    return stem, rest
