@@ -11,7 +11,12 @@ from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.errors import InputError
-from mechdae.explanations.forces import Equilibrium, driver_section, forces_section, power_section
+from mechdae.explanations.forces import (
+    BalanceOfLinks,
+    driver_section,
+    forces_section,
+    power_section,
+)
 from mechdae.explanations.motion import group_section
 from mechdae.explanations.subject import KINDS, Subject, subject_of
 from mechdae.explanations.words import Said
@@ -162,7 +167,7 @@ def _head(subject: Subject) -> Section:
 
 
 def _forces(subject: Subject, groups: list[tuple[str, tuple[str, ...]]], whole: bool) -> Section:
-    balance = Equilibrium(subject)
+    balance = BalanceOfLinks(subject)
     parts = [forces_section(subject, balance, name, bodies) for name, bodies in reversed(groups)]
     if whole:
         parts.append(driver_section(subject))

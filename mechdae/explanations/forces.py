@@ -46,7 +46,7 @@ class Acting:
     moment: float
 
 
-class Equilibrium:
+class BalanceOfLinks:
     """What acts on the links of one pose."""
 
     def __init__(self, subject: Subject) -> None:
@@ -145,14 +145,14 @@ def _moment(arm: Array, force: Array) -> float:
 
 
 def forces_section(
-    subject: Subject, balance: Equilibrium, name: str, bodies: tuple[str, ...]
+    subject: Subject, balance: BalanceOfLinks, name: str, bodies: tuple[str, ...]
 ) -> Section:
     """Return the equilibrium of each link of a group, and its reactions."""
     links = tuple(_link(subject, balance, body) for body in reversed(bodies))
     return Section(subject.say("forces of", name), (), links)
 
 
-def _link(subject: Subject, balance: Equilibrium, body: str) -> Section:
+def _link(subject: Subject, balance: BalanceOfLinks, body: str) -> Section:
     say = subject.say
     title = say("link", subject.numbers[body], body)
     lost = balance.not_unique(body)
@@ -176,7 +176,7 @@ def _link(subject: Subject, balance: Equilibrium, body: str) -> Section:
     return Section(title, tuple(blocks))
 
 
-def _moments(subject: Subject, balance: Equilibrium, body: str, acting: list[Acting]) -> Grid:
+def _moments(subject: Subject, balance: BalanceOfLinks, body: str, acting: list[Acting]) -> Grid:
     """Return the table of forces and moments about the link's point with their sums."""
     say = subject.say
     pole, _ = balance.pole(body)
@@ -201,7 +201,7 @@ def _moments(subject: Subject, balance: Equilibrium, body: str, acting: list[Act
     return Grid(heads, tuple(rows))
 
 
-def _reactions(subject: Subject, balance: Equilibrium, body: str) -> Iterator[Passage]:
+def _reactions(subject: Subject, balance: BalanceOfLinks, body: str) -> Iterator[Passage]:
     """Yield sizes of the reactions in which the link is the second body, their friction."""
     rows, rates = [], balance.forces.rates
     for joint in subject.scene.mechanism.joints.values():
@@ -263,7 +263,7 @@ def driver_section(subject: Subject) -> Section:
     return Section(subject.say("effort"), (Facts(tuple(rows)),))
 
 
-def power_section(subject: Subject, balance: Equilibrium) -> Section | None:
+def power_section(subject: Subject, balance: BalanceOfLinks) -> Section | None:
     """Return the balance of powers, which no reaction is in; None without speeds."""
     say, result, pose = subject.say, subject.result, subject.pose
     bodies = [body for body in subject.scene.mechanism.bodies if subject.scene.shown(body, pose)]
@@ -312,4 +312,4 @@ def power_section(subject: Subject, balance: Equilibrium) -> Section | None:
     return Section(say("check"), blocks)
 
 
-__all__ = ["GROUND", "Equilibrium", "driver_section", "forces_section", "power_section"]
+__all__ = ["GROUND", "BalanceOfLinks", "driver_section", "forces_section", "power_section"]

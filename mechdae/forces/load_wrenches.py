@@ -10,7 +10,13 @@ import numpy as np
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.pose_forces import PoseForces
 from mechdae.model.model import Model
-from mechdae.results import Series
+from mechdae.results import Later, Series, Summary
+
+
+def acting_loads(statics: Statics, answer: PoseForces) -> Summary:
+    """Return `load_wrenches` by load, computed when one of them is read."""
+    later = Later(lambda: load_wrenches(statics, answer))
+    return Summary(dict.fromkeys(statics.loads.wrenches, later))
 
 
 def load_wrenches(statics: Statics, answer: PoseForces) -> dict[str, Series]:

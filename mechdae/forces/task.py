@@ -21,7 +21,7 @@ from mechdae.forces.cycle import cycle
 from mechdae.forces.faults import assumptions_of, failed_checks, lost_poses, slack, verdicts
 from mechdae.forces.inverse_dynamics import Motion, Statics
 from mechdae.forces.lift_off import along
-from mechdae.forces.load_wrenches import load_wrenches
+from mechdae.forces.load_wrenches import acting_loads
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import LoadedRun, loaded_run
 from mechdae.forces.series import efforts_of, jams_of, series_of, solutions_of, unique_of
@@ -114,7 +114,6 @@ def with_forces(
         summary["reverse"] = reverse.summary.only(keys)
     faults += slack(statics, answer)
     checked = Later(lambda: checks(statics, moving, answer))
-    acting = Later(lambda: load_wrenches(statics, answer))
     lifted, notes = along(statics, moving, answer, unique)
     if notes:
         summary["notes"] = [*summary.get("notes", []), *notes]
@@ -150,7 +149,7 @@ def with_forces(
         unique=Summary(unique_of(statics, answer, unique, summary)),
         solutions=tuple(solutions_of(setting, statics, answer, unique)),
         checks=Summary(dict.fromkeys(CHECKS, checked)),
-        loads=Summary(dict.fromkeys(statics.loads.wrenches, acting)),
+        loads=acting_loads(statics, answer),
         summary=summary,
         events=events_of(sorted_events([*result.events, *lifted], setting.plan.lead)),
         fault=Later(lambda: {"fault": "; ".join([*faults, *failed_checks(checked.parts())])}),
