@@ -15,15 +15,16 @@ import casadi as ca
 import numpy as np
 
 from mechdae.assembly.axis_senses import AxisSenses, told_angles
-from mechdae.assembly.closure import Closing, NoPose
+from mechdae.assembly.closure import Closing, Gap, NoPose
 from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses
 from mechdae.assembly.least_gap import opening
+from mechdae.assembly.linkage.rigid_parts import GroupPoses
 from mechdae.assembly.multistart import MOST, BlockSearch, BlockSolutions
 from mechdae.assembly.nearest_mode import Nearest, Sketched
 from mechdae.assembly.redundant import RedundantSolver
-from mechdae.assembly.three_legs import Truss, truss
+from mechdae.assembly.three_legs import truss
 from mechdae.assembly.turn_lattice import lattices, with_periods
 from mechdae.assembly.vector_loops import of_loop
 from mechdae.assembly.whole_turns import WholeTurns
@@ -34,7 +35,7 @@ from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
-from mechdae.model.reduction import own_freedom
+from mechdae.model.reduction import Scene, own_freedom
 from mechdae.model.space import PLANE
 from mechdae.numerics.least_squares import solve
 from mechdae.numerics.null_space import dependent
@@ -44,6 +45,16 @@ SAME = 1e-7
 """Largest difference of one and the same solution [rad, sizes of the mechanism]."""
 SILENT = 1e-3
 """What the turns of a body count that the sketch does not name, beside those that it does."""
+
+
+def _linkage(scene: Scene, group: Group, p: Any) -> Any:
+    from mechdae.assembly.linkage.linkage_group import linkage_group
+
+    return linkage_group(scene, group, p)
+
+
+WAYS = (truss, _linkage)
+"""Ways to find all poses of a group whose blocks have no closed form, tried in this order."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +110,9 @@ class Assembler:
         self.closing = Closing(graphs)
         self.senses = AxisSenses(self.scene)
         self.natural = self.scene.unknowns.sizes(self.size)
-        self._trusses: dict[int, Truss | None] = {}
+        self._ways: dict[int, tuple[Any, ...]] = {}
+        self.counted: dict[int, list[GroupPoses]] = {}
+        """What paths through complex dimensions found, by group."""
         self._searches: dict[int, BlockSearch] = {}
         self.searched: dict[int, list[BlockSolutions]] = {}
         """What searches from many starts found, by group."""
@@ -176,14 +189,18 @@ class Assembler:
         found = [x.copy()]
         proven = True
         failure: NoPose | None = None
+        also: list[Any] | None = None
         for b in self.blocks_of(group):
             graph, solver = self.graphs.blocks[b], self.solvers[b]
             ahead = []
             for start in found:
                 z = start[graph.uses] if graph.uses else np.zeros(0)
                 result = solver.solve(z, u) or self._of_loop(b, start, u)
-                if result is None and (shape := self._truss(group)) is not None and search:
-                    return self._of_truss(shape, x, u, nearby)
+                if result is None and search and also is None:
+                    listed = self._of_whole(group, x, u, nearby, measured)
+                    if listed is not None and listed[1]:
+                        return listed[0], listed[2], listed[3]
+                    also = listed[0] if listed is not None else []
                 at = None
                 if result is None and not search:
                     return [], False, None
@@ -219,6 +236,7 @@ class Assembler:
                 ahead += own
             found, missed = self._closed(group, b, ahead, u)
             failure = missed or failure
+        found = [*found, *(pose for pose in also or () if not self._among(group, pose, found))]
         found, missed = self._closed(group, None, found, u)
         failure = missed or failure
         touching = [pose for pose in found if self.contacts.touch(group, pose, u)]
@@ -288,24 +306,50 @@ class Assembler:
         z = x[graph.uses] if graph.uses else np.zeros(0)
         return of_loop(self.solvers[b], z, u, known)
 
-    def _truss(self, group: Group) -> Truss | None:
-        """Return the group as a platform on three legs, None when it is none."""
-        if group.index not in self._trusses:
-            shape = None if group.superfluous else truss(self.scene, group, self.p)
-            self._trusses[group.index] = shape
-        return self._trusses[group.index]
+    def _of_whole(
+        self, group: Group, x: Any, u: Any, nearby: bool, measured: bool
+    ) -> tuple[list[Any], bool, bool, NoPose | None] | None:
+        """Return all poses of a group by one of `WAYS`, None where there is none for it.
 
-    def _of_truss(
-        self, shape: Truss, x: Any, u: Any, nearby: bool
-    ) -> tuple[list[Any], bool, NoPose | None]:
-        """Return all poses of a platform on three legs."""
-        group = shape.group
-        poses, closed = shape.solve(self.coordinates(x, u), u)
-        if closed.free:
-            self.free.append(group)
-            own = self.blocks_of(group)
-            if nearby and len(own) == 1:
-                self._check_freedom(group, own[0], x, u)
+        They are poses, whether these are all that can be looked for, whether that is proven, and
+        what is known when there is no pose.
+        """
+        for shape in self._shapes(group):
+            found = shape.solve(self.coordinates(x, u), u, not nearby)
+            if found is None:
+                continue
+            if found.generic:
+                self.counted.setdefault(group.index, []).append(found)
+            if found.free:
+                self.free.append(group)
+                own = self.blocks_of(group)
+                if nearby and len(own) == 1:
+                    self._check_freedom(group, own[0], x, u)
+            poses = self._placed(group, found.poses, x, u)
+            whole = bool(found.basis) or not found.generic
+            sure = found.proven and not any(self.endless[b] for b in self.blocks_of(group))
+            failure = None
+            if not poses and whole:
+                at = self._opened(group, x, u) if found.generic and measured else None
+                gap = found.gap if at is None else at.size
+                failure = NoPose(group, gap, at=at, free=found.free)
+            return poses, whole, sure, failure
+        return None
+
+    def _shapes(self, group: Group) -> tuple[Any, ...]:
+        """Return the ways to find all poses of a group at once."""
+        if group.index not in self._ways:
+            shapes = (way(self.scene, group, self.p) for way in WAYS)
+            self._ways[group.index] = tuple(shape for shape in shapes if shape is not None)
+        return self._ways[group.index]
+
+    def _opened(self, group: Group, x: Any, u: Any) -> Gap | None:
+        """Return which joint of a group of one block stays open and by how much."""
+        own = self.blocks_of(group)
+        return opening(self.solvers[own[0]], self.scene.model, x, u) if len(own) == 1 else None
+
+    def _placed(self, group: Group, poses: list[Any], x: Any, u: Any) -> list[Any]:
+        """Return poses given as coordinates of bodies as unknowns, with their whole turns."""
         found = []
         for q in poses:
             ahead = [x]
@@ -321,8 +365,7 @@ class Assembler:
                 ]
                 ahead = [pose for poses in turned for pose in self._distinct(b, poses, u)]
             found += ahead
-        sure = closed.proven and not any(self.endless[b] for b in self.blocks_of(group))
-        return found, sure, None if found else NoPose(group, closed.gap, free=closed.free)
+        return found
 
     def _turned(self, b: int, solution: Any, x: Any, u: Any, single: bool = False) -> list[Any]:
         """Return the solution with all whole turns of its angles that gears tell apart.
@@ -385,6 +428,11 @@ class Assembler:
                 kept.append(x)
         return kept
 
+    def _among(self, group: Group, x: Any, poses: list[Any]) -> bool:
+        """Return whether a pose of a group is one of others."""
+        own = self.blocks_of(group)
+        return any(all(self._same(b, x, y) for b in own) for y in poses)
+
     def _same(self, b: int, x: Any, y: Any) -> bool:
         """Return whether two poses are the same in block `b`, but for turns and rounding."""
         return bool(self._apart(b, x, y).max(initial=0.0) < SAME)
@@ -434,6 +482,21 @@ class Assembler:
             }
             for index, runs in self.searched.items()
         ]
+
+    def basis(self) -> str:
+        """Return why there are no other modes than those listed, group by group."""
+        names = {group.index: group.name for group in self.scene.groups}
+        lines = []
+        for index, runs in self.counted.items():
+            texts = dict.fromkeys(run.basis or run.partly for run in runs)
+            lines += [f"{names[index]}: {text}" for text in texts]
+        lines += [f"{names[index]}: search from many starts" for index in self.searched]
+        return "; ".join(lines) or "elimination"
+
+    @property
+    def singular_paths(self) -> int:
+        """Paths that ended in singular poses or at infinity, of all groups."""
+        return sum(run.singular for runs in self.counted.values() for run in runs)
 
     # -- labels ----------------------------------------------------------------------------
 

@@ -86,9 +86,10 @@ def _until_first(front: Front, ended: set[int]) -> float:
 def _stride(front: Front, ds: float, count: int) -> int:
     """Take up to `count` equal steps in one call; return how many were proved."""
     path = front.path
-    places = front.s + ds * np.arange(STRIDE + 1)
-    states, test, det, miss = strides(path.graphs)(front.state, places[:-1], ds, path.whole)
-    good = path.good(states, test, det, miss, front.alive, front.sign)[:count]
+    places = front.s + ds * np.arange(count + 1)
+    chain = strides(path.graphs)
+    states, test, det, miss = chain(front.state, places[:-1], ds, path.whole, count)
+    good = path.good(states, test, det, miss, front.alive, front.sign)
     held = count if good.all() else int(np.argmin(good))
     path.counts.steps += held
     if held > 4:

@@ -47,7 +47,7 @@ def _largest(values: Any, rows: Any) -> float:
     return float(np.max(np.abs(values), initial=0.0, where=rows))
 
 
-def _powers(statics: Statics, answer: PoseForces) -> tuple[Any, ...]:
+def powers_of(statics: Statics, answer: PoseForces) -> tuple[Any, ...]:
     """Return powers of drivers, loads and joints, rate of the kinetic energy, it itself, sizes."""
     loads, rate, energy, sizes = statics.powers(answer.inputs)
     whole, motion = answer.whole, answer.motion
@@ -58,7 +58,7 @@ def _powers(statics: Statics, answer: PoseForces) -> tuple[Any, ...]:
 
 def _power(statics: Statics, answer: PoseForces) -> float:
     """Return the error of drivers + loads - losses = rate of the kinetic energy."""
-    driven, loads, lost, rate, _, sizes = _powers(statics, answer)
+    driven, loads, lost, rate, _, sizes = powers_of(statics, answer)
     size = _largest(sizes, answer.standing)
     return _largest(driven + loads + lost - rate, answer.standing) / size if size else 0.0
 
@@ -111,7 +111,7 @@ def _panels(
     whole = np.all((good & (forces.counts == 1)).reshape(-1, count), axis=1)
     signs = forces.inputs[5].reshape(len(middles), count, -1)
     whole &= (signs == signs[:, :1]).all(axis=(1, 2))
-    *powers, _, energy, _ = _powers(statics, forces)
+    *powers, _, energy, _ = powers_of(statics, forces)
     values = np.stack(powers, axis=1).reshape(len(middles), count, 3)
     energy = energy.reshape(len(middles), -1)
     with np.errstate(invalid="ignore"):

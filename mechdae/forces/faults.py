@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from mechdae.assembly.start import shown
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.forces.friction_solutions import FrictionSolutions
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.meshes import slack_belts
 from mechdae.forces.pose_forces import PoseForces
@@ -35,27 +36,39 @@ def lost_poses(setting: Setting, answer: PoseForces, places: Any) -> list[str]:
 def verdicts(setting: Setting, answer: PoseForces) -> list[str]:
     """Return what is wrong in sentences: jammed and ambiguous poses."""
     c = setting.plan.coordinates[setting.plan.lead]
-    n, faults = len(answer.motion), []
-    for rows, word in ((answer.jammed, "jammed"), (answer.ambiguous, "ambiguous")):
-        places = np.flatnonzero(rows)
-        if not places.size:
-            continue
-        first = shown(c.unit, float(answer.motion.u[places[0], setting.plan.lead]))
-        if word == "jammed":
-            own = answer.found[int(places[0])]
-            text = f"{len(places)} of {n} poses are jammed: no equilibrium with friction, first at "
-            text += f"{c.text} = {first}"
-            if own.critical is not None:
-                text += f", where it jams from {own.critical:.6g} times the friction given on"
-                text += f", by joint {own.joint}" if own.joint else ""
-        else:
-            known = all(answer.found[int(k)].connected is not None for k in places)
-            which = "the one that continues from no friction" if known else "one of them"
-            text = (
-                f"{len(places)} of {n} poses have several solutions, first at {c.text} = {first}; "
-                f"{which} is given, all are listed"
-            )
+    at = answer.motion.u[:, setting.plan.lead]
+
+    def place(k: int) -> str:
+        return f"{c.text} = {shown(c.unit, float(at[k]))}"
+
+    jammed, ambiguous = np.flatnonzero(answer.jammed), np.flatnonzero(answer.ambiguous)
+    return about_friction(len(at), jammed, ambiguous, answer.found, place)
+
+
+def about_friction(
+    n: int, jammed: Any, ambiguous: Any, found: Mapping[int, FrictionSolutions],
+    place: Callable[[int], str],
+) -> list[str]:  # fmt: skip
+    """Return sentences on poses of `n` that jam or have several solutions, given by number.
+
+    `found` are the solutions of each, `place` says where a pose is.
+    """
+    faults = []
+    if len(jammed):
+        own = found[int(jammed[0])]
+        text = f"{len(jammed)} of {n} poses are jammed: no equilibrium with friction, first at "
+        text += place(int(jammed[0]))
+        if own.critical is not None:
+            text += f", where it jams from {own.critical:.6g} times the friction given on"
+            text += f", by joint {own.joint}" if own.joint else ""
         faults.append(text)
+    if len(ambiguous):
+        known = all(found[int(k)].connected is not None for k in ambiguous)
+        which = "the one that continues from no friction" if known else "one of them"
+        faults.append(
+            f"{len(ambiguous)} of {n} poses have several solutions, first at "
+            f"{place(int(ambiguous[0]))}; {which} is given, all are listed"
+        )
     return faults
 
 

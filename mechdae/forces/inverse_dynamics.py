@@ -48,7 +48,8 @@ class Motion:
 
     ``w``, ``v``, ``a`` (n, nx + nu) are unknowns and drivers' values with their rates in time,
     ``t`` (n,) or None for a task without time, ``condition`` (n,) that of the constraints; ``nx``
-    the number of unknowns.
+    the number of unknowns. Poses of several mechanisms have numbers ``p`` (n, np) and a ``length``
+    (n,) of their own; None: those of the scene.
     """
 
     w: Any
@@ -57,6 +58,8 @@ class Motion:
     t: Any
     condition: Any
     nx: int
+    p: Any = None
+    length: Any = None
 
     @property
     def x(self) -> Any:
@@ -87,7 +90,8 @@ class Motion:
         """Return some of the poses."""
         t = None if self.t is None else self.t[chosen]
         w, v, a, condition = (own[chosen] for own in (self.w, self.v, self.a, self.condition))
-        return Motion(w, v, a, t, condition, self.nx)
+        p, length = (None if own is None else own[chosen] for own in (self.p, self.length))
+        return Motion(w, v, a, t, condition, self.nx, p, length)
 
     def __len__(self) -> int:
         return len(self.w)
@@ -99,10 +103,11 @@ def absolute(scene: Scene, motion: Motion) -> list[Any]:
     def make() -> Batch:
         (w, dw, _), (q, v, _) = motion_of(scene)
         results = [ca.densify(q), ca.densify(v)]
-        return Batch(ca.Function("absolute", [w, dw, scene.model.p], results), [2])
+        return Batch(ca.Function("absolute", [w, dw, scene.model.p], results), shared)
 
-    batch: Batch = scene.kept("absolute coordinates", make)
-    return batch(motion.w, motion.v, scene.model.p_values)
+    shared = [2] if motion.p is None else []
+    batch: Batch = scene.kept(("absolute coordinates", *shared), make)
+    return batch(motion.w, motion.v, scene.model.p_values if motion.p is None else motion.p)
 
 
 @dataclass
@@ -223,7 +228,8 @@ class Statics:
         """Return the arrays that the functions of the balance take, sizes left out."""
         pieces, signs = self._pieces(motion), self.signs(motion)
         return [
-            motion.w, motion.v, motion.a, motion.times, pieces, signs, self.p, np.array([factor])
+            motion.w, motion.v, motion.a, motion.times, pieces, signs, self._p(motion),
+            np.array([factor]),
         ]  # fmt: skip
 
     @cached_property
@@ -241,7 +247,7 @@ class Statics:
         n = len(motion)
         columns: list[Any] = []
         if self.tables:
-            at = self.abscissae(motion.w, motion.v, self.p)[0]
+            at = self.abscissae(motion.w, motion.v, self._p(motion))[0]
             for k, table in enumerate(self.tables):
                 columns += self._piece(k, table, at[:, k])[:3]
         for timed in self.loads.timed:
@@ -261,7 +267,7 @@ class Statics:
     def cells(self, motion: Motion) -> Iterator[tuple[Any, Any]]:
         """Yield a number (n,) for the piece of each table, its abscissa and the piece's (n, 2)."""
         for k, table in enumerate(self.tables):
-            at = self.abscissae(motion.w, motion.v, self.p)[0][:, k]
+            at = self.abscissae(motion.w, motion.v, self._p(motion))[0][:, k]
             start, *_, cell = self._piece(k, table, at)
             yield cell, np.stack([at, start], axis=1)
         for timed in self.loads.timed:
@@ -271,7 +277,7 @@ class Statics:
 
     def speeds(self, motion: Motion) -> Any:
         """Return the sliding speeds, (n, slips)."""
-        return self._of("slipping")(motion.w, motion.v, self.p)[0]
+        return self._of("slipping")(motion.w, motion.v, self._p(motion))[0]
 
     def lost(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
         """Yield loads that may have no value: name, poses (n,), what is wrong, its key, a hint."""
@@ -290,12 +296,12 @@ class Statics:
                 [ca.vertcat(*[getattr(d, own) for d in directed]) for own in ("length", "pull")],
                 take,
             ), take)  # fmt: skip
-            length, pull = lengths(motion.w, motion.v, motion.times, self.p)
+            length, pull = lengths(motion.w, motion.v, motion.times, self._p(motion))
             text = "the spring has no direction: its points coincide"
             hint = "other points; a spring may only vanish with free_length = 0, preload = 0 and "
             hint += "damping = 0"
             for k, direction in enumerate(directed):
-                lost = (length[:, k] <= POINT * self.length) & (pull[:, k] > 0)
+                lost = (length[:, k] <= POINT * self._length(motion)) & (pull[:, k] > 0)
                 yield direction.load.name, lost, text, ".between", hint
         names = [name for name, load in loads.items() if load.expressions]
         if names:
@@ -313,7 +319,7 @@ class Statics:
         for k, table in enumerate(self.tables):
             load = self.loads.signals[k].load
             if not load.periodic:
-                at = self.abscissae(motion.w, motion.v, self.p)[0][:, k]
+                at = self.abscissae(motion.w, motion.v, self._p(motion))[0][:, k]
                 yield load.name, (table[0, 0], table[-1, 0]), at
         for timed in self.loads.timed:
             if timed.ends is not None:
@@ -328,10 +334,10 @@ class Statics:
         slips = self.balance.slips
         if not slips:
             return np.zeros((len(motion), 0))
-        speeds, largest = self._of("slipping")(motion.w, motion.v, self.p)
+        speeds, largest = self._of("slipping")(motion.w, motion.v, self._p(motion))
         signs = np.sign(speeds)
         turns = np.array([slip.unit == "rad" for slip in slips])
-        spins, lengths = self._both(*largest.T)
+        spins, lengths = self._both(largest[:, 0], largest[:, 1], self._length(motion))
         digits = np.fmax(motion.condition, 1.0)
         rough = DOUBTFUL * digits
         sizes = [(spins if turn else lengths) * rough for turn in turns]
@@ -343,10 +349,10 @@ class Statics:
             size = np.where(turns, spins[rows, None], lengths[rows, None])
             least = digits[rows, None] * size
             chosen = np.where(np.abs(exact) > rough * least, np.sign(exact), 0.0)
-            rates, largest = self._of("coming")(some.w, some.v, some.a, self.p)
+            rates, largest = self._of("coming")(some.w, some.v, some.a, self._p(some))
             turn, change = largest.T
             turn = np.maximum(turn, spins[rows] ** 2)
-            change = np.maximum(change, turn * self.length)
+            change = np.maximum(change, turn * self._length(some))
             change = np.where(turns, turn[:, None], change[:, None])
             with np.errstate(invalid="ignore"):
                 moves = np.abs(rates) > STANDING * change
@@ -356,10 +362,20 @@ class Statics:
             signs[rows] = np.where(doubtful[:, rows].T, chosen, signs[rows])
         return signs
 
-    def _both(self, spin: Any, speed: Any) -> tuple[Any, Any]:
+    def _p(self, motion: Motion) -> Any:
+        """Return the numbers of poses, (np,) or (n, np)."""
+        return self.p if motion.p is None else motion.p
+
+    def _length(self, motion: Motion) -> Any:
+        """Return a length of the mechanism at poses, one number or (n,)."""
+        return self.length if motion.length is None else motion.length
+
+    @staticmethod
+    def _both(spin: Any, speed: Any, length: Any) -> tuple[Any, Any]:
         """Return the largest angular speed and speed: each brings about the other."""
-        speed = np.maximum(speed, spin * self.length)
-        return np.maximum(spin, speed / self.length if self.length else 0.0), speed
+        speed = np.maximum(speed, spin * length)
+        turning = np.divide(speed, length, out=np.zeros_like(speed), where=np.not_equal(length, 0))
+        return np.maximum(spin, turning), speed
 
     @property
     def _exactly(self) -> Any:
@@ -382,8 +398,8 @@ class Statics:
         """Return sliding speeds in 80-bit floats, and what is rounding in them."""
         refine, speeds = self._exactly
         g = self.evaluator.graphs
-        constants = np.concatenate([self.p, np.ones(g.consts.numel() - len(self.p))])
-        consts = np.broadcast_to(constants, (len(motion), len(constants))).astype(LONG)
+        consts = np.ones((len(motion), g.consts.numel()), LONG)
+        consts[:, : len(self.p)] = self._p(motion)
         x, u = motion.x.astype(LONG), motion.u.astype(LONG)
         with np.errstate(all="ignore"):
             for _ in range(2):
@@ -443,7 +459,8 @@ class Statics:
 
 
 def _read(results: Sequence[Any]) -> Loaded:
-    return Loaded(results[0].reshape(len(results[0]), -1, 3), *results[1:])
+    n, columns = results[0].shape
+    return Loaded(results[0].reshape(n, columns // 3, 3), *results[1:])
 
 
 def some(inputs: Sequence[Any], rows: Any) -> list[Any]:

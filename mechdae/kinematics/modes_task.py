@@ -123,6 +123,7 @@ def _summary(modes: _Modes) -> Summary:
     summary = Summary(
         count=len(modes.every),
         proven=modes.proven,
+        basis=assembler.basis(),
         formula=formula(the_scene.groups),
         groups=[g.name for g in the_scene.groups if assembler.labelled(g)],
         not_in_scene=the_scene.not_in_scene,
@@ -141,6 +142,8 @@ def _summary(modes: _Modes) -> Summary:
     if assembler.free:
         names = sorted({group.name for group in assembler.free})
         summary["free"] = names  # modes in which the group moves by itself are not counted
+    if assembler.singular_paths:
+        summary["singular_paths"] = assembler.singular_paths
     if assembler.searched:
         summary["search"] = assembler.searches()
     return summary

@@ -41,13 +41,17 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 @dataclass(frozen=True)
 class Row:
-    """One scalar equation: the joint or driver it belongs to, its part and unit."""
+    """One scalar equation: the joint or driver it belongs to, its part and unit.
+
+    ``reach`` is what bounds of an equation in space are made of, where it is known.
+    """
 
     owner: str
     part: str
     expression: Any
     unit: str
     driver: bool = False
+    reach: Any = None
 
     @property
     def name(self) -> str:

@@ -34,8 +34,8 @@ class Block:
     """Equations F = 0 of one numerical block, square in the unknowns ``x`` or redundant.
 
     ``x`` are positions in the scene's unknown vector, ``uses`` those of earlier blocks
-    that F depends on; ``units`` ("m" or "rad") and ``owners`` (joint or driver) belong to
-    the equations.
+    that F depends on; ``units`` ("m" or "rad"), ``owners`` (joint or driver) and in space
+    ``reaches`` (see `Row`) belong to the equations.
     """
 
     group: int
@@ -44,6 +44,7 @@ class Block:
     residual: Any
     units: tuple[str, ...]
     owners: tuple[str, ...]
+    reaches: tuple[Any, ...] = ()
 
     @property
     def redundant(self) -> bool:
@@ -59,6 +60,7 @@ class Check:
     residual: Any
     unit: str
     owner: str
+    reach: Any = None
 
 
 @dataclass
@@ -76,6 +78,8 @@ class Scene:
         Equations of redundant groups that are left without unknowns.
     recover : dict
         (owner, name) -> expression over (x, u, p) for every coordinate in the scene.
+    reaches : dict
+        Reaches of expressions that are reported in space, see `told`.
     """
 
     model: Model
@@ -91,6 +95,7 @@ class Scene:
     checks: list[Check] = field(default_factory=list)
     recover: dict[tuple[str, str], Any] = field(default_factory=dict)
     kept: Kept = field(default_factory=Kept)
+    reaches: dict[int, Any] = field(default_factory=dict)
 
     def at(self, model: Model) -> Scene:
         """Return the same scene of the model with other numbers."""
@@ -125,6 +130,16 @@ class Scene:
         for positions in held:
             positions.sort()
         return held
+
+    def told(self, values: Sequence[Any], reaches: Sequence[Any]) -> None:
+        """Keep the reaches of scalars over (x, u, p)."""
+        for value, reach in zip(values, reaches, strict=True):
+            if reach is not None and not value.is_constant() and not value.is_leaf():
+                self.reaches[value.element_hash()] = (value, reach)
+
+    def reaches_of(self, values: Any) -> list[Any]:
+        """Return the reaches of scalars, None of those that are not known."""
+        return [self.reaches.get(v.element_hash(), (v, None))[1] for v in values.elements()]
 
     @property
     def redundant(self) -> list[Group]:
@@ -211,16 +226,17 @@ def reduce(scene: Scene) -> None:
     pending: list[tuple[int, list[Any], list[Equation]]] = []
     for group in scene.groups:
         rows = scene.expression(ca.vertcat(*[scene.rows[i].expression for i in group.rows]))
-        equations = [
-            (rows[k], scene.rows[i].unit, scene.rows[i].owner) for k, i in enumerate(group.rows)
-        ]
+        equations = [(rows[k], scene.rows[i].unit, str(i)) for k, i in enumerate(group.rows)]
         solved, rest, left = eliminate(equations, [model.q[j] for j in group.columns], nonzero)
         names = {str(model.q[j]): model.q_names[j] for j in group.columns}
         for symbol, expression in [*solved, *((symbol, symbol) for symbol in left)]:
             scene.recover[names[str(symbol)]] = expression
         rest, without = with_unknowns(rest, left)
         _check_free(group, model, rest, left)
-        scene.checks += [Check(group.index, *row) for row in without if not row[0].is_zero()]
+        for row, unit, tag in without:
+            if not row.is_zero():
+                own_row = scene.rows[int(tag)]
+                scene.checks.append(Check(group.index, row, unit, own_row.owner, own_row.reach))
         for unknowns, own in split(rest, left):
             pending.append((group.index, unknowns, own))
             result += unknowns
@@ -237,8 +253,10 @@ def reduce(scene: Scene) -> None:
         used = {place[held[j].element_hash()] for j in columns} - set(x)
         assert all(i < x[0] for i in used), "blocks are not in solve order"
         units = tuple(unit for _, unit, _ in own)
-        owners = tuple(owner for _, _, owner in own)
-        scene.blocks.append(Block(index, x, tuple(sorted(used)), residual, units, owners))
+        rows_of = [scene.rows[int(tag)] for _, _, tag in own]
+        owners, reaches = (tuple(getattr(r, k) for r in rows_of) for k in ("owner", "reach"))
+        uses = tuple(sorted(used))
+        scene.blocks.append(Block(index, x, uses, residual, units, owners, reaches))
 
 
 Equation = tuple[Any, str, str]

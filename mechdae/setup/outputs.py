@@ -84,22 +84,26 @@ class Outputs:
         self.scene = scene
         self.entries: list[ReportedQuantity] = []
         self._scalars: list[Any] = []
+        self._reaches: list[Any] = []
         model, chosen = scene.model, scene.selection
         self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
         for name in chosen.bodies:
             if isinstance(model, TreeModel):
-                self._add("bodies", name, "orientation", ca.vec(model.frame(name).R), (name,))
+                whole, reaches = ca.vec(model.frame(name).R), model.turn_reaches(name)
+                self._add("bodies", name, "orientation", whole, (name,), reaches)
             else:
                 self._add("bodies", name, "angle", model.frame(name).angle, (name,))
         for reference in chosen.points:
             body = reference.split(".")[0]
-            self._add("points", reference, "position", model.point(reference), (body,))
+            known = model.point_reaches(reference) if isinstance(model, TreeModel) else ()
+            self._add("points", reference, "position", model.point(reference), (body,), known)
         for name in chosen.joints:
             self._add_joint(name)
         for key, expression, bodies in hidden:
             self._add("hidden", key, "value", expression, bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
         self.expression = ca.densify(self._one_place(scene.expression(stacked)))
+        scene.told(self.expression.elements(), self._reaches)
 
     def _one_place(self, expression: Any) -> Any:
         """Return the scalars with points that a pin holds together as one of them.
@@ -125,6 +129,8 @@ class Outputs:
                 if joint.coincide and {joint.first, joint.second} <= place.keys():
                     kept, other = sorted((place[joint.first], place[joint.second]), key=rank)
                     result[other] = result[kept]
+                    for i, k in zip(other, kept, strict=True):
+                        self._reaches[i] = self._reaches[k]
         return result
 
     def at(self, scene: Scene) -> Outputs:
@@ -139,7 +145,8 @@ class Outputs:
         bodies = tuple(body for body in joint.bodies if body != GROUND)
         if isinstance(model, TreeModel):
             for word in joint.coordinates:
-                self._add("joints", name, word, model.relative(name, word), bodies)
+                known = (model.relative_reach(name, word),)
+                self._add("joints", name, word, model.relative(name, word), bodies, known)
             return
         ends = model.ends[name]
         if joint.straight:
@@ -152,10 +159,19 @@ class Outputs:
         if joint.turns:
             self._add("joints", name, "angle", ends.second.angle - ends.first.angle, bodies)
 
-    def _add(self, kind: str, part: str, name: str, value: Sym, bodies: tuple[str, ...]) -> None:
+    def _add(
+        self,
+        kind: str,
+        part: str,
+        name: str,
+        value: Sym,
+        bodies: tuple[str, ...],
+        reaches: Iterable[Any] = (),
+    ) -> None:
         start = len(self._scalars)
         scalars = ca.vertsplit(ca.SX(value))
         self._scalars += scalars
+        self._reaches += list(reaches) or [None] * len(scalars)
         columns = tuple(range(start, start + len(scalars)))
         self.entries.append(ReportedQuantity(kind, part, name, columns, bodies))
 

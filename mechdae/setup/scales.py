@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import PLACE, UNIT
 from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.describe.mechanism import GROUND
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
@@ -130,3 +132,19 @@ def driver_size(model: Model, c: NamedCoordinate, scale: float) -> float:
     if c.on_curve:
         return model.contacts[c.part].unit
     return 1.0 if c.is_angle else scale
+
+
+def scale_of(model: Model) -> Any:
+    """Return `Mechanism.scale` of a planar mechanism without curves over the parameters."""
+    mechanism = model.mechanism
+    spans = [ca.SX(0)]
+    parts: list[tuple[str, Any]] = [(GROUND, mechanism.ground), *mechanism.bodies.items()]
+    for name, body in parts:
+        for axis in mechanism.axes if len(body.points) > 1 else "":
+            places = [ca.SX(model.numbers[f"{name}.{point}.{axis}"]) for point in body.points]
+            spans.append(ca.mmax(ca.vertcat(*places)) - ca.mmin(ca.vertcat(*places)))
+    for name, joint in mechanism.joints.items():
+        if joint.bar:
+            spans.append(ca.SX(model.numbers[f"{name}.length"]))
+    largest = ca.mmax(ca.vertcat(*spans))
+    return ca.if_else(largest == 0, 1.0, largest)

@@ -19,7 +19,7 @@ from mechdae.derivatives.figures import figure, is_figure
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import alone
-from mechdae.describe.tasks.kinds import Sweep, Task
+from mechdae.describe.tasks.kinds import Reactions, Sweep, Task
 from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError, UnknownName
 from mechdae.jobs.distribute import Failure
 from mechdae.results import FINE, Result, Status
@@ -43,6 +43,10 @@ OTHERS = ("limits", "envelope", "centrodes", "centres_at_infinity", "undercut", 
 """Further entries that not every sweep has."""
 ARCS = ("jammed", "ambiguous")
 """Statuses that a cycle may have between its poses, too."""
+FORCES = ("efforts", "efforts_uncoupled")
+"""First steps of paths of forces of the drivers."""
+FORCED = (Status.OK, Status.JAMMED, Status.AMBIGUOUS)
+"""Statuses of sets of which it is said what else is wrong with them."""
 KEPT = 4
 """Problems that a process keeps."""
 MOST = 32
@@ -144,9 +148,13 @@ class Computer:
         self.batch: SeriesBatch | None = None
         self.certify, self.note = certify, ""
         task, reason = problem.tasks[name], "only series of a plain sweep are screened"
-        if isinstance(task, Sweep) and in_series(task, outputs, certify):
-            self.batch, reason = _batch(problem, task, names, outputs, certify)
-        if not certify and self.batch is None:
+        if isinstance(task, Reactions):
+            self.certify = True
+        if isinstance(task, Sweep) and in_series(task, outputs, self.certify):
+            self.batch, reason = _batch(problem, task, names, outputs, self.certify)
+        if isinstance(task, Reactions):
+            reason = "forces are not screened"
+        if not certify and (self.certify or self.batch is None):
             self.note = f"the sets are not screened but computed with certificates: {reason}"
         self.portion = self.batch.portion if self.batch is not None else MOST
 
@@ -160,6 +168,7 @@ class Computer:
             rows.together = len(sets) - len(left)
             if rows.together:
                 rows.values, rows.status = list(found.values), found.status
+                rows.faults |= found.faults
         tell = done or (lambda count: None)
         tell(len(sets) - len(left))
         single: dict[int, SetRow] = {}
@@ -198,8 +207,13 @@ def _batch(
     problem: Problem, task: Sweep, names: tuple[str, ...], outputs: tuple[str, ...], certify: bool
 ) -> tuple[SeriesBatch | None, str]:
     """Return what computes many sets at once, None where that is not possible, and why not."""
-    kind = SeriesBatch if certify else Screening
     try:
+        if isinstance(task, Reactions):
+            from mechdae.studies.batches.forces import ForcesBatch
+
+            kind: type[SeriesBatch] = ForcesBatch
+        else:
+            kind = SeriesBatch if certify else Screening
         found = kind(problem, task, names, outputs)
     except (SolveError, MechanismError) as error:  # other sets may be assembled
         return None, str(error.what)
@@ -208,8 +222,9 @@ def _batch(
 
 def in_series(task: Sweep, outputs: Sequence[str], certify: bool) -> bool:
     """Return whether all outputs may be computed for many sets of one driver's values at once."""
-    if type(task) is not Sweep:
-        return False  # forces have more to say than series
+    heads = (*SERIES, *FORCES) if isinstance(task, Reactions) else SERIES
+    if not isinstance(task, Reactions) and type(task) is not Sweep:
+        return False
     drivers = task.all_drivers
     plain = len(drivers) == 1 and drivers[0].law is None and drivers[0].range is None
     if not plain or task.mode is not None or task.derivatives > 2:
@@ -218,7 +233,7 @@ def in_series(task: Sweep, outputs: Sequence[str], certify: bool) -> bool:
 
     def known(path: str) -> bool:
         head, _, rest = path.partition("/")
-        if head in SERIES:
+        if head in heads:
             return True
         return certify and is_of_the_way(path, task) and (spans or rest.split("/")[0] not in SPANS)
 
@@ -246,7 +261,7 @@ def row_of(
     words = [str(word) for word in result.status]
     words += [word for word in ARCS if result.summary.get(f"{word}_arcs")]
     worst = next((word for word in words if word not in FINE), Status.OK)
-    fault = str(result.fault) if worst == Status.OK and result.fault is not None else ""
+    fault = str(result.fault) if worst in FORCED and result.fault is not None else ""
     row, errors = [], {}
     for path in outputs:
         if is_figure(path):

@@ -24,6 +24,8 @@ def modes_text(result: Result, width: int) -> list[str]:
         text = "  ".join(f"{name} = {value + 0.0:g}" for name, value in sketch.items())
         text = text if status == "ok" else f"{status}  {text}"
         lines.append(f"  {','.join(label):8}  {text}"[: max(width, 60) * 3])
+    if "homotopy" in summary.get("basis", ""):
+        lines.append(f"  basis: {summary['basis']}")
     for entry in summary.get("search", []):
         text = f"{entry['found']} found from {entry['starts']} starts"
         lines.append(f"  searched: {entry['group']}: {text}, each by {entry['least_hits']} or more")

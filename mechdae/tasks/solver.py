@@ -15,6 +15,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import Study, Sweep, Task
 from mechdae.describe.values import Number, names
 from mechdae.errors import InputError, UnknownName
+from mechdae.kinematics.near_poses import NearPoses, near_poses
 from mechdae.kinematics.poses import PoseArrays, Posed
 from mechdae.kinematics.shapes import Held, held_by
 from mechdae.results import Result
@@ -71,6 +72,7 @@ class Solver:
                 raise UnknownName("parameter", own, known, where="vary")
         self._held = Held(frozenset(self.vary))
         self._posed: tuple[dict[str, Number], Posed] | None = None
+        self._near: tuple[tuple[str, ...], NearPoses | None] | None = None
 
     def __reduce__(self) -> Any:
         return Solver, (self.problem, self.name, self.vary)
@@ -120,12 +122,33 @@ class Solver:
         task, numbers = self.task, _merged(values, {})
         if not isinstance(task, Sweep):
             raise InputError(f"a task of kind '{task.kind}' has no poses of a driver", where="task")
-        last = self._posed
+        last, places = self._posed, np.atleast_1d(np.asarray(u, float))
         if last is None or last[0] != numbers:
+            found = self._near_pose(task, numbers, places) if last is not None else None
+            if found is not None:
+                return found
             with held_by(self._held):
                 last = (numbers, Posed(self.problem.with_values(numbers), task))
             self._posed = last
-        return last[1].at(np.atleast_1d(np.asarray(u, float)))
+        return last[1].at(places)
+
+    def _near_pose(self, task: Sweep, numbers: dict[str, Number], places: Any) -> PoseArrays | None:
+        """Return a single pose without a path, None where it is not proved so or is not asked."""
+        if places.shape != (1,):
+            return None
+        names, near = tuple(numbers), self._near
+        if near is None or near[0] != names:
+            with held_by(self._held):
+                near = self._near = (names, self._nearby(task, names))
+        if near[1] is None:
+            return None
+        pose = near[1].at(numbers, float(places[0]))
+        return None if pose is None else near[1].arrays(pose, places)
+
+    def _nearby(self, task: Sweep, names: tuple[str, ...]) -> NearPoses | None:
+        known = {**dict(self.problem.mechanism.numbers()), **self.problem.mechanism.parameters}
+        plain = all(name in known and name not in self.problem.sizes for name in names)
+        return near_poses(self.problem, task, names) if plain else None
 
     def many(
         self,

@@ -297,8 +297,8 @@ def test_a_platform_whose_turns_are_forgotten_is_seen(monkeypatch, seed):
         self.endless = [False] * len(self.endless)
         return right(self, *given)
 
-    right = Assembler._of_truss
-    monkeypatch.setattr(Assembler, "_of_truss", forgotten)
+    right = Assembler._of_whole
+    monkeypatch.setattr(Assembler, "_of_whole", forgotten)
     assert "a pose is missing" in geared_counts.counted(seed)[2][0]
 
 

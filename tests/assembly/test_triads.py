@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from mechdae.assembly import assembler
 from mechdae.assembly.platform import Leg, closures, real_roots
 from mechdae.cli import main
 from mechdae.tables import table
@@ -621,29 +622,40 @@ def star() -> md.Mechanism:
     return md.Mechanism(ground=ground, bodies=bodies, joints=joints)
 
 
-def test_a_search_finds_all_fourteen_poses_of_a_star() -> None:
+@pytest.mark.parametrize("searched", [False, True])
+def test_all_fourteen_poses_of_a_star(monkeypatch, searched: bool) -> None:
+    if searched:
+        monkeypatch.setattr(assembler, "WAYS", ())
     result = modes(star(), "crank.angle", 0.0)
     summary = result.summary
-    assert not summary["proven"]
+    assert summary["proven"] != searched
     assert summary["count"] == 14
-    (entry,) = summary["search"]
-    assert entry["group"] == "VI 6 links(2,3,4,5,6,7)"
-    assert entry["found"] == 14
-    assert entry["starts"] <= 2048
-    assert entry["least_hits"] >= 4
-    assert "searched: VI 6 links(2,3,4,5,6,7): 14 found from" in table(result)
+    if searched:
+        (entry,) = summary["search"]
+        assert entry["group"] == "VI 6 links(2,3,4,5,6,7)"
+        assert entry["found"] == 14
+        assert entry["starts"] <= 2048
+        assert entry["least_hits"] >= 4
+        assert "searched: VI 6 links(2,3,4,5,6,7): 14 found from" in table(result)
+    else:
+        assert "search" not in summary
+        assert "14 complex poses are certified, as many as there can be" in summary["basis"]
+        assert "basis: VI 6 links(2,3,4,5,6,7): homotopy: 14" in table(result)
     wanted = np.exp(1j * np.array(STAR.split(), float).reshape(-1, 3))
     ours = np.exp(1j * np.stack([result.bodies[f"link{k}"].angle for k in (1, 2, 3)], axis=1))
     for row in wanted:
         assert np.abs(ours - row).max(axis=1).min() < 1e-12
 
 
-def test_a_search_without_a_pose_says_how_many_starts_it_made() -> None:
+@pytest.mark.parametrize("searched", [False, True])
+def test_a_star_without_a_pose(monkeypatch, searched: bool) -> None:
+    if searched:
+        monkeypatch.setattr(assembler, "WAYS", ())
     mechanism = star()
     bodies = {**mechanism.bodies, "bar1": md.Body("bar1", {"q": (0, 0), "p": (40.0, 0)})}
     result = modes(replace(mechanism, bodies=bodies), "crank.angle", 0.0)
-    assert (result.summary["count"], result.summary["proven"]) == (0, False)
-    assert "no pose was found by Newton's method from" in result.fault
+    assert (result.summary["count"], result.summary["proven"]) == (0, not searched)
+    assert ("no pose was found by Newton's method from" in result.fault) == searched
     # a bar of 40 m between links of 2 m
     found = re.search(r"joint ([pq]1) stays open by ([0-9.]+) m", result.fault)
     assert found is not None

@@ -32,7 +32,7 @@ ROOMS = {
     "draw": "composition describe errors formulas results",
     "jobs": "errors",
     "setup": "describe errors kernels model results types",
-    "assembly": "describe errors kernels model modules numerics results setup",
+    "assembly": "describe errors homotopy kernels model modules numerics results setup",
     "continuation": "assembly errors kernels numerics setup",
     "measures": "continuation describe errors model numerics setup",
     "kinematics": "assembly continuation describe errors kernels measures model results setup "

@@ -13,6 +13,7 @@ import pytest
 
 import mechdae as md
 from mechdae.errors import InputError
+from mechdae.kinematics.poses import Posed
 from mechdae.kinematics.prepared import SHAPES
 from mechdae.kinematics.shapes import Held, Shapes, held_by
 
@@ -120,6 +121,55 @@ def test_poses_are_those_of_the_sweep() -> None:
         for path in ("points/coupler.P/position", "bodies/rocker/angular_velocity"):
             expected = np.array(whole.value(path))[rows]
             assert np.abs(poses[path] - expected).max() <= 1e-12 * np.abs(expected).max()
+
+
+NEAR = {
+    "four-bar-crank-rocker": ({"b": 0.119, "d": 0.101}, 1.1),
+    "jansen-leg": ({"a": 0.0381, "l": 0.0079}, -1.5),
+    "slider-crank": ({"r": 0.101}, 2.5),
+}
+"""Numbers of predefined mechanisms near their own, and a value of the driver."""
+
+
+@pytest.mark.parametrize("name", NEAR)
+def test_single_poses_need_no_path(name: str) -> None:
+    """With other numbers: as on a path of their own, values and bounds, and none is followed."""
+    problem = md.load(name)
+    solver, own = md.Solver(problem, "turn"), problem.mechanism.values()
+    solver.poses({}, 0.1)
+    path = solver._posed
+    assert path is not None
+    given, far = NEAR[name]
+    for share, u in ((1.0, far), (0.5, path[1]._begin), (0.5, far - 1)):
+        numbers = {n: own[n] + share * (v - own[n]) for n, v in given.items()}
+        pose = solver.poses(numbers, u)
+        assert solver._posed is path
+        changed = problem.with_values(numbers)
+        beside = Posed(changed, problem.tasks["turn"]).at(np.array([u]))
+        assert pose.ok.all()
+        assert beside.ok.all()
+        assert pose.condition == pytest.approx(beside.condition, rel=1e-9)
+        assert np.all(pose.error <= 2 * beside.error)
+        for value, other in zip(pose._y, beside._y, strict=True):
+            assert np.abs(value - other).max() <= 1e-14 * np.abs(other).max()
+
+
+@pytest.mark.parametrize("u", [0.7, 3.0])
+@pytest.mark.parametrize("numbers", [{"a": 0.081}, {"a": 0.4}, {"a": -0.08}, {"phi": 0.71}])
+def test_single_poses_that_are_not_near(numbers: dict[str, float], u: float) -> None:
+    """Beyond a limit position, without a mode, with another sketch: as a solver that is new."""
+    problem = md.load("four-bar-double-rocker")
+    solver = md.Solver(problem, "window")
+    solver.poses({}, 0.7)
+
+    def outcome(own: md.Solver) -> object:
+        try:
+            pose = own.poses(numbers, u)
+        except md.MechdaeError as error:
+            return str(error)
+        return pose.ok.tolist(), pose["points/coupler.P/position"].round(12).tolist()
+
+    assert repr(outcome(solver)) == repr(outcome(md.Solver(problem, "window")))
 
 
 def test_many_is_a_study() -> None:

@@ -25,6 +25,7 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.block_shape import BlockShape, Equations
+from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.call import Call
 from mechdae.model.kept import Kept
 from mechdae.model.reduction import Block, Scene
@@ -42,6 +43,8 @@ class BlockGraph:
         Own unknowns, those of earlier blocks, own parameters and equations, in the scene's symbols.
     turning : list of int
         Those of the own unknowns that are angles.
+    reaches : RowReaches
+        Bounds of equations in space.
     q, noise : SX
         The numbers of the block's shape as expressions over p, and their rounding.
     """
@@ -60,12 +63,22 @@ class BlockGraph:
         self._angles = self.turning + [i for i in self.uses if scene.unknowns[i].kind is ANGLE]
         self.function = ca.Function("F", [self.x, self.z, self._u, self.p], [ca.densify(self.F)])
         """The residual (x_b, z, u, p) -> F; p are the block's own parameters."""
+        self.reaches = self._reaches(scene)
         self.shape = self._shape(scene)
+
+    def _reaches(self, scene: Scene) -> RowReaches | None:
+        """Return what bounds the equations of a block in space, None where terms do."""
+        if not any(reach is not None for reach in self.block.reaches):
+            return None
+        found = RowReaches(scene, self.F, self.block.reaches, [self.x, self.z, self._u])
+        return found if found.any else None
 
     def _shape(self, scene: Scene) -> BlockShape:
         kinds = tuple(scene.unknowns[i].kind for i in (*self.own, *self.uses))
         angles = [i for i, kind in enumerate(kinds) if kind is ANGLE]
-        if self.redundant or scene.model.contacts:  # bounds of curves are in the scene's symbols
+        if (
+            self.redundant or scene.model.contacts or self.reaches
+        ):  # bounds of curves are in the scene's symbols
             self.q, self.noise = self.p, SX.zeros(self.p.numel())
             return BlockShape(self.x, self.z, self._u, self.p, self.F, angles)
         found = Equations(self.function, self.p)

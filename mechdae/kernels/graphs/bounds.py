@@ -15,6 +15,7 @@ from mechdae.kernels.bounds.intervals import enclosure
 from mechdae.kernels.bounds.majorant import NoMajorant, majorant
 from mechdae.kernels.graphs.blocks import BlockGraph, column, norm, placed
 from mechdae.kernels.graphs.pose import PoseGraphs
+from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.stored.functions import stored_property
 from mechdae.model.kept import kept_property
@@ -68,9 +69,15 @@ class BoundGraphs(PoseGraphs):
         """
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         ranges = self._ranges(sizes)
-        kappas, rhos, mus = [], [], []
+        kappas: list[Any] = []
+        rhos: list[Any] = []
+        mus: list[Any] = []
         for b, graph in enumerate(self.blocks):
             size, box = self._own(graph, sizes, ranges)
+            if graph.reaches is not None:
+                for found, part in zip((kappas, rhos, mus), self._reached(b, size), strict=True):
+                    found.append(part)
+                continue
             make = partial(self._constants, b, box)
             kappa, rho, mu = self._once("constants", b, make, [*size, graph.noise])
             kappas.append(kappa)
@@ -96,6 +103,29 @@ class BoundGraphs(PoseGraphs):
         rho, mu = ROUNDOFF * norm(rounding / r), norm(ca.diag(1 / r) @ square @ ca.diag(w))
         return [self._lipschitz(b, size, box), rho, mu]
 
+    def _reached(self, b: int, size: list[Any]) -> list[Any]:
+        """Return the same of a block in space, from reaches; rounding as its terms say if less."""
+        graph, (w, r) = self.blocks[b], self.weights(b)
+        assert graph.reaches is not None
+        bends, own = graph.reaches.bounds(size, whole=True), range(graph.size)
+        square = bends.first[:, own]
+        rounding = ca.fmin(
+            bends.rounding, self._bound(graph.F, graph.shape.moving, size, [], {})[1]
+        )
+        if graph.redundant:
+            rounding += square @ size[0] + bends.data
+        kappa = column(
+            [norm(self.curved(graph, bend, w) / r[i]) for i, bend in enumerate(bends.second)]
+        )
+        mu = norm(ca.diag(1 / r) @ square @ ca.diag(w))
+        return [norm(kappa), ROUNDOFF * norm(rounding / r), mu]
+
+    @staticmethod
+    def curved(graph: BlockGraph, bend: Any, w: Any) -> Any:
+        """Return the second derivatives of an equation by a block's own unknowns, weighted."""
+        own = range(graph.size)
+        return ca.diag(w) @ bend[own, own] @ ca.diag(w)
+
     def _own(self, graph: BlockGraph, sizes: list[Any], ranges: list[Any]) -> Any:
         """Return sizes and ranges of what a block's equations hold: x, z, u."""
         (low, high), own, used = ranges[0], graph.own, graph.used
@@ -119,6 +149,8 @@ class BoundGraphs(PoseGraphs):
         """
         graph, sizes = self.blocks[b], [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         size, box = self._own(graph, sizes, self._ranges(sizes))
+        if graph.reaches is not None:
+            return ca.Function("bends", [*sizes, self.p], self._bends(graph, size))
         moving = [graph.x, graph.z, self.scene.u]
         results = []
         for value, symbols in ((graph.J, graph.x), (graph.J, graph.z), (graph.F, graph.z)):
@@ -127,6 +159,16 @@ class BoundGraphs(PoseGraphs):
             shaped = ca.reshape(bound, entries.numel(), symbols.numel())
             results.append(ca.densify(ca.vec(shaped)))
         return ca.Function("bends", [*sizes, self.p], results)
+
+    def _bends(self, graph: BlockGraph, size: list[Any]) -> list[Any]:
+        """Return what `bends` does of a block in space."""
+        assert graph.reaches is not None
+        found = graph.reaches.bounds(size, whole=True)
+        own, used = range(graph.size), range(graph.size, graph.size + len(graph.uses))
+        columns = [ca.horzcat(*[bend[j, :].T for bend in found.second]).T for j in own]
+        whole = ca.vertcat(*columns)  # entries of J column by column, by all that moves
+        parts = (whole[:, own], whole[:, used], found.first[:, used])
+        return [ca.densify(ca.vec(part)) for part in parts]
 
     def _data(self, F: Any, p: Any, moving: list[Any], sizes: list[Any], ranges: list[Any]) -> Any:
         """Return how much F changes when each parameter of `p` changes by its own size."""
@@ -158,11 +200,16 @@ class BoundGraphs(PoseGraphs):
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         rows = ca.vertcat(*[check.residual for check in self.scene.checks])
+        inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
+        known = RowReaches(self.scene, rows, [c.reach for c in self.scene.checks], moving)
+        if known.any:
+            found = known.bounds(sizes, whole=True)
+            results = [found.first[:, : self.nx], ROUNDOFF * (found.rounding + found.data)]
+            return ca.Function("check_bounds", inputs, [ca.densify(part) for part in results])
         slope, _ = self._bound(ca.jacobian(rows, self.scene.x), moving, sizes, ranges)
         _, rounding = self._bound(rows, moving, sizes, ranges, noise={})
         rounding += self._data(rows, self.p, moving, sizes, ranges)
         shaped = ca.reshape(slope, rows.numel(), self.nx)
-        inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
         return ca.Function("check_bounds", inputs, [ca.densify(shaped), ROUNDOFF * rounding])
 
     @kept_property
@@ -186,8 +233,15 @@ class BoundGraphs(PoseGraphs):
         sizes = [SX.sym("size_x", self.nx), SX.sym("size_u", self.nu)]
         moving, ranges = [self.scene.x, self.scene.u], self._ranges(sizes)
         jacobian = ca.jacobian(self.outputs, self.scene.x)
-        slope, _ = self._bound(column(jacobian.nonzeros()), moving, sizes, ranges)
-        _, rounding = self._bound(self.outputs, moving, sizes, ranges, noise={})
-        shaped = SX(jacobian.sparsity(), slope)
         inputs = [*sizes, self.p, self.floors.symbols, self.low, self.high]
+        _, rounding = self._bound(self.outputs, moving, sizes, ranges, noise={})
+        known = RowReaches(self.scene, self.outputs, self.scene.reaches_of(self.outputs), moving)
+        if known.any:
+            found = known.bounds(sizes, whole=True)
+            shaped = ca.project(found.first[:, : self.nx], jacobian.sparsity())
+            return ca.Function(
+                "output_bounds", inputs, [shaped, ROUNDOFF * ca.fmin(rounding, found.rounding)]
+            )
+        slope, _ = self._bound(column(jacobian.nonzeros()), moving, sizes, ranges)
+        shaped = SX(jacobian.sparsity(), slope)
         return ca.Function("output_bounds", inputs, [shaped, ROUNDOFF * rounding])

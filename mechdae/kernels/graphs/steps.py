@@ -14,6 +14,7 @@ from mechdae.kernels.bounds.intervals import lower_bounds
 from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.graphs.blocks import column, norm, placed
 from mechdae.kernels.graphs.bounds import BoundGraphs
+from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.kernels.stored.functions import stored_property
 from mechdae.model.kept import kept_property
@@ -132,6 +133,8 @@ class Graphs(BoundGraphs):
         around = (x, v, away, u, du, across)
         sizes = [ca.fabs(i) + ds * ca.fabs(di) + d for i, di, d in zip(x, v, away, strict=True)]
         limits = [*sizes, ca.fabs(u) + across, *map(ca.fabs, v), ca.fabs(du)]
+        if graph.reaches is not None:
+            return self._reached_tube(b, x, v, away[1], u, limits, drift, (beta, ds, kappa, rho))
         ranges = self._step_ranges(b, *around, ds) if self.contacts else []
         turned = ca.jtimes(ca.vec(shape.J), shape.every, shape.rates)
         tau, _ = self._bound(shape.second, moving, limits, ranges)
@@ -162,6 +165,37 @@ class Graphs(BoundGraphs):
         radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
         test = ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT)
         return [test if everywhere else ca.fmax(test, radius / near), radius]
+
+    def _reached_tube(
+        self,
+        b: int,
+        x: Pair,
+        v: Pair,
+        away: Any,
+        u: Any,
+        limits: list[Any],
+        drift: list[Any],
+        numbers: tuple[Any, ...],
+    ) -> list[Any]:
+        """Return the same for a block in space, from reaches: `away` of earlier unknowns."""
+        (beta, ds, kappa, rho), graph = numbers, self.blocks[b]
+        assert graph.reaches is not None
+        (w, r), found = self.weights(b), graph.reaches.bounds(limits[:3], whole=False)
+        rates = ca.vertcat(*limits[3:])
+        off = ca.vertcat(SX(graph.size, 1), away, drift[0] if drift else SX(self.nu, 1))
+        bent = [bend @ rates for bend in found.second]
+        tau = ca.vertcat(*[ca.dot(rates, own) for own in bent])
+        residual = ds * ds * tau / 2 + ca.fabs(graph.shape.at(*x, u)[0]) + found.first @ off
+        own = range(graph.size)
+        rows = [
+            ds * one[own] + (bend @ off)[own] for one, bend in zip(bent, found.second, strict=True)
+        ]
+        delta = beta * norm(ca.diag(1 / r) @ ca.horzcat(*rows).T @ ca.diag(w))
+        grown = beta / ca.fmax(1 - delta, 1e-9)
+        eta = grown * (norm(residual / r) + rho)
+        h = grown * kappa * eta
+        radius = 2 * eta / (1 + ca.sqrt(ca.fmax(1 - 2 * h, 0)))
+        return [ca.fmax(delta / 0.9, h / PATH_STEP_LIMIT), radius]
 
     def _sizes(self, unknowns: list[int]) -> Any:
         return column([self.scene.unknowns[i].size_symbol(self.scale) for i in unknowns])
@@ -199,6 +233,8 @@ class Graphs(BoundGraphs):
         units of the unknowns and s (`columns`) and of the equations (`rows`).
         """
         blocks = self.ancestors(b)
+        if any(self.blocks[k].reaches is not None for k in blocks):
+            return self._reached_turn(blocks)
         chain = [i for k in blocks for i in self.blocks[k].own]
         names = ("v", "du", "size_x", "size_u", "d")
         v, du, size_x, size_u, d = (
@@ -227,6 +263,34 @@ class Graphs(BoundGraphs):
         kappa = norm(square * unit)
         inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
         results = [ca.densify(part) for part in (norm(residual / r), norm(change * share), kappa)]
+        return ca.Function("turn", inputs, results)
+
+    def _reached_turn(self, blocks: list[int]) -> Any:
+        """Return the same as `turn` of blocks in space, from reaches."""
+        chain = [i for k in blocks for i in self.blocks[k].own]
+        names = ("v", "du", "size_x", "size_u", "d")
+        v, du, size_x, size_u, d = (
+            SX.sym(name, self.nu if name in ("du", "size_u", "d") else self.nx) for name in names
+        )
+        ds, x, u = SX.sym("ds"), self.scene.x, self.scene.u
+        F = ca.vertcat(*[self.blocks[k].F for k in blocks])
+        reaches = [reach for k in blocks for reach in self.blocks[k].block.reaches]
+        w, r = SX.sym("columns", len(chain) + 1), SX.sym("rows", F.numel())
+        known, rates = RowReaches(self.scene, F, reaches, [x, u]), ca.fabs(ca.vertcat(v, du))
+        near = [ca.fabs(self.x) + ds * ca.fabs(v), ca.fabs(self.u) + ds * ca.fabs(du)]
+        here, wide = known.bounds(near, whole=False), known.bounds([size_x, size_u], whole=True)
+        select = SX(self.nx + self.nu, len(chain) + 1)
+        for k, i in enumerate(chain):
+            select[i, k] = w[k]
+        select[self.nx :, len(chain)] = ca.fabs(d) * w[len(chain)]
+        bent = [bend @ rates for bend in here.second]
+        along = ca.vertcat(*[ca.dot(rates, own) for own in bent])
+        value = ca.substitute(ca.substitute(F, x, self.x), u, self.u)
+        residual = ca.fabs(value) + ds * ds * along / 2
+        change = ca.vertcat(*[ds * (own.T @ select) / r[i] for i, own in enumerate(bent)])
+        kappa = column([norm(select.T @ b2 @ select) / r[i] for i, b2 in enumerate(wide.second)])
+        inputs = [self.x, v, self.u, du, size_x, size_u, d, ds, self.p, w, r]
+        results = [ca.densify(part) for part in (norm(residual / r), norm(change), norm(kappa))]
         return ca.Function("turn", inputs, results)
 
     def along(self, b: int) -> Any:

@@ -31,28 +31,32 @@ class Sequence:
     def _rows(self) -> list[int]:
         return [self.advance.size1_out(i) for i in range(self.advance.n_out())]
 
-    def __call__(self, state: Any, s: Any, ds: Any, consts: Any) -> list[Any]:
-        """Return states, tests, determinants and misses after each step, (count, .).
+    def __call__(
+        self, state: Any, s: Any, ds: Any, consts: Any, count: int | None = None
+    ) -> list[Any]:
+        """Return states, tests, determinants and misses after each step, (n, .).
 
-        `s`, `ds` and `consts` are the same for all steps or have one row for each.
+        `s`, `ds` and `consts` are the same for all steps or have one row for each. There are as
+        many steps as `count` says, by default all.
         """
+        count = count or self.count
         if self._program is None:
-            return self._interpreted(state, s, ds, consts)
-        steps = np.empty((self.count, 2))
+            return [part[:count] for part in self._interpreted(state, s, ds, consts, count)]
+        steps = np.empty((count, 2))
         steps[:, 0], steps[:, 1] = s, ds
-        results = [np.empty((self.count, rows)) for rows in self._rows]
+        results = [np.empty((count, rows)) for rows in self._rows]
         given = [np.ascontiguousarray(value, float) for value in (state, steps, consts)]
-        self._program.chain(self.count, *given, *results)
+        self._program.chain(count, *given, *results)
         return results
 
-    def _interpreted(self, state: Any, s: Any, ds: Any, consts: Any) -> list[Any]:
+    def _interpreted(self, state: Any, s: Any, ds: Any, consts: Any, count: int) -> list[Any]:
         """Return the same by casadi's virtual machine; each thread has buffers of its own."""
         try:
             buffers = self._threads.buffers
         except AttributeError:
             buffers = self._threads.buffers = _Buffers(self.function, self.count)
         buffers.state[:] = state
-        buffers.steps[:, 0], buffers.steps[:, 1] = s, ds
+        buffers.steps[:count, 0], buffers.steps[:, 1] = s, ds
         buffers.consts[:] = consts
         buffers.trigger()
         return [result.copy() for result in buffers.results]

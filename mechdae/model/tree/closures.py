@@ -9,11 +9,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import casadi as ca
 
-Rows = list[tuple[str, Any, str]]
+from mechdae.model.tree.ways import Freedom, Product, Way, WayProducts, X, Z, back, joined
+
+SX = ca.SX
+
+UNIT = tuple(SX([float(i == k) for i in range(3)]) for k in range(3))
+
+
+class Closed(NamedTuple):
+    """One equation of a joint: part, expression, unit, and what bounds are made of."""
+
+    part: str
+    expression: Any
+    unit: str
+    reach: WayProducts | None = None
+
+
+Rows = list[Closed]
 
 
 @dataclass(frozen=True)
@@ -21,7 +38,8 @@ class CutJoint:
     """A joint between two placed bodies.
 
     ``gap`` (3,), ``A1`` and ``A2`` (3, 3), its ``own`` coordinates by name (angles that are asked
-    for), ``length`` of a distance and ``lead`` of a screw.
+    for), ``length`` of a distance and ``lead`` of a screw. ``ways`` lead from one frame to both
+    sides. ``hung`` are the parts of the gap that a quaternion turns, with their senses and lengths.
     """
 
     gap: Any
@@ -30,6 +48,8 @@ class CutJoint:
     own: Mapping[str, Any] = field(default_factory=dict)
     length: Any = None
     lead: Any = None
+    ways: tuple[Way, Way] | None = None
+    hung: tuple[tuple[float, Any, Any], ...] = ()
 
     def n(self, side: int) -> Any:
         return (self.A1, self.A2)[side - 1][:, 0]
@@ -40,51 +60,91 @@ class CutJoint:
     def a(self, side: int) -> Any:
         return (self.A1, self.A2)[side - 1][:, 2]
 
+    @cached_property
+    def way(self) -> Way | None:
+        """The way from the first side to the second."""
+        return None if self.ways is None else joined(back(self.ways[0]), self.ways[1])
+
+    def reach(self, start: int, tip: int | None = None, rest: Any = 0) -> WayProducts | None:
+        """Return that of a column of the first side and one of the second, None: the point."""
+        if self.way is None:
+            return None
+        end = None if tip is None else UNIT[tip]
+        return WayProducts((Product(self.way, UNIT[start], end),), SX(rest))
+
+    @cached_property
+    def half_square(self) -> Any:
+        """Half the square of the gap; quaternions turn their parts of it, whatever their norm."""
+        rest = self.gap - sum((sense * part for sense, part, _ in self.hung), SX(3, 1))
+        total = ca.sumsqr(rest) / 2
+        for k, (sense, part, length) in enumerate(self.hung):
+            total += ca.sumsqr(length) / 2 + sense * ca.dot(rest, part)
+            total += sum(sense * other * ca.dot(part, own) for other, own, _ in self.hung[:k])
+        return total
+
+    def square_reach(self, factor: Any, rest: Any) -> WayProducts | None:
+        """Return that of half the square of the gap: no quaternion lies inside of the way."""
+        if self.way is None:
+            return None
+        free = [part.word for part in self.way if isinstance(part, Freedom)]
+        if "ball" in free[1:-1] or free.count("ball") != len(self.hung):
+            return None
+        return WayProducts((Product(self.way, None, None, factor),), SX(rest))
+
 
 def together(cut: CutJoint) -> Rows:
     """P2 - P1 = 0."""
-    return [(axis, cut.gap[i], "m") for i, axis in enumerate("xyz")]
+    reaches: list[WayProducts | None] = [None] * 3
+    if cut.ways is not None:
+        one, other = map(joined, cut.ways)
+        reaches = [WayProducts((Product(other, e), Product(one, e, None, -1.0))) for e in UNIT]
+    return [Closed(axis, cut.gap[i], "m", reaches[i]) for i, axis in enumerate("xyz")]
 
 
 def on_axis(cut: CutJoint) -> Rows:
     """The second point on the axis of the first."""
     return [
-        ("n", ca.dot(cut.n(1), cut.gap), "m"),
-        ("m", ca.dot(cut.m(1), cut.gap), "m"),
+        Closed("n", ca.dot(cut.n(1), cut.gap), "m", cut.reach(0)),
+        Closed("m", ca.dot(cut.m(1), cut.gap), "m", cut.reach(1)),
     ]
 
 
 def in_plane(cut: CutJoint) -> Rows:
     """The second point in the plane across the axis of the first."""
-    return [("a", ca.dot(cut.a(1), cut.gap), "m")]
+    return [Closed("a", ca.dot(cut.a(1), cut.gap), "m", cut.reach(2))]
 
 
 def parallel(cut: CutJoint) -> Rows:
     """n1 . a2 = m1 . a2 = 0."""
     return [
-        ("tilt_n", ca.dot(cut.n(1), cut.a(2)), "rad"),
-        ("tilt_m", ca.dot(cut.m(1), cut.a(2)), "rad"),
+        Closed("tilt_n", ca.dot(cut.n(1), cut.a(2)), "rad", cut.reach(0, 2)),
+        Closed("tilt_m", ca.dot(cut.m(1), cut.a(2)), "rad", cut.reach(1, 2)),
     ]
 
 
 def unturned(cut: CutJoint) -> Rows:
     """n1 . m2 = 0."""
-    return [("turn", ca.dot(cut.n(1), cut.m(2)), "rad")]
+    return [Closed("turn", ca.dot(cut.n(1), cut.m(2)), "rad", cut.reach(0, 1))]
 
 
 def crossing(cut: CutJoint) -> Rows:
     """The pins of a universal joint are normal to each other: a1 . n2 = 0."""
-    return [("cross", ca.dot(cut.a(1), cut.n(2)), "rad")]
+    return [Closed("cross", ca.dot(cut.a(1), cut.n(2)), "rad", cut.reach(2, 0))]
 
 
 def pitched(cut: CutJoint) -> Rows:
     """a1 . g = lead angle."""
-    return [("pitch", ca.dot(cut.a(1), cut.gap) - cut.lead * cut.own["angle"], "m")]
+    shift = cut.lead * cut.own["angle"]
+    reach = cut.reach(2, None, -shift)
+    return [Closed("pitch", ca.dot(cut.a(1), cut.gap) - shift, "m", reach)]
 
 
-def apart(cut: CutJoint) -> Rows:
+def at_distance(cut: CutJoint) -> Rows:
     """|g|^2 - length^2 = 0, divided by 2 length: a length again."""
-    return [("l", (ca.sumsqr(cut.gap) / cut.length - cut.length) / 2, "m")]
+    reach = cut.square_reach(1 / cut.length, -cut.length / 2)
+    if not cut.hung:
+        return [Closed("l", (ca.sumsqr(cut.gap) / cut.length - cut.length) / 2, "m", reach)]
+    return [Closed("l", cut.half_square / cut.length - cut.length / 2, "m", reach)]
 
 
 ROWS: dict[str, tuple[Callable[[CutJoint], Rows], ...]] = {
@@ -96,7 +156,7 @@ ROWS: dict[str, tuple[Callable[[CutJoint], Rows], ...]] = {
     "spherical": (together,),
     "planar": (in_plane, parallel),
     "weld": (together, parallel, unturned),
-    "distance": (apart,),
+    "distance": (at_distance,),
 }
 
 
@@ -115,10 +175,17 @@ def angles_of(cut: CutJoint, crossed: bool) -> list[tuple[str, Any, Any]]:
     ]
 
 
-def turned(angle: Any, sine: Any, cosine: Any) -> tuple[Any, Any]:
+def turned(cut: CutJoint, word: str, sine: Any, cosine: Any) -> tuple[Closed, Any]:
     """Return the equation of an angle with that sine and cosine, and what must be positive."""
+    angle = cut.own[word]
     s, c = ca.sin(angle), ca.cos(angle)
-    return cosine * s - sine * c, cosine * c + sine * s
+    reach = None
+    if cut.way is not None:
+        first = word == "angle"
+        own = Freedom("turn", (angle,), Z if first else X)
+        way = (own, *cut.way) if first else (*cut.way, own)
+        reach = WayProducts((Product(way, UNIT[1 if first else 2], UNIT[0 if first else 1]),))
+    return Closed(word, cosine * s - sine * c, "rad", reach), cosine * c + sine * s
 
 
 def senses(parts: tuple[Any, ...], cut: CutJoint) -> list[Any]:

@@ -63,7 +63,7 @@ class Skeleton(Model):
                 kept = structure_rows(joint, gap)
                 self.rows += [Row(name, *row) for row in kept]
                 continue
-            self.rows += [Row(name, *row) for row in rows_of(joint.kind, self._cut(name))]
+            self.rows += [Row(name, *row[:3]) for row in rows_of(joint.kind, self._cut(name))]
 
     def _cut(self, name: str) -> CutJoint:
         joint = self.mechanism.joints[name]

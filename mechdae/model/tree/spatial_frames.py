@@ -13,16 +13,22 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.model.tree.ways import RigidPart, Way, X, back, freedoms
+
 SX = ca.SX
 
 
 @dataclass(frozen=True)
 class TreeFrame:
-    """Placement of one body: ``r`` (3,) its anchor, ``basis`` (3, 3) and the constant ``turn``."""
+    """Placement of one body: ``r`` (3,) its anchor, ``basis`` (3, 3) and the constant ``turn``.
+
+    ``way`` leads from the ground to the basis; None: it is not known.
+    """
 
     r: Any
     basis: Any
     turn: Any
+    way: Way | None = None
 
     @cached_property
     def R(self) -> Any:
@@ -40,6 +46,13 @@ class TreeFrame:
     def side(self, C: Any) -> Any:
         """Return a body-fixed rotation in the fixed frame."""
         return self.basis @ ca.sparsify(self.turn.T @ C)
+
+    def to(self, s: Any, C: Any) -> Way | None:
+        """Return the way from the ground to a point of the body, and to a frame C there."""
+        if self.way is None:
+            return None
+        link = RigidPart(ca.sparsify(self.turn.T @ s), ca.sparsify(self.turn.T @ C))
+        return (*self.way, link)
 
 
 def about_z(angle: Any) -> Any:
@@ -67,39 +80,69 @@ def by_quaternion(e: Any) -> Any:
 QUATERNION = ("e0", "e1", "e2", "e3")
 
 
-def moved(at: Mapping[str, Any], crossed: bool = False, lead: Any = None) -> tuple[Any, Any]:
-    """Return rotation Q (3, 3) and shift t (3,) of a joint in its first frame.
+@dataclass(frozen=True)
+class Play:
+    """What a joint does: its coordinates by name, crossed pins, the lead of a screw a radian."""
 
-    Parameters
-    ----------
-    at
-        The joint's coordinates by their names.
-    crossed
-        The second angle turns about the second pin.
-    lead
-        Slide a radian of a screw.
-    """
-    zero = SX(3, 1)
-    if "e0" in at:
-        return by_quaternion(ca.vertcat(*[at[name] for name in QUATERNION])), zero
-    Q = about_z(at["angle"]) if "angle" in at else SX.eye(3)
-    if crossed:
-        Q = Q @ about_x(at["angle2"])
-    if lead is not None:
-        return ca.sparsify(Q), ca.vertcat(0, 0, lead * at["angle"])
-    shift = [at.get(name, SX(0)) for name in ("x", "y", "slide")]
-    return ca.sparsify(Q), ca.sparsify(ca.vertcat(*shift))
+    at: Mapping[str, Any]
+    crossed: bool = False
+    lead: Any = None
+
+    @cached_property
+    def moved(self) -> tuple[Any, Any]:
+        """Rotation Q (3, 3) and shift t (3,) in the joint's first frame."""
+        at, zero = self.at, SX(3, 1)
+        if "e0" in at:
+            return by_quaternion(ca.vertcat(*[at[name] for name in QUATERNION])), zero
+        Q = about_z(at["angle"]) if "angle" in at else SX.eye(3)
+        if self.crossed:
+            Q = Q @ about_x(at["angle2"])
+        if self.lead is not None:
+            return ca.sparsify(Q), ca.vertcat(0, 0, self.lead * at["angle"])
+        shift = [at.get(name, SX(0)) for name in ("x", "y", "slide")]
+        return ca.sparsify(Q), ca.sparsify(ca.vertcat(*shift))
+
+    def way(self, side: Way | None, forward: bool) -> Way | None:
+        """Return the way to the joint's first frame, or back, led on through it."""
+        if side is None:
+            return None
+        found = freedoms(self.at, self.crossed, self.lead)
+        return (*side, *(found if forward else back(found)))
 
 
-def forward(first: TreeFrame, s1: Any, C1: Any, C2: Any, motion: tuple[Any, Any]) -> TreeFrame:
+def forward(first: TreeFrame, s1: Any, C1: Any, C2: Any, play: Play) -> TreeFrame:
     """Return the frame of the second body of a joint; its anchor is the joint's point."""
-    Q, t = motion
+    Q, t = play.moved
     A = first.side(C1)
-    return TreeFrame(first.point(s1) + A @ t, A @ Q, C2)
+    return TreeFrame(first.point(s1) + A @ t, A @ Q, C2, play.way(first.to(s1, C1), True))
 
 
-def backward(second: TreeFrame, s2: Any, C1: Any, C2: Any, motion: tuple[Any, Any]) -> TreeFrame:
+def backward(second: TreeFrame, s2: Any, C1: Any, C2: Any, play: Play) -> TreeFrame:
     """Return the frame of the first body of a joint; its anchor is the joint's point."""
-    Q, t = motion
+    Q, t = play.moved
     A = second.side(C2) @ Q.T
-    return TreeFrame(second.point(s2) - A @ t, A, C1)
+    return TreeFrame(second.point(s2) - A @ t, A, C1, play.way(second.to(s2, C2), False))
+
+
+def placed(way: Way) -> tuple[Any, Any]:
+    """Return place (3,) and rotation (3, 3) of the end of a way, seen from its start."""
+    r, A = SX(3, 1), SX.eye(3)
+    for part in way:
+        if isinstance(part, RigidPart):
+            r, A = r + A @ part.place, A @ part.turn
+            continue
+        at, sense = part.symbols[0], part.sense
+        if part.word == "ball":
+            turn = by_quaternion(ca.vertcat(*part.symbols))
+            A = A @ (turn if sense > 0 else turn.T)
+            continue
+        slide = at if part.word == "slide" else part.lead * at
+        Q = SX.eye(3)
+        if part.turns:
+            Q = about_x(at) if part.axis == X else about_z(at)
+        if sense < 0:
+            A = A @ Q.T
+        r = r + sense * A[:, part.axis] * slide if part.slides else r
+        if sense > 0:
+            A = A @ Q
+    return r, A

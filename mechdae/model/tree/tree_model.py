@@ -22,8 +22,10 @@ from mechdae.model.model import Model, Row
 from mechdae.model.space import SPACE
 from mechdae.model.tree.closures import (
     ROWS,
+    UNIT,
     CutJoint,
     angles_of,
+    at_distance,
     rows_of,
     senses,
     turned,
@@ -36,12 +38,14 @@ from mechdae.model.tree.skeleton import Skeleton
 from mechdae.model.tree.spanning import Edge, edges
 from mechdae.model.tree.spatial_frames import (
     QUATERNION,
+    Play,
     TreeFrame,
     backward,
     by_quaternion,
     forward,
-    moved,
+    placed,
 )
+from mechdae.model.tree.ways import Freedom, Product, Way, WayProducts, apart
 
 SX = ca.SX
 
@@ -137,7 +141,7 @@ class TreeModel(Model):
         return {c.name: c.symbol for c in made}
 
     def _place_bodies(self) -> None:
-        self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3))  # type: ignore[assignment]
+        self._frames[GROUND] = TreeFrame(SX(3, 1), SX.eye(3), SX.eye(3), ())  # type: ignore[assignment]
         for edge in self.edges:
             self._frames[edge.child] = self._placed_by(edge)  # type: ignore[assignment]
 
@@ -149,8 +153,8 @@ class TreeModel(Model):
             points = [side for side in sides if side.split(".")[0] == edge.child]
             self._anchors[edge.child] = points[0].split(".")[1]
             e = ca.vertcat(*[at[name] for name in QUATERNION])
-            place = ca.vertcat(*[at[name] for name in "xyz"])
-            return TreeFrame(place, by_quaternion(e), SX.eye(3))
+            place, way = ca.vertcat(*[at[name] for name in "xyz"]), Play(at).way((), True)
+            return TreeFrame(place, by_quaternion(e), SX.eye(3), way)
         joint = self.mechanism.joints[edge.joint]
         if joint.pointer:
             return self._pointed(edge)
@@ -159,15 +163,15 @@ class TreeModel(Model):
         if lead is not None:
             names = ("angle",)
         at = self._own(edge.joint, names, edge.child)
-        motion = moved(at, getattr(joint, "crossed", False), lead)
+        play = Play(at, getattr(joint, "crossed", False), lead)
         C1, C2 = (self._side(edge.joint, second) for second in (False, True))
         known: Any = self._frames[edge.parent]
         here, there = joint.first, joint.second
         if edge.forward:
             self._anchors[edge.child] = there.split(".")[1]
-            return forward(known, self.local(here), C1, C2, motion)
+            return forward(known, self.local(here), C1, C2, play)
         self._anchors[edge.child] = here.split(".")[1]
-        return backward(known, self.local(there), C1, C2, motion)
+        return backward(known, self.local(there), C1, C2, play)
 
     def _pointed(self, edge: Edge) -> TreeFrame:
         """Return the frame of the point at the other end of a vector."""
@@ -191,14 +195,48 @@ class TreeModel(Model):
         e = ca.vertcat(*[self._of[owner, name].symbol for name in QUATERNION])
         return [Row(owner, "norm", (ca.sumsqr(e) - 1) / 2, "1")]
 
+    def _ways(self, first: str, second: str, C1: Any, C2: Any) -> tuple[Way, Way] | None:
+        """Return the ways to frames C at two points from the last frame before they part."""
+        found = []
+        for point, C in ((first, C1), (second, C2)):
+            frame: Any = self.frame(point.split(".")[0])
+            found.append(frame.to(self.local(point), C))
+        one, other = found
+        return None if one is None or other is None else apart(one, other)
+
+    def _hung(self, first: str, second: str) -> tuple[tuple[float, Any, Any], ...]:
+        """Return sense, place and length of what quaternions turn between two points.
+
+        Bodies that hang on their quaternion: their place from there.
+        """
+        found = []
+        for sense, point in ((-1.0, first), (1.0, second)):
+            frame: Any = self.frame(point.split(".")[0])
+            if frame.way and isinstance(frame.way[-1], Freedom) and frame.way[-1].word == "ball":
+                local = self.local(point)
+                found.append((sense, frame.direction(local), local))
+        return tuple(found)
+
     def cut(self, name: str) -> CutJoint:
-        """Return a joint as the gap and the frames of its sides."""
+        """Return a joint as the gap and the frames of its sides.
+
+        They are seen from the last body that both sides hang on.
+        """
         joint = self.mechanism.joints[name]
-        frames: list[Any] = [self.frame(body) for body in (joint.first_body, joint.second_body)]
-        A1, A2 = (f.side(self._side(name, bool(k))) for k, f in enumerate(frames))
-        gap = self.point(joint.second) - self.point(joint.first)
+        C1, C2 = (self._side(name, second) for second in (False, True))
         own = {w: self._of[name, w].symbol for w in joint.coordinates if (name, w) in self._of}
-        return CutJoint(gap, A1, A2, own, self.numbers.get(f"{name}.length"), self._lead(name))
+        length, lead = self.numbers.get(f"{name}.length"), self._lead(name)
+        ways = self._ways(joint.first, joint.second, C1, C2)
+        hung = self._hung(joint.first, joint.second) if length is not None else ()
+        first, second = (self.frame(body) for body in joint.bodies[:2])
+        if ways is None or hung or len(ways[0]) == len(first.to(SX(3, 1), C1)):  # type: ignore[attr-defined]
+            frames: list[Any] = [first, second]
+            A1, A2 = (f.side(C) for f, C in zip(frames, (C1, C2), strict=True))
+            gap = self.point(joint.second) - self.point(joint.first)
+        else:
+            (r1, A1), (r2, A2) = map(placed, ways)
+            gap = r2 - r1
+        return CutJoint(gap, A1, A2, own, length, lead, ways, hung)
 
     def _closed(self, name: str) -> list[Row]:
         """Return the equations of a joint that is no edge; its angles become coordinates."""
@@ -211,15 +249,15 @@ class TreeModel(Model):
         if angles:
             self._own(name, angles, joint.second_body)
         cut = self.cut(name)
-        rows = [Row(name, *row) for row in rows_of(joint.kind, cut)]
+        found = rows_of(joint.kind, cut)
         self.senses += [(name, value) for value in senses(ROWS[joint.kind], cut)]
         for word, sine, cosine in (
             angles_of(cut, getattr(joint, "crossed", False)) if angles else ()
         ):
-            row, positive = turned(cut.own[word], sine, cosine)
-            rows.append(Row(name, word, row, "rad"))
+            row, positive = turned(cut, word, sine, cosine)
+            found.append(row)
             self.senses.append((name, positive))
-        return rows
+        return [Row(name, *row[:3], reach=row.reach) for row in found]
 
     def _head(self, name: str) -> list[Row]:
         """Return the equations of a vector that is no edge: it ends at its head."""
@@ -258,10 +296,12 @@ class TreeModel(Model):
         return ratio * second + phase - first
 
     def _length_row(self, link: IdleLink) -> Row:
-        first, second = (self.point(end) for end in link.ends)
-        length = self.length(link)
-        square = ca.sumsqr(second - first)
-        return Row(link.joint, "l", (square / length - length) / 2, "m")
+        first, second = link.ends
+        eye, length = SX.eye(3), self.length(link)
+        gap, ways = self.point(second) - self.point(first), self._ways(first, second, eye, eye)
+        cut = CutJoint(gap, eye, eye, {}, length, None, ways, self._hung(first, second))
+        (row,) = at_distance(cut)
+        return Row(link.joint, *row[:3], reach=row.reach)
 
     def length(self, link: IdleLink) -> Any:
         """Return the distance of the two ball joints of a link that spins freely."""
@@ -341,6 +381,41 @@ class TreeModel(Model):
             return self._lead(joint) * self._of[joint, "angle"].symbol
         cut = self.cut(joint)
         return ca.dot(cut.A1[:, "xy".find(word)], cut.gap)
+
+    def point_reaches(self, reference: str) -> list[WayProducts | None]:
+        """Return the reaches of the three coordinates of a point."""
+        body = reference.split(".")[0]
+        shares: list[tuple[str, Any]] = [(reference, 1.0)]
+        if body in self.idle:
+            link = self.idle[body]
+            share = self._share(link, reference)
+            shares = [(link.ends[0], 1 - share), (link.ends[1], share)]
+        ways = []
+        for point, _ in shares:
+            frame: Any = self.frame(point.split(".")[0])
+            ways.append(frame.to(self.local(point), SX.eye(3)))
+        if any(way is None for way in ways):
+            return [None] * 3
+        factors = [factor for _, factor in shares]
+        return [
+            WayProducts(tuple(Product(w, e, None, f) for w, f in zip(ways, factors, strict=True)))
+            for e in UNIT
+        ]
+
+    def turn_reaches(self, body: str) -> list[WayProducts | None]:
+        """Return the reaches of the rotation matrix of a body, by columns."""
+        frame: Any = self.frame(body)
+        way = frame.to(SX(3, 1), SX.eye(3))
+        if way is None:
+            return [None] * 9
+        return [WayProducts((Product(way, row, column),)) for column in UNIT for row in UNIT]
+
+    def relative_reach(self, joint: str, word: str) -> WayProducts | None:
+        """Return the reach of a coordinate of a joint that is no coordinate of the tree."""
+        screw = (joint, "angle") in self._of and self._lead(joint) is not None
+        if (joint, word) in self._of or screw:
+            return None
+        return self.cut(joint).reach("xy".find(word) % 3)
 
     def sharing(self, owners: list[str]) -> list[str]:
         """Return with the cut joints those of their loops, in the order they are declared."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -13,14 +13,20 @@ from mechdae.continuation.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import TURN, in_time
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
+from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
 from mechdae.kinematics.prepared import Setting, prepare
 from mechdae.results import Status
-from mechdae.studies.batches.closed_form import ClosedForm, closed_form
 from mechdae.studies.batches.march import Followed, March
 from mechdae.studies.batches.modes import StartingModes, Starts
 from mechdae.studies.batches.numbers import Numbers, bounds_of, numbers_of
 from mechdae.studies.batches.poses import Asked, LaneNodes, LanePoses, Lanes
-from mechdae.studies.batches.readings import Reading, SeriesReading, WayReading, reading_of
+from mechdae.studies.batches.readings import (
+    ForceReading,
+    Reading,
+    SeriesReading,
+    WayReading,
+    reading_of,
+)
 from mechdae.studies.batches.ways import Ways
 
 SERIES = ("bodies", "points", "joints")
@@ -34,12 +40,46 @@ Follow = Callable[..., tuple[Any, Any, int]]
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of some sets: values (k, ...) by path, statuses; ``left`` (k,) are computed alone."""
+    """Rows of some sets: values (k, ...) by path, statuses; ``left`` (k,) are computed alone.
+
+    ``faults`` say what is wrong with a set, by its place.
+    """
 
     values: list[Any]
     status: list[str]
     left: Any
     steps: int = 0
+    faults: dict[int, str] = field(default_factory=dict)
+
+
+@dataclass
+class LaneRun:
+    """Lanes at the poses of a study: rows of the study, y and its derivatives by the driver.
+
+    ``beta`` (nb, k, n) are norms of the blocks' inverse Jacobians where they are wanted, ``mu``
+    (k, nb) those of the Jacobians, ``complete`` (k, n) tells which poses are there.
+    """
+
+    numbers: Numbers
+    lanes: Any
+    own: Lanes
+    nodes: LaneNodes
+    trace: Followed
+    largest: Any
+    mu: Any
+    beta: Any
+    y: list[Any]
+    complete: Any
+
+    @property
+    def scale(self) -> Any:
+        """Lengths of the mechanisms (k,)."""
+        return self.numbers.scale[self.lanes]
+
+    def in_time(self) -> list[Any]:
+        """Return y and its derivatives by the time."""
+        speed, acceleration, jerk = (rate[self.lanes][:, None] for rate in self.numbers.rates)
+        return in_time(self.y, speed, acceleration, jerk)
 
 
 class SeriesBatch:
@@ -51,19 +91,38 @@ class SeriesBatch:
         The sweep, of one driver over given values.
     names, outputs
         The numbers that differ between sets; paths.
+
+    Attributes
+    ----------
+    wrong : dict
+        By set of the last rows: a status, and what is wrong.
     """
+
+    forces = False
+    """Whether forces are asked for."""
 
     def __init__(
         self, problem: Problem, task: Sweep, names: Sequence[str], outputs: Sequence[str]
     ) -> None:
         self.problem, self.task, self.names, self.outputs = problem, task, list(names), outputs
-        self.setting: Setting = prepare(problem, task, free=self.names)
-        read = [reading_of(path, self.setting.outputs, task) for path in outputs]
+        self.wrong: dict[int, tuple[str, str]] = {}
+        self.setting = self._prepared()
+        read = [self._reading(path) for path in outputs]
         self.unread = [path for path, own in zip(outputs, read, strict=True) if own is None]
         self.read = [own for own in read if own is not None]
         self.series = [own for own in self.read if isinstance(own, SeriesReading)]
-        self.asked = Asked(tuple((own.order, own.columns) for own in self.series))
+        self.asked = Asked(tuple((own.order, own.columns) for own in self.series) + self._more())
         self.why_not = self._why_not()
+
+    def _prepared(self) -> Setting:
+        return prepare(self.problem, self.task, free=self.names)
+
+    def _reading(self, path: str) -> Reading | None:
+        return reading_of(path, self.setting.outputs, self.task)
+
+    def _more(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
+        """Return orders and columns that are needed at poses beside what is asked for."""
+        return ()
 
     @property
     def usable(self) -> bool:
@@ -126,18 +185,24 @@ class SeriesBatch:
         n = len(values)
         table = [self._empty(own, count, n) for own in self.read]
         status = np.full(count, str(Status.UNASSEMBLED), object)
-        steps = 0
+        steps, self.wrong = 0, {}
         if lanes.size:
             missed, whole, steps = follow(numbers, lanes, starts, s, values, table)
             left[lanes[missed]] = True
             status[lanes[whole.all(axis=1)]] = str(Status.OK)
+        faults = {}
+        for k, (word, fault) in self.wrong.items():
+            if not left[k]:
+                status[k], faults[k] = word, fault
         shaped = [self._shaped(k, own) for k, own in enumerate(table)]
-        return Rows(shaped, status.tolist(), left, steps)
+        return Rows(shaped, status.tolist(), left, steps, faults)
 
     @staticmethod
     def _empty(own: Reading, count: int, poses: int) -> Any:
         if isinstance(own, WayReading):
             return np.full((count, 4) if own.kind == "envelope" else count, np.nan)
+        if isinstance(own, ForceReading):
+            return np.full((count, poses, own.width), np.nan)
         return np.full((count, poses, 1 if own.made else len(own.columns)), np.nan)
 
     def _none(self, count: int) -> Rows:
@@ -153,7 +218,7 @@ class SeriesBatch:
         size = np.ones(len(lanes)) if is_angle else scale
         margin = 4 * (np.pi if is_angle else float(scale.max()))
         size_u = np.array([max(np.abs(values).max(), np.abs(s).max()) + margin])
-        consts, _, size_x = bounds_of(g, numbers, lanes, size_u)
+        consts, mu, size_x = bounds_of(g, numbers, lanes, size_u)
         largest = 2 * np.pi / NODES_PER_TURN * size
         march = March(g, self.modes.form, consts, size_x, scale, largest)
         trace, ends = march.begin(starts.x[lanes], s)
@@ -176,16 +241,20 @@ class SeriesBatch:
         first = g.np + 1
         parts = consts.T, consts.T[first : first + g.nb], consts.T[first + g.nb : first + 2 * g.nb]
         own = Lanes(*parts, march.sign, np.ascontiguousarray(size_x.T))
-        y, complete = self.poses(own, nodes, trace, s, values, is_angle)
-        self._series(table, lanes, y, numbers)
-        if self.ways is not None:
-            self._of_the_way(table, lanes, own, nodes, trace, scale, largest)
+        beta = np.full((g.nb, len(lanes), len(values)), np.nan) if self.forces else None
+        y, complete = self.poses(own, nodes, trace, s, values, is_angle, beta)
+        run = LaneRun(numbers, lanes, own, nodes, trace, largest, mu, beta, y, complete)
+        self._write(table, run)
         return trace.left, complete, trace.steps
 
-    def _series(self, table: list[Any], lanes: Any, y: list[Any], numbers: Numbers) -> None:
-        """Write series of poses into the table, y and its derivatives by the driver given."""
-        speed, acceleration, jerk = (rate[lanes][:, None] for rate in numbers.rates)
-        y = in_time(y, speed, acceleration, jerk)
+    def _write(self, table: list[Any], run: LaneRun) -> None:
+        """Write what is asked for into the table; lanes that have to be solved alone are left."""
+        self._series(table, run.lanes, run.in_time())
+        if self.ways is not None:
+            self._of_the_way(table, run)
+
+    def _series(self, table: list[Any], lanes: Any, y: list[Any]) -> None:
+        """Write series of poses into the table, y and its derivatives by the time given."""
         place = {column: k for k, column in enumerate(self.asked.columns)}
         for part, own in zip(table, self.read, strict=True):
             if isinstance(own, SeriesReading):
@@ -193,21 +262,19 @@ class SeriesBatch:
                 for k, column in enumerate([own.made(chosen)] if own.made else chosen):
                     part[lanes, :, k] = column
 
-    def _of_the_way(
-        self, table: list[Any], lanes: Any, own: Lanes, nodes: LaneNodes, trace: Followed,
-        scale: Any, step: Any,
-    ) -> None:  # fmt: skip
+    def _of_the_way(self, table: list[Any], run: LaneRun) -> None:
         """Write numbers of the whole way into the table, for lanes that are not left."""
         assert self.ways is not None
-        rows = np.flatnonzero(~trace.left)
+        rows = np.flatnonzero(~run.trace.left)
         if not rows.size:
             return
-        found, good = self.ways(own.take(rows), nodes.take(rows), scale[rows], step[rows])
-        trace.left[rows[~good]] = True
-        places = [part for part, own in zip(table, self.read, strict=True)
-                  if isinstance(own, WayReading)]  # fmt: skip
+        sizes = run.scale[rows], run.largest[rows]
+        found, good = self.ways(run.own.take(rows), run.nodes.take(rows), *sizes)
+        run.trace.left[rows[~good]] = True
+        pairs = zip(table, self.read, strict=True)
+        places = [part for part, own in pairs if isinstance(own, WayReading)]
         for part, values in zip(places, found, strict=True):
-            part[lanes[rows]] = values
+            part[run.lanes[rows]] = values
 
     def _the_other_way(
         self, march: March, trace: Followed, ends: Any, values: Any, grid: Any

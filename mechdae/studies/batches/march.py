@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.assembly.closed_start import MARGIN
 from mechdae.continuation.any_path import FAR, STRIDE, strides
 from mechdae.continuation.follower import NEARLY
 from mechdae.continuation.front import SHRUNK, SMALLEST
+from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
-from mechdae.studies.batches.closed_form import ClosedForm
-from mechdae.studies.batches.modes import MARGIN
 
 GROWTH = 1.5
 AGAIN = 1 / 64
@@ -149,9 +149,8 @@ class March:
 
         `grid` (m,) are the places, rising, of all poses that may be asked for.
         """
-        origin = np.where(goal > trace.last[lanes], trace.last[lanes], trace.first[lanes])
-        for sense in (1.0, -1.0):
-            rows = np.flatnonzero((goal - origin) * sense > 0)
+        for sense, extent in ((1.0, trace.last), (-1.0, trace.first)):
+            rows = np.flatnonzero((goal - extent[lanes]) * sense > 0)
             if rows.size:
                 _Going(self, trace, ends, lanes[rows], goal[rows], grid, sense, first).run()
 

@@ -12,19 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.assembly.closed_start import HALF_TURN, MARGIN, turns_tell
 from mechdae.assembly.nearest_mode import SketchNumber, told_apart
 from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Setting
-from mechdae.studies.batches.closed_form import ClosedForm
 from mechdae.studies.batches.numbers import Numbers, Sketches
 
 MOST = 64
 """Modes that are compared in one part of the mechanism, at most."""
-MARGIN = 1e-9
-"""D over A^2 + B^2 below which it is not told in closed form whether a dyad assembles."""
-HALF_TURN = 1e-6
-"""Turns by which an angle is off half a turn from its sketch at least."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +57,8 @@ class StartingModes:
     @property
     def usable(self) -> bool:
         """Whether the modes are few, and whole turns of their angles make no difference."""
-        a = self.assembler
-        for b, graph in enumerate(self.graphs.blocks):
-            periods = zip(a.solvers[b].turning, a.lattices[b].single, strict=True)
-            if any(period and not (one and period < 3 * np.pi) for period, one in periods):
-                return False
-            if any(a.turns.told(i) for i in graph.own):
-                return False
+        if turns_tell(self.assembler):
+            return False
         return all(2 ** int(self.form.branches[own].sum()) <= MOST for own in self.parts)
 
     def _blocks(self, part: list[int]) -> list[int]:

@@ -27,6 +27,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Setting
 from mechdae.model.model import Model
 from mechdae.setup.drivers import sketched
+from mechdae.setup.scales import scale_of
 
 _FLOAT = {name: getattr(math, name, None) for name in FUNCTIONS} | {
     "abs": abs, "min": min, "max": max,
@@ -279,21 +280,10 @@ def bounds_of(graphs: Graphs, numbers: Numbers, rows: Any, size_u: Any) -> tuple
 
 def _scale(setting: Setting) -> Batch:
     """Return the function of the parameters that gives the size of the mechanism."""
-    scale: Batch = setting.graphs.kept("scale of lanes", lambda: Batch(_scale_of(setting)))
+    model = setting.scene.model
+    scale: Batch = setting.graphs.kept("scale of lanes", lambda: Batch(_scale_of(model)))
     return scale
 
 
-def _scale_of(setting: Setting) -> Any:
-    model = setting.scene.model
-    mechanism = model.mechanism
-    spans = [ca.SX(0)]
-    parts: list[tuple[str, Any]] = [(GROUND, mechanism.ground), *mechanism.bodies.items()]
-    for name, body in parts:
-        for axis in mechanism.axes if len(body.points) > 1 else "":
-            places = [ca.SX(model.numbers[f"{name}.{point}.{axis}"]) for point in body.points]
-            spans.append(ca.mmax(ca.vertcat(*places)) - ca.mmin(ca.vertcat(*places)))
-    for name, joint in mechanism.joints.items():
-        if joint.bar:
-            spans.append(ca.SX(model.numbers[f"{name}.length"]))
-    largest = ca.mmax(ca.vertcat(*spans))
-    return ca.Function("size", [model.p], [ca.if_else(largest == 0, 1.0, largest)])
+def _scale_of(model: Model) -> Any:
+    return ca.Function("size", [model.p], [scale_of(model)])

@@ -18,12 +18,12 @@ from mechdae.continuation.evaluate import (
     TINY,
     TURN,
 )
+from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.numerics.hermite import upper_coefficients
 from mechdae.setup.outputs import Outputs
-from mechdae.studies.batches.closed_form import ClosedForm
 from mechdae.studies.batches.march import Followed
 
 AT_ONCE = 16_384
@@ -172,12 +172,14 @@ class LanePoses:
                     self.users[place[column]] = [group in needed for group in groups]
 
     def __call__(
-        self, lanes: Lanes, nodes: LaneNodes, trace: Followed, origin: Any, values: Any, turns: bool
-    ) -> tuple[list[Any], Any]:
+        self, lanes: Lanes, nodes: LaneNodes, trace: Followed, origin: Any, values: Any,
+        turns: bool, beta: Any = None,
+    ) -> tuple[list[Any], Any]:  # fmt: skip
         """Return y, y', ... (columns, k, n) of the columns asked for, and which poses are whole.
 
         `values` (n,) are the driver's, `origin` (k,) where lanes began; `turns`: a whole turn of
         the driver leads to the same pose. Lanes that are not certified are marked in the trace.
+        Into `beta` (nb, k, n), if given, go the norms of the blocks' inverse Jacobians.
         """
         k, n = len(origin), len(values)
         alive, places = _alive(trace, values, turns)
@@ -202,7 +204,10 @@ class LanePoses:
             piece = (piece + nodes.first[some, None]).ravel()
             guess = nodes.guess(some, piece, where.ravel())
             living = None if alive is None else alive[:, some].reshape(len(alive), -1)
-            y, good = self._solve(lanes.take(some), guess, np.tile(values, len(some)), n, living)
+            own = lanes.take(some)
+            y, good, norms = self._solve(own, guess, np.tile(values, len(some)), n, living)
+            if beta is not None:
+                beta[:, some] = norms.reshape(-1, len(some), n)
             good = good.reshape(len(some), n).all(axis=1)
             trace.left[some[~good]] = True
             for result, part in zip(results, y, strict=True):
@@ -215,8 +220,8 @@ class LanePoses:
 
     def _solve(
         self, lanes: Lanes, guess: Any, u: Any, n: int, living: Any
-    ) -> tuple[list[Any], Any]:
-        """Return y and its derivatives (columns, m), and which poses (m,) are certified."""
+    ) -> tuple[list[Any], Any, Any]:
+        """Return y and its derivatives (columns, m), which poses (m,) are certified, beta."""
         consts, kappa, rho, sign, size = (
             np.repeat(part, n, axis=1)
             for part in (lanes.consts, lanes.kappa, lanes.rho, lanes.sign, lanes.size)
@@ -242,7 +247,7 @@ class LanePoses:
             good[:, bad] = better if living is None else better | ~living[:, bad]
         count = len(self.asked.columns)
         y = np.split(results[-1], range(count, len(results[-1]), count)) if count else [results[-1]]
-        return y, good.all(axis=0)
+        return y, good.all(axis=0), results[2]
 
     def certified(self, lanes: Lanes, guess: Any, u: Any) -> tuple[Any, Any]:
         """Return y, y', ... below one another at one place of each lane, which are certified."""

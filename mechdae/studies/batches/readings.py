@@ -55,7 +55,16 @@ class WayReading:
     angle: bool = False
 
 
-Reading = SeriesReading | WayReading
+@dataclass(frozen=True)
+class ForceReading:
+    """A series of forces of a joint or a driver, ``width`` numbers at a pose."""
+
+    part: str
+    word: str
+    width: int = 1
+
+
+Reading = SeriesReading | WayReading | ForceReading
 
 
 def is_of_the_way(path: str, task: Sweep) -> bool:

@@ -12,11 +12,11 @@ import casadi as ca
 import numpy as np
 
 from mechdae.continuation.evaluate import TURN, in_time
+from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.studies.batches.batch import Rows, SeriesBatch
-from mechdae.studies.batches.closed_form import ClosedForm
 from mechdae.studies.batches.modes import Starts
 from mechdae.studies.batches.numbers import Numbers
 from mechdae.studies.batches.poses import AT_ONCE, Asked
