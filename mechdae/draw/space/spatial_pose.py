@@ -21,7 +21,7 @@ from mechdae.draw.space.depth import Item
 from mechdae.draw.space.spatial_drivers import arrow_of
 from mechdae.draw.space.spatial_links import SpatialLink, link_items
 from mechdae.draw.space.spatial_scene import SpatialScene
-from mechdae.draw.space.spatial_symbols import SYMBOLS, DrawnSymbol, JointPlace, Side
+from mechdae.draw.space.spatial_symbols import SYMBOLS, DrawnSymbol, JointPlace, JointSide
 from mechdae.draw.space.viewpoint import Viewpoint
 
 GAP = 8.0
@@ -132,7 +132,7 @@ class SpatialPose:
                 if float(np.linalg.norm(other - place)) > 1.0
             ]
             targets = np.array(others).reshape(-1, 3)
-            sides.append(Side(body, self.color(body), targets, self.is_fixed(body)))
+            sides.append(JointSide(body, self.color(body), targets, self.is_fixed(body)))
         frame = self.scene.frame(joint, self.pose)
         if frame is None:
             frame = self.scene.frame(joint, self.pose, second=True)

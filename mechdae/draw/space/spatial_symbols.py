@@ -36,7 +36,7 @@ ARROW = 15.0
 
 
 @dataclass(frozen=True)
-class Side:
+class JointSide:
     """A body at a joint: what its bars go to.
 
     Parameters
@@ -101,7 +101,7 @@ class JointPlace:
     left_handed: bool = False
 
 
-def revolute(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def revolute(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A barrel of the first body about its axis, a shaft with collars of the second."""
     axis, gid = at.frame[2], f"joint-{at.name}-revolute"
     holder, shaft = (second, first) if second.fixed and not first.fixed else (first, second)
@@ -130,7 +130,7 @@ def revolute(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
     return drawn
 
 
-def _shaft_side(center: Array, axis: Array, side: Side) -> float:
+def _shaft_side(center: Array, axis: Array, side: JointSide) -> float:
     """Return at which end of a shaft the bars of its body begin: the nearer to where they go."""
     along = float(side.way(center) @ axis)
     if abs(along) > 0.15:
@@ -153,7 +153,9 @@ def leaves(center: Array, axis: Array, target: Array, half: float, radius: float
     return place
 
 
-def _sleeve_and_rod(at: JointPlace, first: Side, second: Side, round_one: bool) -> DrawnSymbol:
+def _sleeve_and_rod(
+    at: JointPlace, first: JointSide, second: JointSide, round_one: bool
+) -> DrawnSymbol:
     """A guide of one body, a sleeve of the other: a fixed round sleeve holds, others slide."""
     axis = at.frame[2]
     held = round_one and first.fixed and not second.fixed
@@ -181,7 +183,7 @@ def _sleeve_and_rod(at: JointPlace, first: Side, second: Side, round_one: bool) 
     return drawn
 
 
-def _rod(at: JointPlace, rod: Side, center: Array, through: Array, held: bool) -> list[Item]:
+def _rod(at: JointPlace, rod: JointSide, center: Array, through: Array, held: bool) -> list[Item]:
     """Return the guide as far as its sleeve comes, without what is inside of it."""
     axis, half = at.frame[2], SLEEVE[0]
     low, high = (-at.span[1], -at.span[0]) if held else at.span
@@ -215,17 +217,17 @@ def _wall(place: Array, out: Array, gid: str) -> Item:
     return Item(points, closed=True, solid=True, facets=facets, gid=gid)
 
 
-def prismatic(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def prismatic(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A guide of the first body, a square sleeve of the second."""
     return _sleeve_and_rod(at, first, second, round_one=False)
 
 
-def cylindrical(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def cylindrical(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A round sleeve about a rod."""
     return _sleeve_and_rod(at, first, second, round_one=True)
 
 
-def screw(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def screw(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A nut on a rod with a thread."""
     drawn = _sleeve_and_rod(at, first, second, round_one=True)
     axis = at.frame[2]
@@ -250,7 +252,7 @@ def screw(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
     return drawn
 
 
-def spherical(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def spherical(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A ball of the second body in a socket of the first."""
     gid = f"joint-{at.name}-ball"
     drawn = DrawnSymbol([solids.ball(at.center, BALL, gid, second.color)])
@@ -286,7 +288,7 @@ def spherical(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
     return drawn
 
 
-def universal(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def universal(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A cross of two pins, each in the fork of a body."""
     gid = f"joint-{at.name}-universal"
     drawn = DrawnSymbol()
@@ -318,7 +320,7 @@ def _always(place: Array) -> Start:
     return lambda target: place
 
 
-def planar(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def planar(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A plate of the second body on one of the first."""
     gid = f"joint-{at.name}-plane"
     n, m, a = at.frame
@@ -354,7 +356,7 @@ def _edge(ends: Array, side: Array, name: str) -> Item:
     return Item(points, closed=True, solid=True, facets=facets, gid=f"support-{name}")
 
 
-def weld(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def weld(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A rigid connection: a filled square, or the hatched ground."""
     half = 0.9 * style.PIN
     square = at.center[:2] + half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
@@ -368,7 +370,7 @@ def weld(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
     return drawn
 
 
-def distance(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
+def distance(at: JointPlace, first: JointSide, second: JointSide) -> DrawnSymbol:
     """A dashed line between two small balls."""
     ends = np.array([at.center, at.other])
     gid = f"joint-{at.name}-distance"
@@ -381,7 +383,7 @@ def distance(at: JointPlace, first: Side, second: Side) -> DrawnSymbol:
     return drawn
 
 
-SYMBOLS: Mapping[str, Callable[[JointPlace, Side, Side], DrawnSymbol]] = {
+SYMBOLS: Mapping[str, Callable[[JointPlace, JointSide, JointSide], DrawnSymbol]] = {
     "revolute": revolute,
     "prismatic": prismatic,
     "cylindrical": cylindrical,
