@@ -21,7 +21,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.tree.ways import Freedom, Product, RigidPart, Way, back, joined
+from mechdae.model.tree.ways import Freedom, RigidPart, Way, WayProduct, back, joined
 
 SX = ca.SX
 ONE, ZERO = SX(1), SX(0)
@@ -66,7 +66,7 @@ Norm = Callable[[Freedom], Any]
 
 
 def side(way: Way, tip: Any, size: Size, ball: Norm) -> Side:
-    """Return what lies beyond each part of a way; `tip` as of a `Product`."""
+    """Return what lies beyond each part of a way; `tip` as of a `WayProduct`."""
     point = tip is None
     length, stretch = (ZERO if point else size_of(tip)), ONE
     after: list[Any] = []
@@ -130,7 +130,7 @@ class Bounded:
     data: Any
 
 
-def bounded(product: Product, size: Size, ball: Norm, p: Any) -> Bounded:
+def bounded(product: WayProduct, size: Size, ball: Norm, p: Any) -> Bounded:
     """Return bounds of a product wherever its coordinates have their sizes.
 
     Parameters

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 
-from mechdae.model.tree.ways import Freedom, Product, Way, WayProducts, X, Z, back, joined
+from mechdae.model.tree.ways import Freedom, Way, WayProduct, WayProducts, X, Z, back, joined
 
 SX = ca.SX
 
@@ -70,7 +70,7 @@ class CutJoint:
         if self.way is None:
             return None
         end = None if tip is None else UNIT[tip]
-        return WayProducts((Product(self.way, UNIT[start], end),), SX(rest))
+        return WayProducts((WayProduct(self.way, UNIT[start], end),), SX(rest))
 
     @cached_property
     def half_square(self) -> Any:
@@ -89,7 +89,7 @@ class CutJoint:
         free = [part.word for part in self.way if isinstance(part, Freedom)]
         if "ball" in free[1:-1] or free.count("ball") != len(self.hung):
             return None
-        return WayProducts((Product(self.way, None, None, factor),), SX(rest))
+        return WayProducts((WayProduct(self.way, None, None, factor),), SX(rest))
 
 
 def together(cut: CutJoint) -> Rows:
@@ -97,7 +97,9 @@ def together(cut: CutJoint) -> Rows:
     reaches: list[WayProducts | None] = [None] * 3
     if cut.ways is not None:
         one, other = map(joined, cut.ways)
-        reaches = [WayProducts((Product(other, e), Product(one, e, None, -1.0))) for e in UNIT]
+        reaches = [
+            WayProducts((WayProduct(other, e), WayProduct(one, e, None, -1.0))) for e in UNIT
+        ]
     return [Closed(axis, cut.gap[i], "m", reaches[i]) for i, axis in enumerate("xyz")]
 
 
@@ -184,7 +186,7 @@ def turned(cut: CutJoint, word: str, sine: Any, cosine: Any) -> tuple[Closed, An
         first = word == "angle"
         own = Freedom("turn", (angle,), Z if first else X)
         way = (own, *cut.way) if first else (*cut.way, own)
-        reach = WayProducts((Product(way, UNIT[1 if first else 2], UNIT[0 if first else 1]),))
+        reach = WayProducts((WayProduct(way, UNIT[1 if first else 2], UNIT[0 if first else 1]),))
     return Closed(word, cosine * s - sine * c, "rad", reach), cosine * c + sine * s
 
 

@@ -45,7 +45,7 @@ from mechdae.model.tree.spatial_frames import (
     forward,
     placed,
 )
-from mechdae.model.tree.ways import Freedom, Product, Way, WayProducts, apart
+from mechdae.model.tree.ways import Freedom, Way, WayProduct, WayProducts, apart
 
 SX = ca.SX
 
@@ -398,7 +398,9 @@ class TreeModel(Model):
             return [None] * 3
         factors = [factor for _, factor in shares]
         return [
-            WayProducts(tuple(Product(w, e, None, f) for w, f in zip(ways, factors, strict=True)))
+            WayProducts(
+                tuple(WayProduct(w, e, None, f) for w, f in zip(ways, factors, strict=True))
+            )
             for e in UNIT
         ]
 
@@ -408,7 +410,7 @@ class TreeModel(Model):
         way = frame.to(SX(3, 1), SX.eye(3))
         if way is None:
             return [None] * 9
-        return [WayProducts((Product(way, row, column),)) for column in UNIT for row in UNIT]
+        return [WayProducts((WayProduct(way, row, column),)) for column in UNIT for row in UNIT]
 
     def relative_reach(self, joint: str, word: str) -> WayProducts | None:
         """Return the reach of a coordinate of a joint that is no coordinate of the tree."""

@@ -58,7 +58,7 @@ Way = tuple[RigidPart | Freedom, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Product:
+class WayProduct:
     """A product of what is at both ends of a way, the frame of its start at rest.
 
     ``start`` and ``tip`` are directions (3,) in the frames there, of any length, or None: the
@@ -76,7 +76,7 @@ class Product:
 class WayProducts:
     """A scalar as a sum of products along ways and of a ``rest`` that is bounded by its terms."""
 
-    products: tuple[Product, ...]
+    products: tuple[WayProduct, ...]
     rest: Any = field(default_factory=lambda: SX(0))
 
 
