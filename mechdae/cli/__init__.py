@@ -24,6 +24,7 @@ COMMANDS = {
     "plot": "pictures of a problem",
     "page": "a live page of a mechanism, one HTML file",
     "explain": "a pose on paper: equations of each group with their numbers",
+    "edit": "an editor of mechanisms, one HTML file",
     "synthesize": "dimensions that do what a task asks for",
     "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",

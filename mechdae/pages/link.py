@@ -20,14 +20,19 @@ MORE = re.compile(r", (\w+) = ")
 """Further names of one declaration."""
 COMMENTS = re.compile(r"^\s*/\*\*.*?\*/\n|^\s*//[^\n]*\n", re.M | re.S)
 MAIN = "main"
+FRAMES = {MAIN: "page.html", "edit": "edit.html"}
+"""The module that begins, and the file that it works in."""
 
 
-def linked(data: dict[str, Any], kernels: str) -> str:
-    """Return the page; the same data give the same text."""
+def linked(data: dict[str, Any], kernels: str, main: str = MAIN) -> str:
+    """Return the page; the same data give the same text.
+
+    ``main`` is the module that begins, and its ``.html`` what is filled.
+    """
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     names = ", ".join(sorted(set(re.findall(r"^function (\w+)\(", kernels, re.M))))
-    functions = f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n"
-    script = f'"use strict";\n(() => {{\n{functions}{modules()}}})();\n'
+    functions = f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n" if kernels else ""
+    script = f'"use strict";\n(() => {{\n{functions}{modules(main)}}})();\n'
     parts = {
         "title": _escaped(str(data["title"])),
         "lang": str(data["lang"]),
@@ -35,12 +40,12 @@ def linked(data: dict[str, Any], kernels: str) -> str:
         "data": OPENING + text.replace("<", "\\u003c") + "</script>",
         "script": "<script>" + script.replace("</", "<\\/") + "</script>",
     }
-    page = (WEB / "page.html").read_text(encoding="utf-8")
+    page = (WEB / FRAMES[main]).read_text(encoding="utf-8")
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], page)
 
 
 @cache
-def modules() -> str:
+def modules(main: str = MAIN) -> str:
     """Return all modules as one script, each after those that it imports."""
     texts: dict[str, str] = {}
 
@@ -52,7 +57,7 @@ def modules() -> str:
             put(other)
         texts[name] = IMPORT.sub("", text)
 
-    put(MAIN)
+    put(main)
     known: dict[str, str] = {}
     for name, text in texts.items():
         for own in _names(text):

@@ -27,7 +27,8 @@ function slopesAt(laws, stage, m) {
 const unit = (count) => Array.from({ length: count }, (_, i) => Array.from({ length: count }, (__, j) => (i === j ? 1 : 0)));
 const less = (a, b) => a.map((row, i) => row.map((value, j) => value - b[i][j]));
 
-function determinant(matrix) {
+/** The determinant of a small matrix. */
+export function determinant(matrix) {
   const rows = matrix.map((row) => [...row]);
   let value = 1;
   for (let k = 0; k < rows.length; k += 1) {

@@ -1,0 +1,220 @@
+/** A drawn mechanism: links as plain data, closed by Newton's method. A preview, nothing here is certified. */
+import { eliminated } from "./path.js";
+import { determinant } from "./friction.js";
+
+const CLOSED = 1e-13, SHORTEST = 1e-5, FULL = 2 * Math.PI;
+
+/** The frame of a link at the drawn place: origin at its first node, x towards its second one. */
+export function frameOf(link, nodes) {
+  const [a, b] = link.nodes.map((id) => nodes.get(id));
+  const angle = Math.atan2(b.y - a.y, b.x - a.x);
+  const [c, s] = [Math.cos(angle), Math.sin(angle)];
+  const locals = new Map(link.nodes.map((id) => {
+    const { x, y } = nodes.get(id);
+    const [dx, dy] = [x - a.x, y - a.y];
+    return [id, [c * dx + s * dy, c * dy - s * dx]];
+  }));
+  locals.set(link.nodes[0], [0, 0]);
+  locals.set(link.nodes[1], [Math.hypot(b.x - a.x, b.y - a.y), 0]);
+  return { origin: [a.x, a.y], angle, locals };
+}
+
+export class Draft {
+  /** @param {any} model nodes {id, name, x, y, fixed, slide, slot}, links {id, name, nodes}, driver */
+  constructor(model) {
+    this.model = model;
+    this.nodes = new Map(model.nodes.map((node) => [node.id, node]));
+    this.links = model.links;
+    this.frames = this.links.map((link) => frameOf(link, this.nodes));
+    this.start = this.frames.flatMap(({ origin, angle }) => [...origin, angle]);
+    this.index = new Map(this.links.map((link, k) => [link.id, k]));
+    this.joints = this.equations();
+    this.size = Math.max(1e-9, ...model.nodes.flatMap((a) => model.nodes.map((b) => Math.hypot(a.x - b.x, a.y - b.y))));
+  }
+
+  /** Where a node of a link is: place, and its derivatives by the three coordinates of that link. */
+  place(q, k, id) {
+    const [lx, ly] = this.frames[k].locals.get(id);
+    const [c, s] = [Math.cos(q[3 * k + 2]), Math.sin(q[3 * k + 2])];
+    return { k, at: [q[3 * k] + c * lx - s * ly, q[3 * k + 1] + s * lx + c * ly], turn: [-s * lx - c * ly, c * lx - s * ly] };
+  }
+
+  /** What holds the links together, one entry for each joint: its name and its rows at q. */
+  equations() {
+    const found = [];
+    const along = (one, [x, y], value) => ({ value, slopes: [[3 * one.k, x], [3 * one.k + 1, y], [3 * one.k + 2, x * one.turn[0] + y * one.turn[1]]] });
+    const both = (a, b) => [0, 1].map((axis) => {
+      const way = axis === 0 ? [1, 0] : [0, 1];
+      const first = along(a, way, a.at[axis] - b.at[axis]);
+      if (b.k !== undefined) first.slopes.push(...along(b, way, 0).slopes.map(([j, v]) => [j, -v]));
+      return first;
+    });
+    for (const node of this.model.nodes) {
+      const own = this.links.flatMap((link, k) => (link.nodes.includes(node.id) ? [k] : []));
+      own.forEach((k, i) => {
+        if (node.fixed) found.push({ name: node.name, rows: (q) => both(this.place(q, k, node.id), { at: [node.x, node.y] }) });
+        else if (i > 0) found.push({ name: node.name, rows: (q) => both(this.place(q, k, node.id), this.place(q, own[0], node.id)) });
+      });
+      if (!own.length) continue;
+      if (node.slide) {
+        const normal = [-Math.sin(node.slide.angle), Math.cos(node.slide.angle)];
+        found.push({ name: node.name, rows: (q) => {
+          const { at, ...one } = this.place(q, own[0], node.id);
+          return [along(one, normal, normal[0] * (at[0] - node.x) + normal[1] * (at[1] - node.y))];
+        } });
+      }
+      if (node.slot) {
+        const k = this.index.get(node.slot.link);
+        found.push({ name: node.name, rows: (q) => {
+          const one = this.place(q, own[0], node.id);
+          const [c, s] = [Math.cos(q[3 * k + 2]), Math.sin(q[3 * k + 2])];
+          const [dx, dy] = [one.at[0] - q[3 * k], one.at[1] - q[3 * k + 1]];
+          const row = along(one, [-s, c], c * dy - s * dx);
+          row.slopes.push([3 * k, s], [3 * k + 1, -c], [3 * k + 2, -s * dy - c * dx]);
+          return [row];
+        } });
+      }
+    }
+    return found;
+  }
+
+  /** The driver's row: an angle, or a way along a guide. */
+  driven(q, u) {
+    const { driver } = this.model;
+    if (driver.kind === "turn") return { value: q[3 * this.index.get(driver.link) + 2] - u, slopes: [[3 * this.index.get(driver.link) + 2, 1]] };
+    const node = this.nodes.get(driver.node);
+    const k = this.links.findIndex((link) => link.nodes.includes(node.id));
+    const { at, turn } = this.place(q, k, node.id);
+    const [x, y] = [Math.cos(node.slide.angle), Math.sin(node.slide.angle)];
+    return { value: x * (at[0] - node.x) + y * (at[1] - node.y) - u, slopes: [[3 * k, x], [3 * k + 1, y], [3 * k + 2, x * turn[0] + y * turn[1]]] };
+  }
+
+  /** Value of the driver in the drawing. */
+  get begin() {
+    const { driver } = this.model;
+    return driver && driver.kind === "turn" ? this.frames[this.index.get(driver.link)].angle : 0;
+  }
+
+  matrix(rows) {
+    return rows.map(({ slopes }) => {
+      const line = new Array(this.start.length).fill(0);
+      for (const [j, v] of slopes) line[j] += v;
+      return line;
+    });
+  }
+
+  /** Mobility by count and by rank, and the joints whose equations find no pivot. */
+  check() {
+    const rows = [], names = [];
+    for (const { name, rows: made } of this.joints) for (const row of made(this.start)) { rows.push(row); names.push(name); }
+    const scaled = this.matrix(rows).map((line) => line.map((value, j) => (j % 3 === 2 ? value / this.size : value)));
+    const pivots = [], without = [];
+    scaled.forEach((line, i) => { // each row against those before it
+      const rest = [...line];
+      for (const { at, own } of pivots) {
+        const share = rest[at] / own[at];
+        for (let j = 0; j < rest.length; j += 1) rest[j] -= share * own[j];
+      }
+      const at = rest.reduce((best, value, j) => (Math.abs(value) > Math.abs(rest[best]) ? j : best), 0);
+      if (Math.abs(rest[at] || 0) > 1e-9) pivots.push({ at, own: rest });
+      else without.push(names[i]);
+    });
+    const count = this.start.length - rows.length;
+    return { count, rank: this.start.length - pivots.length, without: [...new Set(without)] };
+  }
+
+  /** Close the links at a value of the driver; `square` false: only as near as they come. */
+  solve(guess, u) {
+    let q = [...guess];
+    for (let round = 0; round < 25; round += 1) {
+      const rows = [...this.joints.flatMap(({ rows: made }) => made(q)), this.driven(q, u)];
+      if (rows.length !== q.length) return null;
+      const worst = Math.max(...rows.map(({ value }) => Math.abs(value)));
+      if (worst <= CLOSED * this.size) return { q, sign: Math.sign(determinant(this.matrix(rows))) };
+      const step = eliminated(this.matrix(rows), rows.map(({ value }) => value));
+      if (!step || !step.every(Number.isFinite)) return null;
+      q = q.map((value, j) => value - step[j]);
+      if (Math.max(...step.map((v, j) => Math.abs(v) / (j % 3 === 2 ? 1 : this.size))) > 3) return null;
+      if (round > 12 && worst <= 1e-11 * this.size) return { q, sign: Math.sign(determinant(this.matrix(rows))) };
+    }
+    return null;
+  }
+
+  /** Poses along the driver, both ways from the drawing, as far as the links close. */
+  sweep() {
+    const turn = this.model.driver.kind === "turn";
+    const step = turn ? FULL / 360 : this.size / 120;
+    const begun = this.solve(this.start, this.begin);
+    if (!begun || !begun.sign) return null;
+    const first = { u: this.begin, q: begun.q };
+    const reach = (sense) => {
+      const list = [];
+      let last = first, ds = step;
+      for (let tries = 0; list.length < 360 && tries < 900; tries += 1) {
+        const u = last.u + sense * ds;
+        const next = this.solve(last.q, u);
+        if (next && next.sign === begun.sign) {
+          last = { u, q: next.q };
+          list.push(last);
+          ds = step;
+        } else if ((ds /= 2) < SHORTEST * step) return { list, end: last };
+        if (turn && Math.abs(last.u - this.begin) >= FULL - 1e-9) break;
+      }
+      return { list, end: null };
+    };
+    const ahead = reach(1);
+    if (turn && !ahead.end) return { poses: [first, ...ahead.list], ends: [null, null] };
+    const back = reach(-1);
+    return { poses: [...back.list.reverse(), first, ...ahead.list], ends: [back.end, ahead.end] };
+  }
+
+  /** Beyond a limit: the pose with the smallest gaps, and where they are. */
+  open(guess, u) {
+    let q = [...guess];
+    for (let round = 0; round < 60; round += 1) {
+      const rows = [...this.joints.flatMap(({ rows: made }) => made(q)), this.driven(q, u)];
+      rows[rows.length - 1] = { value: 1e3 * rows[rows.length - 1].value, slopes: rows[rows.length - 1].slopes.map(([j, v]) => [j, 1e3 * v]) };
+      const J = this.matrix(rows);
+      const normal = q.map((_, i) => q.map((__, j) => J.reduce((sum, line) => sum + line[i] * line[j], i === j ? 1e-9 : 0)));
+      const step = eliminated(normal, q.map((_, i) => J.reduce((sum, line, k) => sum + line[i] * rows[k].value, 0)));
+      if (!step) break;
+      q = q.map((value, j) => value - step[j]);
+    }
+    let worst = { gap: 0, name: "" };
+    for (const { name, rows: made } of this.joints) {
+      const gap = Math.hypot(...made(q).map(({ value }) => value));
+      if (gap > worst.gap) worst = { gap, name };
+    }
+    return { q, ...worst };
+  }
+
+  /** Places of the nodes of each link, as "link.node". */
+  places(q) {
+    const found = {};
+    this.links.forEach((link, k) => { for (const id of link.nodes) found[`${link.name}.${this.nodes.get(id).name}`] = this.place(q, k, id).at; });
+    for (const node of this.model.nodes) if (node.fixed || node.slide) found[`ground.${node.name}`] = [node.x, node.y];
+    return found;
+  }
+
+  angles(q) { return Object.fromEntries(this.links.map((link, k) => [link.name, q[3 * k + 2]])); }
+
+  /** Bodies and joints as the diagram draws them. */
+  scene() {
+    const name = (id) => this.nodes.get(id).name;
+    const bodies = this.links.map((link, k) => ({ name: link.name, number: k + 1, shape: link.nodes.map((id) => `${link.name}.${name(id)}`), free: [] }));
+    const joints = [];
+    for (const node of this.model.nodes) {
+      const own = this.links.filter((link) => link.nodes.includes(node.id));
+      if (!own.length) continue;
+      const here = `${own[0].name}.${node.name}`;
+      if (node.fixed) joints.push({ name: node.name, first: `ground.${node.name}`, second: here, fixed: true, pin: true });
+      else if (node.slide) joints.push({ name: node.name, first: `ground.${node.name}`, second: here, axis: node.slide.angle, block: false });
+      else if (node.slot) {
+        const link = this.links[this.index.get(node.slot.link)];
+        joints.push({ name: node.name, first: `${link.name}.${name(link.nodes[0])}`, second: here, axis: 0, block: false });
+      } else if (own.length > 1) joints.push({ name: node.name, first: here, second: `${own[1].name}.${node.name}`, pin: true });
+      else bodies.find((body) => body.name === own[0].name).free.push(here);
+    }
+    return { bodies, joints, ground: [], places: [] };
+  }
+}

@@ -1,0 +1,334 @@
+/** The editor: one machine of states for pointer and keys, the preview, the file. */
+import { Diagram, element } from "./diagram.js";
+import { Draft } from "./draft.js";
+import { Model } from "./model.js";
+import { problemText } from "./toml.js";
+import { offered, svgText } from "./files.js";
+import { digits } from "./units.js";
+import { editorWords } from "./edit_words.js";
+
+const TOOLS = ["select", "link", "pivot", "slider", "slot", "driver", "delete"];
+const NEAR = 12, GRID = 0.005;
+const get = (id) => document.getElementById(id);
+
+class Editor {
+  constructor(data) {
+    this.given = data;
+    this.words = editorWords(data.lang);
+    this.model = new Model(data.model);
+    this.svg = get("diagram");
+    this.state = { name: "select" };
+    this.tool = "select";
+    this.value = null;
+    this.playing = false;
+    this.diagram = new Diagram(this.svg, { bodies: [], joints: [] });
+    this.over = element("g", {}, this.svg);
+    this.buttons();
+    this.fit();
+    addEventListener("resize", () => { this.diagram.measure(); this.draw(); });
+    this.svg.addEventListener("pointerdown", (event) => this.down(event));
+    this.svg.addEventListener("pointermove", (event) => this.move(event));
+    this.svg.addEventListener("pointerup", (event) => this.up(event));
+    this.svg.addEventListener("dblclick", () => this.escape());
+    document.addEventListener("keydown", (event) => this.key(event));
+    this.changed();
+  }
+
+  buttons() {
+    const { words } = this;
+    const button = (place, text, act, name = "") => {
+      const own = document.createElement("button");
+      own.type = "button";
+      own.textContent = text;
+      if (name) own.dataset.tool = name;
+      own.addEventListener("click", act);
+      get(place).append(own);
+      return own;
+    };
+    document.title = words("title");
+    get("title").textContent = words("title");
+    get("subtitle").textContent = words("preview");
+    this.toolButtons = TOOLS.map((name) => button("tools", words(name), () => this.choose(name), name));
+    button("tools", words("undo"), () => this.undo(true));
+    button("tools", words("redo"), () => this.undo(false));
+    this.snap = document.createElement("input");
+    this.snap.type = "checkbox";
+    this.snap.checked = true;
+    const label = document.createElement("label");
+    label.append(this.snap, ` ${words("grid")}`);
+    get("tools").append(label);
+    this.play = button("drive", words("play"), () => this.toggle());
+    this.slider = document.createElement("input");
+    Object.assign(this.slider, { type: "range", min: "0", max: "1", step: "any" });
+    this.slider.setAttribute("aria-label", words("driver"));
+    this.slider.addEventListener("input", () => { this.at(Number(this.slider.value)); });
+    get("drive").append(this.slider);
+    button("files", "TOML", () => offered("mechanism.toml", this.toml(), "text/plain"));
+    button("files", "SVG", () => offered("mechanism.svg", svgText(this.svg), "image/svg+xml"));
+    button("files", words("fit"), () => { this.fit(); this.draw(); });
+    for (const line of this.given.kept.slice(0, 1)) { void line; get("kept").textContent = `${words("kept")}: ${this.given.names.join(", ")}`; }
+  }
+
+  choose(tool) {
+    this.escape();
+    this.tool = tool;
+    this.draw();
+  }
+
+  /** Back to the state in which nothing has begun. */
+  escape() {
+    if (this.state.name !== "select") this.model.cancel();
+    this.state = { name: "select" };
+    this.tool = "select";
+    this.changed();
+  }
+
+  undo(back) {
+    this.state = { name: "select" };
+    if (this.model.undo(back)) this.changed();
+  }
+
+  key(event) {
+    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
+      event.preventDefault();
+      this.undo(!event.shiftKey);
+    } else if (event.key === "Escape") this.escape();
+  }
+
+  // -- where the pointer is
+
+  fit() {
+    const { nodes } = this.model.data;
+    this.diagram.fit(nodes.length ? nodes.map(({ x, y }) => [x, y]) : [[-0.05, -0.05], [0.25, 0.15]]);
+  }
+
+  point(event) {
+    const { left, top } = this.svg.getBoundingClientRect();
+    return [event.clientX - left, event.clientY - top];
+  }
+
+  nodeAt([x, y], but = null) {
+    let best = null, apart = NEAR;
+    for (const node of this.model.data.nodes) {
+      const [u, v] = this.diagram.at([node.x, node.y]);
+      const far = Math.hypot(u - x, v - y);
+      if (node.id !== but && far < apart) { apart = far; best = node.id; }
+    }
+    return best;
+  }
+
+  linkAt([x, y]) {
+    for (const link of this.model.data.links) {
+      const corners = link.nodes.map((id) => this.diagram.at([this.model.node.get(id).x, this.model.node.get(id).y]));
+      for (let i = 0; i < corners.length; i += 1) {
+        for (let j = 0; j < i; j += 1) {
+          const [[ax, ay], [bx, by]] = [corners[i], corners[j]];
+          const long = (bx - ax) ** 2 + (by - ay) ** 2 || 1;
+          const t = Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / long));
+          if (Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y) < 8) return link.id;
+        }
+      }
+    }
+    return null;
+  }
+
+  /** Metres, on the grid; beside a node level or upright with it. */
+  snapped(place, from = null) {
+    let [x, y] = this.diagram.from(place);
+    if (this.snap.checked) [x, y] = [x, y].map((v) => Number((Math.round(v / GRID) * GRID).toFixed(6)));
+    const base = from === null ? null : this.model.node.get(from);
+    if (base) {
+      const [u, v] = this.diagram.at([base.x, base.y]);
+      if (Math.abs(place[1] - v) < 6) y = base.y;
+      if (Math.abs(place[0] - u) < 6) x = base.x;
+    }
+    return [x, y];
+  }
+
+  // -- gestures
+
+  /** The node under the pointer, else a new one there: on a link a point of that link. */
+  take(place, from = null) {
+    const known = this.nodeAt(place);
+    if (known !== null) return known;
+    const link = this.linkAt(place);
+    const made = this.model.addNode(...this.snapped(place, from));
+    if (link !== null) this.model.link(link).nodes.push(made);
+    return made;
+  }
+
+  down(event) {
+    const place = this.point(event);
+    const node = this.nodeAt(place), link = this.linkAt(place);
+    const { model } = this;
+    if (this.tool === "link") {
+      if (this.state.name !== "linking") { this.state = { name: "linking", from: this.take(place) }; this.changed(true); return; }
+      const { from } = this.state;
+      const to = this.take(place, from);
+      model.addLink([from, to]);
+      model.done();
+      this.state = { name: "linking", from: to };
+      this.changed();
+      return;
+    }
+    if (this.tool === "slot") {
+      if (this.state.name === "slotting" && link !== null && this.state.node !== node) {
+        if (model.slot(this.state.node, link)) model.done();
+        this.state = { name: "select" };
+      } else if (node !== null) this.state = { name: "slotting", node };
+      this.changed();
+      return;
+    }
+    if (this.tool === "select") {
+      if (node === null) return;
+      this.svg.setPointerCapture(event.pointerId);
+      this.state = { name: "dragging", node };
+      return;
+    }
+    if (this.tool === "delete") model.remove(node !== null ? { node } : link !== null ? { link } : {});
+    else if (this.tool === "driver") model.drive(node !== null ? { node } : link !== null ? { link } : {});
+    else {
+      const at = this.take(place);
+      if (this.tool === "pivot") model.pivot(at);
+      else model.slider(at, event.shiftKey ? Math.PI / 2 : 0);
+    }
+    model.done();
+    this.changed();
+  }
+
+  move(event) {
+    const place = this.point(event);
+    if (this.state.name === "dragging") {
+      const over = this.nodeAt(place, this.state.node);
+      const other = over === null ? null : this.model.node.get(over);
+      this.model.move(this.state.node, ...(other ? [other.x, other.y] : this.snapped(place)));
+      this.changed(true);
+    } else if (this.state.name === "linking") {
+      this.state.to = place;
+      this.draw();
+    }
+  }
+
+  up(event) {
+    if (this.state.name !== "dragging") return;
+    const over = this.nodeAt(this.point(event), this.state.node);
+    if (over !== null) this.model.merge(this.state.node, over);
+    this.model.done();
+    this.state = { name: "select" };
+    this.changed();
+  }
+
+  // -- preview
+
+  changed(during = false) {
+    const { model } = this;
+    this.draft = new Draft(model.data);
+    this.found = this.draft.check();
+    this.poses = null;
+    this.value = null;
+    if (!during && model.data.driver && this.found.count === 1 && this.found.rank === 1) this.poses = this.draft.sweep();
+    this.said = this.verdict();
+    this.draw();
+  }
+
+  verdict() {
+    const { words, found, model } = this;
+    const text = [`${words("count")} ${found.count}, ${words("rank")} ${found.rank}`];
+    if (found.without.length) text.push(`${words("pivotless")} ${found.without.join(", ")}`);
+    if (!model.data.driver) text.push(words("nodriver"));
+    else if (found.count !== 1) text.push(words(found.count > 1 ? "loose" : "stiff"));
+    else if (this.poses) {
+      const [low, high] = this.poses.ends;
+      const turn = model.data.driver.kind === "turn";
+      const shown = (end) => (turn ? `${digits((end.u * 180) / Math.PI, 5)}°` : `${digits(1000 * end.u, 5)} mm`);
+      text.push(low || high ? `${words("closes")} ${low ? shown(low) : ""} … ${high ? shown(high) : ""}` : words("turns"));
+    } else text.push(words("singular"));
+    return text.join("; ");
+  }
+
+  /** Show the preview at a share of the range; beyond a limit what does not close, with the gap. */
+  at(share) {
+    if (!this.poses) return;
+    const { poses, ends } = this.poses;
+    const turn = this.model.data.driver.kind === "turn";
+    const low = ends[0] ? poses[0].u - (turn ? 0.3 : 0.05 * this.draft.size) : poses[0].u;
+    const high = ends[1] ? poses[poses.length - 1].u + (turn ? 0.3 : 0.05 * this.draft.size) : poses[poses.length - 1].u;
+    this.show(low + share * (high - low));
+  }
+
+  show(u) {
+    const { poses } = this.poses;
+    const near = poses.reduce((best, own) => (Math.abs(own.u - u) < Math.abs(best.u - u) ? own : best));
+    const inside = u >= poses[0].u && u <= poses[poses.length - 1].u;
+    const solved = inside ? this.draft.solve(near.q, u) : null;
+    this.value = solved ? { u, q: solved.q, gap: 0, name: "" } : { u, ...this.draft.open(near.q, u) };
+    this.draw();
+  }
+
+  toggle() {
+    this.playing = !this.playing;
+    this.play.textContent = this.words(this.playing ? "pause" : "play");
+    let share = Number(this.slider.value), last = performance.now();
+    const tick = (now) => {
+      if (!this.playing || !this.poses) return;
+      share = (share + (now - last) / 5000) % 1;
+      last = now;
+      this.slider.value = String(share);
+      this.at(share);
+      requestAnimationFrame(tick);
+    };
+    if (this.playing) requestAnimationFrame(tick);
+  }
+
+  toml() { return problemText(this.model.data, this.given.title, this.given.kept); }
+
+  // -- drawing
+
+  draw() {
+    const { draft, diagram, model } = this;
+    diagram.scene = draft.scene();
+    const q = this.value ? this.value.q : draft.start;
+    const { driver } = model.data;
+    const driven = driver && driver.kind === "turn" ? model.link(driver.link).name : "";
+    diagram.draw(draft.places(q), draft.angles(q), driven);
+    this.over.replaceChildren();
+    this.svg.append(this.over);
+    const single = model.data.nodes.filter((node) => !model.data.links.some(({ nodes }) => nodes.includes(node.id)));
+    for (const node of single) {
+      const [cx, cy] = diagram.at([node.x, node.y]);
+      element("circle", { cx, cy, r: 4, class: "pin" }, this.over);
+    }
+    if (this.state.name === "linking") {
+      const node = model.node.get(this.state.from);
+      const [x1, y1] = diagram.at([node.x, node.y]);
+      element("circle", { cx: x1, cy: y1, r: 6, class: "open" }, this.over);
+      if (this.state.to) element("line", { x1, y1, x2: this.state.to[0], y2: this.state.to[1], class: "guide" }, this.over);
+    }
+    const value = this.value && this.value.gap > 0;
+    if (value) {
+      const node = model.data.nodes.find(({ name }) => name === this.value.name);
+      const places = Object.entries(draft.places(q)).filter(([name]) => name.endsWith(`.${node.name}`)).map(([, place]) => diagram.at(place));
+      for (const [cx, cy] of places) element("circle", { cx, cy, r: 7, class: "open" }, this.over);
+      for (const [x, y] of places.slice(1)) element("line", { x1: places[0][0], y1: places[0][1], x2: x, y2: y, class: "open" }, this.over);
+    }
+    for (const own of this.toolButtons) own.setAttribute("aria-pressed", String(own.dataset.tool === this.tool));
+    const status = get("status");
+    status.textContent = value ? `${this.words("gap")} ${this.value.name}: ${digits(1000 * this.value.gap, 4)} mm` : `${this.words(`hint_${this.tool}`)}. ${this.said}`;
+    status.className = value || (model.data.links.length && this.found.count !== 1) ? "warn" : "";
+    this.slider.disabled = !this.poses;
+    this.play.disabled = !this.poses;
+  }
+}
+
+const editor = new Editor(JSON.parse(get("mechdae").textContent));
+window.mechdae = {
+  ready: Promise.resolve(true),
+  live: "preview",
+  toml: () => editor.toml(),
+  state: () => JSON.parse(editor.model.now),
+  mobility: () => editor.found,
+  values: () => (editor.poses ? editor.poses.poses.map(({ u }) => u) : []),
+  set: (u) => { if (!editor.poses) return false; editor.show(u); return editor.value.gap === 0; },
+  pose: () => ({ points: editor.draft.places(editor.value ? editor.value.q : editor.draft.start), gap: editor.value ? editor.value.gap : 0 }),
+  screen: ([x, y]) => editor.diagram.at([x, y]),
+};

@@ -1,0 +1,55 @@
+/** The problem file of a drawn mechanism. */
+import { Draft } from "./draft.js";
+
+const text = (value) => JSON.stringify(value);
+const metres = (value) => text(Number(value) === 0 ? 0 : value);
+
+/** Write the file; `kept` are lines of another file that are not drawn. @param {any} model @param {string} title @param {string[]} kept */
+export function problemText(model, title, kept = []) {
+  const draft = new Draft(model);
+  const parameters = [], bodies = [], joints = [], sketch = [], ground = [];
+  const number = (name, value) => { parameters.push(`${name}_mm = ${text(1000 * value)}`); return text(name); };
+  const nodeName = (id) => draft.nodes.get(id).name;
+  for (const node of model.nodes) {
+    if (node.fixed || node.slide) ground.push(`${node.name} = [${number(`${node.name}_x`, node.x)}, ${number(`${node.name}_y`, node.y)}]`);
+  }
+  const order = [...draft.links.keys()];
+  for (const k of order) {
+    const link = draft.links[k];
+    const { locals, angle } = draft.frames[k];
+    const points = link.nodes.map((id, i) => {
+      if (i === 0) return `${nodeName(id)} = [0, 0]`;
+      const [x, y] = locals.get(id);
+      if (i === 1) return `${nodeName(id)} = [${number(`${link.name}_${nodeName(link.nodes[0])}${nodeName(id)}`, x)}, 0]`;
+      return `${nodeName(id)} = [${number(`${link.name}_${nodeName(id)}_x`, x)}, ${number(`${link.name}_${nodeName(id)}_y`, y)}]`;
+    });
+    bodies.push(`[bodies.${link.name}]\nnumber = ${k + 1}\npoints = { ${points.join(", ")} }`);
+    sketch.push(`${link.name} = ${metres(angle)}`);
+  }
+  for (const node of model.nodes) {
+    const own = draft.links.filter((link) => link.nodes.includes(node.id));
+    const pins = node.fixed ? own.map((link) => ["ground", link.name]) : own.slice(1).map((link) => [own[0].name, link.name]);
+    pins.forEach(([a, b], k) => joints.push(`${node.name}${k ? `_${k + 1}` : ""} = { kind = "revolute", between = ["${a}.${node.name}", "${b}.${node.name}"] }`));
+    if (!own.length) continue;
+    if (node.slide) {
+      bodies.push(`[bodies.slider_${node.name}]\npoints = { ${node.name} = [0, 0] }`);
+      joints.push(`pin_${node.name} = { kind = "revolute", between = ["${own[0].name}.${node.name}", "slider_${node.name}.${node.name}"] }`);
+      joints.push(`guide_${node.name} = { kind = "prismatic", between = ["ground.${node.name}", "slider_${node.name}.${node.name}"], axis = ${metres(node.slide.angle)} }`);
+    }
+    if (node.slot) {
+      const link = draft.links[draft.index.get(node.slot.link)];
+      joints.push(`slot_${node.name} = { kind = "pin-in-slot", between = ["${link.name}.${nodeName(link.nodes[0])}", "${own[0].name}.${node.name}"], axis = 0 }`);
+    }
+  }
+  const lines = ["schema = 1", `title = ${text(title)}`, "", "[parameters]", ...parameters, "", "[ground]", `points = { ${ground.join(", ")} }`, "",
+    ...bodies.flatMap((body) => [body, ""]), "[joints]", ...joints, "", "[sketch]", ...sketch];
+  if (model.driver) {
+    const turn = model.driver.kind === "turn";
+    const coordinate = turn ? `${draft.links[draft.index.get(model.driver.link)].name}.angle` : `guide_${nodeName(model.driver.node)}.slide`;
+    if (!turn) lines.push(`${coordinate.split(".")[0]} = 0`);
+    lines.push("", "[tasks.window]", 'kind = "sweep"', `driver = { coordinate = "${coordinate}", range = "assembled" }`, "poses = 361", "",
+      "[tasks.modes]", 'kind = "modes"', `driver = { coordinate = "${coordinate}", at = [${metres(draft.begin)}] }`);
+  }
+  if (kept.length) lines.push("", "# of the file that was opened, not drawn here:", ...kept.map((line) => `# ${line}`));
+  return `${lines.join("\n")}\n`;
+}
