@@ -81,7 +81,7 @@ def rational(value: float) -> Fraction | None:
 def _turns(slopes: list[float]) -> tuple[int, int] | None:
     """Return m and the highest multiple of alpha/m with which bodies turn; None: infinite."""
     ratios = {Fraction(1)}
-    for value in slopes:
+    for value in {value for value in slopes if abs(value) != 1.0}:
         exact = rational(value)
         if exact is None:
             return None

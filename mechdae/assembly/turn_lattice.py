@@ -118,7 +118,11 @@ def lattices(scene: Scene, blocks: Iterable[Sequence[int]]) -> list[Lattice]:
     joints = scene.model.mechanism.joints
     inside = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
     if not any(joints[name].meshes for name in inside):
-        return [Lattice(_units(scene, own), len(own)) for own in blocks]
+        key = ("single turns", *map(tuple, blocks))
+        known: list[Lattice] = scene.kept(
+            key, lambda: [Lattice(_units(scene, own), len(own)) for own in blocks]
+        )
+        return known
     turned = [i for own in blocks for i in own if scene.unknowns[i].kind is ANGLE]
     place = {i: k for k, i in enumerate(turned)}
     rows = _echelon(_projected(scene, inside, turned))

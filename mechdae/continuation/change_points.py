@@ -254,7 +254,9 @@ class CrossingFinder:
             whole = self.follow(earlier, place, guess, known)
             return whole[0], [array[graph.uses] for array in whole]
 
-        here, (whole, z) = s, upstream(s)
+        here, whole, z = s, x, [array[graph.uses] for array in (x, v, a, np.zeros(n))]
+        if any(k in known for k in earlier):  # singular there: the node does not tell their rates
+            whole, z = upstream(s)
         _, J, *_ = self.jet(b, s, x[own], (np.zeros(graph.size),) * 2, z)
         scaling = self.scaling(b, J)
         w = np.linalg.svd(scaling.equations(J * scaling.columns))[0][:, -1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -16,7 +17,7 @@ from mechdae.continuation.near_change_point import ZonePoses
 from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
-from mechdae.setup.outputs import Outputs
+from mechdae.setup.outputs import Outputs, ReportedQuantity
 from mechdae.setup.scales import Constants
 
 H_LIMIT = 0.2
@@ -103,11 +104,16 @@ class Evaluator:
         self.sign_tells = np.array([g.block.group in dyads for g in graphs.blocks], bool)
         self.zones = ZonePoses(graphs)
         self.closing = Closing(graphs)
-        self.entry_groups = [
+        self.refined = 0
+
+    @cached_property
+    def entry_groups(self) -> list[tuple[ReportedQuantity, list[int]]]:
+        """The reported quantities, each with the places of the groups it depends on."""
+        outputs = self.outputs
+        return [
             (entry, [self.groups.index(g) for g in outputs.groups_of(entry)])
             for entry in outputs.entries
         ]
-        self.refined = 0
 
     def at(self, path: AnyPath, s: Any, rates: Rates = ()) -> Poses:
         """Return the poses at path parameters `s` (n,).

@@ -21,6 +21,8 @@ NEARLY = 1 + 1e-9
 """How much longer a step may be in order to end at its goal."""
 WEAK = 1 / 128
 """Share of the largest step below which a step around the series is tried."""
+FEW = 8
+"""Steps that are taken in one call where they were shorter before."""
 MOST_SMALL_STEPS = 20_000
 """Small steps in a row after which the path is given up as not provable."""
 MOST_STEPS = 1_000_000
@@ -85,17 +87,25 @@ def _until_first(front: Front, ended: set[int]) -> float:
 
 def _stride(front: Front, ds: float, count: int) -> int:
     """Take up to `count` equal steps in one call; return how many were proved."""
-    path = front.path
-    places = front.s + ds * np.arange(count + 1)
-    chain = strides(path.graphs)
-    states, test, det, miss = chain(front.state, places[:-1], ds, path.whole, count)
-    good = path.good(states, test, det, miss, front.alive, front.sign)
-    held = count if good.all() else int(np.argmin(good))
+    path, alive, sign = front.path, front.alive, front.sign
+    places, chain, held = front.s + ds * np.arange(count + 1), strides(path.graphs), 0
+    ahead = min(count, FEW) if abs(ds) < path.largest else count  # the next may fail as well
+    while True:
+        some = places[held : held + ahead]
+        states, test, det, miss = chain(front.state, some, ds, path.whole, ahead)
+        good = path.good(states, test, det, miss, alive, sign)
+        taken = ahead if good.all() else int(np.argmin(good))
+        path.append_all(
+            places[held + 1 : held + taken + 1].tolist(), list(states[:taken]), front.up
+        )
+        held += taken
+        if taken < ahead or held == count:
+            break
+        ahead = count - held
     path.counts.steps += held
     if held > 4:
         path.tries.bridge.clear()
     path.counts.rejected += held < count
-    path.append_all(places[1 : held + 1].tolist(), list(states[:held]), front.up)
     return held
 
 
@@ -131,8 +141,8 @@ def _past(front: Front, b: int, step: float, rest: float, goal: float) -> float 
     """Go past what makes the steps of block `b` shrink; return the step to try next, or None."""
     path, tries, key = front.path, front.path.tries, (b, front.sense)
     largest = path.largest
-    if step < tries.bridge.get(key, largest):
-        tries.bridge[key] = step / 2
+    if step < tries.bridge.get(key, SHRUNK * largest):
+        tries.bridge[key] = step / 4
         if across(front, b, rest):
             return largest * ZONE
     if step < tries.fold.get(key, SHRUNK * largest):

@@ -225,10 +225,37 @@ class Mechanism:
             vars(other)["parameters"] = values.numbers_by_name(parameters)
         except MechdaeError as problem:
             raise problem.inside("parameters") from None
-        if "_numbers" in vars(self):
-            vars(other)["_numbers"] = self._numbers
+        for shared in ("_numbers", "_pins"):
+            vars(other)[shared] = getattr(self, shared)
+        if self._by_values_alone(parameters):
+            vars(other)["structures"] = self.structures
         _check_values(other)
         return other
+
+    def _by_values_alone(self, parameters: Table[Number]) -> bool:
+        """Return whether other parameters cannot make another structure."""
+        told = self.dimension == 3 or any(follows_curve(joint) for joint in self.joints.values())
+        return not told and all(
+            own == other or not (isinstance(own, str) or isinstance(other, str))
+            for own, other in zip(self.parameters.values(), parameters.values(), strict=True)
+        )
+
+    @cached_property
+    def structures(self) -> dict[Any, Any]:
+        """What `structure_of` found, shared with mechanisms that differ in values alone."""
+        return {}
+
+    @cached_property
+    def _pins(self) -> dict[str, dict[str, str]]:
+        """The points of pins of each body, each with a joint there."""
+        pins: dict[str, dict[str, str]] = {name: {} for name in self.bodies}
+        for joint in self.joints.values():
+            if joint.hinge:
+                for side in (joint.first, joint.second):
+                    owner, point = side.split(".")
+                    if owner != GROUND:
+                        pins[owner].setdefault(point, joint.name)
+        return pins
 
     def with_values(self, changes: Mapping[str, Number]) -> Mechanism:
         """Return the mechanism with parameters or automatic names set to new numbers.
@@ -489,13 +516,7 @@ def _check_values(mechanism: Mechanism) -> None:
         joint.check({entry: values[f"{joint.name}.{entry}"] for entry, _ in joint.numbers()})
         if follows_curve(joint):
             check_curve(joint, mechanism.parameters, values)
-    pins: dict[str, dict[str, str]] = {name: {} for name in mechanism.bodies}
-    for joint in mechanism.joints.values():
-        if joint.hinge:
-            for side in (joint.first, joint.second):
-                owner, point = side.split(".")
-                if owner != GROUND:
-                    pins[owner].setdefault(point, joint.name)
+    pins = mechanism._pins
     for name in mechanism.bodies:
         moments = [f"inertia.{word}" for word in MOMENTS[:3]]
         for entry in ("mass", "inertia", *moments):

@@ -17,11 +17,39 @@ from mechdae.describe.loads import Load
 from mechdae.describe.mechanism import Mechanism
 
 
-def structure_of(mechanism: Mechanism, free: frozenset[str] = frozenset()) -> Hashable:
+class Structure:
+    """What mechanisms of one structure have in common, compared by one number mostly."""
+
+    __slots__ = ("_hash", "_parts")
+
+    def __init__(self, parts: Hashable) -> None:
+        self._parts, self._hash = parts, hash(parts)
+
+    def __reduce__(self) -> Any:
+        return Structure, (self._parts,)  # hashes of texts are those of one process
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Structure):
+            return NotImplemented
+        return self is other or (self._hash == other._hash and self._parts == other._parts)
+
+
+def structure_of(mechanism: Mechanism, free: frozenset[str] = frozenset()) -> Structure:
     """Return a value that mechanisms of one structure have in common.
 
     Numbers that are `free` are symbols even where they are zero.
     """
+    known: dict[frozenset[str], Structure] = mechanism.structures
+    found = known.get(free)
+    if found is None:
+        found = known[free] = Structure(_structure(mechanism, free))
+    return found
+
+
+def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
     numbers = tuple(
         (name, number if isinstance(number, str) else number == 0 and name not in free)
         for name, number in mechanism.numbers()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import combinations
 
 import numpy as np
 
@@ -14,6 +16,8 @@ from mechdae.setup.drivers import DriverPlan
 
 TIMES = 10
 """Times all other lengths together that a length looks wrong."""
+FEW = 8
+"""Points whose distances are compared one by one."""
 LEAST = 3
 """Lengths that a mechanism must have to tell which of them is out of place."""
 TURNS = 5
@@ -47,39 +51,50 @@ def long_length(mechanism: Mechanism) -> str:
     sizes = [item for item in sizes if item[0] > 0]
     if len(sizes) < LEAST:
         return ""
-    (largest, text), others = sizes[0], sum(size for size, _ in sizes[1:])
+    (largest, told), others = sizes[0], sum(size for size, _ in sizes[1:])
     if largest <= TIMES * others:
         return ""
     return (
-        f"{text}, {largest / others:.0f} times all other lengths together: is that in metres? "
+        f"{told()}, {largest / others:.0f} times all other lengths together: is that in metres? "
         "(points_mm, length_mm, NAME_mm are in millimetres)"
     )
 
 
-def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, str]]:
-    """Yield the largest distance between joint points of each body, and other lengths."""
+def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, Callable[[], str]]]:
+    """Yield the largest distance between joint points of each body, other lengths, their names."""
     values = mechanism.values()
-    points: dict[str, list[str]] = {}
+    points: dict[str, dict[str, tuple[float, float]]] = {}
     for joint in mechanism.joints.values():
         for reference in (joint.first, joint.second):
             body, point = reference.split(".")
-            points.setdefault(body, []).append(point)
+            x, y = (values.get(f"{reference}.{axis}", 0.0) for axis in "xy")
+            points.setdefault(body, {})[point] = (x, y)
         if joint.bar:
             size = abs(values[f"{joint.name}.length"])
-            yield size, f"{joint.name}.length is {size:g} m"
+            yield size, partial("{}.length is {:g} m".format, joint.name, size)
     for body, own in points.items():
-        names = list(dict.fromkeys(own))
-        x, y = ([values.get(f"{body}.{name}.{axis}", 0.0) for name in names] for axis in "xy")
-        apart = np.triu(np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y)), 1)
-        if len(names) > 1:
-            size = float(apart.max())
-            farthest = np.argwhere((apart == size) & np.triu(np.ones_like(apart, bool), 1))
-            a, b = max((names[i], names[j]) for i, j in farthest)
-            where = "on the ground" if body == GROUND else f"of {body}"
-            yield size, f"{b} and {a} {where} are {size:g} m apart"
+        if len(own) > 1:
+            size = _largest(list(own.values()))
+            yield size, partial(_far_apart, body, own, size)
     known = mechanism.parameter_values
     for name, number in mechanism.sketch.items():
         joint_name = name.removesuffix(".slide")
         if joint_name in mechanism.joints and mechanism.joints[joint_name].slides:
             size = abs(evaluate(number, known))
-            yield size, f"the slide of {joint_name} is sketched at {size:g} m"
+            yield size, partial("the slide of {} is sketched at {:g} m".format, joint_name, size)
+
+
+def _largest(points: list[tuple[float, float]]) -> float:
+    """Return the largest distance of points."""
+    if len(points) <= FEW:
+        return max(math.dist(a, b) for a, b in combinations(points, 2))
+    x, y = np.array(points).T
+    return float(np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y)).max())
+
+
+def _far_apart(body: str, points: dict[str, tuple[float, float]], size: float) -> str:
+    """Return which points of a body are farthest apart."""
+    pairs = combinations(points, 2)
+    a, b = max(pairs, key=lambda pair: (math.dist(*(points[name] for name in pair)), pair))
+    where = "on the ground" if body == GROUND else f"of {body}"
+    return f"{b} and {a} {where} are {size:g} m apart"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from mechdae.describe import values
@@ -18,7 +18,7 @@ from mechdae.describe.file.units import check_number
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import check_outputs
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.kinds import Task
+from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.values import Number, Value, key, number
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
@@ -142,7 +142,19 @@ class Problem:
         pattern = self.pattern
         for base, value in new.items():
             pattern = pattern and pattern.with_number(base, value)
-        return replace(self, mechanism=self._changed(new), pattern=pattern)
+        return self._revalued(self._changed(new), pattern)
+
+    def _revalued(self, mechanism: Mechanism, pattern: Pattern | None) -> Problem:
+        """Return the problem with a mechanism of the same names: only values are checked."""
+        other: Problem = object.__new__(type(self))
+        vars(other).update({own.name: getattr(self, own.name) for own in fields(self)})
+        vars(other).update(mechanism=mechanism, pattern=pattern)
+        check_loads(mechanism)
+        check_outputs(mechanism)
+        for name, task in self.tasks.items():
+            if not isinstance(task, Driven):  # of those names are checked, which are the same
+                check_task(mechanism, name, task)
+        return other
 
     def _changed(self, new: Mapping[str, Number]) -> Mechanism:
         """Return the mechanism with numbers set all at once: one by one some may make none."""
