@@ -126,7 +126,8 @@ def _loads(mechanism: Mechanism) -> Iterator[tuple[Any, Powers | None]]:
         if isinstance(load, Force):
             yield from ((number, powers_of("N")) for number in load.value)
         elif isinstance(load, Torque):
-            yield load.value, powers_of("N m")
+            values = load.value if isinstance(load.value, tuple) else (load.value,)
+            yield from ((number, powers_of("N m")) for number in values)
         elif isinstance(load, Resistance):
             unit = "N m" if unit_of(mechanism, load.coordinate) == "rad" else "N"
             yield from ((own, powers_of(unit)) for own in (load.negative, load.positive))

@@ -12,6 +12,8 @@ from mechdae.errors import InputError
 
 TIME = "t"
 """Abscissa of a table over the time."""
+NUMBERS, VECTORS = ("number", "moment"), ("components", "moment")
+"""Kinds of values of a load that are a number, that are components."""
 
 
 @dataclass(frozen=True)
@@ -25,30 +27,32 @@ class Load(Value):
         """Yield the load's plain numbers with the last part of their automatic name."""
         for entry in fields(self):
             value = getattr(self, entry.name)
-            if entry.metadata.get("kind") == "number" and isinstance(value, float):
+            if entry.metadata.get("kind") in NUMBERS and isinstance(value, float):
                 yield entry.name, value
-            elif entry.metadata.get("kind") == "pair":
-                for axis, number in zip("xy", value, strict=True):
+            elif entry.metadata.get("kind") in VECTORS and isinstance(value, tuple):
+                for axis, number in zip("xyz", value, strict=False):
                     if isinstance(number, float):
                         yield f"{entry.name}.{axis}", number
 
     @property
     def expressions(self) -> bool:
         """Whether one of the load's numbers is an expression."""
-        numbers = [
-            getattr(self, e.name) for e in fields(self) if e.metadata.get("kind") == "number"
+        values = [
+            getattr(self, e.name)
+            for e in fields(self)
+            if e.metadata.get("kind") in NUMBERS + VECTORS
         ]
-        pairs = [getattr(self, e.name) for e in fields(self) if e.metadata.get("kind") == "pair"]
-        return any(isinstance(number, str) for number in itertools.chain(numbers, *pairs))
+        rows = (value if isinstance(value, tuple) else (value,) for value in values)
+        return any(isinstance(number, str) for number in itertools.chain(*rows))
 
     def with_number(self, entry: str, number: Number) -> Load:
         """Return the load with one of its numbers replaced."""
         name, _, axis = entry.partition(".")
         changes: dict[str, Any] = {name: number}
         if axis:
-            pair = list(getattr(self, name))
-            pair["xy".index(axis)] = number
-            changes = {name: tuple(pair)}
+            vector = list(getattr(self, name))
+            vector["xyz".index(axis)] = number
+            changes = {name: tuple(vector)}
         return replace(self, **changes)
 
 
@@ -57,17 +61,18 @@ class Force(Load):
     """Force [N] at a point; ``frame`` is "world" or a body."""
 
     point: str = key("reference")
-    value: tuple[Number, ...] = key("pair", unit="N")
+    value: tuple[Number, ...] = key("components", unit="N")
     frame: str = key("text", "world")
     kind: ClassVar[str] = "force"
 
 
 @dataclass(frozen=True)
 class Torque(Load):
-    """Torque [N m] on a body."""
+    """Torque [N m] on a body; in space its components in the axes of ``frame``."""
 
     body: str = key("name")
-    value: Number = key("number", unit="N m")
+    value: Number | tuple[Number, ...] = key("moment", unit="N m")
+    frame: str = key("text", "world")
     kind: ClassVar[str] = "torque"
 
 

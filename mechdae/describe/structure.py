@@ -13,7 +13,7 @@ from typing import Any
 
 from mechdae.describe.curve import repeats, span
 from mechdae.describe.joints import Joint, follows_curve
-from mechdae.describe.loads import Load
+from mechdae.describe.loads import VECTORS, Load
 from mechdae.describe.mechanism import Mechanism
 
 
@@ -83,7 +83,7 @@ def _load(load: Load) -> Hashable:
     texts = [
         number
         for entry in fields(load)
-        if entry.metadata.get("kind") == "pair"
+        if isinstance(getattr(load, entry.name), tuple) and entry.metadata.get("kind") in VECTORS
         for number in getattr(load, entry.name)
         if isinstance(number, str)
     ]

@@ -41,7 +41,7 @@ def key(
 
 WITH_UNIT = (
     "number", "expression", "law", "numbers", "pair", "pairs", "points", "free", "start",
-    "freedoms", "lists", "coordinates", "components", "inertia",
+    "freedoms", "lists", "coordinates", "components", "inertia", "moment",
 )  # fmt: skip
 """Kinds of values whose keys may end in a unit."""
 
@@ -181,6 +181,12 @@ def direction(value: Any) -> tuple[Number, ...]:
     if len(items) != 3:
         raise InputError(f"three numbers are needed, not {len(items)}", hint="like [0, 0, 1]")
     return numbers(items)
+
+
+def moment(value: Any) -> Number | tuple[Number, ...]:
+    """Return a moment about the normal of the plane, or the three components of one of space."""
+    listed = isinstance(value, Sequence) or hasattr(value, "tolist")
+    return direction(value) if listed and not isinstance(value, str) else number(value)
 
 
 def inertia(value: Any) -> Number | tuple[Number, ...]:
@@ -369,6 +375,7 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "pair": pair,
     "components": components,
     "direction": direction,
+    "moment": moment,
     "inertia": inertia,
     "pairs": partial(numbers_in_rows, size=2),
     "triples": partial(numbers_in_rows, size=3),

@@ -12,7 +12,8 @@ import numpy as np
 from mechdae.dynamics.equations import Setup
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
-from mechdae.model.forces.generalised import Wrench, add, gradients, reaction, times
+from mechdae.model.forces.generalised import Wrench, add, reaction, times
+from mechdae.model.gradients import gradients
 from mechdae.model.kept import kept_property
 
 SX = ca.SX

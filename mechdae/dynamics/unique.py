@@ -15,7 +15,8 @@ import numpy as np
 
 from mechdae.dynamics.observe import Observer, States, alike
 from mechdae.forces.uniqueness import ForceColumns, Stressed, directions, shared_bodies
-from mechdae.model.forces.generalised import Wrench, gradients
+from mechdae.model.forces.generalised import Wrench
+from mechdae.model.gradients import gradients
 from mechdae.model.model import Model
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space
 

@@ -114,9 +114,9 @@ def absolute(scene: Scene, motion: Motion) -> list[Any]:
 class Loaded:
     """What acts at poses, friction in it or left out.
 
-    ``reactions`` (n, joints, 3) are force and moment about the second body's point, on the second
-    body [N, N m]; ``efforts`` (n, drivers), ``losses`` (n, joints with friction) of power [W],
-    ``normals`` (n, guides).
+    ``reactions`` (n, joints, 3), in space (n, joints, 6), are force and moment about the second
+    body's point, on the second body [N, N m]; ``efforts`` (n, drivers), ``losses`` (n, joints with
+    friction) of power [W], ``normals`` (n, guides).
     """
 
     reactions: Any
@@ -436,7 +436,7 @@ class Statics:
         with np.errstate(invalid="ignore"):
             good = np.all(contraction <= UNIQUE, axis=1)
             slow = np.flatnonzero(good & ~np.all(miss <= QUICKLY, axis=1))
-        free, whole = _read(rest[:4]), _read(rest[4:])
+        free, whole = self._read(rest[:4]), self._read(rest[4:])
         if slow.size:
             chosen = some(inputs, slow)
             sizes[slow], good[slow] = self.sizes(chosen)[1:]
@@ -450,17 +450,17 @@ class Statics:
     def loaded(self, inputs: Sequence[Any], sizes: Any, friction: bool = True) -> Loaded:
         """Return what acts with the sizes of friction given."""
         report = self.batch(f"report {friction}", lambda: self.balance.report(friction))
-        return _read(report(*inputs, sizes))
+        return self._read(report(*inputs, sizes))
 
     def static(self, inputs: Sequence[Any], sizes: Any) -> Loaded:
         """Return what loads alone do, without inertia and friction."""
         report = self.batch("static", lambda: self.balance.report(False, self.balance.applied))
-        return _read(report(*inputs, sizes))
+        return self._read(report(*inputs, sizes))
 
-
-def _read(results: Sequence[Any]) -> Loaded:
-    n, columns = results[0].shape
-    return Loaded(results[0].reshape(n, columns // 3, 3), *results[1:])
+    def _read(self, results: Sequence[Any]) -> Loaded:
+        width = self.scene.model.space.freedoms
+        n, columns = results[0].shape
+        return Loaded(results[0].reshape(n, columns // width, width), *results[1:])
 
 
 def some(inputs: Sequence[Any], rows: Any) -> list[Any]:

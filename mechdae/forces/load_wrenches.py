@@ -9,7 +9,6 @@ import numpy as np
 
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.pose_forces import PoseForces
-from mechdae.model.model import Model
 from mechdae.results import Later, Series, Summary
 
 
@@ -20,36 +19,32 @@ def acting_loads(statics: Statics, answer: PoseForces) -> Summary:
 
 
 def load_wrenches(statics: Statics, answer: PoseForces) -> dict[str, Series]:
-    """Return force [N] and moment about the body's origin [N m] by load and body, (n, 3) each.
+    """Return force [N] and moment about the body's origin [N m] by load and body.
 
-    World axes; weights are under ``gravity``. They follow from the loads alone, reactions are not
+    (n, 3) each, in space (n, 6) in world axes, of links that spin freely about their first ball
+    joint; weights are under ``gravity``. They follow from the loads alone, reactions are not
     in them. nan where the pose has no forces.
     """
     model = statics.scene.model
-    entries = [
-        (name, body, [wrench.get(i, 0.0) for i in model.twist(body)])
-        for name, wrench in statics.loads.wrenches.items()
-        for body in model.mechanism.bodies
-        if body not in statics.scene.not_in_scene and any(i in wrench for i in model.twist(body))
-    ]
+    entries = []
+    for name, wrench in statics.loads.wrenches.items():
+        for body in model.mechanism.bodies:
+            if body not in statics.scene.not_in_scene:
+                own = model.space.at_origin(model, wrench, body)
+                if own is not None:
+                    entries.append((name, body, own))
     if not entries:
         return {}
 
     def make() -> Any:
-        column = [_at_origin(model, body, parts) for _, body, parts in entries]
-        return statics.balance.function("load_wrenches", [ca.vertcat(*column)])
+        column = ca.vertcat(*[own for _, _, own in entries])
+        return statics.balance.function("load_wrenches", [column])
 
     values = statics.batch("load wrenches", make)(*answer.inputs)[0]
     values = np.broadcast_to(values, (len(answer.standing), values.shape[1])).copy()
     values[~answer.standing] = np.nan
     found: dict[str, dict[str, Any]] = {}
+    width = model.space.freedoms
     for k, (name, body, _) in enumerate(entries):
-        found.setdefault(name, {})[body] = values[:, 3 * k : 3 * k + 3]
+        found.setdefault(name, {})[body] = values[:, width * k : width * (k + 1)]
     return {name: Series(bodies) for name, bodies in found.items()}
-
-
-def _at_origin(model: Model, body: str, parts: list[Any]) -> Any:
-    """Return the force and the moment about the body's origin of a generalised force."""
-    force = ca.vertcat(*parts[:-1])
-    arm = model.frame(body).r - model.origin(body)
-    return ca.vertcat(force, parts[-1] + model.space.moment(arm, force))

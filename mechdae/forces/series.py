@@ -64,11 +64,12 @@ def unique_of(
 
 
 def _resultant(statics: Statics, reactions: Any, body: str, names: list[str]) -> Any:
-    """Return the sum of forces (n, 2) of joints on a body."""
+    """Return the sum of forces (n, d) of joints on a body."""
+    size = len(statics.scene.model.space.axes)
     joints = statics.scene.model.mechanism.joints
     places = {name: k for k, name in enumerate(statics.balance.joints)}
     return sum(
-        (1 if joints[name].second_body == body else -1) * reactions[:, places[name], :2]
+        (1 if joints[name].second_body == body else -1) * reactions[:, places[name], :size]
         for name in names
     )
 

@@ -14,13 +14,16 @@ from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
+from mechdae.model.tree.choice import model_of
+from mechdae.setup.drivers import plan
 
 
 def reactions_structure(
     problem: Problem, task: Reactions, model: Model | None = None
 ) -> dict[str, Any]:
     """Return what a task of reactions will build: its sweep, and the parts of the balance."""
-    model = Model(problem.mechanism) if model is None else model
+    if model is None:
+        model = model_of(problem.mechanism, plan(problem.mechanism, task).coordinates)
 
     def parts(scene: Scene) -> dict[str, Any]:
         return {"forces": force_structure(scene, task)}

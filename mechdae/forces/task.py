@@ -14,7 +14,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.errors import InputError
+from mechdae.errors import InputError, UnavailableError
 from mechdae.forces.checks import CHECKS, checks
 from mechdae.forces.critical_friction import critical_factor
 from mechdae.forces.cycle import cycle
@@ -29,6 +29,7 @@ from mechdae.forces.uniqueness import uniqueness
 from mechdae.kinematics.prepared import Setting
 from mechdae.kinematics.report import report
 from mechdae.measures.measure import sorted_events
+from mechdae.model.tree.bars import check_in_space
 from mechdae.results import (
     CODES,
     Later,
@@ -65,6 +66,14 @@ def reactions(problem: Problem, name: str, task: Reactions) -> ReactionsResult:
 
 def _check(problem: Problem, task: Reactions) -> None:
     mechanism = problem.mechanism
+    if mechanism.dimension == 3:
+        check_in_space(mechanism)
+        if task.axes:
+            raise UnavailableError(
+                "reactions in axes of bodies are not computed in space by this version",
+                where="axes",
+                hint="they are given in world axes",
+            )
     if "inertial" in (task.parts or ()):
         masses = [body for body in mechanism.bodies.values() if body.mass or body.inertia]
         if not masses:

@@ -19,14 +19,17 @@ import numpy as np
 
 from mechdae.errors import IndeterminateFrictionError, SolveError
 from mechdae.forces.inverse_dynamics import Motion, Statics, absolute
+from mechdae.forces.unique_in_space import Orientations, SpatialDirections, still_directions
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.friction import normal_form
 from mechdae.model.forces.generalised import Wrench, reaction
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model
-from mechdae.numerics.null_space import ZERO, equilibrated_null_space
+from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 
+SX_NOWHERE = ca.SX(6, 1)
+"""A way of no length: joints that do not move have a matrix of ways too."""
 MOST = 64
 """Poses at which directions are looked for."""
 
@@ -105,7 +108,7 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
     there = np.flatnonzero(np.isfinite(q).all(axis=1))
     if not there.size:
         return None
-    stressed = _columns(statics).stressed(q, there)
+    stressed = _stressed(statics, q, there)
     _check_friction(statics, stressed)
     lost = set(stressed.lost)
     inside = {name for group in statics.scene.redundant for name in group.joints}
@@ -113,11 +116,13 @@ def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
     def turned(body: str) -> Any:
         return q[:, balance.columns.index(model.turn(body))]
 
-    joints = {
-        name: directions(model, name, len(motion), turned, stressed)
-        for name in balance.joints
-        if name in lost | inside
-    }
+    shown = [name for name in balance.joints if name in lost | inside]
+    joints: dict[str, Any]
+    if model.space.behind:
+        orientations = Orientations(statics.scene, balance.columns, q)
+        joints = {name: in_space(orientations, name, stressed) for name in shown}
+    else:
+        joints = {name: directions(model, name, len(motion), turned, stressed) for name in shown}
     sums = shared_bodies(model, balance.bodies, [name for name in balance.joints if name in lost])
     normals = {name for name in balance.guides if not stressed.left_open(f"normal {name}")}
     return Uniqueness(~np.isin(balance.joints, stressed.lost), joints, sums, normals)
@@ -158,8 +163,16 @@ class Stressed:
         return any(len(space) < rank for space, rank in self._spaces(name))
 
     def _spaces(self, name: str) -> list[tuple[Any, int]]:
-        pairs = zip(self.matrices[name], self.null, strict=True)
-        return [unique_space(C, C @ N) for C, N in pairs]
+        pairs = list(zip(self.matrices[name], self.null, strict=True))
+        weights = None if self.maps is None else self.maps.weights
+        if weights is None:
+            return [unique_space(C, C @ N) for C, N in pairs]
+        found = []
+        for (C, N), moves in zip(pairs, self.matrices[f"moves {name}"], strict=True):
+            own = _across(weights[:, None] * C, moves / weights[:, None])
+            space, rank = unique_space(own, own @ N)
+            found.append((_unit(space * weights), rank))
+        return found
 
     def left_open(self, name: str) -> bool:
         """Return whether self-stresses change the linear forms of a name."""
@@ -184,7 +197,14 @@ class ForceColumns:
         Positions in q that count.
     forms
         Linear forms over the columns of a joint, by name.
+
+    Attributes
+    ----------
+    weights : array or None
+        By which components of reactions are compared with each other.
     """
+
+    weights: Any
 
     def __init__(
         self,
@@ -197,14 +217,19 @@ class ForceColumns:
         self.joints, self.p = list(joints), model.p_values
         every = [ca.vertcat(*[own.get(j, ca.SX(0)) for j in places]) for _, own in columns]
         parts = {"columns": ca.horzcat(*every)}
+        behind = model.space.behind
         for name in self.joints:
-            acting = [reaction(model, name, own if name == of else {}) for of, own in columns]
+            acting = [
+                reaction(model, name, own if behind or name == of else {}) for of, own in columns
+            ]
             parts[name] = ca.horzcat(*[-ca.vertcat(*own) for own in acting])
+            if behind:
+                parts[f"moves {name}"] = ca.horzcat(model.space.moves(model, name), SX_NOWHERE)
         for key, (name, own) in (forms or {}).items():
             form = ca.SX(own.shape[0], len(columns))
             form[:, [k for k, (of, _) in enumerate(columns) if of == name]] = own
             parts[key] = form
-        self.kept = Kept()
+        self.kept, self.weights = Kept(), None
         self._parts, self._inputs = parts, [model.q[list(places)], model.p]
 
     def of(self, model: Model) -> ForceColumns:
@@ -249,6 +274,27 @@ class ForceColumns:
         return found
 
 
+def _stressed(statics: Statics, q: Any, there: Any) -> Stressed:
+    """Return the self-stresses at poses."""
+    columns, model = _columns(statics), statics.scene.model
+    if not model.space.behind:
+        return columns.stressed(q, there)
+    # of joints in space a row may do no work at all: there is nothing that would hold it
+    length, balance, rows = model.mechanism.scale, statics.balance, statics.scene.rows
+    columns.weights = np.array([1.0] * 3 + [1 / length] * 3)
+    used = sorted(i for share in balance.shares for i in share.rows)
+    sizes = model.coordinates.sizes(length)[balance.columns]
+    units = np.array([length if rows[i].unit == "m" else 1.0 for i in used])
+
+    def stresses(B: Any) -> Any:
+        inside = natural_null_space(B[:, used], sizes, units)
+        whole = np.zeros((B.shape[1], inside.shape[1]))
+        whole[used] = inside
+        return whole
+
+    return columns.stressed(q, there, stresses)
+
+
 def _columns(statics: Statics) -> ForceColumns:
     balance, model = statics.balance, statics.scene.model
     used = {i for share in balance.shares for i in share.rows}
@@ -264,25 +310,36 @@ def _columns(statics: Statics) -> ForceColumns:
 
 
 def unique_space(C: Any, CN: Any) -> tuple[Any, int]:
-    """Return the unique directions (k, 3) among those that a joint's reaction can have."""
+    """Return the unique directions (k, d) among those that a joint's reaction can have."""
     U, values, _ = np.linalg.svd(C)
     rank = int(np.count_nonzero(values > ZERO * max(values[0], 1e-300)))
     able = U[:, :rank]
     if not CN.shape[1]:
-        return _tidy(able.T), rank
+        return tidy(able.T), rank
     inner = able.T @ CN
     left, strength, _ = np.linalg.svd(inner)
     known = int(np.count_nonzero(strength > ZERO * max(np.abs(C).max(), 1e-300)))
-    return _tidy((able @ left[:, known:]).T), rank
+    return tidy((able @ left[:, known:]).T), rank
 
 
-def _tidy(rows: Any) -> Any:
+def _across(C: Any, moves: Any) -> Any:
+    """Return columns without their parts along the ways, normal to each other, of a joint."""
+    sizes = np.linalg.norm(moves, axis=0)
+    free = moves[:, sizes > 0] / sizes[sizes > 0]
+    return C - free @ (free.T @ C)
+
+
+def _unit(rows: Any) -> Any:
+    return rows / np.linalg.norm(rows, axis=1)[:, None] if len(rows) else rows
+
+
+def tidy(rows: Any) -> Any:
     """Return the same directions with a leading positive entry, axes where they span a plane."""
     if not len(rows):
-        return rows.reshape(0, 3)
+        return rows
     rows = rows.copy()
     place = 0
-    for column in range(3):  # reduced row echelon form, then normalised
+    for column in range(rows.shape[1]):  # reduced row echelon form, then normalised
         if place == len(rows):
             break
         pivot = place + int(np.argmax(np.abs(rows[place:, column])))
@@ -315,25 +372,35 @@ def directions(
             np.hstack([_rotated(space[:, :2], -angles[k]), space[:, 2:]])
             for space, k in zip(spaces, stressed.chosen, strict=True)
         ]
-        common = _common(still)
-        if len(common) == min(map(len, still)):
-            return Directions(frame, _tidy(common), angles)
+        shared = common(still)
+        if len(shared) == min(map(len, still)):
+            return Directions(frame, tidy(shared), angles)
     return Directions("world", spaces[0][:0], nothing)
 
 
-def _common(spaces: list[Any]) -> Any:
-    """Return an orthonormal basis (k, 3) of what lies in all spaces.
+def in_space(orientations: Orientations, name: str, stressed: Stressed) -> SpatialDirections:
+    """Return the unique directions of a joint's reaction in the axes in which they stand still."""
+    spaces = stressed.spaces(name)
+    for frame, turns, still in still_directions(orientations, name, spaces, stressed.chosen):
+        shared = common(still)
+        if len(shared) == min(map(len, still)):
+            return SpatialDirections(frame, tidy(shared), turns)
+    return SpatialDirections("world", spaces[0][:0], orientations.world)
+
+
+def common(spaces: list[Any]) -> Any:
+    """Return an orthonormal basis (k, d) of what lies in all spaces.
 
     At single poses a joint may have more: where the self-stress does not pass through it.
     """
-    outside = sum(np.eye(3) - _projector(space) for space in spaces)
+    outside = sum(np.eye(space.shape[1]) - _projector(space) for space in spaces)
     values, vectors = np.linalg.eigh(outside)
     return vectors[:, values < 1e-8].T
 
 
 def _projector(space: Any) -> Any:
     if not len(space):
-        return np.zeros((3, 3))
+        return np.zeros((space.shape[1], space.shape[1]))
     basis = np.linalg.qr(space.T)[0]
     return basis @ basis.T
 

@@ -8,7 +8,7 @@ that a term it multiplies costs nothing, and becomes a symbol when the caller fr
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
@@ -22,6 +22,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.model.coordinates import Coordinate, Coordinates
 from mechdae.model.curve_contacts import contacts
 from mechdae.model.frames import Frame, fixed_frame, planar_frame
+from mechdae.model.gradients import gradients
 from mechdae.model.joints import Ends, rows_of
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.space import PLANE
@@ -228,6 +229,18 @@ class Model:
         if coordinate.kind == "joint angle":
             return ends.second.angle - ends.first.angle
         return ca.dot(ends.axis(), ends.gap)
+
+    def columns_of(self, rows: Sequence[Row]) -> list[dict[Any, Any]]:
+        """Return for each row what minus a unit of its multiplier does: its gradient."""
+        return gradients(ca.vertcat(*[row.expression for row in rows]), self.q)
+
+    def gradient(self, coordinate: NamedCoordinate) -> dict[Any, Any]:
+        """Return what a unit of force or moment along a coordinate does."""
+        return gradients(self.coordinate(coordinate), self.q)[0]
+
+    def mass_center(self, body: str) -> Any:
+        """Return the place of a body's centre of mass."""
+        return self.frame(body).point(self.center(body))
 
     def sharing(self, owners: list[str]) -> list[str]:
         """Return joints and drivers whose equations depend on each other, by those of the rows."""

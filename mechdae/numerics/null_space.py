@@ -63,3 +63,25 @@ def equilibrated_null_space(B: Any) -> Any:
     whole = np.zeros((B.shape[1], basis.shape[1]))
     whole[used] = basis / np.where(norms > 0, norms, 1.0)
     return whole
+
+
+def natural_null_space(B: Any, sizes: Any, units: Any) -> Any:
+    """Return the same for columns that may vanish: their unknowns are free.
+
+    Parameters
+    ----------
+    sizes : (m,) array
+        Natural sizes of the rows' coordinates, by which they are multiplied.
+    units : (n,) array
+        Natural sizes of the columns, by which they are divided.
+    """
+    scaled = sizes[:, None] * B / units
+    norms = np.linalg.norm(scaled, axis=0)
+    free = norms <= ZERO * norms.max(initial=0.0)
+    kept = np.flatnonzero(~free)
+    inside = equilibrated_null_space(scaled[:, kept]) if len(kept) else np.zeros((0, 0))
+    whole = np.zeros((B.shape[1], inside.shape[1] + int(free.sum())))
+    whole[kept, : inside.shape[1]] = inside
+    whole[np.flatnonzero(free), inside.shape[1] + np.arange(int(free.sum()))] = 1.0
+    whole = whole / units[:, None]
+    return whole / np.linalg.norm(whole, axis=0)

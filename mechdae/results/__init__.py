@@ -17,7 +17,7 @@ from mechdae.results.result import Result, whole_path
 from mechdae.results.series import Named, Series
 from mechdae.results.shown import heads
 from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
-from mechdae.results.units import KINDS, OUTPUT_RATES, REACTION, UNITS
+from mechdae.results.units import KINDS, OUTPUT_RATES, UNITS, reaction_parts
 
 __all__ = [
     "CODES",
@@ -25,7 +25,6 @@ __all__ = [
     "KINDS",
     "LOST",
     "OUTPUT_RATES",
-    "REACTION",
     "UNITS",
     "EquilibriumResult",
     "Event",
@@ -47,6 +46,7 @@ __all__ = [
     "events_of",
     "heads",
     "plain",
+    "reaction_parts",
     "statuses",
     "whole_path",
 ]

@@ -7,7 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results.units import KINDS, REACTION, UNITS, WHOLE, effort_unit
+from mechdae.results.units import (
+    IN_SPACE,
+    KINDS,
+    REACTION,
+    UNITS,
+    WHOLE,
+    effort_unit,
+    reaction_parts,
+)
 
 Column = tuple[str, str, Any]
 """Name, unit, (n,) array."""
@@ -55,7 +63,7 @@ def _of_series(whole: str, name: str, array: Any, unit: str) -> Iterator[Column]
     if array.ndim == 1:
         yield whole, unit, array
     elif name.startswith("reaction"):
-        for axis, own, column in zip(*REACTION[name[9:]], array.T, strict=True):
+        for axis, own, column in zip(*reaction_parts(name, array.shape[1]), array.T, strict=True):
             yield f"{whole}.{axis}", own, column
     else:
         axes = "wxyz" if name == "orientation" else "xyz"
@@ -66,7 +74,10 @@ def _of_series(whole: str, name: str, array: Any, unit: str) -> Iterator[Column]
 def _flat(path: str, array: Any, unit: str) -> Iterator[tuple[str, str, Any]]:
     """Yield the numbers of each row of a study as columns ``path[i][j]``."""
     word = path.rpartition("/")[2]
-    axes = REACTION.get(word[9:], WHOLE)[1] if word.startswith("reaction") else ()
+    axes: tuple[str, ...] = ()
+    if word.startswith("reaction"):
+        wide = array.ndim > 1 and array.shape[-1] == len(IN_SPACE[0])
+        axes = IN_SPACE[1] if wide else REACTION.get(word[9:], WHOLE)[1]
     for place in np.ndindex(*array.shape[1:]):
         name = path + "".join(f"[{i}]" for i in place)
         own = axes[place[-1]] if axes and place and place[-1] < len(axes) else unit

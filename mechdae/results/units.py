@@ -55,6 +55,7 @@ UNITS = {
 }
 
 WHOLE = (("Fx", "Fy", "M"), ("N", "N", "N m"))
+IN_SPACE = (("Fx", "Fy", "Fz", "Mx", "My", "Mz"), ("N",) * 3 + ("N m",) * 3)
 REACTION = {
     **dict.fromkeys(("", "uncoupled", "static", "inertial", "body"), WHOLE),
     "radial": (("Fr", "Ft"), ("N", "N")),
@@ -82,6 +83,11 @@ DRIVER_UNITS = {"velocity": "/s", "acceleration": "/s2", "jerk": "/s3"}
 HISTORY = ("last", "highest", "lowest", "peak", "settling")
 """First steps of paths that give one number of a motion's time history."""
 KINDS = ("drivers", "bodies", "points", "joints", "outputs")
+
+
+def reaction_parts(name: str, width: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return names and units of the `width` components of a reaction by the name of its series."""
+    return IN_SPACE if width == len(IN_SPACE[0]) else REACTION[name[9:]]
 
 
 def series_unit(mechanism: Mechanism, kind: str, part: str, name: str) -> str:

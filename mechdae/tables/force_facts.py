@@ -41,7 +41,7 @@ def force_facts(result: Result, width: int) -> list[str]:
         joints = ", ".join(entry["joints"])
         text = f"the sum of forces of {joints} on {entry['body']}"
         if len(result) == 1:
-            text += " = ({:.9g}, {:.9g}) N".format(*entry["force"][0])
+            text += f" = ({', '.join(f'{v:.9g}' for v in entry['force'][0])}) N"
         lines += fact("unique", text, width)
     checks = [
         f"{word.replace('_', ' ')} " + ("-" if value is None else f"{value:.1e}" if value else "0")

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import REACTION, Result
+from mechdae.results import Result, reaction_parts
 from mechdae.tables.text import Column, cells
 
 PARTS = {"uncoupled": "no friction"}
 """Titles of the parts of an effort; others are called by their word."""
+SPATIAL = 6
+"""Components of a reaction in space."""
 NOISE = 1e-14
 """Share of the largest force, moment or power below which a number is rounding."""
 
@@ -44,7 +46,7 @@ def force_columns(result: Result) -> list[Column]:
         columns.append(("loss [W]", _numbers(np.sum(losses, axis=0))))
     loaded = {name: own for name, own in result.joints.items() if "reaction" in own}
     largest = max(
-        (float(np.nanmax(np.abs(own["reaction"][:, :2]), initial=0.0)) for own in loaded.values()),
+        (float(np.nanmax(np.abs(_force(own["reaction"])), initial=0.0)) for own in loaded.values()),
         default=0.0,
     )
     order = sorted(loaded, key=lambda name: "loss" not in loaded[name])
@@ -65,12 +67,20 @@ def _most(values: Any) -> float:
     return float(np.nanmax(np.abs(values), initial=0.0))
 
 
+def _force(reaction: Any) -> Any:
+    """Return the components of the force of a reaction, (n, 2) or (n, 3)."""
+    return reaction[:, : 3 if reaction.shape[1] == SPATIAL else 2]
+
+
 def _size(reaction: Any) -> Any:
-    return np.hypot(reaction[:, 0], reaction[:, 1])
+    force = _force(reaction)
+    return (
+        np.hypot(force[:, 0], force[:, 1]) if force.shape[1] == 2 else np.linalg.norm(force, axis=1)
+    )
 
 
 def _effort_unit(coordinate: str) -> str:
-    return "N m" if coordinate.endswith(".angle") else "N"
+    return "N m" if coordinate.endswith((".angle", ".angle2")) else "N"
 
 
 # -- a single pose -----------------------------------------------------------------------------
@@ -83,7 +93,8 @@ def single_forces(result: Result) -> Iterator[str]:
     for name in result.efforts:
         for word, series in words:
             yield _line(name, word, f"{series[name][0]: .12g}", _effort_unit(name))
-    moments = [float(own["reaction"][0, 2]) for own in result.joints.values() if "reaction" in own]
+    loaded = [own["reaction"] for own in result.joints.values() if "reaction" in own]
+    moments = [float(m) for own in loaded for m in own[0, _force(own).shape[1] :]]
     forces = [float(_size(o["reaction"])[0]) for o in result.joints.values() if "reaction" in o]
     least = (_noise(forces), _noise(moments))
     for name, series in result.joints.items():
@@ -119,8 +130,11 @@ def _noise(values: list[float]) -> float:
 
 def _vector(value: Any, name: str, least: tuple[float, float]) -> tuple[str, str]:
     """Return force and moment as text with their units."""
-    units = REACTION[name[9:]][1]
+    units = reaction_parts(name, len(value))[1]
     rounded = [0.0 if abs(v) < least[u == "N m"] else v for v, u in zip(value, units, strict=True)]
+    if len(rounded) == SPATIAL:
+        force, moment = (", ".join(f"{v:.9g}" for v in part) for part in (rounded[:3], rounded[3:]))
+        return f"({force}) N, ({moment})", "N m"
     text = f"({rounded[0]: .9g}, {rounded[1]: .9g})"
     return (text, "N") if len(units) == 2 else (f"{text} N, {rounded[2]:.9g}", "N m")
 
@@ -133,8 +147,21 @@ def _along(own: dict[str, Any]) -> tuple[Any, Any]:
 def _unique(name: str, own: dict[str, Any]) -> Iterator[str]:
     """Yield a line for each unique direction of a reaction that is not unique as a whole."""
     for direction, value in zip(*_along(own), strict=True):
+        if len(direction) == SPATIAL:
+            yield _unique_in_space(name, direction, value, own["frame"])
+            continue
         x, y, turn = (f"{v:.6g}" for v in direction)
         along = "about it" if (direction[:2] == 0).all() else f"along ({x}, {y}, {turn})"
         unit = "N m" if along == "about it" else "N" if direction[2] == 0 else "N, N m"
         frame = "" if own["frame"] == "world" else f" of {own['frame']}"
         yield f"  {name:18} {'reaction, unique':20} {value: .9g} {unit} {along}{frame}"
+
+
+def _unique_in_space(name: str, direction: Any, value: float, frame: str) -> str:
+    """Return the line of a unique direction (6,) of force and moment."""
+    force, moment = (", ".join(f"{v:.6g}" for v in part) for part in (direction[:3], direction[3:]))
+    parts = [f"along ({force})"] if direction[:3].any() else []
+    parts += [f"about ({moment})"] if direction[3:].any() else []
+    unit = "N m" if not direction[:3].any() else "N" if not direction[3:].any() else "N, N m"
+    of = "" if frame == "world" else f" of {frame}"
+    return f"  {name:18} {'reaction, unique':20} {value: .9g} {unit} {' and '.join(parts)}{of}"

@@ -96,6 +96,35 @@ def case(rng: Any, loop: str) -> Case:
     )
 
 
+def platform(rng: Any) -> Case:
+    """Return a plate on six bars, the first one on a crank: a quaternion is among the unknowns."""
+    r, R = np.array([0.1, 0.2, 1.0]), random_turn(rng)
+    ways = 1.05 * np.arange(6)
+    top = np.stack([0.5 * np.cos(ways), 0.5 * np.sin(ways), 0.1 * np.sin(3 * ways)], axis=1)
+    base = np.stack([np.cos(ways + 0.3), np.sin(ways + 0.3), 0.05 * np.cos(2 * ways)], axis=1)
+    pivot = base[0] - [0.2, 0, 0.1]
+    points = {f"T{k}": R.T @ top[k] for k in range(6)}
+    axis, zero = [0, 1, 0], [1, 0, 0]
+    arm = base[0] - pivot
+    joints = [md.SpatialRevolute("J0", "ground.O", "crank.O", axis=axis, zero=zero)]
+    pairs = [Pair("R", GROUND, "crank", pivot, [0, 0, 0], axis, zero, axis, zero)]
+    for k in range(6):
+        body, foot, local = ("crank", "B0", arm) if k == 0 else (GROUND, f"B{k}", base[k])
+        length = float(np.linalg.norm(r + top[k] - base[k]))
+        bar = md.Distance(f"L{k}", f"{body}.{foot}", f"plate.T{k}", length=length)
+        joints.append(bar)
+        pairs.append(Pair("D", body, "plate", local, points[f"T{k}"], size=length))
+    mechanism = md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"O": pivot, **{f"B{k}": base[k] for k in range(1, 6)}}),
+        bodies=[md.Body("crank", {"O": [0, 0, 0], "B0": arm}), md.Body("plate", points)],
+        joints=joints,
+        sketch={"J0.angle": 0.0} | {f"plate.T{k}": (r + top[k]).tolist() for k in range(6)},
+    )
+    planted = {f"T{k}": r + top[k] for k in range(6)}
+    return Case("platform", mechanism, Closure(["crank", "plate"], pairs), planted)
+
+
 def judged(found: Case, poses: int = POSES) -> collections.Counter[str]:
     """Return how poses of a sweep fare: ok, wrong (outside of their bound), jumped, other words."""
     driver = md.Driver("J0.angle", from_=-ANGLE, to=ANGLE)

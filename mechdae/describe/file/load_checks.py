@@ -6,10 +6,19 @@ from dataclasses import fields
 from typing import Any
 
 from mechdae.describe.coordinates import coordinate
-from mechdae.describe.loads import TIME, Force, Load, Resistance, Spring, TableLoad, Torque
+from mechdae.describe.loads import (
+    TIME,
+    VECTORS,
+    Force,
+    Load,
+    Resistance,
+    Spring,
+    TableLoad,
+    Torque,
+)
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.named import check_expression, split_rate, unknown_name
-from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 
 
 def check_loads(mechanism: Mechanism) -> None:
@@ -35,10 +44,12 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
         _point(mechanism, load.point, "point")
         if load.point.split(".")[0] == GROUND:
             raise InputError("a force on the ground does nothing", where="point")
+        _components(mechanism, load.value)
         if load.frame != "world":
             _body(mechanism, load.frame, "frame")
     elif isinstance(load, Torque):
         _body(mechanism, load.body, "body")
+        _moment(mechanism, load)
     elif isinstance(load, Spring):
         if (load.between is None) == (load.coordinate is None):
             word = ", not both" if load.between else ""
@@ -50,6 +61,12 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
     elif isinstance(load, TableLoad):
         if load.body is not None:
             _body(mechanism, load.body, "body")
+            if mechanism.dimension == 3:
+                raise UnavailableError(
+                    "tables of torques on bodies are not computed in space by this version",
+                    where="body",
+                    hint="along = 'JOINT.angle' turns one body against another",
+                )
         if load.along is not None:
             try:
                 coordinate(mechanism, load.along)
@@ -68,6 +85,28 @@ def _check_load(mechanism: Mechanism, load: Load) -> None:
             raise problem.inside("coordinate") from None
 
 
+def _components(mechanism: Mechanism, value: tuple[Any, ...]) -> None:
+    if len(value) != mechanism.dimension:
+        count = {2: "two", 3: "three"}[mechanism.dimension]
+        raise InputError(f"{count} numbers are needed, not {len(value)}", where="value")
+
+
+def _moment(mechanism: Mechanism, load: Torque) -> None:
+    """Raise for a torque of the plane in space and the other way round."""
+    if mechanism.dimension == 2:
+        if isinstance(load.value, tuple):
+            raise InputError("one number is needed in the plane", where="value")
+        if load.frame != "world":
+            raise InputError("a torque of the plane has no axes", where="frame")
+        return
+    if not isinstance(load.value, tuple):
+        raise InputError(
+            "three numbers are needed in space", where="value", hint="[Mx, My, Mz] in world axes"
+        )
+    if load.frame != "world":
+        _body(mechanism, load.frame, "frame")
+
+
 def _point(mechanism: Mechanism, reference: str, place: str) -> None:
     parts: list[tuple[str, Any]] = [(GROUND, mechanism.ground), *mechanism.bodies.items()]
     known = [f"{name}.{point}" for name, body in parts for point in body.points]
@@ -81,6 +120,6 @@ def _body(mechanism: Mechanism, name: str, place: str) -> None:
 
 
 def _numbers(value: Any, kind: str) -> list[Any]:
-    if kind == "number":
-        return [value]
-    return list(value) if kind in ("pair", "numbers") and value is not None else []
+    if kind not in ("number", "numbers", *VECTORS) or value is None:
+        return []
+    return list(value) if isinstance(value, tuple) else [value]

@@ -50,6 +50,12 @@ _KINDS: dict[str, dict[str, Any]] = {
     },
     "components": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 3},
     "direction": {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3},
+    "moment": {
+        "oneOf": [
+            *NUMBER["oneOf"],
+            {"type": "array", "items": NUMBER, "minItems": 3, "maxItems": 3},
+        ]
+    },
     "inertia": {
         "oneOf": [
             *NUMBER["oneOf"],

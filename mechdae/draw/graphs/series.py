@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mechdae.draw.graphs.poles import cuts
 from mechdae.errors import InputError, UnknownName
-from mechdae.results import KINDS, REACTION, UNITS
+from mechdae.results import KINDS, UNITS, reaction_parts
 
 Array = NDArray[np.float64]
 PRINCIPAL = {
@@ -196,9 +196,10 @@ def _of_part(result: Any, path: str, kind: str, rest: Sequence[str]) -> list[Lin
     axes: tuple[str, ...] = ("x", "y", "z")
     units: tuple[str, ...] = (unit,) * 3
     if word.startswith("reaction"):
-        axes, units = REACTION[word[9:]]
+        axes, units = reaction_parts(word, array.shape[1])
     if rest[-1] == SIZE:
-        values = np.hypot(array[:, 0], array[:, 1])
+        plane = array.shape[1] == 2 or (word.startswith("reaction") and array.shape[1] == 3)
+        values = np.sqrt((array[:, : 2 if plane else 3] ** 2).sum(axis=1))
         return [_line(path, f"|{part}|", quantity, values, units[0], "", partner)]
     chosen = [axis for axis, _ in zip(axes, array.T, strict=False)]
     if len(rest) > 2:

@@ -29,7 +29,8 @@ from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.rest.chart import Chart
 from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.kernels.run.call import Call
-from mechdae.model.forces.generalised import couple, gradients, push
+from mechdae.model.forces.generalised import couple, push
+from mechdae.model.gradients import gradients
 from mechdae.model.motion_equations import Law, Released
 
 SX = ca.SX

@@ -33,7 +33,7 @@ from mechdae.kernels.graphs.friction_sizes import (
 from mechdae.kernels.graphs.linear import among, solution
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.forces.friction import Feedback, Laws, Slip, normal_form
-from mechdae.model.forces.generalised import Wrench, add, gradients, put, reaction, times
+from mechdae.model.forces.generalised import Wrench, add, power, put, reaction, times
 from mechdae.model.forces.inertia import inertia, kinetic_energy
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
@@ -95,7 +95,7 @@ class Balance:
         owners = {name for group in scene.groups for name in group.joints}
         self.joints = [name for name in self.model.mechanism.joints if name in owners]
         self.bodies = [name for group in scene.groups for name in group.bodies]
-        self.rows_of: dict[str, list[int]] = {}
+        self.rows_of: dict[str, list[int]] = {name: [] for name in self.joints}
         for group in scene.groups:
             for i in group.rows:
                 if not scene.rows[i].driver:
@@ -134,8 +134,7 @@ class Balance:
 
     def _make_columns(self) -> None:
         rows = self.scene.rows
-        phi = ca.vertcat(*[row.expression for row in rows])
-        self.column = gradients(phi, self.model.q)
+        self.column = self.model.columns_of(rows)
         for name, mesh in self.meshes.items():
             if mesh.column is not None:
                 for i in self.rows_of.get(name, []):
@@ -190,7 +189,7 @@ class Balance:
         left = dict(base)
         lam: dict[int, Any] = {}
         found = SX.zeros(len(self.feedbacks))
-        result = Chain(lam, found)
+        result = Chain(lam, found, left)
         for share in self.shares:
             push = ca.vertcat(*[left.get(j, SX(0)) for j in share.columns])
             free = share.solve(push)
@@ -331,7 +330,9 @@ class Balance:
         """Return the results of `report` for multipliers and sizes."""
         reactions: list[Any] = []
         for name in self.joints:
-            reactions += reaction(self.model, name, self._of(name, chain.lam, used, sizes))
+            behind = self.model.space.behind
+            acting = chain.left if behind else self._of(name, chain.lam, used, sizes)
+            reactions += reaction(self.model, name, acting)
         efforts = [-chain.lam[i] for i, row in enumerate(self.scene.rows) if row.driver]
         losses = [self._loss(name, sizes) for name in self.lossy]
         return [column(own) for own in (reactions, efforts, losses, self._normals(chain.lam))]
@@ -354,10 +355,9 @@ class Balance:
         """(inputs) -> power of the loads, rate of the kinetic energy, it itself, and the sizes of
         all that adds up to the two powers.
         """
-        v = self.model.velocity
-        loads = [force * v[i] for i, force in self.loads.total.items()]
+        loads = power(self.model, self.loads.total)
         energy, rate = kinetic_energy(self.model)
-        single = [*loads, *(force * v[i] for i, force in self.inertia.items())]
+        single = [*loads, *power(self.model, self.inertia)]
         sizes = sum((ca.fabs(power) for power in single), SX(0))
         return self.function("powers", [column([sum(loads, SX(0)), rate, energy, sizes])])
 
@@ -372,7 +372,8 @@ class Balance:
     @property
     def guides(self) -> list[str]:
         """Joints with a normal force, in the order of the reported ones."""
-        return [n for n in self.joints if self.model.mechanism.joints[n].normal_force]
+        joints = self.model.mechanism.joints
+        return [n for n in self.joints if joints[n].normal_force and not joints[n].spatial]
 
     def imbalance(self, friction: bool) -> Any:
         """Return the function (inputs, m, reactions, efforts) -> what is left of the balance.
@@ -382,13 +383,19 @@ class Balance:
         poses where moments vanish (dead centres) are not measured by their rounding.
         """
         used = self._used(friction)
-        reactions = SX.sym("reactions", 3 * len(self.joints))
-        efforts = SX.sym("efforts", len(self.scene.drivers))
         model, moments = self.model, []
+        width = model.space.freedoms
+        reactions = SX.sym("reactions", width * len(self.joints))
+        efforts = SX.sym("efforts", len(self.scene.drivers))
         parts = [times(-1, self.inertia), self.loads.total]
         for c, effort in zip(self.scene.drivers, ca.vertsplit(efforts), strict=True):
-            (gradient,) = gradients(model.coordinate(c), model.q)
-            parts.append({j: entry * effort for j, entry in gradient.items()})
+            parts.append(times(effort, model.gradient(c)))
+        more = [self.sizes, reactions, efforts]
+        if model.space.behind:
+            own = [reactions[width * k : width * (k + 1)] for k in range(len(self.joints))]
+            known = dict(zip(self.joints, own, strict=True))
+            worst = model.space.imbalance(model, self.bodies, parts, known)
+            return self.function("imbalance", [worst], more=more)
         for k, name in enumerate(self.joints):
             joint, place = model.mechanism.joints[name], model.ends[name].p2
             if name in self.meshes and (
@@ -413,15 +420,17 @@ class Balance:
             sizes = [part[j] for part in parts for j in places if j in part]
             size = most(column([*sizes, *(moments if kind is ANGLE else [])]))
             worst.append(ca.if_else(size > 0, gap / size, 0))
-        more = [self.sizes, reactions, efforts]
         return self.function("imbalance", [ca.fmax(*worst)], more=more)
 
 
 class Chain:
-    """Multipliers by row and sizes of feedbacks; what the solution of the sizes looked like."""
+    """Multipliers by row and sizes of feedbacks; what the solution of the sizes looked like.
 
-    def __init__(self, lam: dict[int, Any], sizes: Any) -> None:
-        self.lam, self.sizes = lam, sizes
+    ``left`` is the sum of all that acts: nothing is left of it at the scene's coordinates.
+    """
+
+    def __init__(self, lam: dict[int, Any], sizes: Any, left: Wrench) -> None:
+        self.lam, self.sizes, self.left = lam, sizes, left
         self.start: dict[int, tuple[list[int], list[Any], list[list[Any]]]] = {}
         self.misses: list[Any] = []
         self.contractions: list[Any] = []

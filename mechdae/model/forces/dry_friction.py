@@ -17,9 +17,10 @@ from typing import Any
 import casadi as ca
 
 from mechdae.model.forces.friction import Feedback, Laws, Slip
-from mechdae.model.forces.generalised import Wrench, add, gradients, times
+from mechdae.model.forces.generalised import Wrench, add, times
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
+from mechdae.model.gradients import gradients
 from mechdae.model.model import Model
 
 SX = ca.SX

@@ -119,14 +119,12 @@ class Laws:
 
     def of(self, name: str) -> list[Feedback]:
         """Return the feedbacks of a joint."""
-        ends = self.model.ends[name]
-        law = LAWS.get(ends.joint.kind)
-        result: list[Feedback] = []
+        law = LAWS.get(self.model.mechanism.joints[name].kind)
         if name in self.meshes:
-            result += self._mesh(ends, self.meshes[name])
-        elif self.friction and law is not None and self._rubs(name):
-            result += law(self, ends)
-        return result
+            return self._mesh(self.model.ends[name], self.meshes[name])
+        if self.friction and law is not None and self._rubs(name):
+            return law(self, self.model.ends[name])
+        return []
 
     def _given(self, name: str, entry: str) -> bool:
         number = self.model.numbers.get(f"{name}.{entry}")

@@ -1,7 +1,7 @@
 """Forces on bodies as generalised forces of the absolute coordinates.
 
 A generalised force is kept as {position in q: expression}: most of them touch one or two
-bodies only.
+bodies only. In space other keys tell what it does in joints, see `mechdae.model.tree.solid`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.model.model import Model
 
 SX = ca.SX
-Wrench = dict[int, Any]
+Wrench = dict[Any, Any]
 
 
 def add(*parts: Wrench) -> Wrench:
@@ -38,28 +38,14 @@ def times(factor: Any, wrench: Wrench) -> Wrench:
     return {i: factor * value for i, value in wrench.items()}
 
 
-def gradients(column: Any, symbols: Any) -> list[Wrench]:
-    """Return the gradient of each entry of a column, by position in `symbols`."""
-    jacobian = ca.jacobian(column, symbols)
-    result: list[Wrench] = [{} for _ in range(jacobian.shape[0])]
-    triplet = zip(*jacobian.sparsity().get_triplet(), jacobian.nonzeros(), strict=True)
-    for i, j, entry in triplet:
-        result[i][j] = entry
-    return result
-
-
 def push(model: Model, body: str, place: Any, force: Any) -> Wrench:
-    """Return the generalised force of a `force` (2,) at a `place` (2,), world axes, on a body."""
-    if body == GROUND:
-        return {}
-    arm = place - model.frame(body).r
-    parts = (force[0], force[1], model.space.moment(arm, force))
-    return dict(zip(model.twist(body), parts, strict=True))
+    """Return the generalised force of a `force` (d,) at a `place` (d,), world axes, on a body."""
+    return {} if body == GROUND else model.space.push(model, body, place, force)
 
 
 def couple(model: Model, body: str, moment: Any) -> Wrench:
     """Return the generalised force of a couple on a body."""
-    return {} if body == GROUND else {model.turn(body): moment}
+    return {} if body == GROUND else model.space.couple(model, body, moment)
 
 
 def pair(model: Model, first: str, second: str, place: Any, force: Any) -> Wrench:
@@ -72,28 +58,30 @@ def couples(model: Model, first: str, second: str, moment: Any) -> Wrench:
     return add(couple(model, second, moment), couple(model, first, -moment))
 
 
-def on_body(model: Model, wrench: Wrench, body: str, place: Any) -> tuple[Any, Any, Any]:
-    """Return force and moment about `place` of the part of a wrench that acts on a body."""
-    x, y, moment = (wrench.get(i, SX(0)) for i in model.twist(body))
-    return x, y, moment - model.space.moment(place - model.frame(body).r, (x, y))
-
-
 def reaction(model: Model, name: str, wrench: Wrench) -> list[Any]:
     """Return force and moment about the second body's point, on the second body, of a joint."""
-    joint, place = model.mechanism.joints[name], model.ends[name].p2
-    if joint.second_body == GROUND:
-        return [-part for part in on_body(model, wrench, joint.first_body, place)]
-    return list(on_body(model, wrench, joint.second_body, place))
+    return model.space.reaction(model, name, wrench)
 
 
 def velocity(model: Model, body: str, place: Any) -> Any:
-    """Return the velocity (2,) of a body's material point that is now at `place`."""
+    """Return the velocity (d,) of a body's material point that is now at `place`."""
     if body == GROUND:
-        return SX.zeros(2)
-    twist = model.velocity[model.twist(body)]
-    return model.space.velocity(twist, place - model.frame(body).r)
+        return SX.zeros(len(model.space.axes))
+    return model.space.point_velocity(model, body, place)
 
 
 def spin(model: Model, body: str) -> Any:
-    """Return the angular velocity of a body."""
-    return SX(0) if body == GROUND else model.velocity[model.turn(body)]
+    """Return the angular velocity of a body, a vector in space."""
+    if body == GROUND:
+        return SX.zeros(3) if len(model.space.axes) == 3 else SX(0)
+    return model.space.spin(model, body)
+
+
+def power(model: Model, wrench: Wrench) -> list[Any]:
+    """Return the powers of the parts of a generalised force."""
+    return [force * model.velocity[i] for i, force in of_coordinates(wrench).items()]
+
+
+def of_coordinates(wrench: Wrench) -> dict[int, Any]:
+    """Return what of a generalised force acts on coordinates."""
+    return {i: force for i, force in wrench.items() if isinstance(i, int)}

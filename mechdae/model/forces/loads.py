@@ -19,7 +19,7 @@ from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, T
 from mechdae.describe.named import TIME, split_rate
 from mechdae.errors import InputError, MechdaeError
 from mechdae.model.forces.friction import Slip
-from mechdae.model.forces.generalised import Wrench, add, couple, gradients, push
+from mechdae.model.forces.generalised import Wrench, add, couple, push
 from mechdae.model.forces.time_tables import Timed
 from mechdae.model.model import FUNCTIONS, Model
 
@@ -116,7 +116,7 @@ class Loads:
         """Return a number of a load: a symbol, or an expression of coordinates, speeds, t."""
         name, _, axis = entry.partition(".")
         value = getattr(load, name)
-        value = value["xy".index(axis)] if axis else value
+        value = value["xyz".index(axis)] if axis else value
         if not isinstance(value, str):
             return self.model.numbers[f"loads.{load.name}.{entry}"]
         known = dict(self._known)
@@ -150,23 +150,32 @@ class Loads:
         """Return the generalised force of a force along a coordinate."""
         c = coordinate(self.model.mechanism, text)
         self._note(c)
-        (gradient,) = gradients(self.model.coordinate(c), self.model.q)
-        return {i: entry * force for i, entry in gradient.items()}
+        return {i: entry * force for i, entry in self.model.gradient(c).items()}
 
     # -- kinds -----------------------------------------------------------------------------
 
     def force(self, load: Force) -> Wrench:
         body = load.point.split(".")[0]
         self.bodies.add(body)
-        value = ca.vertcat(self._number(load, "value.x"), self._number(load, "value.y"))
-        if load.frame != "world":
-            self.bodies.add(load.frame)
-            value = self.model.frame(load.frame).direction(value)
+        value = self._turned(load, self._vector(load))
         return push(self.model, body, self.model.point(load.point), value)
 
     def torque(self, load: Torque) -> Wrench:
         self.bodies.add(load.body)
-        return couple(self.model, load.body, self._number(load, "value"))
+        if not isinstance(load.value, tuple):
+            return couple(self.model, load.body, self._number(load, "value"))
+        return couple(self.model, load.body, self._turned(load, self._vector(load)))
+
+    def _vector(self, load: Load) -> Any:
+        axes = self.model.space.axes
+        return ca.vertcat(*[self._number(load, f"value.{axis}") for axis in axes])
+
+    def _turned(self, load: Force | Torque, value: Any) -> Any:
+        """Return the components of a load in world axes."""
+        if load.frame == "world":
+            return value
+        self.bodies.add(load.frame)
+        return self.model.frame(load.frame).direction(value)
 
     def resistance(self, load: Resistance) -> Wrench:
         """Against the motion: + while the coordinate falls, - while it grows."""
@@ -246,8 +255,7 @@ class Loads:
         parts = []
         for body in self.model.mechanism.bodies:
             if f"{body}.mass" in self.model.numbers:
-                frame = self.model.frame(body)
-                place = frame.point(self.model.center(body))
+                place = self.model.mass_center(body)
                 weight = self.model.numbers[f"{body}.mass"] * g
                 parts.append(push(self.model, body, place, weight))
                 self.bodies.add(body)

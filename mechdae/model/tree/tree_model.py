@@ -18,8 +18,7 @@ from mechdae.errors import UnavailableError
 from mechdae.model.coordinates import Coordinate, Coordinates, of_owner
 from mechdae.model.groups import Group, assur_groups, body_numbers, spatial_kind
 from mechdae.model.kept import Kept
-from mechdae.model.model import Model, Row
-from mechdae.model.space import SPACE
+from mechdae.model.model import Row
 from mechdae.model.tree.closures import (
     ROWS,
     UNIT,
@@ -35,6 +34,7 @@ from mechdae.model.tree.meshes import bearings
 from mechdae.model.tree.pointers import WORDS, points_of, span
 from mechdae.model.tree.sides import literal, side
 from mechdae.model.tree.skeleton import Skeleton
+from mechdae.model.tree.solid import SPACE
 from mechdae.model.tree.spanning import Edge, edges
 from mechdae.model.tree.spatial_frames import (
     QUATERNION,
@@ -45,12 +45,13 @@ from mechdae.model.tree.spatial_frames import (
     forward,
     placed,
 )
+from mechdae.model.tree.tree_forces import TreeForces
 from mechdae.model.tree.ways import Freedom, Way, WayProduct, WayProducts, apart
 
 SX = ca.SX
 
 
-class TreeModel(Model):
+class TreeModel(TreeForces):
     """Symbols and equations of one spatial mechanism.
 
     Parameters
@@ -68,6 +69,8 @@ class TreeModel(Model):
         The tree, in the order in which it places the bodies.
     idle : dict
         Links that spin freely between two ball joints, by name.
+    tree : set of str
+        Joints that are edges.
     senses : list of (joint, expression)
         What must be positive at a pose: equations of cut joints hold for opposite axes too.
     """
@@ -97,8 +100,8 @@ class TreeModel(Model):
         self._place_bodies()
         self.senses: list[tuple[str, Any]] = []
         self.rows = [row for edge in self.edges for row in self._norms(edge)]
-        tree = {edge.joint for edge in self.edges}
-        self._cut_joints = [j.name for j in joints if j.name not in tree]
+        self.tree = {edge.joint for edge in self.edges}
+        self._cut_joints = [j.name for j in joints if j.name not in self.tree]
         for name in self._cut_joints:
             self.rows += self._closed(name)
         for joint in self.mechanism.joints.values():

@@ -1,0 +1,170 @@
+"""Links between two ball joints as bars: what acts on them acts on their two ends.
+
+A bar does not feel its spin. With the centre at the share s of its line, mass m and moment of
+inertia I across it, its kinetic energy is that of the matrix
+
+    [[m (1-s)^2 + I/l^2, m s (1-s) - I/l^2], [m s (1-s) - I/l^2, m s^2 + I/l^2]]
+
+of its ends' velocities, and its inertia are forces at the two ends.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.mechanism import MOMENTS, Mechanism
+from mechdae.errors import InputError, UnavailableError
+from mechdae.model.tree.idle_links import IdleLink, idle_links
+
+SX = ca.SX
+ROUND = 1e-9
+"""Share by which moments of inertia across a bar may differ, and its centre may lie beside it."""
+
+
+def tensor(model: Any, name: str) -> Any:
+    """Return the inertia (3, 3) about the centre in the body's frame, None where none is given."""
+    if f"{name}.inertia.xx" not in model.numbers:
+        return None
+    xx, yy, zz, xy, xz, yz = (model.numbers.get(f"{name}.inertia.{w}", SX(0)) for w in MOMENTS)
+    return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+
+
+class SpinningBar:
+    """A link that spins freely.
+
+    Attributes
+    ----------
+    joints : (str, str)
+        Its ball joints.
+    places : (SX, SX)
+        Their places.
+    """
+
+    def __init__(self, model: Any, link: IdleLink) -> None:
+        self.model, self.link = model, link
+        self.joints = (link.joint, *link.others)
+        self.places = tuple(model.point(end) for end in link.ends)
+
+    def shares(self, place: Any) -> tuple[Any, Any]:
+        """Return the shares of the two ends in a force at a place of the line."""
+        way = self.places[1] - self.places[0]
+        second = ca.dot(place - self.places[0], way) / ca.sumsqr(way)
+        return 1 - second, second
+
+    def _own(self, reference: str) -> Any:
+        return ca.vertcat(*[self.model.numbers[f"{reference}.{axis}"] for axis in "xyz"])
+
+    def mass_shares(self) -> tuple[Any, Any]:
+        """Return the shares of the ends in the weight."""
+        start, end = (self._own(reference) for reference in self.link.own)
+        centre = f"{self.link.name}.center"
+        middle = self._own(centre) if f"{centre}.x" in self.model.numbers else SX.zeros(3)
+        second = ca.dot(middle - start, end - start) / ca.sumsqr(end - start)
+        return 1 - second, second
+
+    def matrix(self) -> tuple[Any, Any, Any]:
+        """Return the entries 11, 12, 22 of the mass matrix of the ends."""
+        mass = self.model.numbers.get(f"{self.link.name}.mass", SX(0))
+        start, end = (self._own(reference) for reference in self.link.own)
+        first, second = self.mass_shares()
+        length = ca.sumsqr(end - start)
+        J, across = tensor(self.model, self.link.name), SX(0)
+        if J is not None:  # the mean across the line, over l^2
+            along = ca.dot(end - start, J @ (end - start)) / length
+            across = (ca.trace(J) - along) / (2 * length)
+        return (
+            mass * first**2 + across,
+            mass * first * second - across,
+            mass * second**2 + across,
+        )
+
+    def _rates(self) -> tuple[list[Any], list[Any]]:
+        """Return velocities and accelerations of the ends."""
+        model, velocities, accelerations = self.model, [], []
+        twists = model.space.kinetics(model).twists
+        for end in self.link.ends:
+            body = end.split(".")[0]
+            moves = body in model.mechanism.bodies
+            arm = model.frame(body).direction(model.local(end)) if moves else SX.zeros(3)
+            velocities.append(twists[body].velocity_at(arm))
+            accelerations.append(twists[body].acceleration_at(arm))
+        return velocities, accelerations
+
+    def inertia(self) -> tuple[Any, Any]:
+        """Return mass times acceleration as forces at the two ends."""
+        (first, second), (m11, m12, m22) = self._rates()[1], self.matrix()
+        return m11 * first + m12 * second, m12 * first + m22 * second
+
+    def kinetic_energy(self) -> Any:
+        (first, second), (m11, m12, m22) = self._rates()[0], self.matrix()
+        squares = m11 * ca.sumsqr(first) + m22 * ca.sumsqr(second)
+        return squares / 2 + m12 * ca.dot(first, second)
+
+
+def check_in_space(mechanism: Mechanism) -> None:
+    """Raise for what has no forces in space.
+
+    Raises
+    ------
+    UnavailableError, InputError
+        With the key.
+    """
+    for joint in mechanism.joints.values():
+        if joint.pointer:
+            raise UnavailableError(
+                "forces on vector loops in space are not computed by this version: their bodies "
+                "are points",
+                where=f"vectors.{joint.name}",
+                hint="bodies and joints in their place",
+            )
+        if getattr(joint, "one_sided", None) is not None:
+            raise UnavailableError(
+                "one-sided contacts are not computed in space by this version",
+                where=f"joints.{joint.name}.one_sided",
+            )
+    links = idle_links(mechanism)
+    for link in links.values():
+        _check_bar(mechanism, link)
+    for load in mechanism.loads.values():
+        for key in ("body", "frame"):
+            name = getattr(load, key, None)
+            if name in links:
+                raise InputError(
+                    f"{name} spins freely about the line of its ball joints: "
+                    + ("nothing holds it against a torque" if key == "body" else "it has no axes"),
+                    where=f"loads.{load.name}.{key}",
+                    hint="forces at its points",
+                )
+
+
+def _check_bar(mechanism: Mechanism, link: IdleLink) -> None:
+    """Raise for a link that spins freely although its mass does not lie about its line."""
+    values, name = mechanism.values(), link.name
+    start, end = (np.array([values[f"{own}.{axis}"] for axis in "xyz"]) for own in link.own)
+    size = float(np.linalg.norm(end - start))
+    unit = (end - start) / size
+    hint = f"{name} spins freely about that line, its motion about it has no equation"
+    if mechanism.bodies[name].mass is not None:
+        centre = np.array([values.get(f"{name}.center.{axis}", 0.0) for axis in "xyz"]) - start
+        if np.linalg.norm(np.cross(unit, centre)) > ROUND * size:
+            raise InputError(
+                f"the centre of {name} lies beside the line of its ball joints",
+                where=f"bodies.{name}.center",
+                hint=hint,
+            )
+    if mechanism.bodies[name].inertia is not None:
+        xx, yy, zz, xy, xz, yz = (values.get(f"{name}.inertia.{word}", 0.0) for word in MOMENTS)
+        J = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        axial = float(unit @ J @ unit)
+        across = (xx + yy + zz - axial) / 2
+        round_one = across * np.eye(3) + (axial - across) * np.outer(unit, unit)
+        if np.abs(J - round_one).max() > ROUND * max(abs(across), abs(axial)):
+            raise InputError(
+                f"the inertia of {name} is not the same in all directions across the line of its "
+                f"ball joints",
+                where=f"bodies.{name}.inertia",
+                hint=hint,
+            )
