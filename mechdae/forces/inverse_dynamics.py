@@ -170,6 +170,7 @@ class Statics:
         self.scene, self.evaluator, self.task = scene, evaluator, task
         model = scene.model
         self.p, self.length = model.p_values, model.mechanism.scale
+        self._last: tuple[Motion, float, list[Any]] | None = None
         real = real_along(scene, lambda: absolute(scene, motion), self.length)
         friction, turned = task.friction != "none", task.direction == "load"
         self.key = ("forces", real, task.friction_radius, friction, turned, timed_numbers(model))
@@ -225,7 +226,15 @@ class Statics:
     # -- inputs ----------------------------------------------------------------------------
 
     def inputs(self, motion: Motion, factor: float = 1.0) -> list[Any]:
-        """Return the arrays that the functions of the balance take, sizes left out."""
+        """Return the arrays that the functions of the balance take, sizes left out.
+
+        Those of the motion that was asked for last are kept.
+        """
+        if self._last is None or self._last[0] is not motion or self._last[1] != factor:
+            self._last = (motion, factor, self._inputs(motion, factor))
+        return list(self._last[2])
+
+    def _inputs(self, motion: Motion, factor: float) -> list[Any]:
         pieces, signs = self._pieces(motion), self.signs(motion)
         return [
             motion.w, motion.v, motion.a, motion.times, pieces, signs, self._p(motion),

@@ -18,6 +18,8 @@ from mechdae.numerics.changes import Guide, arcs_of, changes
 
 SAMPLES = 512
 """Intervals in which kinks are looked for, at least."""
+CLOSE = 2 * SAMPLES
+"""Poses that lie so close that nothing is looked for between them."""
 ROUNDING = 1e-12
 """Share of the losses, or of what goes in and out, that a power has to reach to have a sign."""
 FLAGS = ("jammed", "ambiguous", "locking")
@@ -98,12 +100,12 @@ def on_grid(state: State, answer: PoseForces) -> tuple[Any, Any, Any, list[Guide
     parts = -(-SAMPLES // max(len(ends) - 1, 1))
     known = bool(answer.there.all()) and len(ends) > 1
     if known:
-        parts = max(parts, 2)
+        parts = max(parts, 1 if len(ends) > CLOSE else 2)
         way = np.diff(ends)[:, None] * np.arange(1, parts) / parts
         inner = (ends[:-1, None] + way).ravel()
     else:
         inner = np.linspace(ends.min(), ends.max(), max(SAMPLES + 1, 2 * len(ends)))
-    every = [state.at(inner), *([answer] if known else [])]
+    every = [*([state.at(inner)] if inner.size else []), *([answer] if known else [])]
     places = np.concatenate([inner, *([ends] if known else [])])
     order = np.argsort(places, kind="stable")
     seen = [state.marks(here) for here in every]
