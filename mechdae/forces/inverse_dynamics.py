@@ -12,6 +12,7 @@ import numpy as np
 
 from mechdae.continuation.evaluate import Evaluator
 from mechdae.describe.named import TIME
+from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Reactions
 from mechdae.forces.friction_solutions import Branches, Stage
 from mechdae.forces.meshes import about_meshes, meshes_of, real_along
@@ -19,6 +20,7 @@ from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, mo
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.kernels.stored.functions import fingerprint, folder, stored
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
@@ -199,8 +201,45 @@ class Statics:
         Of its inputs p and the factor have one value for all poses.
         """
         shared = [place for place, k in enumerate(take) if k in (6, 7)]
-        kept: Batch = self._kernels.kept(name, lambda: Batch(make(), shared))
+        kept: Batch = self._kernels.kept(name, lambda: Batch(self._stored(name, make), shared))
         return kept.counting()
+
+    def _stored(self, name: str, make: Callable[[], Any]) -> Any:
+        """Return a function of the balance, read from disk where an earlier process built it."""
+        if folder() is None or self.fingerprint is None:
+            return make()
+        return stored(fingerprint(self.fingerprint, name), make)
+
+    @property
+    def fingerprint(self) -> str | None:
+        """What names these kernels on disk: all that they are built from; None: they are not kept.
+
+        That is what decides the shape of the task in memory, and the groups that are solved in
+        turn. Meshes and tables over the time are built for numbers of their own.
+        """
+        scene, model = self.scene, self.scene.model
+        equations = self.evaluator.graphs.fingerprint
+        if equations is None or self.meshes or self.loads.timed:
+            return None
+
+        def make() -> str:
+            structure = structure_of(model.mechanism)
+            numbers = [
+                (name, repr(float(number)) if number.is_constant() else str(number))
+                for name, number in ((n, ca.SX(own)) for n, own in model.numbers.items())
+            ]
+            groups = [
+                (g.index, g.bodies, g.joints, g.rows, g.columns, g.superfluous)
+                for g in scene.groups
+            ]
+            drivers = [c.text for c in scene.drivers]
+            return fingerprint(
+                equations, self.key, structure, list(model.p_names), numbers, groups, drivers,
+                scene.x_names, self.balance.columns,
+            )  # fmt: skip
+
+        found: str = self._kernels.kept("fingerprint", make)
+        return found
 
     def _of(self, name: str) -> Batch:
         """Return a function of the balance by its name."""
@@ -393,15 +432,19 @@ class Statics:
 
     def _made_exactly(self) -> Any:
         g = self.evaluator.graphs
-        x, _, trig = g.newton(g.x, g.u)
-        parts = g.rates(x, g.u, g.driven, 1, trig)
-        places = [ca.vertcat(x, g.u), ca.vertcat(parts["v"], g.driven[0])]
-        speeds = self.balance.slipping(*places, g.p)[0]
-        inputs = [g.x, g.u, *([] if g.single else [g.driven[0]]), g.consts]
-        return (
-            ca.Function("refined", inputs[:2] + inputs[-1:], [x]),
-            without_repeats("speeds", inputs, [speeds]),
-        )
+
+        def refined() -> Any:
+            return ca.Function("refined", [g.x, g.u, g.consts], [g.newton(g.x, g.u)[0]])
+
+        def speeds() -> Any:
+            x, _, trig = g.newton(g.x, g.u)
+            parts = g.rates(x, g.u, g.driven, 1, trig)
+            places = [ca.vertcat(x, g.u), ca.vertcat(parts["v"], g.driven[0])]
+            found = self.balance.slipping(*places, g.p)[0]
+            inputs = [g.x, g.u, *([] if g.single else [g.driven[0]]), g.consts]
+            return without_repeats("speeds", inputs, [found])
+
+        return self._stored("refined", refined), self._stored("exact speeds", speeds)
 
     def _settled(self, motion: Motion) -> tuple[Any, float]:
         """Return sliding speeds in 80-bit floats, and what is rounding in them."""

@@ -15,10 +15,11 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.kernels.graphs import pose, steps
+from mechdae.kernels.graphs import kinetostatics, pose, steps
 from mechdae.kernels.stored import functions
 from mechdae.kernels.stored.folder import HEAD, VARIABLE, Folder, place
 from mechdae.kinematics import prepared
+from tests.shared.force_cases import slider_crank
 from tests.shared.paths import ROOT
 
 X = ca.SX.sym("x", 2)
@@ -65,6 +66,44 @@ def test_the_second_process_reads_what_the_first_has_built(name, folder, monkeyp
     assert len(made) == count  # no step was built again
     assert json.dumps(first) == json.dumps(without)
     assert json.dumps(second) == json.dumps(without)
+
+
+def forced(monkeypatch: pytest.MonkeyPatch, friction: str = "coupled", **keys: float) -> tuple:
+    """Return efforts and reactions of a slider-crank, and how many functions were built."""
+    made: list[str] = []
+    function = kinetostatics.Balance.function
+
+    def counting(self, name, *args, **keys):
+        made.append(name)
+        return function(self, name, *args, **keys)
+
+    prepared.SHAPES.clear()
+    task = md.Reactions(
+        md.Driver("crank.angle", from_=0, to=6, speed=20.0), poses=40, friction=friction
+    )
+    with monkeypatch.context() as patch:
+        patch.setattr(kinetostatics.Balance, "function", counting)
+        result = md.solve(slider_crank(inertia=True, **keys), task)
+        assert result.fault is None
+    values = [result.efforts["crank.angle"], *(j["reaction"] for j in result.joints.values())]
+    return values, made
+
+
+def test_kernels_of_forces_are_read_too(folder: Folder, monkeypatch) -> None:
+    """The same bits, nothing built; another law or structure of friction has other kernels."""
+    first, made = forced(monkeypatch)
+    assert "quick" in made
+    again, none = forced(monkeypatch)
+    assert none == []
+    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
+    assert forced(monkeypatch, f=0.2, r=0.09)[1] == []  # other numbers
+    assert forced(monkeypatch, friction="none")[1] != []
+    assert forced(monkeypatch, gravity=(0.0, -9.81))[1] != []
+    for _, _, path in folder.files():
+        path.write_bytes(path.read_bytes()[:-9])
+    whole, made = forced(monkeypatch)
+    assert "quick" in made
+    assert all(np.array_equal(a, b) for a, b in zip(first, whole, strict=True))
 
 
 def test_other_equations_have_other_names(folder) -> None:

@@ -16,7 +16,10 @@ from mechdae import __version__
 from mechdae.kernels.stored.folder import Folder, place
 from mechdae.model.kept import kept_property
 
-SOURCES = ("kernels", "kernels/graphs", "kernels/bounds", "kernels/stored", "model")
+SOURCES = (
+    "describe", "describe/tasks", "forces", "kernels", "kernels/bounds", "kernels/graphs",
+    "kernels/run", "kernels/stored", "model", "model/forces", "model/tree",
+)  # fmt: skip
 """Folders of the package whose code decides what kernels are."""
 
 

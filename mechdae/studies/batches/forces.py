@@ -50,7 +50,9 @@ class LaneStatics(Statics):
 
     def _batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = range(8)) -> Batch:
         shared = [place for place, k in enumerate(take) if k == FACTOR]
-        kept: Batch = self._kernels.kept(("lanes", name), lambda: Batch(make(), shared))
+        kept: Batch = self._kernels.kept(
+            ("lanes", name), lambda: Batch(self._stored(name, make), shared)
+        )
         return kept.counting()
 
 
