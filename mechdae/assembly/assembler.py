@@ -110,7 +110,9 @@ class Assembler:
         self.closing = Closing(graphs)
         self.senses = AxisSenses(self.scene)
         self.natural = self.scene.unknowns.sizes(self.size)
-        self._ways: dict[int, tuple[Any, ...]] = {}
+        self.by_paths = False
+        """Whether larger groups are solved by paths too: all modes are asked for."""
+        self._ways: dict[tuple[int, bool], tuple[Any, ...]] = {}
         self.counted: dict[int, list[GroupPoses]] = {}
         """What paths through complex dimensions found, by group."""
         self._searches: dict[int, BlockSearch] = {}
@@ -315,7 +317,7 @@ class Assembler:
         what is known when there is no pose.
         """
         for shape in self._shapes(group):
-            found = shape.solve(self.coordinates(x, u), u, not nearby)
+            found = shape.solve(self.coordinates(x, u), u)
             if found is None:
                 continue
             if found.generic:
@@ -326,7 +328,7 @@ class Assembler:
                 if nearby and len(own) == 1:
                     self._check_freedom(group, own[0], x, u)
             poses = self._placed(group, found.poses, x, u)
-            whole = bool(found.basis) or not found.generic
+            whole = found.proven or not found.generic
             sure = found.proven and not any(self.endless[b] for b in self.blocks_of(group))
             failure = None
             if not poses and whole:
@@ -338,10 +340,12 @@ class Assembler:
 
     def _shapes(self, group: Group) -> tuple[Any, ...]:
         """Return the ways to find all poses of a group at once."""
-        if group.index not in self._ways:
-            shapes = (way(self.scene, group, self.p) for way in WAYS)
-            self._ways[group.index] = tuple(shape for shape in shapes if shape is not None)
-        return self._ways[group.index]
+        key = (group.index, self.by_paths)
+        if key not in self._ways:
+            ways = WAYS if self.by_paths else WAYS[:1]
+            shapes = (way(self.scene, group, self.p) for way in ways)
+            self._ways[key] = tuple(shape for shape in shapes if shape is not None)
+        return self._ways[key]
 
     def _opened(self, group: Group, x: Any, u: Any) -> Gap | None:
         """Return which joint of a group of one block stays open and by how much."""
@@ -599,8 +603,15 @@ class Assembler:
 
     # -- whole scene -----------------------------------------------------------------------
 
-    def modes(self, u: Any, limit: int | None = None) -> tuple[list[Mode], bool, NoPose | None]:
-        """Return all modes, whether the count is proven, and the group that failed last."""
+    def modes(
+        self, u: Any, limit: int | None = None, by_paths: bool = False
+    ) -> tuple[list[Mode], bool, NoPose | None]:
+        """Return all modes, whether the count is proven, and the group that failed last.
+
+        With `by_paths` larger groups are solved by paths through complex dimensions too: only
+        these can prove that a search has missed none.
+        """
+        self.by_paths = by_paths
         found = [Mode(np.zeros(self.graphs.nx), ())]
         proven, failure = True, None
         for group in self.scene.groups:

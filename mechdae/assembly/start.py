@@ -119,7 +119,7 @@ def mode_by_label(assembler: Assembler, u: Any, label: str) -> Mode:
     UnknownName
         No such mode; the message lists those there are.
     """
-    modes, _, failure = assembler.modes(u)
+    modes, _, failure = assembler.modes(u, by_paths=True)
     wanted = label.replace(" ", "")
     for mode in modes:
         if mode.label == wanted:

@@ -112,7 +112,7 @@ class Truss(GroupParts):
         """Return how many places of a pin belong to known bodies besides the first."""
         return max(sum(self.node_of(place.body) == GROUND for place in pin) - 1, 0)
 
-    def solve(self, q: Mapping[tuple[str, str], float], u: Any, compute: bool = True) -> GroupPoses:
+    def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses:
         """Return the bodies' coordinates in all poses.
 
         Parameters

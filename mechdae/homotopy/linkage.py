@@ -21,8 +21,8 @@ import numpy as np
 from mechdae.homotopy.generic_count import LARGEST, generic_count
 from mechdae.homotopy.loops import walk
 
-FAR = 20.0
-"""Logarithm of a turn, or size of a slide, that is at infinity."""
+FAR, FAR_SLIDE = 20.0, 1e6
+"""Logarithm of a turn, and size of a slide, that are at infinity."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,11 @@ class PinLinkage:
         if self.slides or len(self.parts) > LARGEST or len(set(self.turns)) < len(self.turns):
             return None
         return generic_count(self.parts)
+
+    @property
+    def far(self) -> Any:
+        """Sizes (k,) of the unknowns that are at infinity."""
+        return np.repeat([FAR, FAR_SLIDE], [max(self.turns), len(self.slides)])
 
     @cached_property
     def step_turns(self) -> Any:

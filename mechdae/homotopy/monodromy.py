@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.homotopy.linkage import FAR, ComplexDimensions, PinLinkage, instance, straight
+from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage, instance, straight
 from mechdae.homotopy.tracker import distinct, track
 
 SAME = 1e-6
@@ -37,7 +37,7 @@ def different(linkage: PinLinkage, x: Any, same: float = SAME) -> Any:
 
 def followed(linkage: PinLinkage, path: list[ComplexDimensions], x: Any) -> tuple[Any, Any]:
     """Return where solutions lead along a path, and which are simple ones at its end."""
-    ends = track(linkage.system(path), x, FAR)
+    ends = track(linkage.system(path), x, linkage.far)
     return ends.x, ends.followed & (ends.step < CLOSE)
 
 

@@ -62,11 +62,11 @@ def file_name(text: str) -> str:
 
 
 def instance_of(
-    linkage: PinLinkage, folder: KeptTexts | None = None, compute: bool = True
+    linkage: PinLinkage, folder: KeptTexts | None = None
 ) -> tuple[Instance, Canonical] | None:
     """Return a generic linkage of this structure, and how the given one is numbered in it.
 
-    With `compute` what is not stored is computed where it is small enough, and kept in the
+    What is not stored is computed, which takes seconds, where it is small enough, and kept in the
     `folder`. None: there is none.
     """
     own = canonical(linkage)
@@ -74,7 +74,7 @@ def instance_of(
     found = _known.get(name)
     if found is None:
         found = _stored(own.linkage, name, folder)
-    if found is None and compute and name not in _known and linkage.unknowns <= MOST_UNKNOWNS:
+    if found is None and name not in _known and linkage.unknowns <= MOST_UNKNOWNS:
         found = _computed(own.linkage, name, folder)
         _known[name] = found
     if found is None:

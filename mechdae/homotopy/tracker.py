@@ -61,17 +61,17 @@ def _ahead(last: Any, here: Any, rates: tuple[Any, Any], gap: Any, h: Any) -> An
     return value + (3 * s**2 - 2 * s**3) * here + (s**3 - s**2) * gap * now
 
 
-def track(system: System, x: Any, far: float = FAR) -> PathEnds:
+def track(system: System, x: Any, far: Any = FAR) -> PathEnds:
     """Follow solutions of F(x, 0) = 0, each with steps of its own, to t = 1.
 
     Predicted by a cubic through the last two points, corrected by two Newton steps. What grows
-    beyond `far` is at infinity.
+    beyond `far`, one size or one for each unknown, is at infinity.
     """
     with np.errstate(all="ignore"):
         return _track(system, np.array(x, complex), far)
 
 
-def _track(system: System, x: Any, far: float) -> PathEnds:
+def _track(system: System, x: Any, far: Any) -> PathEnds:
     n = len(x)
     t, h = np.zeros(n), np.full(n, FIRST)
     _, J, Ft = system(x, t)
@@ -102,7 +102,7 @@ def _track(system: System, x: Any, far: float) -> PathEnds:
         x[yes], v[yes], t[yes] = y[good], rate[good], ahead[good]
         factor = np.clip(0.8 * (WANTED / np.maximum(e1, 1e-300)) ** 0.25, 0.5, 2.0)
         h[own] = np.where(good, step * factor, step / 2)
-        going[own] = (h[own] > SMALLEST) & (_largest(x[own]) < far)
+        going[own] = (h[own] > SMALLEST) & (_largest(x[own] / far) < 1)
     return _ended(system, x, t >= 1)
 
 

@@ -98,7 +98,7 @@ def _found(problem: Problem, task: Modes) -> _Modes:
     setting = prepare(problem, Sweep(drivers=tuple(held), outputs=task.outputs, derivatives=0))
     assembler, outputs, expressions = setting.assembler, setting.outputs, setting.expressions
     the_scene, graphs = assembler.scene, assembler.graphs
-    every, proven, failure = assembler.modes(u)
+    every, proven, failure = assembler.modes(u, by_paths=True)
     found = every[: task.limit]
     certain = certified(graphs, np.array([m.x for m in found]).reshape(len(found), graphs.nx), u)
     found = [replace(mode, x=x) for mode, x in zip(found, certain.x, strict=True)]

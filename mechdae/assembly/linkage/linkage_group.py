@@ -123,9 +123,7 @@ class LinkageGroup(GroupParts):
             raise OtherShape from None
         return linkage
 
-    def solve(
-        self, q: Mapping[tuple[str, str], float], u: Any, compute: bool = True
-    ) -> GroupPoses | None:
+    def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses | None:
         """Return the bodies' coordinates in all poses, None where no generic linkage is known.
 
         Parameters
@@ -134,11 +132,9 @@ class LinkageGroup(GroupParts):
             Absolute coordinates of earlier groups.
         u : (nd,) array
             Driver values.
-        compute
-            Whether to compute the generic linkage, which takes seconds, where it is not stored.
         """
         path = cache_place()
-        found = instance_of(self.linkage, Folder(path) if path else None, compute)
+        found = instance_of(self.linkage, Folder(path) if path else None)
         if found is None:
             return None
         start, order = found
