@@ -18,10 +18,10 @@ from mechdae.assembly.axis_senses import AxisSenses, told_angles
 from mechdae.assembly.closure import Closing, Gap, NoPose
 from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
-from mechdae.assembly.idle_freedom import free_poses
+from mechdae.assembly.idle_freedom import free_poses, moving
 from mechdae.assembly.least_gap import opening
 from mechdae.assembly.linkage.rigid_parts import GroupPoses
-from mechdae.assembly.multistart import MOST, BlockSearch, BlockSolutions
+from mechdae.assembly.multistart import CROWD, MOST, BlockSearch, BlockSolutions
 from mechdae.assembly.nearest_mode import Nearest, Sketched
 from mechdae.assembly.redundant import RedundantSolver
 from mechdae.assembly.three_legs import truss
@@ -221,7 +221,7 @@ class Assembler:
                     self.free.append(group)
                 if not len(solutions):
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
-                    free = result is not None and result.free
+                    free = group in self.free if result is None else result.free
                     if (gap > 0 or starts) and at is None and measured:
                         at = opening(solver, self.scene.model, start, u)
                         gap = at.size
@@ -470,9 +470,14 @@ class Assembler:
         angles = dict(zip(graph.own, solver.angle, strict=True))
         hint = [self.turns.start(i, x, u) if angle else np.nan for i, angle in angles.items()]
         z = x[graph.uses] if graph.uses else np.zeros(0)
-        found = self._searches[b](z, u, np.array(hint), most)
+        counts = [run.generic for run in self.counted.get(graph.block.group, ()) if run.bounded]
+        crowd = min([*counts, CROWD])
+        found = self._searches[b](z, u, np.array(hint), most, crowd)
         self.searched.setdefault(graph.block.group, []).append(found)
-        return found.x
+        free = moving(graph, found.x, x, u, self.p, self.natural[graph.own], self.size)
+        if free.any():
+            self.free += [group for group in self.scene.groups if group.index == graph.block.group]
+        return found.x[~free]
 
     def searches(self) -> list[dict[str, Any]]:
         """Return what was searched for: group, starts, solutions, fewest starts that led to one."""

@@ -21,6 +21,8 @@ T = TypeVar("T")
 STEP = 1e-3
 ITERATIONS = 60
 LARGEST_STEP = 0.7
+SINGULAR = 1e-6
+"""Least singular value by the largest of a pose that is looked at more closely."""
 HOLDS = 1e-12
 """Residual of a solution, in sizes of the mechanism and radians."""
 
@@ -46,6 +48,23 @@ def settled(build: Callable[[bool], T], assemble: Callable[[T], object]) -> T:
             return result
         except FreedomError:
             raise error from None
+
+
+def moving(graph: BlockGraph, poses: Any, x: Any, u: Any, p: Any, sizes: Any, scale: float) -> Any:
+    """Return which solutions (k, n) of a block belong to a continuum of them: it moves by itself.
+
+    `x` (nx,) are the unknowns of the scene, `sizes` (n,) and `scale` as for `free_poses`.
+    """
+    r = np.array([scale if unit == "m" else 1.0 for unit in graph.block.units])
+    found = np.zeros(len(poses), bool)
+    for k, own in enumerate(poses):
+        pose = x.copy()
+        pose[graph.own] = own
+        _, J, _ = graph.value_at(pose, u, p)
+        sigma = np.linalg.svd(J / r[:, None] * sizes, compute_uv=False)
+        if sigma[-1] < SINGULAR * sigma[0]:
+            found[k] = free_poses(graph, pose, u, p, sizes, scale) is not None
+    return found
 
 
 def free_poses(

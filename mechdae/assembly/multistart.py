@@ -86,10 +86,13 @@ class BlockSearch:
         results = [ca.densify(graph.F), ca.densify(ca.vec(graph.J))]
         return Batch(ca.Function("FJ", inputs, results), shared=[1, 2, 3])
 
-    def __call__(self, z: Any, u: Any, hint: Any, most: int = MOST) -> BlockSolutions:
+    def __call__(
+        self, z: Any, u: Any, hint: Any, most: int = MOST, crowd: int = CROWD
+    ) -> BlockSolutions:
         """Return the solutions for given earlier unknowns and driver values.
 
-        `hint` (n,) is the first start, nan where nothing is known.
+        `hint` (n,) is the first start, nan where nothing is known. The search ends with more than
+        `crowd` solutions.
         """
         self._shared = (z, u, self.solver.p)
         kept, hits = np.zeros((0, self.n)), np.zeros(0, int)
@@ -103,7 +106,7 @@ class BlockSearch:
             kept, hits = self._merge(kept, hits, reached)
             settled = done and len(kept) == known and np.all(hits >= HITS)
             done, goal = goal, 2 * goal
-            if settled or goal > most or len(kept) > CROWD:
+            if settled or goal > most or len(kept) > crowd:
                 return BlockSolutions(kept, hits, done)
 
     def _starts(self, first: int, last: int) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage, instance, st
 from mechdae.homotopy.tracker import distinct, track
 
 SAME = 1e-6
-MISSED = 1e-9
+MISSED = 1e-6
 """Chance that a solution stays hidden, where no theorem tells how many there are."""
 TRIPS = 400
 CLOSE = 1e-9
@@ -45,21 +44,16 @@ def generic_instance(linkage: PinLinkage, seed: int = 1) -> tuple[ComplexDimensi
     """Return complex numbers, all their solutions (N, k), whether a theorem allows no more.
 
     Where no theorem tells how many there are, round trips end when a solution that was missed by
-    all of them is as unlikely as 1e-9, with a full group of permutations.
+    all of them is as unlikely as 1e-6, with a full group of permutations.
     """
     rng = np.random.default_rng(seed)
     numbers, first = instance(linkage, rng)
     known, wanted, silent = first[None], linkage.count, 0
     for _ in range(TRIPS):
-        stations = [
-            numbers,
-            ComplexDimensions.drawn(linkage, rng),
-            ComplexDimensions.drawn(linkage, rng),
-            numbers,
-        ]
+        there, bend = (ComplexDimensions.drawn(linkage, rng) for _ in range(2))
         x = known
-        for start, end in pairwise(stations):
-            x, good = followed(linkage, straight(start, end), x)
+        for path in (straight(numbers, there), straight(there, numbers, bend)):
+            x, good = followed(linkage, path, x)
             x = x[good]
             if not len(x):
                 break

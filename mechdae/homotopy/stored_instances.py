@@ -67,14 +67,16 @@ def instance_of(
     """Return a generic linkage of this structure, and how the given one is numbered in it.
 
     What is not stored is computed, which takes seconds, where it is small enough, and kept in the
-    `folder`. None: there is none.
+    `folder`; where no theorem tells how many solutions there are only if there is one. None: there
+    is none.
     """
     own = canonical(linkage)
     name = own.name
     found = _known.get(name)
     if found is None:
         found = _stored(own.linkage, name, folder)
-    if found is None and name not in _known and linkage.unknowns <= MOST_UNKNOWNS:
+    small = linkage.unknowns <= MOST_UNKNOWNS and (linkage.count is not None or folder is not None)
+    if found is None and small and name not in _known:
         found = _computed(own.linkage, name, folder)
         _known[name] = found
     if found is None:

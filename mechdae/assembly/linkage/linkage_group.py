@@ -153,6 +153,7 @@ class LinkageGroup(GroupParts):
             BASIS.get(poses.basis, "").format(poses.generic),
             generic=poses.generic,
             singular=poses.singular,
+            bounded=start.whole,
         )
 
 

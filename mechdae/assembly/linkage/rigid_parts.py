@@ -42,7 +42,8 @@ class GroupPoses:
     """All poses of a group, each as {(body, name): value}, and what is known of their number.
 
     ``basis`` says why there are no others, empty where there may be some; ``singular`` counts the
-    complex solutions that end in singular ones or at infinity. ``proven`` tells that there are no
+    complex solutions that end in singular ones or at infinity of the ``generic`` ones, ``bounded``
+    tells that there are no more single ones than these. ``proven`` tells that there are no
     others, ``gap`` by how much the group stays open when there is none, ``free`` that it moves by
     itself.
     """
@@ -54,6 +55,7 @@ class GroupPoses:
     free: bool = False
     generic: int = 0
     singular: int = 0
+    bounded: bool = False
 
     @property
     def partly(self) -> str:
