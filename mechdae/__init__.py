@@ -39,6 +39,7 @@ _HOMES = {
     "mechdae.draw": "plot",
     "mechdae.pages": "Page page",
     "mechdae.explanations": "Explanation explain",
+    "mechdae.reports": "Report report",
     "mechdae.composition.chains": "KinematicChain chains count_chains assur_groups",
     "mechdae.composition.mechanisms": "mechanism_of problem_of",
 }

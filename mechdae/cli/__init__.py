@@ -25,6 +25,7 @@ COMMANDS = {
     "page": "a live page of a mechanism, one HTML file",
     "explain": "a pose on paper: equations of each group with their numbers",
     "edit": "an editor of mechanisms, one HTML file",
+    "report": "a course report: assignment, structure, positions, forces",
     "synthesize": "dimensions that do what a task asks for",
     "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",

@@ -45,12 +45,18 @@ class Drawing(Figure):
         return made
 
 
-def data_url(picture: Axes | Figure) -> str:
-    """Return a picture as an SVG that an ``<img>`` shows."""
+def svg_text(picture: Axes | Figure) -> str:
+    """Return a picture as the text of an SVG file, the same each time."""
     file = io.BytesIO()
     with mpl.rc_context(SETTINGS):
         _figure_of(picture).savefig(file, format="svg", metadata=FORMATS["svg"])
-    return f"data:image/svg+xml;base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
+    return file.getvalue().decode("utf-8")
+
+
+def data_url(picture: Axes | Figure) -> str:
+    """Return a picture as an SVG that an ``<img>`` shows."""
+    text = base64.b64encode(svg_text(picture).encode("utf-8")).decode("ascii")
+    return f"data:image/svg+xml;base64,{text}"
 
 
 def _figure_of(picture: Axes | Figure) -> Figure:

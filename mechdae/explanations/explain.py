@@ -133,18 +133,30 @@ def explain(
     return Explanation(Document(title, f"{name}: {place}", tuple(sections), lang))
 
 
-def _solved(problem: Problem | str | Path, task: str | None) -> Result:
-    """Return the result of a task, by default of the first one that can be explained."""
-    whole = problem if isinstance(problem, Problem) else load(problem)
+def first_task(problem: Problem, task: str | None) -> str:
+    """Return a task that can be explained: the one asked for, or the first.
+
+    Raises
+    ------
+    InputError
+        There is none, or the one asked for is of another kind.
+    """
     if task is None:
-        able = [name for name, own in whole.tasks.items() if own.kind in KINDS]
+        able = [name for name, own in problem.tasks.items() if own.kind in KINDS]
         if not able:
             hint = f"kind = {' or '.join(KINDS)}"
             raise InputError("no task that can be explained", where="tasks", hint=hint)
-        task = able[0]
-    elif (kind := whole.task(task).kind) not in KINDS:
+        return able[0]
+    kind = problem.task(task).kind
+    if kind not in KINDS:
         raise InputError(f"{', '.join(KINDS)} are explained, not {kind}", where=f"tasks.{task}")
-    return solve(whole, task)
+    return task
+
+
+def _solved(problem: Problem | str | Path, task: str | None) -> Result:
+    """Return the result of a task, by default of the first one that can be explained."""
+    whole = problem if isinstance(problem, Problem) else load(problem)
+    return solve(whole, first_task(whole, task))
 
 
 def _head(subject: Subject) -> Section:

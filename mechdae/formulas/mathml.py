@@ -10,6 +10,7 @@ from mechdae.formulas.tree import (
     Equation,
     Less,
     Letter,
+    Listed,
     Norm,
     Number,
     Part,
@@ -49,6 +50,8 @@ def _inner(node: Part) -> str:
             return "<mo>&#x22c5;</mo>".join([_inner(first), *map(_factor, rest)])
         case Quotient():
             return f"<mfrac>{_row(node.above)}{_row(node.below)}</mfrac>"
+        case Listed():
+            return "<mo>,</mo>".join(_row(own) for own in node.parts)
         case Norm():
             return f"<mo>|</mo>{_inner(node.inner)}<mo>|</mo>"
         case Equation():

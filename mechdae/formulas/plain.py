@@ -7,6 +7,7 @@ from mechdae.formulas.tree import (
     Equation,
     Less,
     Letter,
+    Listed,
     Norm,
     Number,
     Part,
@@ -44,6 +45,8 @@ def plain(node: Part) -> str:
             return "·".join([plain(first), *map(_factor, rest)])
         case Quotient():
             return f"{_bound(node.above)}/{_bound(node.below)}"
+        case Listed():
+            return ", ".join(plain(own) for own in node.parts)
         case Norm():
             return f"|{plain(node.inner)}|"
         case Equation():

@@ -111,6 +111,13 @@ class Norm(Part):
 
 
 @dataclass(frozen=True)
+class Listed(Part):
+    """Parts with commas between them."""
+
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
 class Equation(Part):
     """Sides that are equal, each to the next."""
 

@@ -8,6 +8,7 @@ from mechdae.formulas.tree import (
     Equation,
     Less,
     Letter,
+    Listed,
     Norm,
     Number,
     Part,
@@ -50,6 +51,8 @@ def _inner(node: Part) -> str:
             return " dot ".join([_inner(first), *map(_factor, rest)])
         case Quotient():
             return f"({_inner(node.above)})/({_inner(node.below)})"
+        case Listed():
+            return ", ".join(_inner(own) for own in node.parts)
         case Norm():
             return f"abs({_inner(node.inner)})"
         case Equation():
@@ -71,7 +74,8 @@ def _letter(node: Letter) -> str:
     name = node.text if len(node.text) == 1 else _text(node.text)
     name = f"arrow({name})" if node.vector else name
     index = " ".join(_index(part) for part in node.index)
-    mark = f"^({node.mark})" if node.mark else ""
+    mark = node.mark if len(node.mark) < 2 else _text(node.mark)
+    mark = f"^({mark})" if mark else ""
     return name + (f"_({index})" if index else "") + mark
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from base64 import b64encode
 from collections.abc import Callable, Iterator
 from html import escape
 from typing import Any
@@ -45,7 +46,7 @@ th:first-child, td:first-child { text-align: left; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .1rem 1rem; margin: .5rem 0; }
 dt { color: var(--faint); } dd { margin: 0; }
 figure { margin: 1rem 0; text-align: center; break-inside: avoid; }
-figure svg { height: auto; max-width: 100%; }
+figure img { height: auto; max-width: 100%; }
 @media (max-width: 30rem) { dl { grid-template-columns: 1fr; } dd { margin-left: 1rem; } }
 @page { size: A4; margin: 20mm 16mm; }
 @media print { body { margin: 0; max-width: none; font-size: 11pt; }
@@ -180,8 +181,12 @@ def _block_html(block: Passage) -> str:
             return _table_html(block)
         case Image():
             width = f"{100 * block.width:g}%"
-            svg = block.svg.replace("<svg ", f'<svg role="img" style="width:{width}" ', 1)
-            return f"<figure>{svg}<figcaption>{escape(block.caption)}</figcaption></figure>"
+            data = b64encode(block.svg.encode("utf-8")).decode("ascii")
+            words = escape(block.caption, quote=True)
+            return (
+                f'<figure><img style="width:{width}" alt="{words}" '
+                f'src="data:image/svg+xml;base64,{data}"><figcaption>{words}</figcaption></figure>'
+            )
     raise TypeError(f"no HTML for {type(block).__name__}")  # pragma: no cover
 
 

@@ -19,6 +19,7 @@ def test_letters() -> None:
     assert mathtext(V) == r"\mathbf{v}_{BA_{3}}^{r}"
     assert "<msubsup>" in mathml(V)
     assert "<mn>3</mn>" in mathml(V)
+    assert typst(Letter("P", ("3",), "load")) == '$P_("3")^("load")$'
     assert typst(V) == '$arrow(v)_(B A_("3"))^(r)$'
 
 

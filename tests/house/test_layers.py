@@ -52,9 +52,10 @@ ROOMS = {
     "modules numerics results setup solver studies synthesis",
     "pages": "continuation describe errors forces kernels kinematics model results setup tasks",
     "explanations": "describe draw errors export formulas results tasks",
+    "reports": "describe draw errors explanations export formulas results tasks",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
     "cli": "assembly bench composition describe draw errors explanations export jobs kernels "
-    "modules pages results synthesis tables tasks",
+    "modules pages reports results synthesis tables tasks",
 }
 """Each room, and the rooms before it of which it may import."""
 MOST = 20

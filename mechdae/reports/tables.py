@@ -1,0 +1,180 @@
+"""Tables of a report: numbers of the assignment, positions, rates, analogues, forces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechdae.describe.dimensions import parameter_units
+from mechdae.explanations.subject import Subject
+from mechdae.formulas import Grid, Letter, Listed, Number, Part, Wording
+from mechdae.formulas.tree import decimals, number, rounded
+
+WIDEST = 8
+"""Columns of numbers side by side; more go into further tables."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A column of a table: its symbol, unit, and values at the positions (n,)."""
+
+    letter: Letter
+    unit: str
+    values: Any
+
+
+def parameters(problem: Any, say: Callable[..., str]) -> Grid:
+    """Return the numbers that the file gives names to."""
+    mechanism = problem.mechanism
+    values = mechanism.values()
+    units = parameter_units(mechanism, problem.tasks.values())
+    rows: list[tuple[str | Part, ...]] = []
+    for name in mechanism.parameters:
+        unit = units.get(name, "")
+        value, unit = (np.rad2deg(values[name]), "°") if unit == "rad" else (values[name], unit)
+        rows.append((name, number(float(value), "", 6), unit))
+    return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
+
+
+def grids(first: Sequence[str], head: str, columns: Sequence[Quantity]) -> Iterator[Grid]:
+    """Yield tables of quantities, at most `WIDEST` side by side, all numbers of a column alike."""
+    for k in range(0, len(columns), WIDEST):
+        chosen = columns[k : k + WIDEST]
+        heads: list[str | Part] = [head]
+        cells: list[list[str | Part]] = []
+        for own in chosen:
+            heads.append(_head(own))
+            values = [float(value) for value in own.values]
+            style = decimals(*[value for value in values if np.isfinite(value)])
+            cells.append([_cell(value, style) for value in values])
+        rows = tuple((first[i], *(column[i] for column in cells)) for i in range(len(first)))
+        yield Grid(tuple(heads), rows)
+
+
+def _head(own: Quantity) -> Part:
+    return Listed((own.letter, Wording(own.unit))) if own.unit else own.letter
+
+
+def _cell(value: float, style: tuple[int, int]) -> str | Part:
+    return Number(rounded(value, *style), style[1]) if np.isfinite(value) else "–"
+
+
+# -- what is in them ---------------------------------------------------------------------------
+
+
+def driver_columns(subject: Subject, rows: Sequence[int]) -> list[Quantity]:
+    """Return the drivers' values, angles in degrees."""
+    found = []
+    for text, driver in subject.result.drivers.items():
+        values = np.asarray(driver.position, dtype=float)[list(rows)]
+        angle = subject.result.unit("drivers", text, "position") == "rad"
+        name, _, rest = text.partition(".")
+        symbol, index = ("φ" if angle else "s"), _index(subject, name, rest)
+        values, unit = (np.rad2deg(values), "°") if angle else (values, "m")
+        found.append(Quantity(Letter(symbol, (index,)), unit, values))
+    return found
+
+
+def _index(subject: Subject, name: str, rest: str) -> str:
+    if name in subject.scene.mechanism.bodies and rest == "angle":
+        return str(subject.numbers[name])
+    return name
+
+
+def position_columns(subject: Subject, rows: Sequence[int]) -> list[Quantity]:
+    """Return angles of the links that turn and slides, the drivers left out."""
+    found = []
+    for letter, angle, series in _moving(subject):
+        values = np.asarray(series[0], dtype=float)[list(rows)]
+        if angle:
+            found.append(Quantity(Letter("φ", (letter,)), "°", np.rad2deg(values)))
+        else:
+            found.append(Quantity(Letter("s", (letter,)), "m", values))
+    return found
+
+
+def rate_columns(subject: Subject, rows: Sequence[int], order: int) -> list[Quantity]:
+    """Return angular and sliding rates of order 1 or 2."""
+    symbols = {True: ("ω", "ε"), False: ("ṡ", "s̈")}
+    units = {True: ("rad/s", "rad/s²"), False: ("m/s", "m/s²")}
+    return [
+        Quantity(
+            Letter(symbols[angle][order - 1], (letter,)),
+            units[angle][order - 1],
+            np.asarray(series[order], dtype=float)[list(rows)],
+        )
+        for letter, angle, series in _moving(subject, order)
+    ]
+
+
+def analogue_columns(subject: Subject, rows: Sequence[int], order: int) -> list[Quantity]:
+    """Return derivatives by the one driver: q' = v/w and q'' = (a - q' e)/w^2.
+
+    Nothing where there are several drivers or one stands still in a position.
+    """
+    drivers = list(subject.result.drivers.values())
+    if len(drivers) != 1 or "velocity" not in drivers[0]:
+        return []
+    speed = np.asarray(drivers[0].velocity, dtype=float)[list(rows)]
+    gain = np.asarray(drivers[0].acceleration, dtype=float)[list(rows)] if order == 2 else 0.0
+    if not np.all(np.abs(speed) > 0):
+        return []
+    lead = subject.result.unit("drivers", next(iter(subject.result.drivers)), "position")
+    found = []
+    for letter, angle, series in _moving(subject, order):
+        first = np.asarray(series[1], dtype=float)[list(rows)] / speed
+        values = first
+        if order == 2:
+            values = (np.asarray(series[2], dtype=float)[list(rows)] - first * gain) / speed**2
+        mark = "′" * order
+        unit = _analogue_unit(angle, lead, order)
+        found.append(Quantity(Letter("φ" if angle else "s", (letter,), mark), unit, values))
+    return found
+
+
+def _analogue_unit(angle: bool, lead: str, order: int) -> str:
+    if lead == "rad":
+        return "" if angle else "m"
+    if angle:
+        return "1/m" if order == 1 else "1/m²"
+    return "" if order == 1 else "1/m"
+
+
+def force_columns(subject: Subject, rows: Sequence[int]) -> list[Quantity]:
+    """Return the efforts of the drivers and the sizes of the reactions."""
+    result = subject.result
+    found = []
+    for text, effort in getattr(result, "efforts", {}).items():
+        unit = result.path_unit(f"efforts/{text}")
+        name, _, rest = text.partition(".")
+        letter = Letter("M" if unit == "N m" else "F", (_index(subject, name, rest),))
+        found.append(Quantity(letter, unit, np.asarray(effort, dtype=float)[list(rows)]))
+    for name, series in result.joints.items():
+        if "reaction" in series:
+            force = np.asarray(series["reaction"], dtype=float)[list(rows), :2]
+            size = np.hypot(*force.T)
+            if np.isfinite(size).any():
+                found.append(Quantity(Letter("R", (name,)), "N", size))
+    return found
+
+
+def _moving(subject: Subject, order: int = 0) -> Iterator[tuple[str, bool, list[Any]]]:
+    """Yield index, whether it is an angle, and series up to an order of what moves."""
+    result, mechanism = subject.result, subject.scene.mechanism
+    for body, series in result.bodies.items():
+        names = ("angle", "angular_velocity", "angular_acceleration")[: order + 1]
+        if f"{body}.angle" in result.drivers or any(name not in series for name in names):
+            continue
+        turn = np.asarray(series["angle"], dtype=float)
+        if np.nanmax(turn) - np.nanmin(turn) > 1e-12:
+            yield str(subject.numbers[body]), True, [series[name] for name in names]
+    for name, series in result.joints.items():
+        names = ("slide", "slide_velocity", "slide_acceleration")[: order + 1]
+        if f"{name}.slide" in result.drivers or any(own not in series for own in names):
+            continue
+        travel = np.asarray(series["slide"], dtype=float)
+        if np.nanmax(travel) - np.nanmin(travel) > 1e-12 * mechanism.scale:
+            yield name, False, [series[own] for own in names]
