@@ -18,7 +18,7 @@ WIDEST = 8
 
 
 @dataclass(frozen=True)
-class Quantity:
+class TableColumn:
     """A column of a table: its symbol, unit, and values at the positions (n,)."""
 
     letter: Letter
@@ -39,7 +39,7 @@ def parameters(problem: Any, say: Callable[..., str]) -> Grid:
     return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
 
 
-def grids(first: Sequence[str], head: str, columns: Sequence[Quantity]) -> Iterator[Grid]:
+def grids(first: Sequence[str], head: str, columns: Sequence[TableColumn]) -> Iterator[Grid]:
     """Yield tables of quantities, at most `WIDEST` side by side, all numbers of a column alike."""
     for k in range(0, len(columns), WIDEST):
         chosen = columns[k : k + WIDEST]
@@ -54,7 +54,7 @@ def grids(first: Sequence[str], head: str, columns: Sequence[Quantity]) -> Itera
         yield Grid(tuple(heads), rows)
 
 
-def _head(own: Quantity) -> Part:
+def _head(own: TableColumn) -> Part:
     return Listed((own.letter, Wording(own.unit))) if own.unit else own.letter
 
 
@@ -65,7 +65,7 @@ def _cell(value: float, style: tuple[int, int]) -> str | Part:
 # -- what is in them ---------------------------------------------------------------------------
 
 
-def driver_columns(subject: Subject, rows: Sequence[int]) -> list[Quantity]:
+def driver_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]:
     """Return the drivers' values, angles in degrees."""
     found = []
     for text, driver in subject.result.drivers.items():
@@ -74,7 +74,7 @@ def driver_columns(subject: Subject, rows: Sequence[int]) -> list[Quantity]:
         name, _, rest = text.partition(".")
         symbol, index = ("φ" if angle else "s"), _index(subject, name, rest)
         values, unit = (np.rad2deg(values), "°") if angle else (values, "m")
-        found.append(Quantity(Letter(symbol, (index,)), unit, values))
+        found.append(TableColumn(Letter(symbol, (index,)), unit, values))
     return found
 
 
@@ -84,24 +84,24 @@ def _index(subject: Subject, name: str, rest: str) -> str:
     return name
 
 
-def position_columns(subject: Subject, rows: Sequence[int]) -> list[Quantity]:
+def position_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]:
     """Return angles of the links that turn and slides, the drivers left out."""
     found = []
     for letter, angle, series in _moving(subject):
         values = np.asarray(series[0], dtype=float)[list(rows)]
         if angle:
-            found.append(Quantity(Letter("φ", (letter,)), "°", np.rad2deg(values)))
+            found.append(TableColumn(Letter("φ", (letter,)), "°", np.rad2deg(values)))
         else:
-            found.append(Quantity(Letter("s", (letter,)), "m", values))
+            found.append(TableColumn(Letter("s", (letter,)), "m", values))
     return found
 
 
-def rate_columns(subject: Subject, rows: Sequence[int], order: int) -> list[Quantity]:
+def rate_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
     """Return angular and sliding rates of order 1 or 2."""
     symbols = {True: ("ω", "ε"), False: ("ṡ", "s̈")}
     units = {True: ("rad/s", "rad/s²"), False: ("m/s", "m/s²")}
     return [
-        Quantity(
+        TableColumn(
             Letter(symbols[angle][order - 1], (letter,)),
             units[angle][order - 1],
             np.asarray(series[order], dtype=float)[list(rows)],
@@ -110,7 +110,7 @@ def rate_columns(subject: Subject, rows: Sequence[int], order: int) -> list[Quan
     ]
 
 
-def analogue_columns(subject: Subject, rows: Sequence[int], order: int) -> list[Quantity]:
+def analogue_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
     """Return derivatives by the one driver: q' = v/w and q'' = (a - q' e)/w^2.
 
     Nothing where there are several drivers or one stands still in a position.
@@ -131,7 +131,7 @@ def analogue_columns(subject: Subject, rows: Sequence[int], order: int) -> list[
             values = (np.asarray(series[2], dtype=float)[list(rows)] - first * gain) / speed**2
         mark = "′" * order
         unit = _analogue_unit(angle, lead, order)
-        found.append(Quantity(Letter("φ" if angle else "s", (letter,), mark), unit, values))
+        found.append(TableColumn(Letter("φ" if angle else "s", (letter,), mark), unit, values))
     return found
 
 
@@ -143,7 +143,7 @@ def _analogue_unit(angle: bool, lead: str, order: int) -> str:
     return "" if order == 1 else "1/m"
 
 
-def force_columns(subject: Subject, rows: Sequence[int]) -> list[Quantity]:
+def force_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]:
     """Return the efforts of the drivers and the sizes of the reactions."""
     result = subject.result
     found = []
@@ -151,13 +151,13 @@ def force_columns(subject: Subject, rows: Sequence[int]) -> list[Quantity]:
         unit = result.path_unit(f"efforts/{text}")
         name, _, rest = text.partition(".")
         letter = Letter("M" if unit == "N m" else "F", (_index(subject, name, rest),))
-        found.append(Quantity(letter, unit, np.asarray(effort, dtype=float)[list(rows)]))
+        found.append(TableColumn(letter, unit, np.asarray(effort, dtype=float)[list(rows)]))
     for name, series in result.joints.items():
         if "reaction" in series:
             force = np.asarray(series["reaction"], dtype=float)[list(rows), :2]
             size = np.hypot(*force.T)
             if np.isfinite(size).any():
-                found.append(Quantity(Letter("R", (name,)), "N", size))
+                found.append(TableColumn(Letter("R", (name,)), "N", size))
     return found
 
 
