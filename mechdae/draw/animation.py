@@ -21,10 +21,13 @@ from mechdae.draw.diagram import diagram
 from mechdae.draw.diagram.loads import peak_force
 from mechdae.draw.diagram.scene import DrawnScene, longest_run, read_scene
 from mechdae.draw.figure import new_axes
+from mechdae.draw.moving import VIDEOS, film, moving_svg
 from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 
+MOVING = ("gif", "svg", *VIDEOS)
+"""Formats of animations; films need ffmpeg."""
 FRAMES = 60
 """Most frames without a wish; a sweep of more poses is thinned evenly."""
 MOST = 600
@@ -99,10 +102,18 @@ class Animation:
 
     def pictures(self, poses: Sequence[int]) -> Iterator[Image.Image]:
         """Yield the picture of each pose, all to one scale."""
+        for axes in self.drawn(poses):
+            yield picture_of_axes(axes, self.dpi)
+
+    def drawn(self, poses: Sequence[int]) -> Iterator[Axes]:
+        """Yield the drawing of each pose, all to one scale."""
         scene = read_scene(self.result)
         view = self._view(scene, poses)
+        theme = style.DARK if self.dark else style.LIGHT
         for pose in poses:
-            yield self._picture(scene, pose, view)
+            axes = new_axes(theme)
+            diagram.draw_pose(axes, scene, self.result, pose, view, theme, Words(self.lang))
+            yield axes
 
     def _view(self, scene: DrawnScene, poses: Sequence[int]) -> diagram.View:
         """Return what all frames have in common: the scale above all."""
@@ -123,12 +134,6 @@ class Animation:
             subtitle=self.subtitle,
         )
 
-    def _picture(self, scene: DrawnScene, pose: int, view: diagram.View) -> Image.Image:
-        theme = style.DARK if self.dark else style.LIGHT
-        axes = new_axes(theme)
-        diagram.draw_pose(axes, scene, self.result, pose, view, theme, Words(self.lang))
-        return picture_of_axes(axes, self.dpi)
-
     def gif(self, progress: Progress | None = None) -> bytes:
         """Return the animation as a GIF that repeats for ever."""
         frames = self.frames(progress)
@@ -145,16 +150,44 @@ class Animation:
         )
         return stream.getvalue()
 
+    def svg(self, progress: Progress | None = None) -> str:
+        """Return the animation as an SVG that moves by itself, without a script."""
+        distinct = list(dict.fromkeys(self.poses))
+        figures = []
+        for k, axes in enumerate(self.drawn(distinct)):
+            figures.append(axes.get_figure(root=True))
+            if progress is not None:
+                progress(k + 1, len(distinct))
+        order = [distinct.index(pose) for pose in self.poses]
+        return moving_svg(figures, order, self.duration)
+
     def save(self, path: str | Path, progress: Progress | None = None) -> Path:
-        """Write the GIF; nothing half-written is left behind."""
+        """Write a GIF, an SVG that moves, or with ffmpeg a film, by the ending of `path`.
+
+        Nothing half-written is left behind.
+
+        Raises
+        ------
+        InputError
+            Another ending.
+        UnavailableError
+            A film without ffmpeg.
+        """
         target = Path(path)
-        if target.suffix.lower() != ".gif":
+        form = target.suffix.lower().removeprefix(".")
+        if form not in MOVING:
             raise InputError(
-                f"animations are not written as '{target.suffix}'", where=str(path), hint=".gif"
+                f"animations are not written as '{target.suffix}'",
+                where=str(path),
+                hint=", ".join(f".{own}" for own in MOVING),
             )
+        if form in VIDEOS:
+            film(lambda: self.frames(progress), self.duration, form, target)
+            return target
+        made = self.gif(progress) if form == "gif" else self.svg(progress).encode()
         partial = target.with_name(f".{target.name}.part")
         try:
-            partial.write_bytes(self.gif(progress))
+            partial.write_bytes(made)
             partial.replace(target)
         finally:
             partial.unlink(missing_ok=True)

@@ -284,6 +284,7 @@ def _make_live(
         "speed": rates[0],
         "acceleration": rates[1],
         "checks": checks,
+        "shape": live.shape_of(setting, sliders),
         "forces": None if loaded is None else efforts.numbers(loaded, rows_of_checks),
     }
     return kernels.text

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.continuation.path import Path
-from mechdae.describe.mechanism import GROUND
+from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import MechdaeError
 from mechdae.kernels.bounds.majorant import NoMajorant
@@ -186,3 +186,25 @@ def modes_of(setting: Setting, run: Run) -> list[dict[str, Any]]:
     own = setting.assembler.label(x, u)
     modes = [{"label": mode.label, "x": mode.x.tolist()} for mode in found]
     return [{**mode, "own": mode["label"] == own, "proven": bool(proven)} for mode in modes]
+
+
+def shape_of(setting: Setting, sliders: Sequence[str]) -> dict[str, list[int]]:
+    """Return the places of the sliders in the coordinates of each point in its body's frame."""
+    model = setting.scene.model
+    symbols = ca.SX.sym("s", len(sliders))
+    whole = parameters_of(model, sliders, symbols)
+    pattern = ca.jacobian(whole, symbols).sparsity() if sliders else ca.Sparsity(0, 0)
+    of_number: dict[int, list[int]] = {}
+    for i, j in zip(*pattern.get_triplet(), strict=True):
+        of_number.setdefault(i, []).append(j)
+    found: dict[str, list[int]] = {}
+    mechanism = model.mechanism
+    parts: dict[str, Body | Ground] = {GROUND: mechanism.ground, **mechanism.bodies}
+    for name, body in parts.items():
+        for point in body.points:
+            own = [model.numbers[f"{name}.{point}.{axis}"] for axis in "xy"]
+            used = ca.jacobian(ca.vertcat(*own), model.p).sparsity().get_triplet()[1]
+            places = sorted({k for i in set(used) for k in of_number.get(i, [])})
+            if places:
+                found[f"{name}.{point}"] = places
+    return found

@@ -2,6 +2,7 @@
 
 import base64
 import io
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -69,7 +70,7 @@ def test_files_are_the_same_each_time(turn, tmp_path):
     first, second = (save(moving, tmp_path / name) for name in ("a.gif", "b.gif"))
     assert first.read_bytes() == second.read_bytes()
     with pytest.raises(md.InputError, match="gif"):
-        save(moving, tmp_path / "a.svg")
+        save(moving, tmp_path / "a.png")
 
 
 def test_the_ground_stands_still(turn):
@@ -118,3 +119,44 @@ def test_the_command(tmp_path, capsys):
     out = capsys.readouterr()
     assert out.out.strip().endswith("-diagram.svg")
     assert not out.err
+
+
+def test_an_svg_moves_by_itself(tmp_path):
+    """Each frame is seen for its time, one at each moment; no script; the same bytes each time."""
+    result = md.solve("slider-crank", "turn")
+    moving = md.plot(result, "animation", frames=8)
+    text = moving.save(tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert text == moving.svg()
+    assert "<script" not in text
+    root = ElementTree.fromstring(text)
+    seen = []
+    for own in root.iter("{http://www.w3.org/2000/svg}animate"):
+        times = [float(value) for value in own.get("keyTimes").split(";")]
+        values = own.get("values").split(";")
+        moments = (np.arange(8) + 0.5) / 8
+        seen.append([values[np.searchsorted(times, t, side="right") - 1] for t in moments])
+    assert (np.array(seen) == "visible").sum(axis=0).tolist() == [1] * 8
+    used = {own.get("{http://www.w3.org/1999/xlink}href") for own in root.iter()} - {None}
+    known = {f"#{own.get('id')}" for own in root.iter() if own.get("id")}
+    assert used <= known
+    assert len(text) < 150_000
+
+
+def test_films_need_ffmpeg(tmp_path, monkeypatch):
+    moving = md.plot(md.solve("slider-crank", "turn"), "animation", frames=3)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(md.UnavailableError, match="ffmpeg, which is not installed"):
+        moving.save(tmp_path / "a.mp4")
+    program = tmp_path / "ffmpeg"
+    program.write_text('#!/bin/sh\nfor last; do :; done\n/bin/cat > "$last"\n', encoding="utf-8")
+    program.chmod(0o755)
+    film = moving.save(tmp_path / "b.webm")
+    assert film.stat().st_size == 3 * 700 * 500 * 3  # what it was given: three frames of pixels
+    program.write_text(
+        "#!/bin/sh\n/bin/cat > /dev/null\necho no codec >&2\nexit 1\n", encoding="utf-8"
+    )
+    with pytest.raises(md.UnavailableError, match="no codec"):
+        moving.save(tmp_path / "c.mp4")
+    assert not list(tmp_path.glob(".*.part*"))
+    with pytest.raises(md.InputError, match="not written as"):
+        moving.save(tmp_path / "a.avi")

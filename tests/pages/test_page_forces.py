@@ -117,3 +117,31 @@ def test_a_page_of_forces_gives_its_own_file_back():
     assert 'kind = "reactions"' in page.data["file"]
     assert page.data["units"]["Q_work"] == "N"
     assert md.page(md.solve("slider-crank-inertia", "cycle")).data["forces"] is not None
+
+
+@pytest.mark.parametrize(
+    ("reference", "shift", "changed"),
+    [
+        ("coupler.P", (0.01, -0.005), {"px", "py"}),
+        ("rocker.C", (0.008, 0.004), {"b", "c"}),
+        ("rocker.D", (-0.006, 0.0), {"d"}),
+    ],
+)
+def test_points_are_pulled_as_dimensions(reference, shift, changed, tmp_path):
+    """The numbers that place a point bring it where it is pulled; the driver stays."""
+    from mechdae.pages.link import WEB
+
+    body = f"""
+const {{ pulled }} = await import("{(WEB / "shape.js").as_posix()}");
+session.drive(1.0);
+const at = () => session.places_of(session.pose)["{reference}"];
+const [x, y] = at();
+const theta = pulled(session, "{reference}", [x + {shift[0]}, y + {shift[1]}]);
+const t = session.dimension(theta);
+const moved = data.sliders.filter((own, k) => session.theta[k] !== own.value);
+console.log(JSON.stringify([t, session.s, moved.map((own) => own.name), at()[0] - x, at()[1] - y]));
+"""
+    t, s, moved, dx, dy = in_page(md.page("four-bar-crank-rocker"), body, tmp_path)
+    assert (t, s) == (1, 1.0)
+    assert set(moved) == changed
+    assert (dx, dy) == pytest.approx(shift, abs=1e-8)

@@ -15,6 +15,8 @@ from mechdae.draw.catalogue import OPTIONS, PAGE, PICTURES, check_suits, kinds_w
 from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
 FORMATS = ("svg", "png", "pdf")
+MOVING = ("gif", "svg", "mp4", "webm")
+"""Formats of animations; films need ffmpeg."""
 TYPES = {"whole": int, "number": float}
 
 
@@ -32,7 +34,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
-    parser.add_argument("--format", metavar="F", help=f"{', '.join(FORMATS)}; animations gif")
+    formats = f"{', '.join(FORMATS)}; animations {', '.join(MOVING)}"
+    parser.add_argument("--format", metavar="F", help=formats)
     for name, option in OPTIONS.items():
         about = f"{option.about} [{', '.join(kinds_with(name))}]"
         if option.is_flag:
@@ -99,7 +102,7 @@ def _page(options: argparse.Namespace) -> int:
 def _form(options: argparse.Namespace) -> str:
     """Return the format of the file."""
     moving = options.kind == "animation"
-    form, formats = options.format or ("gif" if moving else "svg"), ("gif",) if moving else FORMATS
+    form, formats = options.format or ("gif" if moving else "svg"), MOVING if moving else FORMATS
     if form not in formats:
         raise UnknownName("format", form, formats)
     return str(form)
@@ -163,7 +166,7 @@ def _opened(problem: Any, name: str, result: Any, pose: int | None) -> Any:
 def _check_folder(out: str) -> None:
     """Raise if a folder is called like a picture: somebody meant a file."""
     ending = Path(out).suffix.lower().lstrip(".")
-    if ending in (*FORMATS, "gif") and not Path(out).is_dir():
+    if ending in (*FORMATS, *MOVING) and not Path(out).is_dir():
         raise InputError(
             "a folder is meant: pictures are named after problem and task",
             where=f"--out {out}",

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from PIL import Image
+from matplotlib.axes import Axes
 
 from mechdae.draw import style
 from mechdae.draw.animation import (
@@ -18,7 +18,6 @@ from mechdae.draw.animation import (
     check_frames,
     frame_time,
     picked,
-    picture_of_axes,
 )
 from mechdae.draw.diagram.scene import longest_run
 from mechdae.draw.figure import new_axes
@@ -51,8 +50,8 @@ class SpatialAnimation(Animation):
     def _scene(self) -> SpatialScene:
         return read_spatial(self.result)
 
-    def pictures(self, poses: Sequence[int]) -> Any:
-        """Yield the picture of each pose, all to one scale."""
+    def drawn(self, poses: Sequence[int]) -> Iterator[Axes]:
+        """Yield the drawing of each pose, all to one scale."""
         scene = self._scene
         moved = offsets(scene, poses[0])
         step = max(len(poses) // LOOKED_AT, 1)
@@ -61,14 +60,11 @@ class SpatialAnimation(Animation):
         traces = self.traces and has_paths(self.result, scene)
         bounds = extent(scene, poses, eye, moved, traces)
         view = SpatialView(eye, moved, bounds, traces, 0, self.labels, {})
-        for pose in poses:
-            yield self._picture_of(pose, view)
-
-    def _picture_of(self, pose: int, view: SpatialView) -> Image.Image:
         theme = style.DARK if self.dark else style.LIGHT
-        axes = new_axes(theme)
-        draw_spatial_pose(axes, self._scene, self.result, pose, view, theme, Words(self.lang))
-        return picture_of_axes(axes, self.dpi)
+        for pose in poses:
+            axes = new_axes(theme)
+            draw_spatial_pose(axes, self._scene, self.result, pose, view, theme, Words(self.lang))
+            yield axes
 
 
 def draw(

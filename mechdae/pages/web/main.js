@@ -6,6 +6,7 @@ import { Diagram } from "./diagram.js";
 import { Chart, ticks } from "./chart.js";
 import { digits, displayed, quantity } from "./units.js";
 import { Plans } from "./plans.js";
+import { pulled, slidersAt } from "./shape.js";
 import { csvText, offered, png, svgText, tomlText } from "./files.js";
 
 const find = (id) => document.getElementById(id);
@@ -98,6 +99,7 @@ class App {
       };
       this.velocities = box("velocities", false);
       this.arrowsOfForces = this.session.forces ? box("forces", true) : null;
+      this.shape = data.sliders.length ? box("shape", false) : null;
       this.others = data.modes.length > 1 ? box("others", false) : null;
     }
   }
@@ -193,6 +195,7 @@ class App {
         this.rows[k].note.textContent = t === 1 ? "" : `${this.words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.rows[k].unit)}: ${session.reason}`;
         all = true;
       }
+      if (wanted.pulled) { this.reshape(wanted.pulled); all = true; }
       const [low, high] = session.range;
       if (wanted.share !== undefined) session.drive(low + wanted.share * (high - low));
       if (wanted.s !== undefined && Number.isFinite(wanted.s)) session.drive(wanted.s);
@@ -200,7 +203,7 @@ class App {
       if (wanted.share !== undefined) this.shown = Math.round(wanted.share * (this.recorded.count - 1));
       if (wanted.s !== undefined) this.shown = this.nearest(wanted.s);
     }
-    if (all) this.drawAll();
+    if (all) this.drawAll(!wanted.pulled);
     else this.draw();
     this.writeHash();
   }
@@ -309,10 +312,39 @@ class App {
         const apart = Math.hypot(pose.y[0][columns[0]] - here[0], pose.y[0][columns[1]] - here[1]);
         if (apart < best) { best = apart; held = { part, columns }; }
       }
+      if (this.shape && this.shape.checked) held = this.shapedAt(here);
       if (held) svg.setPointerCapture(event.pointerId);
+      if (held && held.shaped) this.session.remember();
     });
-    svg.addEventListener("pointermove", (event) => { if (held) this.pull(held.columns, place(event)); });
+    svg.addEventListener("pointermove", (event) => {
+      if (held && held.shaped) this.want({ pulled: [held.shaped, place(event)] });
+      else if (held) this.pull(held.columns, place(event));
+    });
     for (const name of ["pointerup", "pointercancel"]) svg.addEventListener(name, () => { held = null; });
+  }
+
+  /** The point near a place that dimensions place, fixed ones too. */
+  shapedAt(here) {
+    let best = 14 / this.diagram.scale;
+    let held = null;
+    for (const [name, [x, y]] of Object.entries(this.now())) {
+      const apart = Math.hypot(x - here[0], y - here[1]);
+      if (apart < best && slidersAt(this.data, name).length) { best = apart; held = { shaped: name }; }
+    }
+    return held;
+  }
+
+  /** Change the dimensions that place a point so that it comes to where it is pulled. */
+  reshape([name, place]) {
+    const { session } = this;
+    const theta = pulled(session, name, place);
+    if (!theta) return;
+    const wanted = session.theta.map((value, k) => (theta[k] !== value ? k : -1)).filter((k) => k >= 0);
+    const t = session.dimension(theta);
+    this.rows.forEach(({ note }, k) => {
+      note.hidden = t === 1 || !wanted.includes(k);
+      note.textContent = note.hidden ? "" : session.reason;
+    });
   }
 
   moving(columns) {
@@ -362,8 +394,8 @@ class App {
   /** Places of the points in the pose shown. */
   now() { return this.session ? this.session.places_of(this.session.pose) : this.recorded.places(this.shown); }
 
-  drawAll() {
-    this.fit();
+  drawAll(fitted = true) {
+    if (fitted) this.fit();
     const { session } = this;
     if (session) {
       const moving = this.data.entries.filter(({ kind, columns, part }) => kind === "points" && this.moving(columns)

@@ -1,0 +1,59 @@
+/** Joints and points pulled as dimensions: the numbers that place a point are changed until it is where the pointer is. */
+import { eliminated } from "./path.js";
+
+const ROUNDS_OF_PULL = 12;
+const NUDGE = 1e-6;
+
+/** The sliders that place a point: those of all points that a pin holds together there. */
+export function slidersAt(data, reference) {
+  const same = new Set([reference]);
+  for (let grown = true; grown;) {
+    grown = false;
+    for (const { pin, first, second } of data.scene.joints) {
+      if (pin && same.has(first) !== same.has(second)) { same.add(first).add(second); grown = true; }
+    }
+  }
+  return [...new Set([...same].flatMap((name) => data.shape[name] || []))];
+}
+
+/** Sliders that bring a point nearer to a place, the driver held; null where nothing places it. */
+export function pulled(session, reference, [x, y]) {
+  const { data, motion, pose } = session;
+  const own = slidersAt(data, reference);
+  if (!own.length || pose.status !== "ok") return null;
+  const size = data.start.scale;
+  const before = [...session.theta];
+  let theta = [...before];
+  let good = before;
+  let from = pose.x;
+  const placeAt = (values) => {
+    motion.setNumbers(values);
+    const found = motion.solved(pose.s, pose.place, from);
+    const place = found.status === "ok" ? session.places_of(found)[reference] : null;
+    return place && { place, x: found.x };
+  };
+  for (let round = 0; round < ROUNDS_OF_PULL; round += 1) {
+    const here = placeAt(theta);
+    if (!here) { // too far at once
+      theta = theta.map((value, k) => (value + good[k]) / 2);
+      continue;
+    }
+    good = theta;
+    from = here.x;
+    const gap = [x - here.place[0], y - here.place[1]];
+    if (Math.hypot(...gap) < 1e-9 * size) break;
+    const columns = own.map((k) => {
+      const step = NUDGE * Math.max(Math.abs(theta[k]), size);
+      const there = placeAt(theta.map((value, i) => (i === k ? value + step : value)));
+      return there ? [(there.place[0] - here.place[0]) / step, (there.place[1] - here.place[1]) / step] : [0, 0];
+    });
+    const normal = own.map((_, i) => own.map((__, j) => columns[i][0] * columns[j][0] + columns[i][1] * columns[j][1] + (i === j ? 1e-8 : 0)));
+    const change = eliminated(normal, columns.map((column) => column[0] * gap[0] + column[1] * gap[1]));
+    if (!change || !change.every(Number.isFinite)) break;
+    const most = Math.max(...change.map(Math.abs));
+    const share = most > 0.2 * size ? (0.2 * size) / most : 1;
+    theta = theta.map((value, i) => (own.includes(i) ? value + share * change[own.indexOf(i)] : value));
+  }
+  motion.setNumbers(before);
+  return theta.every(Number.isFinite) ? theta : null;
+}
