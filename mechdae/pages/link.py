@@ -11,6 +11,7 @@ import re
 from functools import cache
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 WEB = Path(__file__).resolve().parent / "web"
 OPENING = '<script type="application/json" id="mechdae">'
@@ -31,13 +32,17 @@ def linked(data: dict[str, Any], kernels: str, main: str = MAIN) -> str:
     """
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     names = ", ".join(sorted(set(re.findall(r"^function (\w+)\(", kernels, re.M))))
-    functions = f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n" if kernels else ""
-    script = f'"use strict";\n(() => {{\n{functions}{modules(main)}}})();\n'
+    functions = (
+        f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n" if main == MAIN else ""
+    )
+    inside = text.replace("<", "\\u003c")
+    total = f"const SUM = {crc32(inside.encode())};\n"
+    script = f'"use strict";\n(() => {{\n{total}{functions}{modules(main)}}})();\n'
     parts = {
         "title": _escaped(str(data["title"])),
         "lang": str(data["lang"]),
         "style": (WEB / "page.css").read_text(encoding="utf-8"),
-        "data": OPENING + text.replace("<", "\\u003c") + "</script>",
+        "data": OPENING + inside + "</script>",
         "script": "<script>" + script.replace("</", "<\\/") + "</script>",
     }
     page = (WEB / FRAMES[main]).read_text(encoding="utf-8")

@@ -174,14 +174,57 @@ def test_recorded_poses_play(opened):
     assert page.evaluate("mechdae.set({t: 1})") is False
 
 
-def test_altered_numbers_are_noticed(browser, pages, tmp_path):
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        r'"checks":\[\{"s":[^,]*,"y":\[\[([^,]*),',
+        r'"a","value":([^,]*),',
+        r'"points":\{"[^"]*":"(.)',
+    ],
+    ids=["check", "slider", "recorded"],
+)
+def test_altered_data_are_noticed(browser, pages, tmp_path, pattern):
     text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")
-    data = re.search(r'"checks":\[\{"s":[^,]*,"y":\[\[([^,]*),', text)
+    data = re.search(pattern, text)
     assert data is not None
     file = tmp_path / "altered.html"
-    file.write_text(text[: data.start(1)] + "0.7" + text[data.end(1) :], encoding="utf-8")
+    file.write_text(text[: data.start(1)] + "7" + text[data.end(1) :], encoding="utf-8")
+    page = browser.new_page()
+    page.goto(f"file://{file}")
+    assert "altered" in page.evaluate("mechdae.live")
+    assert "altered" in page.locator("#status").inner_text()
+    assert page.evaluate("mechdae.pose()") is None
+    assert page.locator("#diagram path").count() == 0
+    page.close()
+
+
+def test_kernels_that_differ_are_not_believed(browser, pages, tmp_path):
+    """Where the numbers differ from Python's the recorded poses are shown."""
+    text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")
+    pose = text.index("function pose(M)")
+    end = text.index("function slopes(M)")
+    text = text[:pose] + text[pose:end].replace("Math.cos(", "1.01*Math.cos(") + text[end:]
+    file = tmp_path / "altered.html"
+    file.write_text(text, encoding="utf-8")
     page = browser.new_page()
     page.goto(f"file://{file}")
     assert "differ" in page.evaluate("mechdae.live")
     assert "recorded" in page.locator("#subtitle").inner_text()
+    page.close()
+
+
+HOSTILE = (
+    '</script><script>window.hurt = 1</script><img src=x onerror="window.hurt = 1">'
+    '\u202e" onload="window.hurt = 1'
+)
+
+
+def test_hostile_titles_change_nothing(browser, tmp_path):
+    problem = md.load("slider-crank")
+    problem = md.Problem(problem.mechanism, problem.tasks, name="x", title=HOSTILE, source=HOSTILE)
+    page = browser.new_page()
+    page.goto(f"file://{md.page(problem).save(tmp_path / 'hostile.html')}")
+    assert page.evaluate("window.hurt === undefined && mechdae.live") is True
+    assert page.locator("#title").inner_text() == HOSTILE
+    assert page.locator("img").count() == 0
     page.close()

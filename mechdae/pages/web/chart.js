@@ -32,7 +32,8 @@ export class Chart {
 
   /** Draw values (null: none) over places; `shown` turns numbers of the axes into text. */
   draw(places, values, shown) {
-    const { width, height } = this.svg.getBoundingClientRect();
+    this.rect = this.rect || this.svg.getBoundingClientRect();
+    const { width, height } = this.rect;
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     this.curve.replaceChildren();
     const known = values.filter((value) => value !== null);

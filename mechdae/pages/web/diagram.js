@@ -33,6 +33,8 @@ export class Diagram {
     this.svg = svg;
     this.scene = scene;
     this.box = null;
+    /** Its place on the screen; null where that has to be looked up again. */
+    this.rect = null;
     this.layers = Object.fromEntries(["traces", "limits", "ghosts", "ground", "wheels", "links", "arrows", "forces", "pins", "letters"].map(
       (name) => [name, element("g", { class: name === "limits" ? "limit" : name === "ghosts" ? "ghost" : name }, svg)]));
   }
@@ -51,7 +53,8 @@ export class Diagram {
   }
 
   measure() {
-    const { width, height } = this.svg.getBoundingClientRect();
+    this.rect = this.rect || this.svg.getBoundingClientRect();
+    const { width, height } = this.rect;
     const [left, right, low, high] = this.box;
     const room = Math.max(34, 0.06 * Math.min(width, height));
     const across = Math.max(right - left, 1e-9), up = Math.max(high - low, 1e-9);

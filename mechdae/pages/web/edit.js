@@ -25,7 +25,7 @@ class Editor {
     this.over = element("g", {}, this.svg);
     this.buttons();
     this.fit();
-    addEventListener("resize", () => { this.diagram.measure(); this.draw(); });
+    addEventListener("resize", () => { this.diagram.rect = null; this.diagram.measure(); this.draw(); });
     this.svg.addEventListener("pointerdown", (event) => this.down(event));
     this.svg.addEventListener("pointermove", (event) => this.move(event));
     this.svg.addEventListener("pointerup", (event) => this.up(event));

@@ -4,6 +4,7 @@ import { Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { Diagram } from "./diagram.js";
 import { Chart, ticks } from "./chart.js";
+import { isWhole } from "./whole.js";
 import { digits, displayed, quantity } from "./units.js";
 import { Plans } from "./plans.js";
 import { pulled, slidersAt } from "./shape.js";
@@ -60,7 +61,11 @@ class App {
     this.buildFiles();
     this.readHash();
     this.fit();
-    addEventListener("resize", () => { this.diagram.measure(); this.drawAll(); });
+    new ResizeObserver(() => {
+      this.diagram.rect = null;
+      if (this.chart) this.chart.rect = null;
+      this.drawAll();
+    }).observe(find("diagram"));
     find("diagram").addEventListener("keydown", (event) => this.key(event));
     document.addEventListener("keydown", (event) => {
       if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
@@ -348,8 +353,13 @@ class App {
   }
 
   moving(columns) {
-    const poses = this.session.poses.filter((pose) => pose.y);
-    const [a, b] = [poses[0], poses[Math.floor(poses.length / 3)]];
+    const { poses } = this.session;
+    if (this.sampled !== poses) {
+      const there = poses.filter((pose) => pose.y);
+      this.sampled = poses;
+      this.two = [there[0], there[Math.floor(there.length / 3)]];
+    }
+    const [a, b] = this.two;
     return a && b && columns.some((k) => a.y[0][k] !== b.y[0][k]);
   }
 
@@ -383,7 +393,8 @@ class App {
   fit() {
     const places = [];
     if (this.session) {
-      for (const pose of this.session.poses) places.push(...Object.values(this.session.places_of(pose)));
+      const { poses } = this.session;
+      for (let k = 0; k < poses.length; k += k + 4 < poses.length ? 4 : 1) places.push(...Object.values(this.session.places_of(poses[k])));
     } else {
       for (let k = 0; k < this.recorded.count; k += 1) places.push(...Object.values(this.recorded.places(k)));
     }
@@ -629,6 +640,15 @@ function interfaceOf(app) {
   return own;
 }
 
-const app = new App(JSON.parse(find("mechdae").textContent), K);
-app.build();
-window.mechdae = interfaceOf(app);
+const given = JSON.parse(find("mechdae").textContent);
+if (isWhole(find("mechdae").textContent, SUM)) {
+  const app = new App(given, K);
+  app.build();
+  window.mechdae = interfaceOf(app);
+} else {
+  const reason = wordsOf(given.lang)("damaged");
+  find("title").textContent = String(given.title);
+  find("status").className = "warn";
+  find("status").textContent = reason;
+  window.mechdae = { live: reason, reason, ready: Promise.resolve(false), set: () => false, choose: () => false, pose: () => null };
+}

@@ -168,7 +168,7 @@ export class Motion {
       const [after, test, det, miss] = this.step(last.state, last.s, place - last.s);
       const failed = this.proved(after, test, det, miss);
       if (failed.length === 0) {
-        const node = { s: place, state: Float64Array.from(after) };
+        const node = { s: place, state: after.slice() };
         if (sense > 0) this.nodes.push(node);
         else this.nodes.unshift(node);
         step = Math.min(1.5 * step, largest);
@@ -287,7 +287,7 @@ export class Motion {
       if (this.proved(after, test, det, miss).length) step = (next - s) / 2;
       else {
         s = next;
-        state = Float64Array.from(after);
+        state = after.slice();
       }
     }
     return state.slice(0, n);
@@ -314,10 +314,9 @@ export class Motion {
       if (!Number.isFinite(left)) return this.missing(s);
       if (round === 0) far = h;
       if (far > H_LIMIT) return this.missing(s);
-      x = Float64Array.from(next);
+      x = next.slice();
       if (left <= TINY) {
-        return { status: "ok", s, place, x, y: y.map((part) => Float64Array.from(part)), error: Float64Array.from(error),
-          det: Float64Array.from(det), beta: Float64Array.from(beta) };
+        return { status: "ok", s, place, x, y: y.map((part) => part.slice()), error: error.slice(), det: det.slice(), beta: beta.slice() };
       }
     }
     return this.missing(s);
