@@ -20,7 +20,7 @@ _HOMES = {
     "mechdae.describe.vectors.values": "Vector Node",
     "mechdae.describe.vectors.expand": "from_loops",
     "mechdae.describe.spatial_joints": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
-    "Universal PlanarPair Screw SpatialWeld",
+    "Universal PlanarPair Screw SpatialWeld SpatialGear SpatialRack",
     "mechdae.homotopy.platforms": "platform_poses",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
-from mechdae.describe.joints import JOINTS, Distance, Joint
+from mechdae.describe.joints import JOINTS, Distance, Gear, Joint
 from mechdae.describe.values import Number, key
 from mechdae.errors import MechanismError
 
@@ -267,6 +267,38 @@ class SpatialWeld(SpatialJoint):
     keeps_angle: ClassVar[bool] = True
 
 
+@dataclass(frozen=True)
+class SpatialGear(Gear):
+    """Two wheels with axes that are parallel, meet or cross, on a carrier (absent: the ground).
+
+    Counted are the angles of the joints that the wheels turn in on the carrier, each about its own
+    axis from the carrier to the wheel: first = ratio * second + phase.
+    """
+
+
+@dataclass(frozen=True)
+class SpatialRack(Joint):
+    """A wheel and a rack on a carrier: slide of the rack = radius * angle of the wheel + phase.
+
+    Angle and slide are those of the joints that wheel and rack have on the carrier.
+    """
+
+    radius: Number = key("number", doc="signed, m", unit="m")
+    carrier: str | None = key("name", None)
+    phase: Number = key("number", 0.0, doc="m", unit="m")
+    pressure_angle: Number = key("number", 0.3490658503988659, doc="rad", unit="rad")
+    mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
+
+    kind: ClassVar[str] = "rack"
+    lower: ClassVar[bool] = False
+    wheels: ClassVar[int] = 1
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        if values["radius"] == 0:
+            raise MechanismError("radius is zero", where=f"joints.{self.name}.radius")
+
+
 SPATIAL_JOINTS: dict[str, type[Joint]] = {
     joint.kind: joint
     for joint in (
@@ -279,6 +311,8 @@ SPATIAL_JOINTS: dict[str, type[Joint]] = {
         Screw,
         SpatialWeld,
         Distance,
+        SpatialGear,
+        SpatialRack,
     )
 }
 KINDS_OF_JOINTS: dict[int, dict[str, type[Joint]]] = {2: JOINTS, 3: SPATIAL_JOINTS}

@@ -1,27 +1,61 @@
-"""Which joints carry the wheels of a gear in space."""
+"""Which joints carry the wheels and racks of a mesh in space, and the equation of it."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError
 
 
-def bearings(mechanism: Mechanism, gear: Joint) -> list[tuple[str, float]]:
-    """Return for both wheels the joint they turn in on the carrier, and the sense of its angle."""
-    carrier = getattr(gear, "carrier", None) or GROUND
+@dataclass(frozen=True)
+class Bearing:
+    """The joint of a wheel or rack on the carrier, its coordinate, and the sense it counts in."""
+
+    joint: str
+    word: str
+    sense: float
+
+
+def bearings(mechanism: Mechanism, mesh: Joint) -> list[Bearing]:
+    """Return for both members of a mesh the joint in which they move on the carrier."""
+    carrier = getattr(mesh, "carrier", None) or GROUND
     found = []
-    for wheel in (gear.first_body, gear.second_body):
+    for member, wheel in ((mesh.first_body, True), (mesh.second_body, mesh.wheels > 1)):
+        word, name = ("angle", "wheel") if wheel else ("slide", "rack")
         own = [
-            (joint.name, 1.0 if joint.second_body == wheel else -1.0)
+            Bearing(joint.name, word, 1.0 if joint.second_body == member else -1.0)
             for joint in mechanism.joints.values()
-            if {joint.first_body, joint.second_body} == {wheel, carrier}
-            and "angle" in joint.coordinates
+            if {joint.first_body, joint.second_body} == {member, carrier}
+            and word in joint.coordinates
         ]
         if len(own) != 1:
             raise MechanismError(
-                f"wheel {wheel} needs one joint with an angle on the carrier {carrier}",
-                where=f"joints.{gear.name}",
+                f"{name} {member} needs one joint with {'an' if wheel else 'a'} {word} on the "
+                f"carrier {carrier}",
+                where=f"joints.{mesh.name}",
+                hint=f"a joint between {carrier} and {member}, or another carrier",
             )
         found += own
     return found
+
+
+def meshed(
+    mechanism: Mechanism, mesh: Joint, number: Callable[[str], Any], value: Callable[..., Any]
+) -> tuple[Any, str]:
+    """Return the equation of a mesh and its unit.
+
+    Parameters
+    ----------
+    number
+        Gives a number of the mesh by its key.
+    value
+        Gives the coordinate of a joint by the joint and the word.
+    """
+    first, second = (b.sense * value(b.joint, b.word) for b in bearings(mechanism, mesh))
+    if mesh.wheels > 1:
+        return number("ratio") * second + number("phase") - first, "rad"
+    return number("radius") * first + number("phase") - second, "m"

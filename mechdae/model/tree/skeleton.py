@@ -56,7 +56,8 @@ class Skeleton(Model):
         self.rows = []
         for name, joint in mechanism.joints.items():
             if joint.meshes:
-                self.rows.append(Row(name, "mesh", self._mesh(name), "rad"))
+                unit = "rad" if joint.wheels > 1 else "m"
+                self.rows.append(Row(name, "mesh", self._mesh(name), unit))
                 continue
             if joint.pointer:
                 gap = self.point(joint.second) - self.point(joint.first)
@@ -80,7 +81,11 @@ class Skeleton(Model):
     def _mesh(self, name: str) -> Any:
         """Return a stand-in for the equation of wheels: it holds the same bodies."""
         found = bearings(self.mechanism, self.mechanism.joints[name])
-        return sum((k + 2) * self._cut(joint).own["angle"] for k, (joint, _) in enumerate(found))
+        return sum((k + 2) * self._moved(own.joint, own.word) for k, own in enumerate(found))
+
+    def _moved(self, name: str, word: str) -> Any:
+        cut = self._cut(name)
+        return cut.own["angle"] if word == "angle" else ca.dot(cut.A1[:, 2], cut.gap)
 
     def coordinate(self, coordinate: NamedCoordinate) -> Any:
         """Return a stand-in for a coordinate: it holds the same bodies."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.tree.ways import RigidPart, Way, X, back, freedoms
+from mechdae.model.tree.ways import Freedom, RigidPart, Way, X, back, freedoms
 
 SX = ca.SX
 
@@ -46,6 +46,12 @@ class TreeFrame:
     def side(self, C: Any) -> Any:
         """Return a body-fixed rotation in the fixed frame."""
         return self.basis @ ca.sparsify(self.turn.T @ C)
+
+    @property
+    def on_ball(self) -> bool:
+        """Whether the body is turned by a quaternion of its own last."""
+        last = self.way[-1] if self.way else None
+        return isinstance(last, Freedom) and last.word == "ball"
 
     def to(self, s: Any, C: Any) -> Way | None:
         """Return the way from the ground to a point of the body, and to a frame C there."""

@@ -13,6 +13,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.describe.coordinates import NamedCoordinate, Selection
+from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import UnavailableError
 from mechdae.model.coordinates import Coordinate, Coordinates, of_owner
@@ -30,7 +31,8 @@ from mechdae.model.tree.closures import (
     turned,
 )
 from mechdae.model.tree.idle_links import IdleLink, idle_links, without
-from mechdae.model.tree.meshes import bearings
+from mechdae.model.tree.invariants import Hung, Invariants, invariants
+from mechdae.model.tree.meshes import bearings, meshed
 from mechdae.model.tree.pointers import WORDS, points_of, span
 from mechdae.model.tree.sides import literal, side
 from mechdae.model.tree.skeleton import Skeleton
@@ -46,7 +48,7 @@ from mechdae.model.tree.spatial_frames import (
     placed,
 )
 from mechdae.model.tree.tree_forces import TreeForces
-from mechdae.model.tree.ways import Freedom, Way, WayProduct, WayProducts, apart
+from mechdae.model.tree.ways import WayProduct, WayProducts, apart
 
 SX = ca.SX
 
@@ -127,7 +129,7 @@ class TreeModel(TreeForces):
         found = {c.part for c in self.drivers if c.part in self.mechanism.joints}
         for joint in self.mechanism.joints.values():
             if joint.meshes:
-                found |= {name for name, _ in bearings(self.mechanism, joint)}
+                found |= {own.joint for own in bearings(self.mechanism, joint)}
         return found
 
     # -- the tree --------------------------------------------------------------------------
@@ -198,59 +200,83 @@ class TreeModel(TreeForces):
         e = ca.vertcat(*[self._of[owner, name].symbol for name in QUATERNION])
         return [Row(owner, "norm", (ca.sumsqr(e) - 1) / 2, "1")]
 
-    def _ways(self, first: str, second: str, C1: Any, C2: Any) -> tuple[Way, Way] | None:
-        """Return the ways to frames C at two points from the last frame before they part."""
-        found = []
-        for point, C in ((first, C1), (second, C2)):
-            frame: Any = self.frame(point.split(".")[0])
-            found.append(frame.to(self.local(point), C))
-        one, other = found
-        return None if one is None or other is None else apart(one, other)
+    def _seen(self, *bodies: str) -> list[TreeFrame]:
+        """Return the frames of bodies as they are seen from the last one that all hang on."""
+        frames: list[Any] = [self.frame(body) for body in bodies]
+        if any(frame.way is None for frame in frames):
+            return frames
+        shared = len(frames[0].way) - len(apart(frames[0].way, frames[1].way)[0])
+        if not shared:
+            return frames
+        ways = [frame.way[shared:] for frame in frames]
+        return [
+            TreeFrame(*placed(way), frame.turn, way)
+            for frame, way in zip(frames, ways, strict=True)
+        ]
 
-    def _hung(self, first: str, second: str) -> tuple[tuple[float, Any, Any], ...]:
-        """Return sense, place and length of what quaternions turn between two points.
-
-        Bodies that hang on their quaternion: their place from there.
-        """
-        found = []
-        for sense, point in ((-1.0, first), (1.0, second)):
-            frame: Any = self.frame(point.split(".")[0])
-            if frame.way and isinstance(frame.way[-1], Freedom) and frame.way[-1].word == "ball":
-                local = self.local(point)
-                found.append((sense, frame.direction(local), local))
-        return tuple(found)
+    def _gap(self, first: str, second: str, C1: Any, C2: Any, length: Any = None) -> CutJoint:
+        """Return two points with frames C there, seen from the last body that both hang on."""
+        seen, locals_ = self._seen(*(p.split(".")[0] for p in (first, second))), (
+            self.local(first), self.local(second),
+        )  # fmt: skip
+        hung = [
+            (sense, frame.direction(s), s)
+            for sense, frame, s in zip((-1.0, 1.0), seen, locals_, strict=True)
+            if length is not None and frame.on_ball
+        ]
+        A1, A2 = (f.side(C) for f, C in zip(seen, (C1, C2), strict=True))
+        P1, P2 = (f.point(s) for f, s in zip(seen, locals_, strict=True))
+        one, other = (f.to(s, C) for f, s, C in zip(seen, locals_, (C1, C2), strict=True))
+        ways = None if one is None or other is None else (one, other)
+        return CutJoint(P2 - P1, A1, A2, {}, length, None, ways, tuple(hung))
 
     def cut(self, name: str) -> CutJoint:
-        """Return a joint as the gap and the frames of its sides.
-
-        They are seen from the last body that both sides hang on.
-        """
+        """Return a joint as the gap and the frames of its sides."""
         joint = self.mechanism.joints[name]
         C1, C2 = (self._side(name, second) for second in (False, True))
         own = {w: self._of[name, w].symbol for w in joint.coordinates if (name, w) in self._of}
-        length, lead = self.numbers.get(f"{name}.length"), self._lead(name)
-        ways = self._ways(joint.first, joint.second, C1, C2)
-        hung = self._hung(joint.first, joint.second) if length is not None else ()
-        first, second = (self.frame(body) for body in joint.bodies[:2])
-        if ways is None or hung or len(ways[0]) == len(first.to(SX(3, 1), C1)):  # type: ignore[attr-defined]
-            frames: list[Any] = [first, second]
-            A1, A2 = (f.side(C) for f, C in zip(frames, (C1, C2), strict=True))
-            gap = self.point(joint.second) - self.point(joint.first)
-        else:
-            (r1, A1), (r2, A2) = map(placed, ways)
-            gap = r2 - r1
-        return CutJoint(gap, A1, A2, own, length, lead, ways, hung)
+        found = self._gap(joint.first, joint.second, C1, C2, self.numbers.get(f"{name}.length"))
+        return replace(found, own=own, lead=self._lead(name))
+
+    def _invariant(self, joint: Joint) -> Invariants | None:
+        """Return the rows of a cut ball joint by the joint that one of its bodies hangs on."""
+        way = {edge.child: edge for edge in self.edges}
+        driven = {c.part for c in self.drivers}
+        found: list[tuple[int, Invariants]] = []
+        for own, other in ((joint.second, joint.first), (joint.first, joint.second)):
+            bodies = own.split(".")[0], other.split(".")[0]
+            edge = way.get(bodies[0])
+            if edge is None or not edge.joint:
+                continue
+            frame, neighbour = self._seen(*bodies)
+            parent, _ = self._seen(edge.parent, bodies[1])
+            if frame.way is None or neighbour.way is None or parent.way is None:
+                continue
+            if len(frame.way) <= len(parent.way):
+                continue
+            at, past = self.mechanism.joints[edge.joint], way.get(edge.parent)
+            before = self.mechanism.joints.get(past.joint) if past is not None else None
+            driven_by, forth = edge.joint in driven, edge.forward
+            hung = Hung(frame, parent, self.local(own), at, before, driven_by, forth)
+            rows = invariants(hung, neighbour, self.local(other), self.mechanism.scale)
+            if rows is not None:
+                found.append((0 if hung.crossed else 1 if at.guide else 2, rows))
+        return min(found, key=lambda pair: pair[0])[1] if found else None
 
     def _closed(self, name: str) -> list[Row]:
         """Return the equations of a joint that is no edge; its angles become coordinates."""
         joint = self.mechanism.joints[name]
         if joint.meshes:
-            return [Row(name, "mesh", self._mesh(name), "rad")]
+            return [Row(name, "mesh", *self._mesh(name))]
         if joint.pointer:
             return self._head(name)
         angles = [word for word in joint.coordinates if word.startswith("angle")]
         if angles:
             self._own(name, angles, joint.second_body)
+        invariant = self._invariant(joint) if joint.ball else None
+        if invariant is not None:
+            self.senses += [(name, value) for value in invariant.positive]
+            return [Row(name, *row[:3], reach=row.reach) for row in invariant.rows]
         cut = self.cut(name)
         found = rows_of(joint.kind, cut)
         self.senses += [(name, value) for value in senses(ROWS[joint.kind], cut)]
@@ -288,21 +314,16 @@ class TreeModel(TreeForces):
         joints = self.mechanism.joints.values()
         return [j.name for j in joints if j.pointer and len(j.coordinates) == len(WORDS)]
 
-    def _mesh(self, name: str) -> Any:
-        """(angle of the first) - ratio (angle of the second) - phase = 0, in the bearings."""
+    def _mesh(self, name: str) -> tuple[Any, str]:
+        """Return the equation of wheels in the coordinates of their bearings, and its unit."""
         joint = self.mechanism.joints[name]
-        first, second = (
-            sense * self._of[bearing, "angle"].symbol
-            for bearing, sense in bearings(self.mechanism, joint)
+        return meshed(
+            self.mechanism, joint, lambda key: self.numbers[f"{name}.{key}"], self.relative
         )
-        ratio, phase = (self.numbers[f"{name}.{entry}"] for entry in ("ratio", "phase"))
-        return ratio * second + phase - first
 
     def _length_row(self, link: IdleLink) -> Row:
-        first, second = link.ends
-        eye, length = SX.eye(3), self.length(link)
-        gap, ways = self.point(second) - self.point(first), self._ways(first, second, eye, eye)
-        cut = CutJoint(gap, eye, eye, {}, length, None, ways, self._hung(first, second))
+        eye = SX.eye(3)
+        cut = self._gap(*link.ends, eye, eye, self.length(link))
         (row,) = at_distance(cut)
         return Row(link.joint, *row[:3], reach=row.reach)
 
