@@ -22,6 +22,7 @@ _HOMES = {
     "mechdae.describe.spatial_joints": "SpatialRevolute SpatialPrismatic Cylindrical Spherical "
     "Universal PlanarPair Screw SpatialWeld SpatialGear SpatialRack",
     "mechdae.homotopy.platforms": "platform_poses",
+    "mechdae.homotopy.six_axes": "arm_poses",
     "mechdae.describe.loads": "Force Torque Resistance Spring TableLoad TimeTable",
     "mechdae.describe.tasks.kinds": "Driver Sweep Modes Reactions Motion Equilibrium Synthesis "
     "Study Sensitivity",

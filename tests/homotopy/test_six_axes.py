@@ -1,0 +1,100 @@
+"""Arms with six axes against their own forward kinematics and the count of the literature."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.homotopy import six_axes
+
+H = np.pi / 2
+SIXTEEN = [(0.3, H, 0), (1, 1, 0), (0, H, 0.2), (1.5, 1, 0), (0, H, 0), (0, 0, 0)]
+"""Manseur and Doty 1989: an arm and a place of the hand with 16 real poses."""
+PLACE = [
+    [-0.760117, -0.641689, 0.102262, -1.140175],
+    [0.133333, 0.0, 0.991071, 0.0],
+    [-0.635959, 0.766965, 0.085558, 0.0],
+]
+
+
+def forward(links: Any, angles: Any) -> Any:
+    """Return where the hand is, by the four elementary motions of each joint."""
+    T = np.eye(4)
+    for (a, alpha, d), theta in zip(links, angles, strict=True):
+        for axis, angle, shift in ((2, theta, d), (0, alpha, a)):
+            M = np.eye(4)
+            i, j = ((axis + 1) % 3, (axis + 2) % 3)
+            M[i, i] = M[j, j] = np.cos(angle)
+            M[i, j], M[j, i] = -np.sin(angle), np.sin(angle)
+            M[axis, 3] = shift
+            T = T @ M
+    return T
+
+
+def test_sixteen_real_poses_are_proven() -> None:
+    hand = np.array(PLACE)
+    U, _, V = np.linalg.svd(hand[:, :3])
+    hand[:, :3] = U @ V
+    found = md.arm_poses(SIXTEEN, hand)
+    assert found.proven
+    assert (found.regular, found.singular, len(found.angles)) == (16, 0, 16)
+    for angles in found.angles:
+        assert np.abs(forward(SIXTEEN, angles)[:3] - hand).max() < 1e-13
+    turned = np.exp(1j * found.angles)
+    gaps = np.abs(turned[:, None] - turned).max(axis=2)
+    assert gaps[~np.eye(16, dtype=bool)].min() > 1e-3
+
+
+def test_poses_drawn_at_random_are_among_those_found() -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(2):
+        links = np.stack(
+            [rng.normal(size=6), rng.uniform(0.3, 2.8, size=6), rng.normal(size=6)], axis=1
+        )
+        angles = rng.uniform(-3, 3, size=6)
+        hand = forward(links, angles)
+        found = md.arm_poses(links, hand)
+        assert found.proven
+        assert len(found.angles) % 2 == 0
+        gaps = np.abs(np.exp(1j * found.angles) - np.exp(1j * angles)).max(axis=1)
+        assert gaps.min() < 1e-9
+        for own in found.angles:
+            assert np.abs(forward(links, own) - hand).max() < 1e-10
+        large = links * [1e3, 1, 1e3]
+        place = hand.copy()
+        place[:3, 3] *= 1e3
+        assert len(md.arm_poses(large, place).angles) == len(found.angles)
+
+
+def test_a_wrist_whose_axes_meet_is_not_called_proven() -> None:
+    """Eight poses at most where the last three axes meet: the other paths go elsewhere."""
+    links = [(0.2, H, 0), (1, 0.7, 0.1), (0.3, H, 0), (0, -H, 0.9), (0, H, 0), (0, 0, 0.1)]
+    angles = [0.3, -0.8, 1.1, 0.4, 0.9, -0.5]
+    found = md.arm_poses(links, forward(links, angles))
+    assert not found.proven
+    assert found.regular <= 8
+    assert found.singular == 16 - found.regular
+    gaps = np.abs(np.exp(1j * found.angles) - np.exp(1j * np.array(angles))).max(axis=1)
+    assert gaps.min() < 1e-9
+
+
+def test_certificates_refuse_what_is_no_pose() -> None:
+    p, X = six_axes.generic()
+    rng = np.random.default_rng(1)
+    simple, _, _, sure = six_axes._certified(p, X)
+    assert simple.all()
+    assert sure
+    assert not six_axes._certified(p, X + 0.1 * rng.normal(size=X.shape))[0].any()
+    assert not six_axes._certified(p, X[[0, 1, 0]])[3]
+
+
+def test_what_is_refused() -> None:
+    with pytest.raises(md.InputError, match="axes 2 and 3 are parallel"):
+        md.arm_poses([(0, 1, 0), (1, 0, 0), *SIXTEEN[2:]], PLACE)
+    with pytest.raises(md.InputError, match="no rotation"):
+        md.arm_poses(SIXTEEN, 2 * np.eye(4))
+    with pytest.raises(md.InputError, match="six rows"):
+        md.arm_poses(SIXTEEN[:5], np.eye(4))
