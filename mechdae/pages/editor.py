@@ -119,13 +119,16 @@ class _Drawing:
         return solve(problem.mechanism, Sweep(driver=Driver(name, at=at[:1])))
 
     def _is_block(self, body: str) -> bool:
+        """Return whether a body is a slider: one point, a guide, else pins alone."""
+        joints = [own for own in self.mechanism.joints.values() if body in own.bodies]
         used = {
             own
-            for joint in self.mechanism.joints.values()
+            for joint in joints
             for own in (joint.first, joint.second)
             if own.split(".")[0] == body
         }
-        return len(used) == 1
+        guides = [joint for joint in joints if not joint.coincide]
+        return len(used) == 1 and len(guides) == 1 and len(joints) > 1
 
     def _root(self, reference: str) -> str:
         while self.of.get(reference, reference) != reference:

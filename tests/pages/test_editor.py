@@ -177,6 +177,9 @@ def test_what_is_not_drawn_is_named(capsys, tmp_path):
     assert code == 2
     assert "joints." in err
     assert "gear" in err
+    for name, key in (("scotch-yoke-jam", "joints.guide"), ("oscillating-cylinder", "bodies.")):
+        code, _, err = run(capsys, "edit", name, "--out", out)
+        assert (code, key in err) == (2, True)
     data = editor(md.load("slider-crank-friction")).data
     assert "loads.work" in data["names"]
     assert any("Q_work" in line for line in data["kept"])
