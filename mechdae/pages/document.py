@@ -26,8 +26,8 @@ from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run as followed
 from mechdae.pages import efforts, link, live, scenes
+from mechdae.pages.space_scenes import space_of
 from mechdae.results import Result, plain
-from mechdae.setup.outputs import RATES
 from mechdae.tasks.solve import solve
 
 CHECKS = 12
@@ -92,7 +92,7 @@ def page(
     Raises
     ------
     InputError
-        A task without poses along a path, a spatial mechanism, a language that it does not speak.
+        A task without poses along a path, a language that it does not speak.
     SolveError
         The mechanism does not assemble.
     """
@@ -187,8 +187,6 @@ def _loaded(problem: Problem, task: Reactions) -> tuple[LoadedRun | None, str]:
 
 
 def _page(problem: Problem, name: str, lang: str) -> Page:
-    if problem.mechanism.dimension != 2:
-        raise InputError("a page shows planar mechanisms only", where="dimension")
     found = _followed(problem, name)
     setting, run, result, task = found.setting, found.run, found.result, found.task
     reason = live.why_recorded(setting, run, task)
@@ -221,6 +219,8 @@ def _page(problem: Problem, name: str, lang: str) -> Page:
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
         data["reason"] += f", {MOST_RECORDED} of {result.status.size} poses"
     data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED)
+    if problem.mechanism.dimension == 3:
+        data["scene"]["space"] = space_of(result)
     data["status"] = [data["status"][k] for k in data["recorded"]["rows"]]
     data["driver"]["values"] = [data["driver"]["values"][k] for k in data["recorded"]["rows"]]
     if not data["recorded"]["points"]:
@@ -257,9 +257,9 @@ def _make_live(
             {
                 "kind": entry.kind,
                 "part": entry.part,
-                "names": list(RATES[entry.name][:3]),
+                "names": live.names_of(entry, problem.mechanism.dimension == 3),
                 "columns": list(entry.columns),
-                "unit": entry.unit,
+                "unit": "rad" if entry.is_orientation else entry.unit,
             }
         )
     checks = []
@@ -318,7 +318,12 @@ def _recorded(result: Result, most: int) -> dict[str, Any]:
         reference: _packed(np.asarray(series.position)[rows])
         for reference, series in result.points.items()
     }
-    return {"rows": list(range(count))[rows], "points": points}
+    turns = {
+        body: _packed(np.asarray(series.orientation)[rows])
+        for body, series in result.bodies.items()
+        if "orientation" in series
+    }
+    return {"rows": list(range(count))[rows], "points": points, "turns": turns}
 
 
 def _packed(values: Any) -> str:

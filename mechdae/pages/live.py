@@ -19,6 +19,7 @@ from mechdae.kernels.run.javascript import HELPERS, Printed, printed
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
+from mechdae.setup.outputs import RATES, ReportedQuantity
 
 MOST_SLIDERS = 24
 FAR = 2.5
@@ -92,6 +93,13 @@ def kernels(
         for name, part in parts.items()
     }
     return PrintedKernels(text, layout | {"slopes_at": [rows, columns]})
+
+
+def names_of(entry: ReportedQuantity, in_space: bool) -> list[str]:
+    """Return the names of a reported quantity and of its first two rates."""
+    if in_space and entry.kind == "joints":
+        return [entry.name, f"{entry.name}_velocity", f"{entry.name}_acceleration"]
+    return list(RATES[entry.name][:3])
 
 
 def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.pages.space_scenes import joint_in_space
 
 
 def drawn(mechanism: Mechanism) -> dict[str, Any]:
@@ -34,8 +35,14 @@ def drawn(mechanism: Mechanism) -> dict[str, Any]:
         )
     joints = [_joint(mechanism, name, values) for name in mechanism.joints]
     ground = [f"{GROUND}.{name}" for name in mechanism.ground.points]
-    places = [[values[f"{point}.{axis}"] for axis in "xy"] for point in ground]
-    return {"bodies": bodies, "joints": joints, "ground": ground, "places": places}
+    places = [[values[f"{point}.{axis}"] for axis in mechanism.axes] for point in ground]
+    return {
+        "dimension": mechanism.dimension,
+        "bodies": bodies,
+        "joints": joints,
+        "ground": ground,
+        "places": places,
+    }
 
 
 def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> dict[str, Any]:
@@ -48,6 +55,8 @@ def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> dict[st
         "fixed": GROUND in joint.bodies,
         "pin": joint.coincide,
     }
+    if mechanism.dimension == 3:
+        return entry | joint_in_space(mechanism, joint)
     if joint.straight:
         entry |= {"axis": values[f"{name}.axis"], "block": joint.keeps_angle}
     if joint.wheels == 2:

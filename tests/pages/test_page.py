@@ -90,7 +90,6 @@ def test_pages_that_cannot_be(capsys, tmp_path):
         (["four-bar-crank-rocker", "--lang", "fr"], "en, ru"),
         (["four-bar-crank-rocker", "--out", str(tmp_path / "no" / "page.html")], "no such folder"),
         (["four-bar-crank-rockr"], "did you mean"),
-        (["rssr"], "planar mechanisms only"),
         (["vector-modules-planar"], "no point"),
         (["four-bar-crank-rocker", "--set", "b=5"], "assemble"),
     ):

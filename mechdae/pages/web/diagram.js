@@ -63,6 +63,9 @@ export class Diagram {
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   }
 
+  /** A place in the picture, in metres. */
+  flat(place) { return place; }
+
   /** Metres to pixels. */
   at([x, y]) { return [this.shift[0] + this.scale * x, this.shift[1] - this.scale * y]; }
 

@@ -1,8 +1,9 @@
 /** The page: reads its data, makes the controls, draws when something changed. */
 import { wordsOf } from "./words.js";
-import { Session } from "./session.js";
+import { bareAngle, Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { Diagram } from "./diagram.js";
+import { SpaceDiagram } from "./space.js";
 import { Chart, ticks } from "./chart.js";
 import { isWhole } from "./whole.js";
 import { digits, displayed, quantity } from "./units.js";
@@ -28,7 +29,7 @@ class App {
   constructor(data, code) {
     this.data = data;
     this.words = wordsOf(data.lang);
-    this.diagram = new Diagram(find("diagram"), data.scene);
+    this.diagram = new (data.scene.space ? SpaceDiagram : Diagram)(find("diagram"), data.scene);
     this.session = null;
     this.recorded = null;
     this.reason = "";
@@ -96,6 +97,17 @@ class App {
         ...data.modes.map((mode) => made("option", { value: mode.label, selected: mode.label === this.session.mode }, mode.label)));
       find("drive").append(made("label", {}, `${words("mode")} `, this.modes));
     }
+    if (data.scene.space) {
+      const views = { chosen: null, front: data.scene.space.up[1] > 0.9 ? [0, 0] : [-90, 0] };
+      views.top = [views.front[0], 90];
+      views.left = [views.front[0] - 90, 0];
+      const choice = made("select", { "aria-label": words("view"), title: words("orbit"), onchange: () => {
+        if (views[choice.value]) this.diagram.look(...views[choice.value]);
+        else this.diagram.home();
+        this.drawAll();
+      } }, ...Object.keys(views).map((name) => made("option", { value: name }, words(name))));
+      find("drive").append(made("label", { title: words("orbit") }, `${words("view")} `, choice));
+    }
     if (this.session) {
       const box = (word, checked) => {
         const own = made("input", { type: "checkbox", checked, onchange: () => this.draw() });
@@ -141,7 +153,7 @@ class App {
     this.what = made("select", { "aria-label": words("output"), style: "max-width:100%", onchange: () => this.drawAll() },
       ...session.outputs().map((path) => made("option", { value: path }, path)));
     const usual = data.entries.filter((entry) => entry.kind === "bodies").pop();
-    if (usual) this.what.value = `bodies/${usual.part}/${usual.names[0]}`;
+    if (usual) this.what.value = `bodies/${usual.part}/${usual.names[data.scene.space ? 1 : 0]}`;
     if (session.forces) this.what.value = `efforts/${data.forces.efforts[0]}`;
     const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     svg.setAttribute("style", "width:100%;height:200px;touch-action:none;display:block");
@@ -150,6 +162,7 @@ class App {
     find("graph").append(made("fieldset", {}, made("legend", {}, words("output")), this.what, svg));
     this.chart = new Chart(svg, (s) => this.want({ s }));
     this.plans = new Plans(find("plans"), session, words, made, () => this.draw());
+    find("plans").hidden = Boolean(data.scene.space); // polygons are those of the plane
     this.body = made("tbody");
     const head = made("tr", {}, ...[words("quantity"), words("value")].map((word) => made("th", { scope: "col" }, word)));
     find("table").append(made("fieldset", {}, made("legend", {}, words("pose")), made("table", {}, made("thead", {}, head), this.body)));
@@ -289,7 +302,11 @@ class App {
       ArrowRight: () => to(now + (session ? step : 1)), ArrowLeft: () => to(now - (session ? step : 1)), Home: () => to(low), End: () => to(high),
       " ": () => this.play(), "]": () => this.turnMode(1), "[": () => this.turnMode(-1),
     }[event.key];
-    if (act) { event.preventDefault(); act(); }
+    if (act) { event.preventDefault(); act(); return; }
+    const turned = { a: [-5, 0], d: [5, 0], w: [0, 5], s: [0, -5] }[event.key.toLowerCase()];
+    if (!this.data.scene.space || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (turned) this.turnView(...turned);
+    else if (event.key === "0") { this.diagram.home(); this.drawAll(); }
   }
 
   turnMode(by) {
@@ -299,10 +316,17 @@ class App {
     this.choose(modes[(at + by + modes.length) % modes.length].label);
   }
 
+  /** Turn what a spatial mechanism is seen from, by degrees. */
+  turnView(azimuth, elevation) {
+    this.diagram.turn(azimuth, elevation);
+    this.drawAll();
+  }
+
   /** Points are dragged along their own paths, from where they are. */
   dragging() {
     const svg = find("diagram");
     let held = null;
+    let orbit = null;
     const place = (event) => {
       const { left, top } = svg.getBoundingClientRect();
       return this.diagram.from([event.clientX - left, event.clientY - top]);
@@ -314,7 +338,8 @@ class App {
       let best = 14 / this.diagram.scale;
       for (const { kind, part, columns } of this.data.entries) {
         if (kind !== "points" || !pose.y || !this.moving(columns)) continue;
-        const apart = Math.hypot(pose.y[0][columns[0]] - here[0], pose.y[0][columns[1]] - here[1]);
+        const there = this.diagram.flat(columns.map((k) => pose.y[0][k]));
+        const apart = Math.hypot(there[0] - here[0], there[1] - here[1]);
         if (apart < best) { best = apart; held = { part, columns }; }
       }
       if (this.shape && this.shape.checked) held = this.shapedAt(here);
@@ -325,7 +350,18 @@ class App {
       if (held && held.shaped) this.want({ pulled: [held.shaped, place(event)] });
       else if (held) this.pull(held.columns, place(event));
     });
-    for (const name of ["pointerup", "pointercancel"]) svg.addEventListener(name, () => { held = null; });
+    svg.addEventListener("pointerdown", (event) => {
+      if (held || !this.data.scene.space || event.button) return;
+      orbit = [event.clientX, event.clientY];
+      svg.setPointerCapture(event.pointerId);
+    });
+    svg.addEventListener("pointermove", (event) => {
+      if (!held && orbit) {
+        this.turnView((orbit[0] - event.clientX) / 2, (event.clientY - orbit[1]) / 2);
+        orbit = [event.clientX, event.clientY];
+      }
+    });
+    for (const name of ["pointerup", "pointercancel"]) svg.addEventListener(name, () => { held = null; orbit = null; });
   }
 
   /** The point near a place that dimensions place, fixed ones too. */
@@ -374,7 +410,9 @@ class App {
     const apart = (k) => {
       const index = round ? ((k % (count - 1)) + count - 1) % (count - 1) : k;
       const pose = poses[index];
-      return pose && pose.y ? (pose.y[0][columns[0]] - here[0]) ** 2 + (pose.y[0][columns[1]] - here[1]) ** 2 : Infinity;
+      if (!pose || !pose.y) return Infinity;
+      const there = this.diagram.flat(columns.map((k) => pose.y[0][k]));
+      return (there[0] - here[0]) ** 2 + (there[1] - here[1]) ** 2;
     };
     let best = now;
     for (const way of [1, -1]) { // only as far as the way there is assembled
@@ -439,7 +477,7 @@ class App {
     const { session, data } = this;
     const driven = data.driver.name.split(".")[0];
     if (!session) {
-      this.diagram.draw(this.recorded.places(this.shown), {}, driven);
+      this.diagram.draw(this.recorded.places(this.shown), this.recorded.turns(this.shown), driven);
       const value = this.recorded.value(this.shown);
       this.slider.value = this.recorded.count > 1 ? this.shown / (this.recorded.count - 1) : 0;
       this.number.value = digits(value * displayed(data.driver.unit)[0], 7);
@@ -515,10 +553,10 @@ class App {
       for (const [name, [x, y, moment]] of Object.entries(forces.reactions)) row(`R ${name}`, `${quantity(Math.hypot(x, y), "N", 5)}; ${quantity(moment, "N m", 5)}`);
     }
     for (const { kind, part, columns, names, unit } of this.data.entries) {
-      if (kind === "joints" && names[0] === "angle") continue;
-      const found = this.session.inTime(pose, columns, 0);
-      const speed = this.session.inTime(pose, columns, 1);
-      const text = found ? (found.length === 2 ? `(${found.map((v) => quantity(v, unit, 5)).join(", ")})` : quantity(found[0], unit)) : "–";
+      if (bareAngle({ kind, names })) continue;
+      const found = this.session.told(pose, { columns, names }, 0);
+      const speed = this.session.told(pose, { columns, names }, 1);
+      const text = found ? (found.length > 1 ? `(${found.map((v) => quantity(v, names[0] === "orientation" ? "1" : unit, 5)).join(", ")})` : quantity(found[0], unit)) : "–";
       const rate = speed ? quantity(Math.hypot(...speed) * (speed.length === 1 && speed[0] < 0 ? -1 : 1), `${unit}/s`, 5) : "–";
       row(part, `${text}; ${rate}`);
     }
@@ -580,8 +618,8 @@ function interfaceOf(app) {
       for (const { kind, part, columns, names } of data.entries) {
         const table = (result[kind][part] = result[kind][part] || {});
         names.forEach((name, order) => {
-          const found = session.inTime(pose, columns, order);
-          if (kind === "joints" && names[0] === "angle" && order) return;
+          const found = session.told(pose, { columns, names }, order);
+          if (bareAngle({ kind, names }) && order) return;
           table[name] = found && found.length === 1 ? found[0] : found;
         });
       }
@@ -636,6 +674,8 @@ function interfaceOf(app) {
       return ok;
     },
     toml() { return app.toml(); },
+    /** The direction a spatial mechanism is seen from [deg]; null in the plane. */
+    view() { return data.scene.space ? { azimuth: app.diagram.view.azimuth, elevation: app.diagram.view.elevation } : null; },
   };
   return own;
 }

@@ -343,7 +343,7 @@ export class Motion {
     let angle = 0;
     for (const { kind, columns: own } of this.data.entries) {
       if (kind === "points") length = Math.max(length, Math.hypot(...own.map((k) => result[k])));
-      if (kind === "bodies") angle = Math.max(angle, result[own[0]]);
+      if (kind === "bodies") angle = Math.max(angle, own.length > 1 ? Math.hypot(...own.map((k) => result[k])) / Math.SQRT2 : result[own[0]]);
     }
     return { length, angle };
   }

@@ -13,6 +13,7 @@ export class Recorded {
     this.data = data;
     this.rows = data.recorded.rows;
     this.points = Object.fromEntries(Object.entries(data.recorded.points).map(([name, text]) => [name, unpacked(text)]));
+    this.rotations = Object.fromEntries(Object.entries(data.recorded.turns).map(([name, text]) => [name, unpacked(text)]));
   }
 
   get count() { return this.rows.length; }
@@ -20,13 +21,22 @@ export class Recorded {
   value(k) { return this.data.driver.values[k]; }
 
   places(k) {
-    const { ground, places: fixed } = this.data.scene;
+    const { ground, places: fixed, dimension: width } = this.data.scene;
     const places = Object.fromEntries(ground.map((name, i) => [name, fixed[i]]));
     for (const [name, numbers] of Object.entries(this.points)) {
-      const [x, y] = [numbers[2 * k], numbers[2 * k + 1]];
-      if (Number.isFinite(x + y)) places[name] = [x, y];
+      const place = Array.from(numbers.slice(width * k, width * (k + 1)));
+      if (place.every(Number.isFinite)) places[name] = place;
     }
     return places;
+  }
+
+  /** Rotations of bodies, column by column. */
+  turns(k) {
+    return Object.fromEntries(Object.entries(this.rotations).map(([name, own]) => {
+      const [w, x, y, z] = own.slice(4 * k, 4 * k + 4);
+      return [name, [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 2 * (x * y - w * z), 1 - 2 * (x * x + z * z),
+        2 * (y * z + w * x), 2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]];
+    }));
   }
 
   status(k) { return this.data.status[k]; }

@@ -10,6 +10,24 @@ const FORCE_CHECK = 1e-9;
 const OTHERS = 12;
 const REACTION = { reaction: "N", Fx: "N", Fy: "N", M: "N m", loss: "W" };
 
+/** Whether an entry is the angle of a joint of the plane, which is told without its rates. */
+export const bareAngle = ({ kind, names }) => kind === "joints" && names[0] === "angle" && names[1] === "angular_velocity";
+
+/** The unit quaternion of a rotation given column by column, real part first and not negative. */
+export function quaternion([a, d, g, b, e, h, c, f, i]) {
+  const squares = [1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i];
+  const k = squares.indexOf(Math.max(...squares));
+  const w = [[squares[0], h - f, c - g, d - b], [h - f, squares[1], b + d, c + g], [c - g, b + d, squares[2], f + h], [d - b, c + g, f + h, squares[3]]][k];
+  const size = Math.hypot(...w) * (w[0] < 0 ? -1 : 1);
+  return w.map((v) => v / size);
+}
+
+/** The vector of the skew part of rate times transposed rotation, both column by column. */
+export function spin(rate, turn) {
+  const entry = (i, j) => [0, 1, 2].reduce((sum, k) => sum + rate[3 * k + i] * turn[3 * k + j], 0);
+  return [[2, 1], [0, 2], [1, 0]].map(([i, j]) => (entry(i, j) - entry(j, i)) / 2);
+}
+
 export class Session {
   /** @param {any} data @param {any} code */
   constructor(data, code) {
@@ -81,20 +99,21 @@ export class Session {
   /** Where the points are: name to place. */
   places_of(pose) {
     const places = {};
-    this.data.scene.ground.forEach((name, k) => { places[name] = [this.motion.ground[2 * k], this.motion.ground[2 * k + 1]]; });
+    const width = this.data.scene.dimension;
+    this.data.scene.ground.forEach((name, k) => { places[name] = Array.from(this.motion.ground.slice(width * k, width * (k + 1))); });
     if (!pose || !pose.y) return places;
     for (const { kind, part, columns } of this.data.entries) {
       if (kind !== "points") continue;
-      const [x, y] = columns.map((k) => pose.y[0][k]);
-      places[part] = [x, y];
+      places[part] = columns.map((k) => pose.y[0][k]);
     }
     return places;
   }
 
+  /** Angles of bodies; in space their rotations, column by column. */
   angles_of(pose) {
     const angles = {};
     if (!pose || !pose.y) return angles;
-    for (const { kind, part, columns } of this.data.entries) if (kind === "bodies") angles[part] = pose.y[0][columns[0]];
+    for (const { kind, part, columns } of this.data.entries) if (kind === "bodies") angles[part] = columns.length > 1 ? columns.map((k) => pose.y[0][k]) : pose.y[0][columns[0]];
     return angles;
   }
 
@@ -107,6 +126,16 @@ export class Session {
     if (!Number.isFinite(first[columns[0]])) return null;
     if (order === 1) return columns.map((k) => first[k] * speed);
     return columns.map((k) => second[k] * speed * speed + first[k] * acceleration);
+  }
+
+  /** What an entry tells at a pose: of a rotation the quaternion and the vectors of its rates. */
+  told(pose, entry, order) {
+    const found = this.inTime(pose, entry.columns, order);
+    if (!found || entry.names[0] !== "orientation") return found;
+    const turn = this.inTime(pose, entry.columns, 0);
+    if (order === 0) return quaternion(turn);
+    const first = this.inTime(pose, entry.columns, 1);
+    return order === 1 ? spin(first, turn) : spin(found, turn);
   }
 
   /** What acts at a pose, null without forces; computed once. */
@@ -141,12 +170,12 @@ export class Session {
     const entry = this.data.entries.find((own) => own.kind === kind && own.part === part && own.names.includes(name));
     if (!entry) throw new Error(`no output ${path}`);
     const order = entry.names.indexOf(name);
-    const of = (pose) => this.inTime(pose, entry.columns, order);
+    const of = (pose) => this.told(pose, entry, order);
     const scalar = (pose) => {
       const found = of(pose);
       if (!found) return null;
       if (found.length === 1) return found[0];
-      return axis === "x" ? found[0] : axis === "y" ? found[1] : Math.hypot(...found);
+      return axis ? found["xyz".indexOf(axis)] : Math.hypot(...found);
     };
     return { unit: rateOf(entry.unit, order), of, scalar, whole: !axis };
   }
@@ -155,8 +184,9 @@ export class Session {
   outputs() {
     const moved = this.data.entries.flatMap((entry) => entry.names.flatMap((name, order) => {
       const path = `${entry.kind}/${entry.part}/${name}`;
-      if (entry.columns.length === 2 && order === 0) return [`${path}/x`, `${path}/y`];
-      return entry.kind === "joints" && entry.names[0] === "angle" && order ? [] : [path];
+      if (name === "orientation") return [];
+      if (entry.columns.length > 1 && order === 0) return [..."xyz"].slice(0, entry.columns.length).map((axis) => `${path}/${axis}`);
+      return bareAngle(entry) && order ? [] : [path];
     }));
     if (!this.forces) return moved;
     const { efforts, joints, lossy } = this.data.forces;

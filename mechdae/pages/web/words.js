@@ -2,6 +2,7 @@
 
 const WORDS = {
   en: {
+    view: "View", chosen: "oblique", front: "front", top: "top", left: "left", orbit: "drag beside the points, or keys A D W S and 0",
     play: "Play", pause: "Pause", driver: "Driver", dimensions: "Dimensions", output: "Output", against: "against",
     pose: "Pose", value: "value", bound: "error at most", reset: "Reset", undo: "Undo", redo: "Redo", mode: "Assembly mode",
     certified: "certified", limit: "limit position", unassembled: "does not assemble", recorded: "recorded poses",
@@ -14,6 +15,7 @@ const WORDS = {
     acting: "forces on", rest: "loads, inertia, drive", plans: "Plans", none: "not here", effort: "effort", shape: "Pull dimensions",
   },
   ru: {
+    view: "Вид", chosen: "наклонный", front: "спереди", top: "сверху", left: "слева", orbit: "тяните мимо точек или клавиши A D W S и 0",
     play: "Пуск", pause: "Пауза", driver: "Привод", dimensions: "Размеры", output: "Величина", against: "по",
     pose: "Положение", value: "значение", bound: "погрешность не более", reset: "Сброс", undo: "Отменить", redo: "Вернуть", mode: "Сборка",
     certified: "доказано", limit: "крайнее положение", unassembled: "не собирается", recorded: "записанные положения",
