@@ -31,6 +31,9 @@ class Whole:
     def expression(self, absolute: Any) -> Any:
         return absolute
 
+    def told(self, values: Any, reaches: Any) -> None:
+        """Reaches serve bounds, which motions do not have."""
+
 
 class Reported:
     """Bodies, points, joints and named outputs at states.

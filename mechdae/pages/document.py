@@ -219,15 +219,16 @@ def _page(problem: Problem, name: str, lang: str) -> Page:
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
         data["reason"] += f", {MOST_RECORDED} of {result.status.size} poses"
     data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED)
+    main = link.MAIN
     if problem.mechanism.dimension == 3:
-        data["scene"]["space"] = space_of(result)
+        data["scene"]["space"], main = space_of(result), link.SPATIAL
     data["status"] = [data["status"][k] for k in data["recorded"]["rows"]]
     data["driver"]["values"] = [data["driver"]["values"][k] for k in data["recorded"]["rows"]]
     if not data["recorded"]["points"]:
         raise InputError(
             "no point of the task assembles, or it asks for none", where=f"tasks.{name}"
         )
-    return Page(link.linked(data, text), data)
+    return Page(link.linked(data, text, main), data)
 
 
 def _make_live(

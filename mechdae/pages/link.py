@@ -20,8 +20,8 @@ NAMES = re.compile(r"^(?:export )?(?:const|let|class|function) (\w+)", re.M)
 MORE = re.compile(r", (\w+) = ")
 """Further names of one declaration."""
 COMMENTS = re.compile(r"^\s*/\*\*.*?\*/\n|^\s*//[^\n]*\n", re.M | re.S)
-MAIN = "main"
-FRAMES = {MAIN: "page.html", "edit": "edit.html"}
+MAIN, SPATIAL = "planar_page", "spatial_page"
+FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}
 """The module that begins, and the file that it works in."""
 
 
@@ -33,7 +33,9 @@ def linked(data: dict[str, Any], kernels: str, main: str = MAIN) -> str:
     text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     names = ", ".join(sorted(set(re.findall(r"^function (\w+)\(", kernels, re.M))))
     functions = (
-        f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n" if main == MAIN else ""
+        f"const K = (() => {{\n{kernels}return {{{names}}};\n}})();\n"
+        if main in (MAIN, SPATIAL)
+        else ""
     )
     inside = text.replace("<", "\\u003c")
     total = f"const SUM = {crc32(inside.encode())};\n"

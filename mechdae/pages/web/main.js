@@ -2,8 +2,6 @@
 import { wordsOf } from "./words.js";
 import { bareAngle, Session } from "./session.js";
 import { Recorded } from "./recorded.js";
-import { Diagram } from "./diagram.js";
-import { SpaceDiagram } from "./space.js";
 import { Chart, ticks } from "./chart.js";
 import { isWhole } from "./whole.js";
 import { digits, displayed, quantity } from "./units.js";
@@ -26,10 +24,10 @@ function made(name, attributes = {}, ...children) {
 
 /** Everything on one page. */
 class App {
-  constructor(data, code) {
+  constructor(data, code, Kind) {
     this.data = data;
     this.words = wordsOf(data.lang);
-    this.diagram = new (data.scene.space ? SpaceDiagram : Diagram)(find("diagram"), data.scene);
+    this.diagram = new Kind(find("diagram"), data.scene);
     this.session = null;
     this.recorded = null;
     this.reason = "";
@@ -116,7 +114,7 @@ class App {
       };
       this.velocities = box("velocities", false);
       this.arrowsOfForces = this.session.forces ? box("forces", true) : null;
-      this.shape = data.sliders.length ? box("shape", false) : null;
+      this.shape = data.sliders.length && !data.scene.space ? box("shape", false) : null;
       this.others = data.modes.length > 1 ? box("others", false) : null;
     }
   }
@@ -680,12 +678,15 @@ function interfaceOf(app) {
   return own;
 }
 
-const given = JSON.parse(find("mechdae").textContent);
-if (isWhole(find("mechdae").textContent, SUM)) {
-  const app = new App(given, K);
-  app.build();
-  window.mechdae = interfaceOf(app);
-} else {
+/** Start the page with the diagrams of the plane or of space. */
+export function begin(Kind) {
+  const given = JSON.parse(find("mechdae").textContent);
+  if (isWhole(find("mechdae").textContent, SUM)) {
+    const app = new App(given, K, Kind);
+    app.build();
+    window.mechdae = interfaceOf(app);
+    return;
+  }
   const reason = wordsOf(given.lang)("damaged");
   find("title").textContent = String(given.title);
   find("status").className = "warn";

@@ -1,0 +1,5 @@
+/** The page of a spatial mechanism. */
+import { SpaceDiagram } from "./space.js";
+import { begin } from "./main.js";
+
+begin(SpaceDiagram);
