@@ -50,7 +50,8 @@ ROOMS = {
     "numerics results setup solver studies",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "modules numerics results setup solver studies synthesis",
-    "pages": "continuation describe draw errors forces kernels kinematics model results setup tasks",
+    "pages": "continuation describe draw errors forces kernels kinematics model results setup "
+    "tasks",
     "explanations": "describe draw errors export formulas results tasks",
     "reports": "describe draw errors explanations export formulas results tasks",
     "bench": "describe dynamics errors kernels kinematics setup synthesis",
