@@ -210,6 +210,8 @@ NOT_NEGATIVE = (
     "friction_static",
     "pin_radius",
     "contact_length",
+    "contact_width",
+    "collar_radius",
     "roller_radius",
     "mesh_loss",
     "pretension",

@@ -118,6 +118,32 @@ def _other(doc: str) -> Any:
     return key("direction", None, doc=doc, unit="1")
 
 
+def _friction() -> Any:
+    return key("number", None, doc="Coulomb coefficient", unit="1")
+
+
+def _length(doc: str) -> Any:
+    return key("number", None, doc=doc, unit="m")
+
+
+def _check_friction(joint: SpatialJoint, values: Mapping[str, float]) -> None:
+    """Raise for friction without the lengths that it needs."""
+    if joint.turns and values.get("friction", 0.0) and "pin_radius" not in values:
+        raise MechanismError(
+            "friction in a pin needs the radius of the pin",
+            where=f"joints.{joint.name}.pin_radius",
+            hint="pin_radius = ... [m]",
+        )
+    for entry, what in (("contact_length", "tilting"), ("contact_width", "torsion")):
+        if values.get(entry, 1.0) == 0:
+            raise MechanismError(
+                f"{entry} is zero",
+                where=f"joints.{joint.name}.{entry}",
+                hint=f"leave it out where {what} causes no friction",
+            )
+
+
+PLANES = "2b, distance of the two bearing planes; absent: tilting causes no friction"
 AXIS2 = "direction of the axis in the second body; absent: the same numbers"
 ZERO = "normal of the axis in the first body, from which it is counted"
 ZERO2 = "normal of the axis in the second body, which coincides with the first one's at zero"
@@ -131,12 +157,27 @@ class SpatialRevolute(SpatialJoint):
     axis2: Direction | None = _other(AXIS2)
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
+    friction: Number | None = _friction()
+    pin_radius: Number | None = _length("m")
+    contact_length: Number | None = _length(PLANES)
+    collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
 
     kind: ClassVar[str] = "revolute"
     letter: ClassVar[str] = "R"
     coordinates: ClassVar[tuple[str, ...]] = ("angle",)
     coincide: ClassVar[bool] = True
     freedoms: ClassVar[int] = 1
+
+    def friction_law(self, article: bool) -> str:
+        return (
+            "r f (|N1| + |N2|) + f r_c |F_a|"
+            if article
+            else ("r sin(atan f) (|N1| + |N2|) + f r_c |F_a|")
+        )
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        _check_friction(self, values)
 
 
 @dataclass(frozen=True)
@@ -147,6 +188,9 @@ class SpatialPrismatic(SpatialJoint):
     axis2: Direction | None = _other(AXIS2)
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
+    friction: Number | None = _friction()
+    contact_length: Number | None = _length(PLANES)
+    contact_width: Number | None = _length("2w, width that a moment about the axis turns on")
 
     kind: ClassVar[str] = "prismatic"
     letter: ClassVar[str] = "P"
@@ -155,6 +199,13 @@ class SpatialPrismatic(SpatialJoint):
     keeps_angle: ClassVar[bool] = True
     freedoms: ClassVar[int] = 1
     opening: ClassVar[int] = 2
+
+    def friction_law(self, article: bool) -> str:
+        return "f (|N1| + |N2| + |M_a| / w)"
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        _check_friction(self, values)
 
 
 @dataclass(frozen=True)
@@ -165,6 +216,9 @@ class Cylindrical(SpatialJoint):
     axis2: Direction | None = _other(AXIS2)
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
+    friction: Number | None = _friction()
+    pin_radius: Number | None = _length("m")
+    contact_length: Number | None = _length(PLANES)
 
     kind: ClassVar[str] = "cylindrical"
     letter: ClassVar[str] = "C"
@@ -172,6 +226,13 @@ class Cylindrical(SpatialJoint):
     straight: ClassVar[bool] = True
     freedoms: ClassVar[int] = 2
     opening: ClassVar[int] = 1
+
+    def friction_law(self, article: bool) -> str:
+        return "f (|N1| + |N2|) / sqrt(1 + f_t^2) against the sliding"
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        _check_friction(self, values)
 
 
 @dataclass(frozen=True)

@@ -226,6 +226,9 @@ class ForceColumns:
             if behind:
                 parts[f"moves {name}"] = ca.horzcat(model.space.moves(model, name), SX_NOWHERE)
         for key, (name, own) in (forms or {}).items():
+            if behind:
+                parts[key] = own @ parts[name]
+                continue
             form = ca.SX(own.shape[0], len(columns))
             form[:, [k for k, (of, _) in enumerate(columns) if of == name]] = own
             parts[key] = form

@@ -165,9 +165,19 @@ class Balance:
         function = ca.Function("solve", [at, push], [solved])
         return Share(group, rows, columns, lambda value: function(at, value), own, forms)
 
-    def _forms(self, share: Share, lam: dict[int, Any], k: int) -> Any:
-        """Return the linear forms of a feedback for multipliers by row."""
+    def _forms(self, share: Share, lam: dict[int, Any], k: int, acting: Wrench) -> Any:
+        """Return the linear forms of a feedback for multipliers by row, and what acts beside them.
+
+        In space they are forms of the joint's reaction.
+        """
         feedback = self.feedbacks[k]
+        if self.model.space.behind:
+            reaction = [acting.get((feedback.joint, c), SX(0)) for c in range(6)]
+            for i, value in lam.items():
+                for c in range(6):
+                    entry = self.column[i].get((feedback.joint, c))
+                    reaction[c] = reaction[c] if entry is None else reaction[c] - entry * value
+            return feedback.forms @ ca.vertcat(*reaction)
         own = ca.vertcat(*[lam.get(i, SX(0)) for i in self.rows_of[feedback.joint]])
         return feedback.forms @ own
 
@@ -201,8 +211,15 @@ class Balance:
                     along = self.feedbacks[k].column
                     effect = share.solve(ca.vertcat(*[along.get(j, SX(0)) for j in share.columns]))
                     effects.append(dict(zip(share.rows, ca.vertsplit(effect), strict=True)))
-                start = [self._forms(share, value, k) for k in own]
-                slope = [[self._forms(share, effect, k) for effect in effects] for k in own]
+                causes = [self.feedbacks[k].column for k in own]
+                start = [self._forms(share, value, k, left) for k in own]
+                slope = [
+                    [
+                        self._forms(share, effect, k, column)
+                        for effect, column in zip(effects, causes, strict=True)
+                    ]
+                    for k in own
+                ]
                 result.start[share.group.index] = (own, start, slope)
                 laws = [self.feedbacks[k].law for k in own]
                 if sizes is None:
@@ -277,7 +294,9 @@ class Balance:
         for share in self.shares:
             for k in share.feedbacks:
                 if self.feedbacks[k].friction:
-                    law[k] = size_of(self.feedbacks[k].law, self._forms(share, free.lam, k))
+                    lam = {} if self.model.space.behind else free.lam
+                    forms = self._forms(share, lam, k, free.left)
+                    law[k] = size_of(self.feedbacks[k].law, forms)
         return free, law
 
     def _used(self, friction: bool) -> set[int]:

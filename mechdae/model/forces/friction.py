@@ -119,6 +119,10 @@ class Laws:
 
     def of(self, name: str) -> list[Feedback]:
         """Return the feedbacks of a joint."""
+        if self.model.space.behind:
+            from mechdae.model.forces.spatial_friction import spatial_law
+
+            return spatial_law(self, name) if self.friction and self._rubs(name) else []
         law = LAWS.get(self.model.mechanism.joints[name].kind)
         if name in self.meshes:
             return self._mesh(self.model.ends[name], self.meshes[name])

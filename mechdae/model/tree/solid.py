@@ -100,6 +100,26 @@ class Solid(Space):
         found = self.acting(model, own.second_body, place, force, moment)
         return plus(found, self.acting(model, own.first_body, place, force, moment), -1.0)
 
+    def rubbing(self, model: Any, joint: str, force: Any, moment: Any) -> Wrench:
+        """Return what friction in a joint does: a force at its second point and a moment on the
+        second body, and the opposite ones on the first. They are part of its reaction.
+        """
+        if joint not in model.tree:
+            found = self.between(model, joint, force, moment)
+            return plus(found, entries((joint,), force, moment))
+        own, found = model.mechanism.joints[joint], Wrench()
+        place = model.point(own.second)
+        kinetics = self.kinetics(model)
+        forward = kinetics.path[own.second_body][-1:] and (
+            kinetics.path[own.second_body][-1].joint == joint
+        )
+        child, parent = own.bodies[:2][::-1] if forward else own.bodies[:2]
+        for screw in kinetics.screws[child][len(kinetics.screws[parent]) :]:
+            work = ca.dot(force, screw.velocity(place)) + ca.dot(moment, screw.turn)
+            if not work.is_zero():
+                found[screw.place] = work if forward else -work
+        return found
+
     def on_bar(self, model: Any, body: str, first: Any, second: Any) -> Wrench:
         """Return what forces at the two ends of a bar do: its ball joints pass them on."""
         bar, found = self.bar(model, body), Wrench()
