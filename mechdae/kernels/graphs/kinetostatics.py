@@ -32,7 +32,8 @@ from mechdae.kernels.graphs.friction_sizes import (
 )
 from mechdae.kernels.graphs.linear import among, solution
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.model.forces.friction import Feedback, Laws, Slip, normal_form
+from mechdae.model.forces.feedback import Feedback, Slip
+from mechdae.model.forces.friction import Laws, normal_form
 from mechdae.model.forces.generalised import Wrench, add, power, put, reaction, times
 from mechdae.model.forces.inertia import inertia, kinetic_energy
 from mechdae.model.forces.loads import Loads

@@ -16,7 +16,8 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.forces.friction import Feedback, Laws, Slip
+from mechdae.model.forces.feedback import Feedback, Slip
+from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.generalised import Wrench, add, times
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh

@@ -11,73 +11,19 @@ in a guide that tilts); sliding pins after the same book.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from mechdae.model.forces.generalised import Wrench, couples, pair, spin, velocity
+from mechdae.model.forces.feedback import Feedback, Slip
+from mechdae.model.forces.generalised import couples, pair, spin, velocity
 from mechdae.model.forces.meshes import Mesh
+from mechdae.model.forces.spatial_friction import spatial_law
 from mechdae.model.joints import Ends
 from mechdae.model.model import Model
 from mechdae.model.space import left
 
 SX = ca.SX
-
-
-@dataclass(frozen=True)
-class Slip:
-    """A relative speed whose sign a force needs: expression of (q, v), unit "rad" or "m".
-
-    ``falls`` and ``grows`` are the magnitudes of a resistance; ``resting`` is a symbol, 1 where
-    ``friction_static`` takes the place of ``friction``.
-    """
-
-    owner: str
-    speed: Any
-    unit: str
-    sign: Any
-    falls: Any = None
-    grows: Any = None
-    resting: Any = None
-
-
-@dataclass(frozen=True)
-class Feedback:
-    """A force with a size that follows from its joint's multipliers.
-
-    Attributes
-    ----------
-    joint
-        Its joint.
-    law
-        "length" (of the vector of forms) or "largest" (of the forms, one of them is never
-        negative).
-    forms : SX (k, n)
-        The linear forms over the joint's n multipliers in the order of its rows.
-    column : dict
-        Generalised force per unit of size.
-    rate : SX
-        Power lost per unit of size.
-    friction
-        Whether it vanishes without friction.
-    strength
-        Coefficient, or radius of the friction circle: force or moment per unit of size.
-    falling
-        The same where the speed is negative, None if it does not depend on that.
-    slip
-        The speed whose sign the force has; None for a force that is no friction.
-    """
-
-    joint: str
-    law: str
-    forms: Any
-    column: Wrench
-    rate: Any
-    friction: bool = True
-    strength: Any = 0.0
-    falling: Any = None
-    slip: Slip | None = None
 
 
 class Laws:
@@ -120,8 +66,6 @@ class Laws:
     def of(self, name: str) -> list[Feedback]:
         """Return the feedbacks of a joint."""
         if self.model.space.behind:
-            from mechdae.model.forces.spatial_friction import spatial_law
-
             return spatial_law(self, name) if self.friction and self._rubs(name) else []
         law = LAWS.get(self.model.mechanism.joints[name].kind)
         if name in self.meshes:

@@ -18,7 +18,7 @@ from mechdae.describe.expression import build, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.named import TIME, split_rate
 from mechdae.errors import InputError, MechdaeError
-from mechdae.model.forces.friction import Slip
+from mechdae.model.forces.feedback import Slip
 from mechdae.model.forces.generalised import Wrench, add, couple, push
 from mechdae.model.forces.time_tables import Timed
 from mechdae.model.model import FUNCTIONS, Model

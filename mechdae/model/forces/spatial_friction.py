@@ -14,12 +14,12 @@ from typing import Any
 
 import casadi as ca
 
-from mechdae.model.forces.friction import Feedback, Laws
+from mechdae.model.forces.feedback import Feedback
 
 SX = ca.SX
 
 
-def spatial_law(laws: Laws, name: str) -> list[Feedback]:
+def spatial_law(laws: Any, name: str) -> list[Feedback]:
     """Return the friction of a joint; none of a pair that has no law."""
     law = LAWS.get(laws.model.mechanism.joints[name].kind)
     return law(_Pair(laws, name)) if law is not None else []
@@ -28,7 +28,7 @@ def spatial_law(laws: Laws, name: str) -> list[Feedback]:
 class _Pair:
     """A joint with friction: its axes in the fixed frame, its numbers and speeds."""
 
-    def __init__(self, laws: Laws, name: str) -> None:
+    def __init__(self, laws: Any, name: str) -> None:
         self.laws, self.name, self.model = laws, name, laws.model
         model: Any = laws.model
         A1 = model.axes_of(name)[0]

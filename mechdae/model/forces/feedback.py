@@ -1,0 +1,67 @@
+"""Sliding speeds, and forces whose size follows from the reactions of their own joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from mechdae.model.forces.generalised import Wrench
+
+SX = ca.SX
+
+
+@dataclass(frozen=True)
+class Slip:
+    """A relative speed whose sign a force needs: expression of (q, v), unit "rad" or "m".
+
+    ``falls`` and ``grows`` are the magnitudes of a resistance; ``resting`` is a symbol, 1 where
+    ``friction_static`` takes the place of ``friction``.
+    """
+
+    owner: str
+    speed: Any
+    unit: str
+    sign: Any
+    falls: Any = None
+    grows: Any = None
+    resting: Any = None
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """A force with a size that follows from its joint's multipliers.
+
+    Attributes
+    ----------
+    joint
+        Its joint.
+    law
+        "length" (of the vector of forms) or "largest" (of the forms, one of them is never
+        negative).
+    forms : SX (k, n)
+        The linear forms over the joint's n multipliers in the order of its rows.
+    column : dict
+        Generalised force per unit of size.
+    rate : SX
+        Power lost per unit of size.
+    friction
+        Whether it vanishes without friction.
+    strength
+        Coefficient, or radius of the friction circle: force or moment per unit of size.
+    falling
+        The same where the speed is negative, None if it does not depend on that.
+    slip
+        The speed whose sign the force has; None for a force that is no friction.
+    """
+
+    joint: str
+    law: str
+    forms: Any
+    column: Wrench
+    rate: Any
+    friction: bool = True
+    strength: Any = 0.0
+    falling: Any = None
+    slip: Slip | None = None
