@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
+from benchmarks.batches import page as measures_and_forces
 from benchmarks.studies import page as measured
 from tests.shared.paths import DOCS
 
@@ -159,3 +160,10 @@ def test_the_page_shows_what_was_measured() -> None:
     records = json.loads((DOCS / "data/studies.json").read_text(encoding="utf-8"))
     assert measured(records) in (DOCS / "studies.md").read_text(encoding="utf-8")
     assert all(own["error"] < 1e-13 and own["screened_error"] < 1e-12 for own in records)
+
+
+def test_the_page_shows_measures_and_forces() -> None:
+    records = json.loads((DOCS / "data/batches.json").read_text(encoding="utf-8"))
+    assert measures_and_forces(records) in (DOCS / "studies.md").read_text(encoding="utf-8")
+    assert all(own["error"] < 1e-12 for own in records)
+    assert all(own["per_second"] > own["one_by_one"] for own in records)

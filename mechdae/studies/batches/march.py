@@ -27,7 +27,7 @@ AGAIN = 1 / 64
 """Share of a step at which it is looked again why it shrank."""
 WINDOW, SAMPLES, NEXT = 4.0, 33, 8
 """Largest steps ahead, places in them, and poses, at which it is looked whether dyads assemble."""
-MOST = 4000
+MOST = 30_000
 """Steps of a lane."""
 FEW = 8
 """Lanes that are taken on one by one, many steps in a call."""
