@@ -31,6 +31,9 @@ class Structure:
     def __hash__(self) -> int:
         return self._hash
 
+    def __repr__(self) -> str:
+        return f"Structure({self._parts!r})"  # names kernels on disk: all of it
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Structure):
             return NotImplemented

@@ -48,7 +48,7 @@ class LaneStatics(Statics):
         motion = Motion(none, none, none, None, np.zeros(0), nx)
         super().__init__(setting.scene, Evaluator(setting.graphs, setting.outputs), task, motion)
 
-    def _batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = range(8)) -> Batch:
+    def batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = range(8)) -> Batch:
         shared = [place for place, k in enumerate(take) if k == FACTOR]
         kept: Batch = self._kernels.kept(
             ("lanes", name), lambda: Batch(self._stored(name, make), shared)
