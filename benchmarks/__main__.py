@@ -1,11 +1,43 @@
-"""The command `mechdae bench` with other methods beside, and forces: ``python -m benchmarks``."""
+"""The command `mechdae bench` with other methods beside, and more: ``python -m benchmarks``.
+
+Without a problem everything is measured that ``docs/speed-and-error.md`` shows.
+"""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
-from benchmarks import alternatives, forces, integrators
+from benchmarks import alternatives, forces, integrators, studies
+from mechdae.bench import kinematics, motions
 from mechdae.cli.commands import bench
+from mechdae.describe.file.load import load
+
+TIGHT = (1e-10,)
+
+
+def more(quick: bool, say: Callable[[str], None]) -> list[dict[str, Any]]:
+    """Measure forces, a motion and studies, each with other methods beside; print the records."""
+    sizes = kinematics.QUICK_SIZES if quick else kinematics.SIZES[2:]
+    repeats = 3 if quick else 7
+    say("measuring forces")
+    compared = kinematics.QUICK_COMPARED if quick else kinematics.COMPARED
+    records, text = forces.measured(sizes, repeats, compared)
+    print(text)
+    say("measuring a motion")
+    work = motions.work_of(load("andrews-squeezer"))
+    assert work is not None
+    moved, notes = motions.measure(work, TIGHT, repeats, integrators.others)
+    print(motions.table(moved, notes))
+    say("measuring studies")
+    sets, rounds = (200, 1) if quick else (4096, 3)
+    many = [
+        studies.measured(entry, sets, rounds) for entry in studies.CASES[: 1 if quick else None]
+    ]
+    print(studies.page(many))
+    return [*records, *moved, *(row for own in many for row in studies.records(own))]
 
 
 def main(words: list[str] | None = None) -> int:
@@ -13,8 +45,10 @@ def main(words: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     bench.arguments(parser)
     parser.set_defaults(quiet=False)
-    beside = bench.Beside(alternatives.alternatives, integrators.others, forces.measured)
-    return bench.run(parser.parse_args(words), beside)
+    asked = parser.parse_args(words)
+    compared = kinematics.QUICK_COMPARED if asked.quick else kinematics.COMPARED
+    others = partial(alternatives.alternatives, compared)
+    return bench.run(asked, bench.Beside(others, integrators.others, more))
 
 
 if __name__ == "__main__":

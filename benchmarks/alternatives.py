@@ -7,12 +7,14 @@ bounds, branches or limits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from benchmarks import four_bar
+from mechdae.bench.kinematics import Other, SweepWork, unknowns_error
 from mechdae.continuation.interpolate import quintic
 from mechdae.continuation.path import Path
 from mechdae.kernels.run.call import Call
@@ -22,16 +24,28 @@ NODES = (24, 48, 96, 192)
 TOLERANCES = (1e-4, 1e-7, 1e-10, 1e-13)
 
 
-MOST = 10_000
-"""Poses up to which the sequential solver is measured."""
+SAMPLES = 400
 
 
-def alternatives(setting: Setting, result: Run) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield name and function of each way; the functions return unknowns (n, nx)."""
+def alternatives(compared: int, work: SweepWork, setting: Setting, result: Run) -> Iterator[Other]:
+    """Yield other means to the poses of a sweep that was prepared and followed.
+
+    Those that the four-bar alone has at all numbers of poses, the others at `compared` ones.
+    """
     s = np.asarray(result.poses.s)
-    yield from interpolated(setting, result, s)
-    if len(s) <= MOST:
-        yield from rootfinder(setting, result, s)
+    values = work.problem.mechanism.values()
+    if tuple(values.get(name) for name in "abcd") == four_bar.LENGTHS:
+        yield from four_bar.others(s)
+    if len(s) != compared or not result.poses.alive.all():
+        return
+    rows = np.arange(0, len(s), max(1, len(s) // SAMPLES))
+
+    def error(x: Any) -> float:
+        return unknowns_error(setting, x[rows], s[rows])[0]
+
+    ways = [("interpolated", *way) for way in interpolated(setting, result, s)]
+    ways += [("rootfinder", *way) for way in rootfinder(setting, result, s)]
+    yield from (Other(*way, error) for way in ways)
 
 
 def interpolated(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, Any]]:
@@ -55,7 +69,7 @@ def interpolated(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, A
             result.evaluator.at(result.path, nodes)
             return quintic(nodes, parts[0], parts[1], parts[2], s)
 
-        yield f"interpolated, {count} nodes", way
+        yield f"{count} nodes", way
 
 
 def rootfinder(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, Any]]:
@@ -80,4 +94,4 @@ def rootfinder(setting: Setting, result: Run, s: Any) -> Iterator[tuple[str, Any
                 rows[k] = x
             return rows
 
-        yield f"rootfinder, {tolerance:.0e}", way
+        yield f"{tolerance:.0e}", way

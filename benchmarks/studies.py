@@ -103,6 +103,22 @@ def against_single(
     return largest
 
 
+def records(own: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the figures of one case as records like those of other works."""
+    return [
+        {
+            "work": own["work"], "task": "study", "method": method, "setting": "", "n": own["sets"],
+            "seconds": own[word]["seconds"], "ratio": own[word]["ratio"], "error": error,
+            "yardstick": own[word]["seconds"] / own[word]["ratio"],
+            "alone": own[word]["alone"], "poses": POSES,
+        }
+        for word, method, error in (
+            ("certified", "md.study", own["error"]),
+            ("screened", "md.screen", own["screened_error"]),
+        )
+    ]  # fmt: skip
+
+
 def page(records: list[dict[str, Any]]) -> str:
     """Return the table of the page."""
     heads = (

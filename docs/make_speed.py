@@ -1,30 +1,42 @@
-"""Writes ``docs/speed-and-error.md`` from ``docs/data/bench.json`` and ``calls.json``.
+"""Writes ``docs/speed-and-error.md`` and a table of the README from ``docs/data/bench.json``.
 
-Usage: ``python -m benchmarks --out docs/data && python docs/make_speed.py``; with ``--check``
-nothing is written and the exit code tells whether the page is up to date. ``bench.json`` holds
-what was measured on one machine; its numbers are not measured again by tests.
+Usage: ``python docs/make_speed.py --measure`` measures everything anew (some minutes) and writes;
+without it what was measured last is written; with ``--check`` nothing is, and the exit code tells
+whether both are up to date. ``bench.json`` holds what was measured on one machine; its numbers are
+not measured again by tests.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
+import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
 PAGE, DATA = FOLDER / "speed-and-error.md", FOLDER / "data" / "bench.json"
-CALLS = FOLDER / "data" / "calls.json"
+README = FOLDER.parent / "README.md"
+BEGIN, END = "<!-- speed -->", "<!-- end of speed -->"
 sys.path.insert(0, str(FOLDER.parent))
+
+FIRST, AGAIN, WARM = "md.solve, first", "md.solve, again", "md.Solver"
+SHOWN = (100, 1_000, 100_000)
+"""Numbers of poses in the README."""
 
 HEAD = """# Speed against error
 
-`mechdae bench` measures sweeps of three predefined problems, `mechdae bench P` those of any
-other, and a chain of four-bars of growing length; `python -m benchmarks`, in the sources, also
-other methods beside them, and forces. Times are ratios to a yardstick that runs
-interleaved with each sweep: the closed-form four-bar in NumPy, two angles with two derivatives
-each, for the same number of poses ([yardstick.py](../mechdae/bench/yardstick.py)). Ratios
-carry from machine to machine, seconds do not. Medians are shown.
+`mechdae bench` measures what users call: sweeps of three predefined problems at one to a hundred
+thousand poses, whole tasks, a study, and a chain of four-bars of growing length; `mechdae bench P`
+the sweep, motion or synthesis of any other problem. `python -m benchmarks`, in the sources, also
+measures other methods beside them in the same run, as far as they can be had: a closed form in C
+(where a compiler is), pylinkage, scipy, casadi's rootfinder, SUNDIALS. Times are ratios to a
+yardstick that runs interleaved with each: the closed-form four-bar in NumPy, two angles with two
+derivatives each, for the same number of poses ([yardstick.py](../mechdae/bench/yardstick.py)).
+Ratios carry from machine to machine, seconds do not. Medians are shown. `python docs/make_speed.py
+--measure` repeats all of this page.
 
 The error is the true one: one Newton step whose residual is evaluated in 80-bit floats, at 400
 of the poses, in radians or lengths of the mechanism. The bound is what the result itself
@@ -32,25 +44,26 @@ claims, for all poses.
 
 ![Time over error](../plots/speed_against_error.svg)
 
-## Sweeps
-
-Positions, velocities and accelerations with certificates and bounds; `first` builds the
-kernels too.
-
-| work | poses | ns/pose | x yardstick | first, ms | error | bound |
-|---|---|---|---|---|---|---|
-"""
-WHOLE = """
 ## Whole calls
 
-What `md.solve` and a warm `md.Solver` take as a whole, from the problem to the result with the
-outputs of its task: the first call of a mechanism, the same again with another value of a
-dimension, and a solver with another value. `python -m benchmarks.calls --out docs/data/calls.json`
-repeats it.
+From the problem to the result with positions, velocities, accelerations, certificates and bounds of
+all its bodies, points and joints. *First*: `md.solve` with nothing kept, neither in memory nor on
+disk; *again*: the same with another value of a dimension; *warm*: a call of an `md.Solver` with
+another value, which the last columns are about.
 
 """
+FOUR = """
+## The four-bar by other means
+
+Angles of coupler and rocker, the error against the closed form in 80-bit floats. The closed form
+in C and pylinkage's `step_fast_with_kinematics` have velocities and accelerations, the others
+positions only; none has a certificate or a bound.
+
+| means | poses | ns/pose | x yardstick | error |
+|---|---|---|---|---|
+"""
 OTHERS = """
-## The same positions by other means, {n} poses
+## The same positions by other means, {n:,} poses
 
 Interpolation between solved nodes and casadi's `rootfinder` (Newton's method, called through
 its buffer from pose to pose) give positions only: no rates, no bound, and they do not notice a
@@ -59,14 +72,39 @@ limit position or another branch.
 | work | means | x yardstick | error |
 |---|---|---|---|
 """
+TASKS = """
+## Whole tasks
+
+The error is the largest relative difference from the values that the problem's file expects, which
+come from closed forms and independent computations, or of the best design from the optimum known;
+that of a study the largest difference of its rows from their sets solved alone. The yardstick runs
+with 10 000 poses.
+
+| task | problem | n | first, ms | again, ms | warm, ms | x yardstick | error |
+|---|---|---|---|---|---|---|---|
+"""
+STUDIES = """
+## Many sets of numbers
+
+Sets at once, processor time; more in [studies](studies.md#measured). The error of a certified row
+is the difference from its set alone, that of a screened one from the certified row.
+
+| work, {poses} poses each | call | sets | mechanisms/s | x yardstick | error |
+|---|---|---|---|---|---|
+"""
 CHAIN = """
 ## Growth with the mechanism
 
-A chain of N four-bars, each driven by the rocker of the one before, angles of all bodies, {n}
+A chain of N four-bars, each driven by the rocker of the one before, angles of all bodies, {n:,}
 poses.
 
 | loops | unknowns | build, ms per loop | ns per loop and pose | error | bound |
 |---|---|---|---|---|---|
+"""
+TAIL = """
+From {first} to {last} loops the building grows {build:.2f} times per loop, a sweep {pose:.2f}
+times per loop and pose. The error grows because absolute coordinates of the last link carry
+the errors of all links before it.
 """
 FORCES = """
 ## Forces
@@ -84,11 +122,15 @@ one; both get pin forces and torque only, from angles and rates in closed form.
 | work | means | poses | ns/pose | x yardstick | first, ms | error |
 |---|---|---|---|---|---|---|
 """
-TAIL = """
-From 10 to {loops} loops the building grows {build:.2f} times per loop, a sweep {pose:.2f}
-times per loop and pose. The error grows because absolute coordinates of the last link carry
-the errors of all links before it.
+MOTION = """
+## A motion
 
+Andrews' mechanism, all integrators on the same right-hand side; the error is that at the end
+against 34 digits. Other motions and tolerances: [work against
+precision](motion.md#work-against-precision).
+
+| integrator | tolerance | right-hand sides | ms | x yardstick | error |
+|---|---|---|---|---|---|
 """
 ENDS = """
 ## Two back ends
@@ -98,64 +140,156 @@ What evaluates the kernels, a compiled machine or NumPy, and what each needs for
 """
 
 
-def page(records: list[dict[str, Any]]) -> str:
-    """Return the text of the page."""
-    loaded = [r for r in records if "task" in r]
-    single = [r for r in records if "loops" not in r and "task" not in r]
-    chain = [r for r in records if "loops" in r]
-    lines = [
-        f"| {r['work']} | {r['n']:,} | {r['seconds'] / r['n'] * 1e9:.0f} | {r['ratio']:.1f} | "
-        f"{r['first'] * 1e3:.0f} | {r['error']:.1e} | {r['bound']:.1e} |"
-        for r in single
-        if r["method"] == "certified"
+def rows(lines: Iterable[Iterable[Any]]) -> str:
+    """Return lines of a Markdown table."""
+    return "".join(f"| {' | '.join(map(str, line))} |\n" for line in lines)
+
+
+def named(record: dict[str, Any]) -> str:
+    """Return what a method is called."""
+    return ", ".join(word for word in (record["method"], record["setting"]) if word)
+
+
+def together(records: list[dict[str, Any]]) -> list[dict[str, dict[str, Any]]]:
+    """Return the three ways of calling one thing together."""
+    found: dict[tuple[str, int], dict[str, dict[str, Any]]] = {}
+    for record in records:
+        if record["method"] in (FIRST, AGAIN, WARM):
+            found.setdefault((record["work"], record["n"]), {})[record["method"]] = record
+    return [own for own in found.values() if WARM in own]
+
+
+def ms(own: dict[str, dict[str, Any]], digits: int = 1) -> list[str]:
+    """Return the milliseconds of first, again, warm."""
+    return [
+        f"{own[way]['seconds'] * 1e3:.{digits}f}" if way in own else ""
+        for way in (FIRST, AGAIN, WARM)
     ]
-    others = [r for r in single if r["method"] != "certified"]
-    means = [
-        f"| {r['work']} | {r['method']}, {r['setting']} | {r['ratio']:.1f} | {r['error']:.1e} |"
-        for r in others
-    ]
-    grown = [
-        f"| {r['loops']} | {2 * r['loops']} | {r['build_per_loop'] * 1e3:.1f} | "
-        f"{r['per_loop_and_pose'] * 1e9:.0f} | {r['error']:.1e} | {r['bound']:.1e} |"
-        for r in chain
-    ]
-    forces = [
-        f"| {r['work']} | {r['method']} | {r['n']:,} | {r['seconds'] / r['n'] * 1e9:.0f} | "
-        f"{r['ratio']:.1f} | {r['first'] * 1e3:.0f} | {r['error']:.1e} |".replace("| nan |", "| |")
-        for r in ({"first": float("nan"), **r} for r in loaded)
-    ]
-    first, last = chain[0], chain[-1]
+
+
+def calls(records: list[dict[str, Any]], shown: tuple[int, ...] | None = None) -> str:
+    """Return the table of whole calls, for the page or, with the numbers `shown`, the README."""
+    heads = (
+        "sweep", "poses", "first, ms", "again, ms", "warm, ms", "ns/pose", "x yardstick", "error",
+        "bound",
+    )  # fmt: skip
+    lines = []
+    for own in together(records):
+        warm = own[WARM]
+        if shown is None or warm["n"] in shown:
+            lines.append(
+                (
+                    warm["work"], f"{warm['n']:,}", *ms(own, 2),
+                    f"{warm['seconds'] / warm['n'] * 1e9:.0f}", f"{warm['ratio']:.1f}",
+                    f"{warm['error']:.1e}", f"{warm['bound']:.1e}",
+                )
+            )  # fmt: skip
+    return rows([heads, ["---"] * len(heads), *lines])
+
+
+def beside(records: list[dict[str, Any]]) -> str:
+    """Return the tables of other means."""
+    others = [r for r in records if r["method"] not in (FIRST, AGAIN, WARM)]
+    slow = [r for r in others if r["method"] in ("interpolated", "rootfinder")]
+    four = rows(
+        (named(r), f"{r['n']:,}", f"{r['seconds'] / r['n'] * 1e9:.0f}", f"{r['ratio']:.1f}",
+         f"{r['error']:.1e}")
+        for r in sorted(others, key=lambda r: (named(r), r["n"]))
+        if r not in slow
+    )  # fmt: skip
+    positions = rows((r["work"], named(r), f"{r['ratio']:.1f}", f"{r['error']:.1e}") for r in slow)
+    return f"{FOUR}{four}{OTHERS.format(n=slow[0]['n'])}{positions}"
+
+
+def tasks(records: list[dict[str, Any]]) -> str:
+    """Return the tables of whole tasks and of studies."""
+    whole = rows(
+        (own[WARM]["work"], f"`{own[WARM]['of']}`", own[WARM]["n"], *ms(own),
+         f"{own[WARM]['ratio']:.1f}", f"{own[WARM]['error']:.1e}")
+        for own in together([r for r in records if "of" in r])
+    )  # fmt: skip
+    sets = [r for r in records if r["method"] in ("md.study", "md.screen")]
+    many = rows(
+        (r["work"], f"`{r['method']}`", f"{r['n']:,}", f"{r['n'] / r['seconds']:.0f}",
+         f"{r['ratio']:.1f}", f"{r['error']:.1e}")
+        for r in sets
+    )  # fmt: skip
+    return f"{TASKS}{whole}{STUDIES.format(poses=sets[0]['poses'])}{many}"
+
+
+def chains(records: list[dict[str, Any]]) -> str:
+    """Return the table of chains."""
+    grown = rows(
+        (r["loops"], 2 * r["loops"], f"{r['build_per_loop'] * 1e3:.1f}",
+         f"{r['per_loop_and_pose'] * 1e9:.0f}", f"{r['error']:.1e}", f"{r['bound']:.1e}")
+        for r in records
+    )  # fmt: skip
+    first, last = records[0], records[-1]
     tail = TAIL.format(
-        loops=last["loops"],
+        first=first["loops"], last=last["loops"],
         build=last["build_per_loop"] / first["build_per_loop"],
         pose=last["per_loop_and_pose"] / first["per_loop_and_pose"],
-    )
-    from benchmarks.calls import table
+    )  # fmt: skip
+    return f"{CHAIN.format(n=first['n'])}{grown}{tail}"
 
-    calls = table(json.loads(CALLS.read_text(encoding="utf-8")))
-    parts = [
-        HEAD,
-        "\n".join(lines),
-        "\n",
-        WHOLE,
-        calls,
-        "\n",
-        OTHERS.format(n=others[0]["n"]),
-        "\n".join(means),
-    ]
-    parts += ["\n", CHAIN.format(n=first["n"]), "\n".join(grown), "\n", tail]
-    parts += [FORCES, "\n".join(forces), "\n", ENDS]
-    return "".join(parts)
+
+def forces(records: list[dict[str, Any]]) -> str:
+    """Return the tables of forces and of a motion."""
+    loaded = rows(
+        (r["work"], r["method"], f"{r['n']:,}", f"{r['seconds'] / r['n'] * 1e9:.0f}",
+         f"{r['ratio']:.1f}", f"{r['first'] * 1e3:.0f}" if "first" in r else "",
+         f"{r['error']:.1e}")
+        for r in records
+        if r.get("task") == "reactions" and "of" not in r
+    )  # fmt: skip
+    moved = rows(
+        (r["method"], f"{r['tolerance']:.0e}", r["n"], f"{r['seconds'] * 1e3:.1f}",
+         f"{r['ratio']:.1f}", f"{r['error']:.1e}")
+        for r in records
+        if "tolerance" in r
+    )  # fmt: skip
+    return f"{FORCES}{loaded}{MOTION}{moved}"
+
+
+def page(records: list[dict[str, Any]]) -> str:
+    """Return the text of the page."""
+    moving = [r for r in records if "loops" not in r and "task" not in r]
+    return "".join(
+        (HEAD, calls(moving), beside(moving), tasks(records),
+         chains([r for r in records if "loops" in r]), forces(records), ENDS)
+    )  # fmt: skip
+
+
+def readme(text: str, records: list[dict[str, Any]]) -> str:
+    """Return the README with its table between the markers."""
+    moving = [r for r in records if "loops" not in r and "task" not in r]
+    head, _, rest = text.partition(BEGIN)
+    _, _, tail = rest.partition(END)
+    return f"{head}{BEGIN}\n\n{calls(moving, SHOWN)}\n{END}{tail}"
 
 
 def main(arguments: list[str]) -> int:
     """Run the command line and return its exit code."""
-    text = page(json.loads(DATA.read_text(encoding="utf-8")))
-    if "--check" in arguments:
-        same = PAGE.exists() and PAGE.read_text(encoding="utf-8") == text
-        print("up to date" if same else f"{PAGE.name} is not what bench.json says")
-        return 0 if same else 1
-    PAGE.write_text(text, encoding="utf-8")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--measure", action="store_true")
+    asked = parser.parse_args(arguments)
+    if asked.measure:
+        from benchmarks.__main__ import main as measured
+
+        measured(["--out", str(DATA.parent)])
+        for left in DATA.parent.glob("bench*.svg"):
+            left.unlink()
+        picture = FOLDER.parent / "plots" / "speed_against_error.py"
+        subprocess.run([sys.executable, str(picture)], check=True)
+    records = json.loads(DATA.read_text(encoding="utf-8"))
+    old = README.read_text(encoding="utf-8")
+    wanted = {PAGE: page(records), README: readme(old, records)}
+    for path, text in wanted.items():
+        if asked.check and path.read_text(encoding="utf-8") != text:
+            print(f"{path.name} is not what bench.json says")
+            return 1
+        path.write_text(text, encoding="utf-8")
     return 0
 
 

@@ -31,6 +31,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: order.get(item.path, len(order)))
 
 
+STRUCTURES = 160
+"""Those that the tests of a process keep built, whatever their size."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def kept() -> None:
+    """Keep more structures than a user's process does: the same problems are solved again."""
+    from mechdae.kinematics import prepared
+
+    prepared.SHAPES.most, prepared.SHAPES.size_of = STRUCTURES, lambda shape: 1
+
+
 @pytest.fixture(scope="session")
 def root() -> Path:
     """Return the project's folder."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.bench.kinematics import SweepWork, measure
+from mechdae.bench.kinematics import FIRST, WARM, SweepWork, measure
 from mechdae.describe.file.load import load
 from mechdae.describe.tasks.kinds import Driver, Sweep
 
@@ -37,9 +37,10 @@ def scaling(
     """
     records = []
     for count in loops:
-        (record,) = measure(chain(count), (poses,), repeats)
+        found = {record["method"]: record for record in measure(chain(count), (poses,), repeats)}
+        record = found[WARM]
         record["loops"] = count
-        record["build_per_loop"] = (record["first"] - record["seconds"]) / count
+        record["build_per_loop"] = (found[FIRST]["seconds"] - record["seconds"]) / count
         record["per_loop_and_pose"] = record["seconds"] / (count * poses)
         records.append(record)
     return records

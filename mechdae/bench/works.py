@@ -15,7 +15,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.named import split_rate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
-from mechdae.dynamics.run import OutputStates, Run, integrate
+from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.errors import MechdaeError
 
 SX = ca.SX
@@ -50,7 +50,7 @@ class MotionWork:
         What was found beforehand: expected values that are not those of the file.
     """
 
-    def __init__(self, problem: Problem, name: str, run: Run, x: Any, v: Any) -> None:
+    def __init__(self, problem: Problem, name: str, run: MotionRun, x: Any, v: Any) -> None:
         self.name = f"{problem.name} {name}"
         self.problem, self.key = problem, name
         self.run, self.x, self.v = run, x, v
@@ -116,10 +116,10 @@ class MotionWork:
 class RubbingWork(MotionWork):
     """The same with dry friction: steps, sliding speeds that vanish, ways to go on."""
 
-    def fresh(self) -> Run:
+    def fresh(self) -> MotionRun:
         """Return a run without a past; what has been built for the last one stays."""
         last = self.run
-        self.run = Run(self.setup, last.begin, self.integrator)
+        self.run = MotionRun(self.setup, last.begin, self.integrator)
         return self.run
 
     def ours(self, tolerance: float) -> MotionEnd:

@@ -11,6 +11,24 @@ if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem
 
 
+def process_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of jobs in several processes."""
+    parser.add_argument(
+        "--workers", type=int, default=1, metavar="W", help="processes of this machine"
+    )
+    parser.add_argument(
+        "--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster: tcp://host:8786"
+    )
+
+
+def check_processes(options: argparse.Namespace) -> None:
+    """Raise for numbers of processes that there are none of, or two ways at once."""
+    if options.workers < 1:
+        raise InputError("a whole number, 1 or more, is needed", where="--workers")
+    if options.cluster and options.workers != 1:
+        raise InputError("not together with --workers", where=f"--cluster {options.cluster}")
+
+
 def problem_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the problem and ``--set``."""
     parser.add_argument("problem", metavar="P", help="name of a predefined problem, or a file")

@@ -12,7 +12,12 @@ from matplotlib.lines import Line2D
 
 from mechdae.draw import style
 
-MARKS = {"certified": "o", "interpolated": "s", "rootfinder": "^"}
+OURS, SLOWEST = "md.Solver", "rootfinder"
+"""What is drawn for all numbers of poses, and what tells at which others are drawn."""
+MARKS = {
+    OURS: "o", "closed form in C": "D", "pylinkage": "v", "scipy fsolve": "P",
+    "interpolated": "s", SLOWEST: "^",
+}  # fmt: skip
 COLOURS = ("#0072b2", "#d55e00", "#007a5a", "#8a4f7d", "#56b4e9", "#5f6b76")
 SMALLEST = 1e-17
 BESIDE: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "color": style.FAINT}
@@ -40,19 +45,21 @@ def written(axes: Axes, title: str, across: str, up: str) -> None:
 def draw(records: Sequence[dict[str, Any]]) -> Axes:
     """Return axes with time, as a ratio to the yardstick, over the largest error.
 
-    One colour for each work, one mark for each method; certified sweeps for all numbers of
+    One colour for each work, one mark for each method; warm calls of a solver for all numbers of
     poses, which stand beside the first of them. The dashed line is the rounding unit.
     """
-    beside = [record["n"] for record in records if record["method"] != "certified"]
+    beside = [record["n"] for record in records if record["method"] == SLOWEST]
     n = max(beside or [record["n"] for record in records])
     marked = {
-        method: MARKS[method] for method in MARKS if any(r["method"] == method for r in records)
+        method: MARKS[method]
+        for method in MARKS
+        if any(r["method"] == method and (r["n"] == n or method == OURS) for r in records)
     }
     axes = empty(4.6, 0.12, 0.64)
     works = list(dict.fromkeys(record["work"] for record in records))
     for colour, work in zip(COLOURS, works, strict=False):
         for method, mark in marked.items():
-            certified = method == "certified"
+            certified = method == OURS
             chosen = [
                 r
                 for r in records
@@ -95,7 +102,10 @@ def draw(records: Sequence[dict[str, Any]]) -> Axes:
 
 
 WORDS = {
-    "certified": "certified sweep,\nrates and bounds",
+    OURS: "warm md.Solver,\nrates and bounds",
+    "closed form in C": "closed form in C,\nrates",
+    "pylinkage": "pylinkage",
+    "scipy fsolve": "scipy fsolve,\npositions only",
     "interpolated": "interpolated,\npositions only",
-    "rootfinder": "casadi rootfinder,\npositions only",
+    SLOWEST: "casadi rootfinder,\npositions only",
 }

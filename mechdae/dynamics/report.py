@@ -11,7 +11,7 @@ from mechdae.describe.tasks.kinds import Motion
 from mechdae.dynamics.determined import Determined
 from mechdae.dynamics.observe import Observer
 from mechdae.dynamics.reported import Reported
-from mechdae.dynamics.run import Run
+from mechdae.dynamics.run import MotionRun
 from mechdae.forces.meshes import slack_belts
 from mechdae.results import Event, MotionResult, Named, Series, Status, Summary, events_of, statuses
 
@@ -26,7 +26,7 @@ def report(
     problem: Problem,
     name: str,
     task: Motion,
-    run: Run,
+    run: MotionRun,
     observer: Observer,
     data: dict[str, Any],
 ) -> MotionResult:
@@ -90,7 +90,7 @@ class _Shown:
     def __init__(
         self,
         task: Motion,
-        run: Run,
+        run: MotionRun,
         coordinates: tuple[Any, Any, Any],
         forces: Determined,
     ) -> None:
@@ -117,7 +117,7 @@ class _Shown:
         return state, {own: float(self._series[own]["value"][-1]) for own in forced}
 
 
-def _notes(run: Run, of_outputs: list[str]) -> list[str]:
+def _notes(run: MotionRun, of_outputs: list[str]) -> list[str]:
     """Return what there is to say beside what forces have to."""
     setup = run.setup
     notes = setup.notes + setup.rubbing.assumptions + of_outputs
@@ -133,7 +133,7 @@ def _notes(run: Run, of_outputs: list[str]) -> list[str]:
     return notes
 
 
-def _energies(run: Run, observer: Observer) -> tuple[dict[str, Any], dict[str, Any], float]:
+def _energies(run: MotionRun, observer: Observer) -> tuple[dict[str, Any], dict[str, Any], float]:
     """Return energies, works by load, and the gap of their balance over the energies that move."""
     states = run.states
     kinetic, stores = observer.energies(states)
@@ -155,7 +155,7 @@ def _energies(run: Run, observer: Observer) -> tuple[dict[str, Any], dict[str, A
     return {"energy": energy, "kinetic": kinetic, "potential": potential}, work, balance
 
 
-def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
+def _summary(run: MotionRun, drift: Any, rates: Any) -> dict[str, Any]:
     setup, work, r = run.setup, run.integrator, run.setup.released
     summary: dict[str, Any] = {
         "poses": len(run.states.t),
@@ -180,7 +180,7 @@ def _summary(run: Run, drift: Any, rates: Any) -> dict[str, Any]:
     return summary
 
 
-def _events(run: Run) -> tuple[Event, ...]:
+def _events(run: MotionRun) -> tuple[Event, ...]:
     lay = run.integrator.layout
     found: list[dict[str, Any]] = [
         {"kind": "singular", "code": "S1", "at": t, "time": t, "rank_drop": drop}
@@ -201,7 +201,7 @@ def _events(run: Run) -> tuple[Event, ...]:
     return events_of(entry | {"in_range": True} for entry in found)
 
 
-def _faults(run: Run, balance: float) -> list[str]:
+def _faults(run: MotionRun, balance: float) -> list[str]:
     faults = run.ranges.faults()
     if run.passages.found and run.integrator.implicit:
         faults.append(

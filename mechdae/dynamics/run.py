@@ -32,7 +32,7 @@ CLOSE = 1e-6
 
 
 @dataclass
-class Run:
+class MotionRun:
     """What an integration gave.
 
     ``watchers`` look at all accepted steps in this order, each up to where the one before it cut
@@ -115,7 +115,7 @@ class OutputStates:
         return tuple(np.concatenate(parts) for parts in zip(*self.rows, strict=True))
 
 
-def integrate(run: Run, kept: OutputStates, x: Any, v: Any) -> None:
+def integrate(run: MotionRun, kept: OutputStates, x: Any, v: Any) -> None:
     """Integrate a run from its start; keep the states of output."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     lay = integrator.layout
@@ -153,7 +153,7 @@ def integrate(run: Run, kept: OutputStates, x: Any, v: Any) -> None:
 
 
 def _stretched(
-    run: Run, kept: OutputStates, state: Any, signs: Any, stretch: StepLimit
+    run: MotionRun, kept: OutputStates, state: Any, signs: Any, stretch: StepLimit
 ) -> Cut | None:
     """Integrate over a stretch of time; return where the motion does not go on as it did."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
@@ -174,7 +174,7 @@ def _stretched(
     return None
 
 
-def _turned(run: Run, turn: Turn, signs: Any) -> tuple[Any, Any]:
+def _turned(run: MotionRun, turn: Turn, signs: Any) -> tuple[Any, Any]:
     """Return the state and the inputs of friction right behind an event of friction."""
     setup, integrator, sticking = run.setup, run.integrator, run.sticking
     lay, after = integrator.layout, turn.state
@@ -201,7 +201,7 @@ def _turned(run: Run, turn: Turn, signs: Any) -> tuple[Any, Any]:
     return state, signs
 
 
-def _resumed(run: Run, state: Any, signs: Any, t: float) -> tuple[Any, Any]:
+def _resumed(run: MotionRun, state: Any, signs: Any, t: float) -> tuple[Any, Any]:
     """Return the state and the inputs of friction right behind a breakpoint."""
     integrator, lay = run.integrator, run.integrator.layout
     run.setup.pieces = run.setup.pieces_at(t)
@@ -212,7 +212,7 @@ def _resumed(run: Run, state: Any, signs: Any, t: float) -> tuple[Any, Any]:
     return found, signs
 
 
-def _rest(run: Run, kept: OutputStates, state: Any, signs: Any) -> None:
+def _rest(run: MotionRun, kept: OutputStates, state: Any, signs: Any) -> None:
     """Keep the states of a mechanism that rests until the end."""
     setup, lay = run.setup, run.integrator.layout
     last = state.copy()

@@ -20,7 +20,7 @@ from mechdae.dynamics.integrate import Integrator
 from mechdae.dynamics.observe import Observer, States, alike
 from mechdae.dynamics.report import report
 from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
-from mechdae.dynamics.run import OutputStates, Run, integrate
+from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.dynamics.start import Start, start
 from mechdae.errors import InputError, UnavailableError
 from mechdae.forces.meshes import about_meshes, meshes_beside
@@ -53,7 +53,7 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     return whole, begin, x, v
 
 
-def prepared(problem: Problem, task: Motion) -> tuple[Run, Any, Any]:
+def prepared(problem: Problem, task: Motion) -> tuple[MotionRun, Any, Any]:
     """Return a run that has not begun, and what it starts from.
 
     Raises
@@ -64,7 +64,7 @@ def prepared(problem: Problem, task: Motion) -> tuple[Run, Any, Any]:
     whole, begin, x, v = motion_start(problem, task)
     method = task.method or ("bdf" if whole.smooth else "explicit")
     integrator = Integrator(whole) if method == "explicit" else Bdf(whole, method == "bdf")
-    run = Run(whole, begin, integrator)
+    run = MotionRun(whole, begin, integrator)
     check_rest(whole, x, v)
     return run, x, v
 
@@ -119,7 +119,7 @@ def _linear(problem: Problem, task: Motion) -> dict[str, Any]:
     return LinearSystem(run.setup, state, basis, names, task.inputs, task.outputs).told()
 
 
-def _integrated(run: Run, x: Any, v: Any) -> Observer:
+def _integrated(run: MotionRun, x: Any, v: Any) -> Observer:
     """Integrate a run and complete its states."""
     whole, integrator = run.setup, run.integrator
     kept = OutputStates()
@@ -147,7 +147,7 @@ def _energy(observer: Observer, x: Any, v: Any) -> float:
     return float(kinetic[0] + sum(own[0] for own in stores.values()))
 
 
-def _keep_last(kept: OutputStates, run: Run) -> None:
+def _keep_last(kept: OutputStates, run: MotionRun) -> None:
     """Keep the state at which a motion ended early, where it was no time of output."""
     if run.last is None:
         return
@@ -157,7 +157,7 @@ def _keep_last(kept: OutputStates, run: Run) -> None:
         kept.add(t, x, v, w, run.last_signs)
 
 
-def _cut(kept: OutputStates, run: Run) -> None:
+def _cut(kept: OutputStates, run: MotionRun) -> None:
     """Drop the last states whose speeds do not meet the constraints: a dead point was passed."""
     setup, lay = run.setup, run.integrator.layout
     while kept.rows:

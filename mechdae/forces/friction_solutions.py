@@ -271,6 +271,50 @@ def _newton(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m: 
     return m if np.abs(left).max(initial=0.0) <= 1e-11 * size else None
 
 
+def _newton_from(
+    laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], starts: Any
+) -> list[Any]:
+    """Return what `_newton` finds from each of many starts (n, k), without those that fail."""
+    m, going = starts.copy(), np.arange(len(starts))
+    ended = np.zeros(len(starts), bool)
+    for _ in range(STEPS):
+        own = m[going]
+        left = own - sizes_of(laws, _forms(start, slope, own))
+        size = np.fmax(np.abs(own).max(axis=1, initial=0.0), 1e-300)
+        finite = np.isfinite(left).all(axis=1)
+        there = finite & (np.abs(left).max(axis=1, initial=0.0) <= 4e-15 * size)
+        ended[going[there]] = True
+        further = finite & ~there
+        own, left, size, going = (part[further] for part in (own, left, size, going))
+        if not len(going):
+            break
+        matrix = np.eye(m.shape[1]) - _slopes(laws, start, slope, own)
+        step, solved = _solved(matrix, left)
+        m[going] = own - step
+        small = solved & (np.abs(step).max(axis=1, initial=0.0) <= 2e-16 * size)
+        ended[going[small]] = True
+        going = going[solved & ~small]
+    ended[going] = True
+    m = m[ended]
+    left = m - sizes_of(laws, _forms(start, slope, m))
+    size = np.fmax(np.abs(m).max(axis=1, initial=0.0), 1e-300)
+    return list(m[np.abs(left).max(axis=1, initial=0.0) <= 1e-11 * size])
+
+
+def _solved(matrix: Any, right: Any) -> tuple[Any, Any]:
+    """Return the solutions (n, k) of systems, zeros where one is singular, and which are not."""
+    try:
+        return np.linalg.solve(matrix, right[..., None])[..., 0], np.ones(len(right), bool)
+    except np.linalg.LinAlgError:
+        found, regular = np.zeros_like(right), np.ones(len(right), bool)
+    for k in range(len(right)):
+        try:
+            found[k] = np.linalg.solve(matrix[k], right[k])
+        except np.linalg.LinAlgError:
+            regular[k] = False
+    return found, regular
+
+
 def solutions_of(
     laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any]
 ) -> tuple[list[Any], bool]:
@@ -354,13 +398,12 @@ def _chosen(
     if np.max((K @ weights) / weights) < 1:
         m = _newton(lengths, vectors, turns, first_guess)
         return ([] if m is None else [whole(m)]), m is not None
-    generator = np.random.default_rng(0)
+    scales = 10.0 ** np.random.default_rng(0).uniform(-1, 3, (STARTS, len(pins)))
+    starts = max(first_guess.max(), 1e-300) * scales
+    starts[0] = first_guess
     found: list[Any] = []
-    size = max(first_guess.max(), 1e-300)
-    for k in range(STARTS):
-        scale = 10.0 ** generator.uniform(-1, 3, len(pins))
-        m = _newton(lengths, vectors, turns, first_guess if k == 0 else size * scale)
-        if m is not None and (m >= 0).all() and all(_apart(m, o) > SAME for o in found):
+    for m in _newton_from(lengths, vectors, turns, starts):
+        if (m >= 0).all() and all(_apart(m, o) > SAME for o in found):
             found.append(m)
     return [whole(m) for m in found], False
 

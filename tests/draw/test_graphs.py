@@ -14,30 +14,18 @@ from matplotlib.figure import Figure
 
 import mechdae as md
 from mechdae.describe.file import library
-from mechdae.describe.file.problem import Problem
 from mechdae.draw import PICTURES, save
 from mechdae.draw.graphs import frame, scale, series
 from mechdae.errors import InputError, UnknownName
 from mechdae.results import Series
 from tests.shared.command import run
+from tests.shared.graphed import coarse, drawn_readably, first_of_each_look
 from tests.shared.paths import ROOT
 from tests.shared.readable import assert_readable
 
+CROWDED = ("chain-of-four-bars", "jansen-leg")
+SAMPLE = sorted({*first_of_each_look(), *CROWDED})
 GRAPHS = ("curves", "coupler", "losses", "map")
-NAMES = sorted(path.stem for path in (ROOT / "problems").glob("*.toml"))
-
-
-def along(task) -> bool:
-    """Return whether a task goes along an interval, or along laws."""
-    return any(own.from_ is not None or own.range or own.law for own in task.all_drivers)
-
-
-def coarse(problem: Problem, name: str, poses: int = 9) -> md.Result:
-    """Return a task with a few poses; cycles without their means, which take long."""
-    task = problem.tasks[name]
-    few = {} if any(own.at or own.times for own in task.all_drivers) else {"poses": poses}
-    quick = {"cycle": False} if task.kind == "reactions" else {}
-    return md.solve(problem, replace(task, **few, **quick))
 
 
 def line(panel, gid: str):
@@ -47,39 +35,10 @@ def line(panel, gid: str):
 # -- every problem ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_problem_in_every_kind_that_applies(name: str) -> None:
-    """Warnings are errors here; a kind that does not apply is an error that says so."""
-    problem = md.load(name)
-    kinds = [task.kind for task in problem.tasks.values()]
-    sweeps = [n for n, task in problem.tasks.items() if task.kind == "sweep"]
-    sweep = next((n for n in sweeps if along(problem.tasks[n])), None)
-    drawn = 0
-    if sweep is not None:
-        result = coarse(problem, sweep)
-        assert_readable(md.plot(result, "curves"))
-        if problem.mechanism.dimension == 3:
-            with pytest.raises(md.UnavailableError, match="spatial"):
-                md.plot(result, "plans")
-            assert md.plot(result, "diagram").patches
-        elif any(np.ptp(own.position, axis=0).max() > 0 for own in result.points.values()):
-            assert_readable(md.plot(result, "coupler"))
-        drawn += 1
-        with pytest.raises(InputError, match="losses"):
-            md.plot(result, "losses")
-    if "reactions" in kinds:
-        result = coarse(problem, list(problem.tasks)[kinds.index("reactions")])
-        for options in ({}, {"polar": True}):
-            assert_readable(md.plot(result, "curves", **options))
-        if any("loss" in own for own in result.joints.values()):
-            assert_readable(md.plot(result, "losses"))
-        drawn += 1
-    if "motion" in kinds:
-        result = md.solve(problem, list(problem.tasks)[kinds.index("motion")], poses=25)
-        assert_readable(md.plot(result, "curves"))
-        assert_readable(md.plot(result, "coupler"))
-        drawn += 1
-    assert drawn or set(kinds) == {"synthesis"}  # test_draw_synthesis.py draws designs
+@pytest.mark.parametrize("name", SAMPLE)
+def test_problems_of_each_look_in_every_kind_that_applies(name: str) -> None:
+    """Warnings are errors here; `python -m tests.scripts.every_graph` draws all problems."""
+    drawn_readably(name)
 
 
 # -- numbers ---------------------------------------------------------------------------------------

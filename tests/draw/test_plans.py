@@ -20,6 +20,7 @@ from mechdae.draw.plans.lever import lever
 from mechdae.draw.plans.motion import motion_plan
 from mechdae.draw.plans.vectors import CLOSED, round_up
 from mechdae.results import Named, Series
+from tests.shared.predefined import predefined
 
 MILLIMETRE = 72 / 25.4
 FEW = 7
@@ -29,7 +30,7 @@ PRINTED = 2e-6
 
 @cache
 def solved(name, task, poses=None):
-    return md.solve(md.load(name), task, poses=poses)
+    return md.solve(predefined(name), task, poses=poses)
 
 
 @cache
@@ -143,9 +144,9 @@ def suitable():
     """Return problem and task: of every problem the first with forces, or a sweep, if any."""
     found = []
     for name in library.names():
-        if md.load(name).mechanism.dimension == 3 or name == "vector-modules-planar":
+        if predefined(name).mechanism.dimension == 3 or name == "vector-modules-planar":
             continue  # of these modules nothing moves
-        tasks = md.load(name).tasks
+        tasks = predefined(name).tasks
         kinds = [
             [task for task, entry in tasks.items() if entry.kind == kind]
             for kind in ("reactions", "sweep")
@@ -154,9 +155,12 @@ def suitable():
     return found
 
 
-@pytest.mark.parametrize(("name", "task"), suitable(), ids=[name for name, _ in suitable()])
+SUITABLE = suitable()
+
+
+@pytest.mark.parametrize(("name", "task"), SUITABLE, ids=[name for name, _ in SUITABLE])
 def test_plans_of_all_problems_close(name, task):
-    definition = md.load(name).task(task)
+    definition = predefined(name).task(task)
     result = solved(name, task, FEW if definition.all_drivers[0].at is None else None)
     scene, drawn = read_scene(result), 0
     poses = [pose for pose, status in enumerate(result.status) if status == "ok"]

@@ -32,7 +32,11 @@ def _newton_alone(self: Rests, balance: EquilibriumEquations, chart: Chart, x: o
         self.found.append(Rest(y, lam, left, steps, 0.0, True, True, "stable", True))
 
 
-@pytest.mark.parametrize("planted", ["Newton alone", "modes not told apart", "the nearest of all"])
+SEEN = {"Newton alone": 1, "modes not told apart": 19, "the nearest of all": 4}
+"""Mistakes, and the first mechanism of the draw that shows each."""
+
+
+@pytest.mark.parametrize("planted", SEEN)
 def test_planted_mistakes_are_seen(planted: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if planted == "Newton alone":
         monkeypatch.setattr(Rests, "__init__", _newton_alone)
@@ -40,7 +44,7 @@ def test_planted_mistakes_are_seen(planted: str, monkeypatch: pytest.MonkeyPatch
         monkeypatch.setattr(Chart, "signs", lambda self, x: "+")
     else:
         monkeypatch.setattr(Rests, "answer", property(lambda self: self.found[0]))
-    assert any(equilibria.judged(seed)["faults"] for seed in range(40))
+    assert equilibria.judged(SEEN[planted])["faults"]
 
 
 def _energy(a: float, b: float, side: int) -> float:

@@ -18,6 +18,7 @@ from tests.reference.force_audit import audit
 from tests.reference.force_truth import circle, place, rate, second
 from tests.reference.force_truth import slider_crank as free_slider_crank
 from tests.shared.force_cases import S1, slider_crank
+from tests.shared.predefined import predefined
 from tests.shared.series import Poses, Row, only_poses
 
 # joint forces are not unique: parallel cranks; on a change point: a cusp, a folded four-bar
@@ -25,8 +26,8 @@ REDUNDANT = {"five-crank-parallelogram", "parallelogram-three-cranks"}
 NAMES = [
     name for name in library.names()
     if name not in (*REDUNDANT, "vector-modules-planar")  # a loop each task, sketched at one pose
-    and md.load(name).mechanism.dimension == 2
-    and any(isinstance(task, md.Sweep) for task in md.load(name).tasks.values())
+    and predefined(name).mechanism.dimension == 2
+    and any(isinstance(task, md.Sweep) for task in predefined(name).tasks.values())
 ]  # fmt: skip
 BALANCE = 1e-11
 
@@ -104,7 +105,7 @@ FORCES = [
     (name, task)
     for name in library.names()
     if name not in REDUNDANT
-    for task, own in md.load(name).tasks.items()
+    for task, own in predefined(name).tasks.items()
     if own.kind == "reactions"
 ]
 

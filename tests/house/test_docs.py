@@ -295,15 +295,18 @@ def test_unmatched_scripts_and_pictures_are_listed(tmp_path: Path) -> None:
     ]
 
 
+ANSWERS: dict[tuple[str, str], object] = {}
+
+
 def once(monkeypatch, name: str) -> None:
     """Let the package compute each answer once: that it is the same again is tested elsewhere."""
-    answers, computed = {}, getattr(md, name)
+    computed = getattr(md, name)
 
     def kept(*given, **keys):
-        asked = repr((given, keys))
-        if asked not in answers:
-            answers[asked] = computed(*given, **keys)
-        return answers[asked]
+        asked = name, repr((given, keys))
+        if asked not in ANSWERS:
+            ANSWERS[asked] = computed(*given, **keys)
+        return ANSWERS[asked]
 
     monkeypatch.setattr(md, name, kept)
 

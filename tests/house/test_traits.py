@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -22,9 +23,15 @@ def strings(node: ast.AST) -> set[str]:
     return {n.value for n in ast.walk(node) if isinstance(n, ast.Constant) and type(n.value) is str}
 
 
+@cache
+def nodes(path: Path) -> list[ast.AST]:
+    """Return what a module compares and calls."""
+    tree = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    return [node for node in tree if isinstance(node, ast.Compare | ast.Call)]
+
+
 def compared(path: Path) -> list[ast.Compare]:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    return [node for node in ast.walk(tree) if isinstance(node, ast.Compare)]
+    return [node for node in nodes(path) if isinstance(node, ast.Compare)]
 
 
 def told_apart(path: Path) -> list[str]:
@@ -39,7 +46,7 @@ def told_apart(path: Path) -> list[str]:
             listed = "joint" in whose and any(isinstance(op, ast.In | ast.NotIn) for op in node.ops)
             if listed or (whose not in NOT_JOINTS and strings(node) & JOINTS.keys()):
                 found.append(f"{node.lineno}: {ast.unparse(node)}")
-    for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for call in nodes(path):
         if isinstance(call, ast.Call) and ast.unparse(call.func) == "isinstance":
             kinds = {n.id for n in ast.walk(call.args[1]) if isinstance(n, ast.Name)}
             if kinds & CLASSES:

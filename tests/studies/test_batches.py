@@ -11,6 +11,7 @@ import pytest
 import mechdae as md
 from benchmarks.batches import page as measures_and_forces
 from benchmarks.studies import page as measured
+from mechdae.studies.batches import screening
 from tests.shared.paths import DOCS
 
 FINE = ("ok", "limit")
@@ -68,7 +69,7 @@ LENGTHS = list("abcdefghijklm")
 def test_legs_with_limits_inside_the_turn_are_what_they_are_alone(path: str) -> None:
     """A quarter of the legs lock; bodies before the dyad that opens keep their values."""
     problem = jansen()
-    faults, result = differences(problem, drawn(problem, LENGTHS, 0.06, 40, 3), path)
+    faults, result = differences(problem, drawn(problem, LENGTHS, 0.06, 24, 3), path)
     assert faults == []
     assert {"ok", "unassembled"} == set(result.status)
     assert result.summary["work"]["alone"] <= 1
@@ -77,7 +78,7 @@ def test_legs_with_limits_inside_the_turn_are_what_they_are_alone(path: str) -> 
 def test_legs_that_do_not_assemble_at_all() -> None:
     problem = jansen()
     faults, result = differences(
-        problem, drawn(problem, LENGTHS, 0.4, 40, 5), "points/lower.P/velocity"
+        problem, drawn(problem, LENGTHS, 0.4, 24, 5), "points/lower.P/velocity"
     )
     assert faults == []
     assert np.isnan(result.table["points/lower.P/velocity"]).all(axis=(1, 2)).any()
@@ -106,7 +107,7 @@ def test_poses_reached_the_other_way_round(first: float, to: float, sketch: floa
     )
     turn = md.Sweep(md.Driver("crank.angle", from_=first, to=to), poses=41)
     problem = md.Problem(mechanism, {"turn": turn})
-    samples = drawn(problem, ["a", "b", "c", "d", "at"], 0.15, 30, 7)
+    samples = drawn(problem, ["a", "b", "c", "d", "at"], 0.15, 20, 7)
     faults, result = differences(problem, samples, "bodies/rocker/angle")
     assert faults == []
     assert result.summary["work"]["alone"] <= 2
@@ -154,6 +155,20 @@ def test_sets_that_make_no_mechanism_are_named_and_the_rest_computed() -> None:
     assert np.isfinite(result.table["points/lower.P/position"]).all(axis=(1, 2)).tolist() == [
         *[True, False, True, True, False, True]
     ]
+
+
+def test_sets_screened_in_parts_are_those_screened_at_once(monkeypatch) -> None:
+    problem = md.load("four-bar-crank-rocker")
+    problem = problem.with_task("turn", replace(problem.tasks["turn"], poses=9))
+    path = "bodies/rocker/angle"
+    samples = drawn(problem, list("abcd"), 0.03, 7, 3)
+    study = md.Study(samples=samples, of="turn", outputs=(path,), certify=False)
+    whole = md.solve(problem, study).table[path]
+    monkeypatch.setattr(screening, "AT_ONCE", 20)
+    parts = md.solve(problem, study).table[path]
+    assert np.array_equal(parts, whole)
+    alone = md.solve(problem, "turn", set={name: own[-1] for name, own in samples.items()})
+    assert np.abs(parts[-1] - alone.bodies["rocker"].angle).max() < 1e-14
 
 
 def test_the_page_shows_what_was_measured() -> None:

@@ -14,11 +14,12 @@ from mechdae.describe.file import library
 from mechdae.errors import InputError
 from mechdae.tasks.check import check
 from tests.shared.paths import DOCS
+from tests.shared.predefined import predefined
 
 
 @pytest.mark.parametrize("name", library.names())
 def test_expected_values(name: str) -> None:
-    problem = md.load(name)
+    problem = predefined(name)
     verdicts = check(problem)
     # designs are judged by tests of their own: what they reach is no value to be met
     assert len(verdicts) >= 5 or is_design(problem)
@@ -32,7 +33,7 @@ def test_expected_values(name: str) -> None:
 
 @pytest.mark.parametrize("name", library.names())
 def test_every_file_has_title_source_and_tasks(name: str) -> None:
-    problem = md.load(name)
+    problem = predefined(name)
     assert problem.title
     assert problem.source
     kinds = {task.kind for task in problem.tasks.values()}
@@ -43,7 +44,7 @@ def is_design(problem: md.Problem) -> bool:
     return any(task.kind == "synthesis" for task in problem.tasks.values())
 
 
-@pytest.mark.parametrize("name", [n for n in library.names() if is_design(md.load(n))])
+@pytest.mark.parametrize("name", [n for n in library.names() if is_design(predefined(n))])
 def test_designs_say_what_is_known(name: str) -> None:
     text = (library.folder() / f"{name}.toml").read_text(encoding="utf-8")
     assert "best known" in text.lower()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,13 +35,13 @@ class Beside:
     ----------
     poses, motions
         Other methods of sweeps and of motions.
-    forces
-        Of numbers of poses, repeats and the number compared: records and their text.
+    more
+        (quick, say) -> records of further works; each is printed.
     """
 
     poses: Any
     motions: Any
-    forces: Any
+    more: Any
 
 
 def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
@@ -56,12 +57,11 @@ def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
     else:
         works = []
     sizes, repeats = (bench.QUICK_SIZES, 3) if options.quick else (bench.SIZES, 7)
-    compared = bench.QUICK_COMPARED if options.quick else bench.COMPARED
     moving: list[dict[str, Any]] = []
     for item in works:
         message(f"measuring {item.name}", options.quiet)
         others = beside.poses if beside is not None else None
-        moving += bench.measure(item, sizes, repeats, compared, others)
+        moving += bench.measure(item, sizes, repeats, others)
     if moving:
         print(bench.table(moving))
     records = [*moving]
@@ -73,15 +73,25 @@ def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
         released = _motion(problem, options, beside)
         records += released
     if problem is None:
+        records += _tasks(options)
         records += _chains(options)
         if beside is not None:
-            message("measuring forces", options.quiet)
-            loaded, text = beside.forces(sizes, repeats, compared)
-            print(text)
-            records += loaded
+            records += beside.more(options.quick, partial(message, quiet=options.quiet))
     if options.out:
         _write(options, records, moving, released)
     return 0
+
+
+def _tasks(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """Measure whole tasks, print and return the records."""
+    from mechdae.bench import tasks
+
+    message("measuring whole tasks", options.quiet)
+    works = tasks.QUICK_WORKS if options.quick else tasks.WORKS
+    sets = tasks.QUICK_SETS if options.quick else tasks.SETS
+    found = tasks.measure(works, 3 if options.quick else 7, sets)
+    print(tasks.table(found))
+    return found
 
 
 def _write(

@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
 from mechdae.cli.jobs import reported
-from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.options import (
+    check_processes,
+    problem_arguments,
+    problem_of,
+    process_arguments,
+)
 from mechdae.cli.progress import clear, progress
 from mechdae.errors import InputError
 
@@ -39,12 +44,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--screen", action="store_true", help="closed form without certificates, very fast"
     )
-    parser.add_argument(
-        "--workers", type=int, default=1, metavar="W", help="processes of this machine"
-    )
-    parser.add_argument(
-        "--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster: tcp://host:8786"
-    )
+    process_arguments(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="write results there; a study that was broken off goes on"
     )
@@ -52,10 +52,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    if options.workers < 1:
-        raise InputError("a whole number, 1 or more, is needed", where="--workers")
-    if options.cluster and options.workers != 1:
-        raise InputError("not together with --workers", where=f"--cluster {options.cluster}")
+    check_processes(options)
     if options.vary and options.sets:
         raise InputError("not together with --vary", where=f"--sets {options.sets}")
     if options.out and Path(options.out).exists() and not Path(options.out).is_dir():

@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
 from mechdae.cli.jobs import reported
-from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.options import (
+    check_processes,
+    problem_arguments,
+    problem_of,
+    process_arguments,
+)
 from mechdae.cli.progress import clear, starts_progress
 from mechdae.errors import InputError
 
@@ -23,12 +28,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--task", metavar="T", help="the task; default: the first of this kind")
     parser.add_argument("--starts", type=int, metavar="N", help="number of starts")
     parser.add_argument("--seed", type=int, metavar="S", help="of the random numbers")
-    parser.add_argument(
-        "--workers", type=int, default=1, metavar="W", help="processes of this machine"
-    )
-    parser.add_argument(
-        "--cluster", metavar="ADDRESS", help="scheduler of a Dask cluster: tcp://host:8786"
-    )
+    process_arguments(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="write results and designs there; a broken off job goes on"
     )
@@ -36,12 +36,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    for word, least in (("starts", 1), ("seed", 0), ("workers", 1)):
+    for word, least in (("starts", 1), ("seed", 0)):
         value = getattr(options, word)
         if value is not None and value < least:
             raise InputError(f"a whole number, {least} or more, is needed", where=f"--{word}")
-    if options.cluster and options.workers != 1:
-        raise InputError("not together with --workers", where=f"--cluster {options.cluster}")
+    check_processes(options)
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     return reported(_result(options), options)
 

@@ -19,13 +19,14 @@ from mechdae.describe.vectors.nodes import (
     TAIL,
     Merged,
     check_loops,
+    check_node,
+    check_tied,
     nodes_of,
     reached,
-    signed,
 )
 from mechdae.describe.vectors.numbers import add, less
 from mechdae.describe.vectors.values import Node
-from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.errors import InputError, MechdaeError
 
 FRICTION = ("friction", "friction_static")
 
@@ -184,14 +185,7 @@ class _Expansion:
         }
         pairs = [(tail, head) for tail, head in ends.values()]
         tied = reached([self.links.origin], [*pairs, *self._ties()])
-        for name, entries in self.closure.loops.items():
-            if ends[signed(entries[0])[0]][0] not in tied:
-                raise InputError(
-                    "the loop shares no vector and no tail with the others: nothing tells where "
-                    "it lies",
-                    where=f"loops.{name}",
-                    hint="let it pass a vector of another loop, the frame for example",
-                )
+        check_tied(self.closure.loops, {name: own[0] for name, own in ends.items()}, tied)
         for link in self.links.all:
             pairs = [
                 (self.links.at(name, TAIL).name, self.links.at(name, HEAD).name)
@@ -230,17 +224,11 @@ class _Expansion:
         """Return node -> its name and friction."""
         found: dict[str, Node] = {}
         for name, node in self.closure.nodes.items():
-            vector, end = node.at.split(".")
-            place = f"nodes.{name}.at"
-            if vector not in self.closure.vectors:
-                raise UnknownName("vector", vector, self.closure.vectors, where=place)
-            if end not in (TAIL, HEAD):
-                raise UnknownName(
-                    "end", node.at, [f"{vector}.{e}" for e in (HEAD, TAIL)], where=place
-                )
+            check_node(name, node, self.closure.vectors)
             own = self.links.node(node.at)
             if own in found:
-                raise InputError(f"'{found[own].name}' is the same place", where=place)
+                where = f"nodes.{name}.at"
+                raise InputError(f"'{found[own].name}' is the same place", where=where)
             found[own] = node
         return found
 

@@ -9,11 +9,20 @@ from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.closure import Closure
-from mechdae.describe.vectors.nodes import HEAD, TAIL, check_loops, in_order, nodes_of, reached
+from mechdae.describe.vectors.nodes import (
+    HEAD,
+    TAIL,
+    check_loops,
+    check_node,
+    check_tied,
+    in_order,
+    nodes_of,
+    reached,
+)
 from mechdae.describe.vectors.numbers import add, components, less
 from mechdae.describe.vectors.pointers import WORDS, Pointer
 from mechdae.describe.vectors.values import Vector
-from mechdae.errors import InputError, UnavailableError, UnknownName
+from mechdae.errors import InputError, UnavailableError
 
 PLANAR = ("angle", "along", "offset", "from_", "to", "friction", "friction_static",
           "contact_length", "pin_radius", "one_sided")  # fmt: skip
@@ -132,31 +141,18 @@ class PointLoops:
 
     def _check_connected(self) -> None:
         tied = reached(self.places, self.ends.values())  # type: ignore[arg-type]
-        for name, entries in self.closure.loops.items():
-            if self.ends[entries[0].lstrip("-").strip()][0] not in tied:
-                raise InputError(
-                    "the loop shares no vector and no tail with the others: nothing tells where "
-                    "it lies",
-                    where=f"loops.{name}",
-                    hint="let it pass a vector of another loop, the frame for example",
-                )
+        check_tied(self.closure.loops, {name: own[0] for name, own in self.ends.items()}, tied)
 
     def _called(self) -> dict[str, str]:
         """Return node -> name."""
         names: dict[str, str] = {}
         for name, node in self.closure.nodes.items():
-            vector, end = node.at.split(".")
-            place = f"nodes.{name}.at"
-            if vector not in self.closure.vectors:
-                raise UnknownName("vector", vector, self.closure.vectors, where=place)
-            if end not in (TAIL, HEAD):
-                ends = [f"{vector}.{known}" for known in (HEAD, TAIL)]
-                raise UnknownName("end", node.at, ends, where=place)
+            check_node(name, node, self.closure.vectors)
             if name in self.closure.vectors or name == GROUND:
                 raise InputError(f"a vector is called '{name}' too", where=f"nodes.{name}")
             own = self.merged.first(node.at)
             if own in names:
-                raise InputError(f"'{names[own]}' is the same place", where=place)
+                raise InputError(f"'{names[own]}' is the same place", where=f"nodes.{name}.at")
             names[own] = name
         for pair in self.ends.values():
             for place in pair:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 
-from mechdae.describe.vectors.values import Vector
+from mechdae.describe.vectors.values import Node, Vector
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
 TAIL, HEAD = "tail", "head"
@@ -85,6 +85,30 @@ def nodes_of(vectors: Mapping[str, Vector], loops: Mapping[str, tuple[str, ...]]
                     hint="loops read head to tail; a minus sign runs a vector backwards",
                 )
     return merged
+
+
+def check_node(name: str, node: Node, vectors: Mapping[str, Vector]) -> None:
+    """Raise for a node that is at no end of a vector."""
+    vector, end = node.at.split(".")
+    if vector not in vectors:
+        raise UnknownName("vector", vector, vectors, where=f"nodes.{name}.at")
+    if end not in (TAIL, HEAD):
+        ends = [f"{vector}.{known}" for known in (HEAD, TAIL)]
+        raise UnknownName("end", node.at, ends, where=f"nodes.{name}.at")
+
+
+def check_tied(
+    loops: Mapping[str, tuple[str, ...]], tails: Mapping[str, str], tied: Container[str]
+) -> None:
+    """Raise for a loop whose first vector has its tail at none of the nodes `tied` to the rest."""
+    for name, entries in loops.items():
+        if tails[signed(entries[0])[0]] not in tied:
+            raise InputError(
+                "the loop shares no vector and no tail with the others: nothing tells where it "
+                "lies",
+                where=f"loops.{name}",
+                hint="let it pass a vector of another loop, the frame for example",
+            )
 
 
 def _ends(entry: str) -> tuple[str, str]:

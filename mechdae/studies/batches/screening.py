@@ -61,8 +61,8 @@ class Screening(SeriesBatch):
             there[first : first + size] = ~open_.reshape(len(some), n)
             for part, reading in zip(table, self.series, strict=True):
                 chosen = [y[reading.order][place[column]] for column in reading.columns]
-                for k, values in enumerate([reading.made(chosen)] if reading.made else chosen):
-                    part[some, :, k] = values
+                for k, column in enumerate([reading.made(chosen)] if reading.made else chosen):
+                    part[some, :, k] = column
         return np.zeros(len(lanes), bool), there, 0
 
     def _turns(
