@@ -158,7 +158,8 @@ def _expected(setup: Setup, problem: Problem, name: str) -> tuple[Any, Any, Any,
     inputs = [model.q, setup.loads.time, model.p]
     general = ca.Function("outputs", inputs, [ca.vertcat(*texts)])
     own = [released.t, released.x, model.p]
-    place = ca.Function("place", own, [released.q])
+    held = ca.DM(list(setup.held.values()))
+    place = ca.Function("place", own, [ca.substitute(released.q, released.values, held)])
     t, x = SX.sym("t"), SX.sym("x", released.x.numel())
     p = ca.DM(model.p_values)
     at_end = ca.Function("end", [t, x], [general(place(t, x, p), t, p)])

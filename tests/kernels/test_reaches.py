@@ -19,8 +19,7 @@ from mechdae.kernels.graphs.row_reaches import RowReaches
 from mechdae.model.reduction import scene
 from mechdae.model.tree.choice import model_of
 from mechdae.setup.outputs import Outputs
-from tests.attack.spatial_honesty import case
-from tests.attack.test_spatial import platform
+from tests.attack.spatial_honesty import case, platform
 
 LOOPS = ("RSSP", "RUSR", "RHSC", "RERC", "RRSRR", "RCCC", "RCUC")
 PLACES = 16

@@ -7,7 +7,7 @@ import re
 import pytest
 
 import mechdae as md
-from tests.shared.browser import ARGUMENTS, CHROMIUM, until
+from tests.shared.browser import CHROMIUM, until
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
@@ -17,40 +17,9 @@ SHOWN = {"four-bar-crank-rocker": "turn", "gorshkov-seven-link": "window", "doub
 
 
 @pytest.fixture(scope="module")
-def browser():
-    with playwright.sync_playwright() as own:
-        opened = own.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        yield opened
-        opened.close()
-
-
-@pytest.fixture(scope="module")
 def pages(tmp_path_factory):
     folder = tmp_path_factory.mktemp("pages")
     return {name: md.page(name, task).save(folder / f"{name}.html") for name, task in SHOWN.items()}
-
-
-@pytest.fixture
-def opened(browser, pages):
-    """Open a page; after the test nothing was said and nobody asked."""
-    said: list[str] = []
-    contexts = []
-
-    def open_page(name, fragment="", **options):
-        context = browser.new_context(**{"viewport": {"width": 1100, "height": 800}, **options})
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda message: said.append(message.text))
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("request", lambda request: said.append(request.url)
-                if not request.url.startswith(("file:", "blob:", "data:")) else None)  # fmt: skip
-        page.goto(f"file://{pages[name]}{fragment}")
-        return page
-
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert said == []
 
 
 def test_interface_for_embedding(opened):

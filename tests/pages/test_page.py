@@ -13,29 +13,12 @@ import mechdae as md
 from mechdae.pages import link
 from mechdae.pages.document import data_of
 from tests.shared.command import run
-from tests.shared.node import needs_node, run_script
+from tests.shared.live import in_page
+from tests.shared.node import needs_node
 
 WEB = Path(link.__file__).parent / "web"
 LIVE = ["four-bar-crank-rocker", "gorshkov-seven-link", "jansen-leg", "four-bar-double-rocker",
         "triad-six-modes", "geared-five-bar", "slider-crank", "oscillating-cylinder"]  # fmt: skip
-HARNESS = """
-import {{ readFileSync }} from "node:fs";
-import {{ Session }} from "{session}";
-const html = readFileSync({page}, "utf8");
-const data = JSON.parse(html.split('id="mechdae">')[1].split("</script>")[0]);
-const code = html.split("<script>")[1].split("</script>")[0].replaceAll("<\\\\/", "</");
-const end = "}})();\\n";
-const kernels = code.slice(code.indexOf("const K ="), code.indexOf(end) + end.length);
-const K = new Function(kernels.replace("const K =", "return"))();
-const session = new Session(data, K);
-"""
-
-
-def in_page(page: md.Page, body: str, folder: Path):
-    """Return what a script prints that has the page's session."""
-    file = page.save(folder / "page.html")
-    head = HARNESS.format(session=(WEB / "session.js").as_posix(), page=json.dumps(str(file)))
-    return run_script(head + body, folder)
 
 
 def test_a_page_is_the_same_each_time_and_reads_back(tmp_path):

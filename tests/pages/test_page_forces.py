@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from tests.pages.test_page import in_page
+from tests.shared.live import in_page
 from tests.shared.node import needs_node
 
 pytestmark = needs_node

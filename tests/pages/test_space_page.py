@@ -9,9 +9,8 @@ import pytest
 
 import mechdae as md
 from mechdae.draw.space.viewpoint import Viewpoint
-from tests.pages.test_browser import browser, opened  # noqa: F401
-from tests.pages.test_page import WEB, in_page
 from tests.shared.browser import CHROMIUM
+from tests.shared.live import WEB, in_page
 from tests.shared.node import needs_node, run_script
 
 LIVE = ("rssr", "cardan-joint", "spatial-slider-crank-loops")
@@ -101,7 +100,7 @@ def test_the_page_looks_from_where_the_pictures_do(up, tmp_path):
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_the_view_turns_by_pointer_and_keys(opened):  # noqa: F811
+def test_the_view_turns_by_pointer_and_keys(opened):
     page = opened("cardan-joint")
     assert page.evaluate("mechdae.live") is True
     view = "mechdae.view()"
@@ -129,7 +128,7 @@ def test_the_view_turns_by_pointer_and_keys(opened):  # noqa: F811
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
-def test_recorded_mechanisms_turn_too(opened):  # noqa: F811
+def test_recorded_mechanisms_turn_too(opened):
     page = opened("bennett")
     assert "superfluous" in page.evaluate("mechdae.live")
     first = page.inner_html("#diagram .depths")
