@@ -14,6 +14,7 @@ from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
+from mechdae.model.tree.bars import check_in_space
 from mechdae.model.tree.choice import model_of
 from mechdae.setup.drivers import plan
 
@@ -26,6 +27,8 @@ def reactions_structure(
         model = model_of(problem.mechanism, plan(problem.mechanism, task).coordinates)
 
     def parts(scene: Scene) -> dict[str, Any]:
+        if scene.model.space.behind:
+            check_in_space(scene.model.mechanism)
         return {"forces": force_structure(scene, task)}
 
     return driven_structure(problem, task, model, loaded_bodies(model), parts, order=2)

@@ -120,6 +120,12 @@ def check_in_space(mechanism: Mechanism) -> None:
                 where=f"vectors.{joint.name}",
                 hint="bodies and joints in their place",
             )
+        if joint.meshes:
+            raise UnavailableError(
+                "forces of gears and racks are not computed in space by this version",
+                where=f"joints.{joint.name}",
+                hint="the reactions of their bearings follow from the teeth: leave the pair out",
+            )
         if getattr(joint, "one_sided", None) is not None:
             raise UnavailableError(
                 "one-sided contacts are not computed in space by this version",
