@@ -19,6 +19,8 @@ PARAMETERS = 6
 
 def why_without(statics: Statics) -> str:
     """Return why forces cannot be live, "" where they can."""
+    if statics.scene.model.space.behind:
+        return "forces in space are not computed on pages"
     if statics.scene.redundant:
         return "reactions of superfluous constraints are not unique"
     if statics.loads.timed:
