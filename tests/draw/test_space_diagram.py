@@ -162,3 +162,37 @@ def test_planar_mechanisms_have_one_view():
     result = md.solve("four-bar-crank-rocker")
     with pytest.raises(InputError, match="planar mechanisms have no option 'view'"):
         md.plot(result, "diagram", view="30,20")
+
+
+def test_pairs_of_an_open_chain_each_have_their_symbol():
+    """Screw, prismatic, planar, cylindrical pair and weld, all coordinates driven."""
+    points = {
+        "nut": {"H": [0, 0, 0], "P": [0.3, 0, 0]},
+        "slide": {"P": [0, 0, 0], "E": [0.1, 0, 0.2]},
+        "plate": {"E": [0, 0, 0], "C": [0.25, 0, 0.1], "T": [0, 0.2, 0.1]},
+        "rod": {"C": [0, 0, 0], "W": [0.2, 0, 0]},
+        "arm": {"W": [0, 0, 0], "Q": [0, 0, 0.15]},
+    }
+    joints = [
+        md.Screw("H", "ground.A", "nut.H", axis=[0, 0, 1], pitch=0.1),
+        md.SpatialPrismatic("P", "nut.P", "slide.P", axis=[0, 1, 0]),
+        md.PlanarPair("E", "slide.E", "plate.E", axis=[0, 0, 1]),
+        md.Cylindrical("C", "plate.C", "rod.C", axis=[1, 0, 0]),
+        md.SpatialWeld("W", "rod.W", "arm.W"),
+    ]
+    values = {"H.angle": 2.0, "P.slide": 0.15, "E.angle": 0.4, "E.x": 0.05, "E.y": 0.02,
+              "C.angle": 0.3, "C.slide": 0.12}  # fmt: skip
+    mechanism = md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"A": [0, 0, 0]}),
+        bodies=[md.Body(name, own) for name, own in points.items()],
+        joints=joints,
+    )
+    drivers = [md.Driver(name, at=[value]) for name, value in values.items()]
+    drawn = gids(md.plot(md.solve(mechanism, md.Sweep(drivers=drivers))))
+    wanted = {
+        f"joint-{n}" for n in ("H-sleeve", "P-sleeve", "P-guide", "E-plane", "C-sleeve", "W-weld")
+    }
+    assert (
+        wanted | {f"driver-{name}" for name in values} | {"support-H", "body-plate-face"} <= drawn
+    )

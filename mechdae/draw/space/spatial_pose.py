@@ -177,7 +177,10 @@ class SpatialPose:
             axes.append(self.view.seen(pin))
         if entry.word in ("x", "y") and frame is not None:
             axes = [self.view.seen(frame["xy".index(entry.word)])]
-        return arrow_of(entry, self.anchors(joint), axes, self._two(joint), sense)
+        center, other = self.anchors(joint)
+        if joint.straight and joint.first_body != GROUND:
+            center = other  # where its sleeve is
+        return arrow_of(entry, (center, other), axes, self._two(joint), sense)
 
     # -- labels ----------------------------------------------------------------------------
 
@@ -199,7 +202,11 @@ class SpatialPose:
                 )
         for joint in self.scene.joints(self.pose):
             center, other = self.anchors(joint)
-            if joint.slot and np.hypot(*(center - other)[:2]) > 2.5 * GAP:
+            if (
+                joint.slot
+                and joint.first_body == GROUND
+                and np.hypot(*(center - other)[:2]) > 2.5 * GAP
+            ):
                 rows.append((joint.name, joint.name, self.scene.place(joint.first, self.pose)))
         for ref in free_points(self.scene, self.pose):
             rows.append((names[ref], ref, self.scene.place(ref, self.pose)))

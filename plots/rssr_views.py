@@ -1,0 +1,22 @@
+"""Front, left and top view of a spatial crank-rocker, and an oblique one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+import mechdae as md
+from mechdae.draw import save
+
+
+def figure() -> Figure:
+    """Return the figure."""
+    result = md.solve(md.load("rssr"), task="turn")
+    drawn = md.plot(result, "diagram", pose=40, view="three").get_figure(root=True)
+    assert isinstance(drawn, Figure)
+    return drawn
+
+
+if __name__ == "__main__":
+    save(figure(), Path(__file__).with_suffix(".svg"))
