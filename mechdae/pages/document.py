@@ -177,6 +177,8 @@ def _followed(problem: Problem, name: str) -> _Followed:
 
 def _loaded(problem: Problem, task: Reactions) -> tuple[LoadedRun | None, str]:
     """Return a task's run with its forces, or why they are not shown."""
+    if problem.mechanism.dimension == 3:
+        return None, "in space only motions are shown"
     task = replace(task, outputs=None, measures=None)
     try:
         found = loaded_run(problem, task)

@@ -69,6 +69,15 @@ def test_superfluous_equations_are_recorded_with_turns(made):
     assert set(data["recorded"]["turns"]) == {"link1", "link2", "link3"}
 
 
+def test_reactions_in_space_are_shown_as_motions():
+    problem = md.load("rssr")
+    task = md.Reactions(driver=problem.task("turn").driver, poses=7)
+    data = md.page(problem.with_task("loads", task), "loads").data
+    assert data["live"] is True
+    assert data["forces"] is None
+    assert "only motions" in data["without"]
+
+
 @needs_node
 def test_quaternions_and_spins(tmp_path):
     """A turn of 200 degrees about (1, 2, 2)/3 at 3 rad/s, by Rodrigues' formula."""
