@@ -31,6 +31,7 @@ from mechdae.draw.space.anchors import anchor, size_of
 from mechdae.draw.space.depth import draw_items
 from mechdae.draw.space.spatial_pose import SpatialPose, ghost_lines
 from mechdae.draw.space.spatial_scene import SpatialScene
+from mechdae.draw.space.spatial_symbols import SYMBOLS
 from mechdae.draw.space.triad import draw_triad
 from mechdae.draw.space.vector_arrows import vector_items, vector_names
 from mechdae.draw.space.viewpoint import Array, Viewpoint
@@ -147,6 +148,13 @@ def draw_spatial_pose(
     draw_triad(sheet, view)
     if not shown.bare:
         note = words("seen from", words.number(view.azimuth, 4), words.number(view.elevation, 4))
+        lacking = [
+            joint.name
+            for joint in scene.joints(index)
+            if joint.kind not in SYMBOLS and not joint.pointer
+        ]
+        if lacking:  # gears have no symbol in space yet
+            note += f"; {words('undrawn')}: {', '.join(lacking)}"
         draw_frame(sheet, scene, result, index, words, note)
     if shown.labels:
         names = vector_names(pose)
