@@ -43,7 +43,7 @@ def solve(
     task
         Name of a task of the problem (default: its first), or a task as a value.
     set
-        Sizes, parameters and automatic names to change; a suffix ``_deg``, ``_rpm`` or ``_mm`` is
+        Sizes, parameters and automatic names to change; a suffix such as ``_deg`` or ``_mm`` is
         a unit.
     mode
         Label of the assembly mode to start on, in place of the sketch.

@@ -88,7 +88,7 @@ class Solver:
         Parameters
         ----------
         values, more
-            Parameters and automatic names with their new values; a suffix ``_deg``, ``_rpm`` or
+            Parameters and automatic names with their new values; a suffix such as ``_deg`` or
             ``_mm`` is a unit. What is not named has the problem's value.
 
         Raises

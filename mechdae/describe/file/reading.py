@@ -19,15 +19,41 @@ from mechdae.describe.values import (
 )
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
+LENGTHS = ("m", "m/s", "m/s2", "m/s3")
+FORCES = ("N", "N or N m")
+MOMENTS = ("N m", "N or N m")
+POUND, GRAVITY, INCH = 0.45359237, 9.80665, 0.0254
 UNITS: dict[str, tuple[Callable[[float], float], str]] = {
     "_deg": (math.radians, "({})*pi/180"),
     "_rpm": (lambda x: x * math.pi / 30, "({})*pi/30"),
+    "_rad_s": (lambda x: x, "({})"),
+    "_hz": (lambda x: x * 2 * math.pi, "({})*2*pi"),
     "_mm": (lambda x: x / 1000, "({})/1000"),
+    "_cm": (lambda x: x / 100, "({})/100"),
+    "_in": (lambda x: x * INCH, f"({{}})*{INCH}"),
+    "_ft": (lambda x: x * 12 * INCH, f"({{}})*12*{INCH}"),
+    "_kN": (lambda x: x * 1000, "({})*1000"),
+    "_N_mm": (lambda x: x / 1000, "({})/1000"),
+    "_lbf": (lambda x: x * (POUND * GRAVITY), f"({{}})*({POUND}*{GRAVITY})"),
+    "_lbf_in": (
+        lambda x: x * (POUND * GRAVITY * INCH),
+        f"({{}})*({POUND}*{GRAVITY}*{INCH})",
+    ),
+    "_g": (lambda x: x / 1000, "({})/1000"),
+    "_lb": (lambda x: x * POUND, f"({{}})*{POUND}"),
+    "_kg_cm2": (lambda x: x / 10000, "({})/10000"),
 }
+"""Endings of keys: how a number and how an expression is converted to SI."""
 MEASURES = {
     "_deg": ("rad", "rad/s", "rad/s2", "rad/s3"),
     "_rpm": ("rad/s",),
-    "_mm": ("m", "m/s", "m/s2", "m/s3"),
+    "_rad_s": ("rad/s",),
+    "_hz": ("rad/s",),
+    **dict.fromkeys(("_mm", "_cm", "_in", "_ft"), LENGTHS),
+    **dict.fromkeys(("_kN", "_lbf"), FORCES),
+    **dict.fromkeys(("_N_mm", "_lbf_in"), MOMENTS),
+    **dict.fromkeys(("_g", "_lb"), ("kg",)),
+    "_kg_cm2": ("kg m2",),
 }
 """Units that a suffix may stand for."""
 ALIASES = {
@@ -112,10 +138,9 @@ def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[str, dict[s
 
 def split_unit(key: str) -> tuple[str, str]:
     """Return the name and the unit suffix ('' without) of a key."""
-    for suffix in UNITS:
-        if key.endswith(suffix) and len(key) > len(suffix):
-            return key[: -len(suffix)], suffix
-    return key, ""
+    fitting = [own for own in UNITS if key.endswith(own) and len(key) > len(own)]
+    suffix = max(fitting, key=len, default="")
+    return key[: len(key) - len(suffix)], suffix
 
 
 def suffixes(unit: str | None) -> list[str]:

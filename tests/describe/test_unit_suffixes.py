@@ -1,0 +1,111 @@
+"""Units at the end of keys: the same numbers in SI, whatever they were written in."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.file.reading import MEASURES, UNITS, split_unit, to_si
+from mechdae.errors import InputError
+
+FACTORS = {
+    "_deg": math.pi / 180,
+    "_rpm": 2 * math.pi / 60,
+    "_rad_s": 1.0,
+    "_hz": 2 * math.pi,
+    "_mm": 1e-3,
+    "_cm": 1e-2,
+    "_in": 0.0254,
+    "_ft": 0.3048,
+    "_kN": 1e3,
+    "_N_mm": 1e-3,
+    "_lbf": 4.4482216152605,
+    "_lbf_in": 0.1129848290276167,
+    "_g": 1e-3,
+    "_lb": 0.45359237,
+    "_kg_cm2": 1e-4,
+}
+"""The international definitions: 1 in = 25.4 mm, 1 lb = 0.45359237 kg, g = 9.80665 m/s2."""
+
+
+@pytest.mark.parametrize("suffix", UNITS)
+def test_numbers_and_expressions_convert_alike(suffix: str) -> None:
+    from mechdae.describe.expression import evaluate
+
+    assert to_si(7.0, suffix) == pytest.approx(7.0 * FACTORS[suffix], rel=1e-15)
+    assert evaluate(to_si("3 + 4", suffix), {}) == pytest.approx(7.0 * FACTORS[suffix], rel=1e-15)
+    assert set(MEASURES) == set(UNITS)
+
+
+def test_the_longest_ending_counts() -> None:
+    assert split_unit("M_N_mm") == ("M", "_N_mm")
+    assert split_unit("M_lbf_in") == ("M", "_lbf_in")
+    assert split_unit("_in") == ("_in", "")
+
+
+def four_bar(imperial: bool) -> dict[str, Any]:
+    """Return a four-bar with a force, a torque and a mass, in inches and pounds or in SI."""
+    lengths = {"a": 2.0, "b": 7.0, "c": 5.5, "d": 6.0}
+    inch, pound, force = 0.0254, 0.45359237, 4.4482216152605
+    parameters = (
+        {f"{name}_in": value for name, value in lengths.items()}
+        if imperial
+        else {name: value * inch for name, value in lengths.items()}
+    )
+    load: dict[str, Any] = {"kind": "force", "point": "coupler.C"}
+    twist: dict[str, Any] = {"kind": "torque", "body": "rocker"}
+    mass: dict[str, Any] = {}
+    if imperial:
+        load["value_lbf"], twist["value_lbf_in"], mass["mass_lb"] = [3, -20], 12, 1.5
+    else:
+        load["value"] = [3 * force, -20 * force]
+        twist["value"], mass["mass"] = 12 * force * inch, 1.5 * pound
+    driver: dict[str, Any] = {"coordinate": "crank.angle", "from_deg": 0, "to_deg": 360}
+    driver |= {"speed_hz": 2} if imperial else {"speed": 4 * math.pi}
+    return {
+        "schema": 1,
+        "gravity": [0, -9.81],
+        "parameters": parameters,
+        "ground": {"points": {"A": [0, 0], "D": ["d", 0]}},
+        "bodies": {
+            "crank": {"points": {"A": [0, 0], "B": ["a", 0]}},
+            "coupler": {"points": {"B": [0, 0], "C": ["b", 0]}, "center": ["b/2", 0], **mass},
+            "rocker": {"points": {"D": [0, 0], "C": ["c", 0]}},
+        },
+        "joints": {
+            "A": {"kind": "revolute", "between": ["ground.A", "crank.A"]},
+            "B": {"kind": "revolute", "between": ["crank.B", "coupler.B"]},
+            "C": {"kind": "revolute", "between": ["rocker.C", "coupler.C"]},
+            "D": {"kind": "revolute", "between": ["ground.D", "rocker.D"]},
+        },
+        "loads": {"push": load, "twist": twist},
+        "sketch": {"crank_deg": 30, "coupler_deg": 20, "rocker_deg": 80},
+        "tasks": {"turn": {"kind": "reactions", "driver": driver, "poses": 9}},
+    }
+
+
+def test_inches_and_pounds_give_the_same_si_numbers() -> None:
+    one, other = (md.solve(from_dict(four_bar(own)), "turn") for own in (True, False))
+    for path in (
+        "points/coupler.C/position",
+        "points/coupler.C/velocity",
+        "joints/B/reaction",
+        "efforts/crank.angle",
+    ):
+        values, expected = (np.asarray(own.value(path)) for own in (one, other))
+        assert values == pytest.approx(expected, rel=1e-13, abs=1e-13 * abs(expected).max())
+
+
+def test_units_that_do_not_fit() -> None:
+    data = four_bar(True)
+    data["bodies"]["coupler"]["mass_in"] = data["bodies"]["coupler"].pop("mass_lb")
+    with pytest.raises(InputError, match="the unit '_in' does not fit 'mass'") as caught:
+        from_dict(data)
+    assert "mass_lb" in str(caught.value)
+    changed = md.solve("four-bar-crank-rocker", "turn", set={"a_cm": 3.0}).mechanism.values()
+    assert changed["a"] == pytest.approx(0.03, rel=1e-15)
