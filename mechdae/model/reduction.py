@@ -131,7 +131,7 @@ class Scene:
             positions.sort()
         return held
 
-    def told(self, values: Sequence[Any], reaches: Sequence[Any]) -> None:
+    def keep_reaches(self, values: Sequence[Any], reaches: Sequence[Any]) -> None:
         """Keep the reaches of scalars over (x, u, p)."""
         for value, reach in zip(values, reaches, strict=True):
             if reach is not None and not value.is_constant() and not value.is_leaf():

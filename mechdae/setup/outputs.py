@@ -103,7 +103,7 @@ class Outputs:
             self._add("hidden", key, "value", expression, bodies)
         stacked = ca.vertcat(*self._scalars) if self._scalars else ca.SX(0, 1)
         self.expression = ca.densify(self._one_place(scene.expression(stacked)))
-        scene.told(self.expression.elements(), self._reaches)
+        scene.keep_reaches(self.expression.elements(), self._reaches)
 
     def _one_place(self, expression: Any) -> Any:
         """Return the scalars with points that a pin holds together as one of them.
