@@ -31,7 +31,7 @@ class Whole:
     def expression(self, absolute: Any) -> Any:
         return absolute
 
-    def told(self, values: Any, reaches: Any) -> None:
+    def keep_reaches(self, values: Any, reaches: Any) -> None:
         """Reaches serve bounds, which motions do not have."""
 
 
