@@ -11,7 +11,6 @@ from __future__ import annotations
 import cmath
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from mechdae.assembly.linkage.rigid_parts import (
@@ -26,6 +25,7 @@ from mechdae.assembly.platform import EPS, Leg, closures
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
+from mechdae.describe.records import dataclass
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 

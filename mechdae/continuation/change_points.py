@@ -13,11 +13,12 @@ derivative of F in the same way (Keller, Numerical Methods in Bifurcation Proble
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.singular import crossing, jets
 from mechdae.kernels.graphs.steps import Graphs

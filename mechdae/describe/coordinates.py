@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.describe.records import dataclass
 from mechdae.errors import MechanismError, MechdaeError, UnknownName
 
 RELATIVE = {

@@ -7,7 +7,7 @@ also has an automatic name (``rod.B.x``, ``slot.turn``), see `Mechanism.numbers`
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -15,6 +15,7 @@ from mechdae.describe.curve import check_curve, extent
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints import JOINTS, Joint, follows_curve
 from mechdae.describe.loads import Load
+from mechdae.describe.records import dataclass
 from mechdae.describe.spatial_joints import KINDS_OF_JOINTS
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, Value, key

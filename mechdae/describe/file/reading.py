@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
+from mechdae.describe.records import dataclass
 from mechdae.describe.values import (
     COERCE,
     WITH_UNIT,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.records import dataclass
 from mechdae.describe.tasks.constraints import (
     Bounds,
     Choices,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from mechdae.describe.joints import Distance, Joint
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.records import dataclass
 from mechdae.describe.table import Table
 
 
