@@ -32,7 +32,7 @@ from mechdae.tasks.solve import solve
 
 CHECKS = 12
 """Poses at which the page compares itself with Python when it is opened."""
-MOST_RECORDED, FEW = 720, 37
+MOST_RECORDED, FEW = 720, 25
 """Poses that are recorded, of a page that cannot solve, and of one that can."""
 KINDS = ("sweep", "reactions", "motion")
 """Kinds of tasks that have a page, the first one of a problem is the usual one."""
@@ -272,7 +272,7 @@ def _make_live(
             continue
         rows = [np.asarray(part[k : k + 1, :])[0].tolist() for part in run.poses.y[:3]]
         if all(np.isfinite(row).all() for row in rows):
-            checks.append({"s": float(run.poses.places[k]), "y": rows})
+            checks.append({"s": float(run.poses.places[k]), "y": [_packed(own) for own in rows]})
     rates = [float(np.atleast_2d(rate)[0, plan.lead]) for rate in (plan.speed, plan.acceleration)]
     data |= {
         "kernels": kernels.layout,

@@ -146,7 +146,7 @@ def test_recorded_poses_play(opened):
 @pytest.mark.parametrize(
     "pattern",
     [
-        r'"checks":\[\{"s":[^,]*,"y":\[\[([^,]*),',
+        r'"checks":\[\{"s":[^,]*,"y":\["(.)',
         r'"a","value":([^,]*),',
         r'"points":\{"[^"]*":"(.)',
     ],

@@ -3,6 +3,7 @@ import { Motion } from "./path.js";
 import { Forces } from "./forces.js";
 import { Ghosts } from "./ghosts.js";
 import { rateOf } from "./units.js";
+import { unpacked } from "./recorded.js";
 
 const SAMPLES = 361;
 const CHECK = 1e-12;
@@ -74,12 +75,12 @@ export class Session {
 
   /** The poses at load against those of Python: the largest difference, relative to each series. */
   selfTest() {
-    const { checks } = this.data;
+    const checks = this.data.checks.map(({ s, y }) => ({ s, y: y.map(unpacked) }));
     if (!checks.length) return 0;
     let worst = 0;
     const order = checks[0].y.length;
     for (let k = 0; k < order; k += 1) {
-      const size = Math.max(1e-300, ...checks.flatMap((check) => check.y[k].map(Math.abs)));
+      const size = Math.max(1e-300, ...checks.flatMap((check) => Array.from(check.y[k], Math.abs)));
       for (const check of checks) {
         const pose = this.motion.pose(check.s);
         if (!pose.y) return Infinity;
