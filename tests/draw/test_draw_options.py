@@ -26,15 +26,17 @@ outputs = ["summary/stroke/guide"]
 """
 
 
-def drawing(kind: str):
-    """Return the function whose keywords are the options of a kind."""
-    module = importlib.import_module(PICTURES[kind].module)
-    return module.animate if kind == "animation" else module.draw
+def drawings(kind: str):
+    """Return the functions whose keywords are the options of a kind: in the plane and in space."""
+    picture = PICTURES[kind]
+    for name in filter(None, (picture.module, picture.in_space)):
+        module = importlib.import_module(name)
+        yield getattr(module, "animate", module.draw)
 
 
 @pytest.mark.parametrize("kind", PICTURES)
 def test_options_are_those_of_the_drawing_functions(kind: str) -> None:
-    given = inspect.signature(drawing(kind)).parameters.values()
+    given = [own for one in drawings(kind) for own in inspect.signature(one).parameters.values()]
     keywords = {own.name: own.default for own in given if own.kind is own.KEYWORD_ONLY}
     assert set(names_of(kind)) == set(keywords)
     for name, default in keywords.items():
