@@ -6,12 +6,14 @@ also has an automatic name (``rod.B.x``, ``slot.turn``), see `Mechanism.numbers`
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mechdae.describe.curve import check_curve, extent
+from mechdae.describe.drawn import check_drawn, drawn_sketch
 from mechdae.describe.expression import CONSTANTS, evaluate, names_in
 from mechdae.describe.joints import JOINTS, Joint, follows_curve
 from mechdae.describe.loads import Load
@@ -88,6 +90,9 @@ class Mechanism:
         `mechdae.describe.spatial_joints`, and a sketch may give rough places of points.
     closure
         The vector loops it was made from, see `from_loops`.
+    frames
+        "drawn": in space, points and directions of all bodies are places in one assembled pose.
+        There all angles of joints are 0, and the sketch says so where it says nothing else.
 
     Raises
     ------
@@ -105,6 +110,7 @@ class Mechanism:
     gravity: tuple[Number, ...] | None = None
     dimension: int = 2
     closure: Closure | None = None
+    frames: str | None = None
 
     AXES: ClassVar[str] = "xyz"
 
@@ -112,6 +118,11 @@ class Mechanism:
     def axes(self) -> str:
         """The axes of its space."""
         return self.AXES[: self.dimension]
+
+    @property
+    def order(self) -> float:
+        """A power of two near its size, by which products of lengths are divided in space."""
+        return float(2.0 ** round(math.log2(self.scale))) if self.scale > 0 else 1.0
 
     @property
     def aliases(self) -> Mapping[str, str]:
@@ -141,7 +152,15 @@ class Mechanism:
                 put("gravity", values.components(self.gravity))
             except MechdaeError as problem:
                 raise problem.inside("gravity") from None
+        if self.frames is not None:
+            if self.frames != "drawn" or self.dimension != 3:
+                raise MechanismError(
+                    f"'drawn' in space or nothing, not {self.frames!r}", where="frames"
+                )
+            put("sketch", Table({**drawn_sketch(self), **self.sketch}))
         _check(self)
+        if self.frames is not None:
+            check_drawn(self)
 
     def body(self, name: str) -> Body | Ground:
         """Return the body of that name, or the ground."""

@@ -66,7 +66,8 @@ def _structure(mechanism: Mechanism, free: frozenset[str]) -> Hashable:
     loads = tuple(_load(load) for load in mechanism.loads.values())
     outputs = tuple(mechanism.outputs.items())
     aliases = tuple(mechanism.aliases.items())
-    return (numbers, parameters, bodies, joints, loads, outputs, aliases, mechanism.dimension)
+    space = (mechanism.dimension, mechanism.order if mechanism.dimension == 3 else None)
+    return (numbers, parameters, bodies, joints, loads, outputs, aliases, space)
 
 
 def _joint(joint: Joint, mechanism: Mechanism) -> Hashable:

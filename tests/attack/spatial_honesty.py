@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import argparse
 import collections
+import json
+import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -17,9 +20,16 @@ import mechdae as md
 from tests.reference.spatial_closure import DIGITS, GROUND, Closure, Pair, rotation, turned
 
 LOOPS = (
-    "RSSR RSSP RSRC RCSR RUSR RSUR RSCP RCCC RRSRR RUURR RHSC RSRRR RCUC RERC REUR RRRRRRR"
+    "RSSR RSSP RSRC RCSR RUSR RSUR RSCP RCCC RRSRR RUURR RHSC RSRRR RCUC RERC REUR RRRRRRR "
+    "RDR RDP RWSRC RPSRR RSPU"
 ).split()
-"""Pairs of single loops of one freedom; the ball joints side by side leave a link to spin."""
+"""Pairs of single loops of one freedom; the ball joints side by side leave a link to spin.
+
+D is a bar of constant length without a body of its own, W a weld.
+"""
+NEAR = ("parallel", "meeting", "folded")
+"""What nearly happens where it is asked for: two axes in line, two joints in one place, or three
+joints in line, by 1e-9 to 1e-2 of what it is elsewhere."""
 KINDS = {
     "R": md.SpatialRevolute,
     "P": md.SpatialPrismatic,
@@ -28,6 +38,7 @@ KINDS = {
     "U": md.Universal,
     "S": md.Spherical,
     "E": md.PlanarPair,
+    "W": md.SpatialWeld,
 }
 ANGLE, POSES = 0.3, 7
 
@@ -47,8 +58,31 @@ def random_turn(rng: Any) -> Any:
     return np.array(rotation((q / np.linalg.norm(q)).tolist()))
 
 
-def case(rng: Any, loop: str) -> Case:
-    """Return a loop of pairs whose frames, points and bodies lie anywhere."""
+def strained(rng: Any, near: str, places: Any, turns: list[Any]) -> None:
+    """Move one joint of a loop to where it is nearly singular."""
+    k, share = int(rng.integers(1, len(places))), 10.0 ** rng.uniform(-9, -2)
+    if near == "parallel":
+        turns[k] = nearly(rng, share) @ turns[k - 1]
+    elif near == "meeting":
+        places[k] = places[k - 1] + share * (places[k] - places[k - 1])
+    else:
+        after = places[(k + 1) % len(places)]
+        way = places[k - 1] + rng.uniform(0.3, 1.7) * (after - places[k - 1])
+        places[k] = way + share * (places[k] - way)
+
+
+def nearly(rng: Any, share: float) -> Any:
+    """Return a rotation by a small angle about any axis."""
+    axis = rng.normal(size=3)
+    axis *= np.sin(share / 2) / np.linalg.norm(axis)
+    return np.array(rotation([np.cos(share / 2), *axis]))
+
+
+def case(rng: Any, loop: str, near: str = "") -> Case:
+    """Return a loop of pairs whose frames, points and bodies lie anywhere.
+
+    `near` is one of `NEAR`, or empty.
+    """
     count = len(loop)
     names = [GROUND, *(f"b{k}" for k in range(1, count))]
     frames = {name: (rng.uniform(-1, 1, 3), random_turn(rng)) for name in names[1:]}
@@ -56,9 +90,18 @@ def case(rng: Any, loop: str) -> Case:
     points: dict[str, dict[str, Any]] = {name: {} for name in names}
     joints, pairs, sketch = [], [], {}
     places = rng.uniform(-1, 1, (count, 3))
+    turns = [random_turn(rng) for _ in loop]
+    if near:
+        strained(rng, near, places, turns)
     for k, letter in enumerate(loop):
         ends = [names[k], names[(k + 1) % count]]
-        turn = random_turn(rng)
+        turn = turns[k]
+        if letter == "D":
+            joint, pair, known = bar(rng, k, ends, frames, points)
+            joints.append(joint)
+            pairs.append(pair)
+            sketch |= known
+            continue
         second_axis = turn[:, 0] if letter == "U" else turn[:, 2]
         second_zero = turn[:, 2] if letter == "U" else turn[:, 0]
         own = []
@@ -80,9 +123,9 @@ def case(rng: Any, loop: str) -> Case:
         s1, s2 = (points[body][f"P{k}"] for body in ends)
         (a1, n1), (a2, n2) = own
         pairs.append(Pair(letter, *ends, s1, s2, a1, n1, a2, n2, pitch))
-        if ends[1] != GROUND:
+        if ends[1] != GROUND and letter != "W":
             sketch[f"{ends[1]}.P{k}"] = places[k].tolist()
-        if letter not in "SP":
+        if letter not in "SPW":
             sketch[f"J{k}.angle"] = 0.0
     mechanism = md.Mechanism(
         dimension=3,
@@ -125,6 +168,22 @@ def platform(rng: Any) -> Case:
     return Case("platform", mechanism, Closure(["crank", "plate"], pairs), planted)
 
 
+def bar(
+    rng: Any, k: int, ends: list[str], frames: dict[str, Any], points: dict[str, dict[str, Any]]
+) -> tuple[Any, Pair, dict[str, Any]]:
+    """Return a bar between two points anywhere, its pair, and where its second end is sketched."""
+    both = rng.uniform(-1, 1, (2, 3))
+    locals_ = []
+    for body, name, place in zip(ends, (f"D{k}", f"E{k}"), both, strict=True):
+        r, R = frames[body]
+        points[body][name] = R.T @ (place - r)
+        locals_.append(points[body][name])
+    length = float(np.linalg.norm(both[1] - both[0]))
+    joint = md.Distance(f"J{k}", f"{ends[0]}.D{k}", f"{ends[1]}.E{k}", length=length)
+    known = {f"{ends[1]}.E{k}": both[1].tolist()} if ends[1] != GROUND else {}
+    return joint, Pair("D", *ends, *locals_, size=length), known
+
+
 def judged(found: Case, poses: int = POSES) -> collections.Counter[str]:
     """Return how poses of a sweep fare: ok, wrong (outside of their bound), jumped, other words."""
     driver = md.Driver("J0.angle", from_=-ANGLE, to=ANGLE)
@@ -153,6 +212,9 @@ def error_of(found: Case, result: md.Result, k: int) -> float:
         local = [float(v) for v in found.mechanism.bodies[name].points[point.split(".")[1]]]
         r = result.points[point].position[k] - np.array(rotation(q)) @ local
         x += [*r.tolist(), *q]
+    for j, pair in enumerate(found.closure.pairs):
+        if pair.kind == "H":  # its turns tell how far it has gone
+            pair.angle = float(result.joints[f"J{j}"].angle[k])
     exact, step = found.closure.refined(x, u)
     if step > 1e-25:
         return np.inf
@@ -188,21 +250,35 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--loops", nargs="*", default=LOOPS)
+    parser.add_argument("--near", type=float, default=0.3, help="share of nearly singular ones")
+    parser.add_argument("--poses", type=int, default=POSES)
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="of CPU time at most")
+    parser.add_argument("--out", type=Path, help="a JSON file for the counts")
     options = parser.parse_args()
-    rng = np.random.default_rng(options.seed)
     whole: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
     for k in range(options.count):
-        found = case(rng, options.loops[k % len(options.loops)])
+        if time.process_time() > options.seconds:
+            break
+        rng = np.random.default_rng((options.seed, k))
+        loop, near = options.loops[k % len(options.loops)], rng.uniform() < options.near
+        found = case(rng, loop, str(rng.choice(NEAR)) if near else "")
         try:
-            told = judged(found)
+            told = judged(found, options.poses)
+            told["mechanisms"] += 1
         except md.SolveError as error:
             told = collections.Counter({type(error).__name__: 1})
         except md.MechdaeError as error:
             told = collections.Counter({f"{type(error).__name__}: {error.what[:50]}": 1})
+        if told["wrong"]:
+            print("wrong", found.name, "seed", options.seed, "number", k, flush=True)
         whole[found.name] += told
     for name, told in whole.items():
         print(name, dict(told))
-    print("all", dict(sum(whole.values(), collections.Counter())))
+    total = sum(whole.values(), collections.Counter())
+    print("all", dict(total))
+    if options.out:
+        counts = {"loops": options.loops, "near": options.near, "seed": options.seed}
+        options.out.write_text(json.dumps(counts | {"counts": dict(total)}, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,10 @@ GROUND = "ground"
 
 @dataclass
 class Pair:
-    """A joint: kind letter, bodies, points, axes and normals in their bodies, length or pitch."""
+    """A joint: kind letter, bodies, points, axes and normals in their bodies, length or pitch.
+
+    ``angle`` is near that of a screw: whole turns count.
+    """
 
     kind: str
     first: str
@@ -30,6 +33,7 @@ class Pair:
     a2: Any = None
     n2: Any = None
     size: float = 0.0
+    angle: float = 0.0
 
 
 @dataclass
@@ -75,16 +79,17 @@ class Closure:
                 continue
             angle = ctx.atan2(dot(m1, n2), dot(n1, n2))
             rows += [b - a for a, b in zip(a1, a2, strict=True)]
-            if pair.kind == "R":
+            if pair.kind in "RW":
                 rows += g
             elif pair.kind == "E":
                 rows.append(dot(a1, g))
             else:
                 rows += cross(g, a1)
-            if pair.kind == "P":
+            if pair.kind in "PW":
                 rows += [b - a for a, b in zip(n1, n2, strict=True)]
             if pair.kind == "H":
-                rows.append(dot(a1, g) - ctx.mpf(pair.size) * angle / (2 * ctx.pi))
+                turns = round(float(pair.angle - angle) / (2 * np.pi))
+                rows.append(dot(a1, g) - ctx.mpf(pair.size) * (angle / (2 * ctx.pi) + turns))
             if k == self.driven:
                 rows.append(angle - u)
         return rows

@@ -44,12 +44,11 @@ def _lines(data: dict[str, Any]) -> list[str]:
     lines += ["", "mobility"]
     words = [word for word in count if word not in ("rank", "W", "idle")]
     pairs = ", ".join(f"{word} = {count[word]}" for word in words)
-    lines.append(f"  by count: W = {_counted(count)} = {count['W']}   ({pairs})")
-    if count.get("idle"):
-        lines.append(
-            f"  of them {len(count['idle'])} idle: {', '.join(count['idle'])} spin(s) freely "
-            "between ball joints"
-        )
+    idle = count.get("idle", [])
+    parts = f" = {count['W'] - len(idle)} + {len(idle)} idle" if idle else ""
+    lines.append(f"  by count: W = {_counted(count)} = {count['W']}{parts}   ({pairs})")
+    if idle:
+        lines.append(f"  idle: {', '.join(idle)} spin(s) freely between ball joints")
     rank = count["rank"]
     if rank:
         lines.append(

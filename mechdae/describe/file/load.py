@@ -28,8 +28,8 @@ MAX_BYTES = 1_000_000
 MAX_DEPTH = 12
 TOML_HINT = "expressions stand in quotes, decimals have a point, lists end with ]"
 TOP = (
-    "schema title source dimension gravity parameters sizes ground bodies joints sketch loads "
-    "outputs tasks expected repeat vectors loops nodes"
+    "schema title source dimension frames gravity parameters sizes ground bodies joints sketch "
+    "loads outputs tasks expected repeat vectors loops nodes"
 ).split()
 
 

@@ -97,6 +97,7 @@ def schema() -> dict[str, Any]:
         "title": {"type": "string"},
         "source": {"type": "string"},
         "dimension": {"enum": [2, 3]},
+        "frames": {"const": "drawn"},
         "gravity": _KINDS["components"],
         "sizes": {"type": "object", "additionalProperties": {"type": "integer"}},
         **sections,

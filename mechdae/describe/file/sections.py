@@ -41,6 +41,7 @@ def read_problem(
         "outputs": _outputs(_table(data, "outputs")),
         "gravity": data.get("gravity"),
         "dimension": dimension,
+        **({"frames": data["frames"]} if "frames" in data else {}),
     }
     loops = [entry for entry in ("vectors", "loops", "nodes") if _table(data, entry)]
     if loops:
@@ -130,6 +131,13 @@ def _read_joint(name: str, table: Any, dimension: int) -> Joint:
             hint=f"available: {', '.join(kinds)}",
         )
     kind, rest = _chosen(table, place, kinds, "joint")
+    for entry in ("axis", "axis2", "zero", "zero2"):
+        if dimension == 2 and isinstance(rest.get(entry), list):
+            raise InputError(
+                "directions belong to joints of space",
+                where=f"{place}.{entry}",
+                hint="dimension = 3 above the tables",
+            )
     between = rest.pop("between", None)
     if not isinstance(between, list) or len(between) != 2:
         raise InputError(

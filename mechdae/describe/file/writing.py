@@ -105,7 +105,9 @@ def dumps(problem: Problem) -> str:
 
 def _typed(tables: Mapping[str, Any]) -> list[str]:
     """Return the mechanism of a file with repetition, keys and units as they were typed."""
-    lines = [f"{e} = {_value(tables[e])}" for e in ("dimension", "gravity") if e in tables]
+    lines = [
+        f"{e} = {_value(tables[e])}" for e in ("dimension", "frames", "gravity") if e in tables
+    ]
     for name in ("sizes", "parameters", *LOOPS, "ground", *REST):
         lines += _section(name, tables.get(name, {}))
     for cell, entries in tables.get("repeat", {}).items():
@@ -120,6 +122,7 @@ def _typed(tables: Mapping[str, Any]) -> list[str]:
 def _mechanism(mechanism: Mechanism, loops: Closure | None) -> list[str]:
     """Return the lines of a mechanism; with `loops` its bodies are only what those leave out."""
     lines = [] if mechanism.dimension == 2 else [f"dimension = {mechanism.dimension}"]
+    lines += [f'frames = "{mechanism.frames}"'] if mechanism.frames else []
     if mechanism.gravity is not None:
         lines.append(f"gravity = {_value(mechanism.gravity)}")
     lines += _section("parameters", mechanism.parameters)

@@ -14,7 +14,6 @@ rows hold for a direction of opposite sense too: what must be positive is given 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -70,11 +69,6 @@ class Invariants:
     positive: list[Any]
 
 
-def nominal(length: float) -> float:
-    """Return a power of two near a length: what products of lengths are divided by."""
-    return float(2.0 ** round(math.log2(length))) if length > 0 else 1.0
-
-
 def invariants(own: Hung, other: TreeFrame, centre: Any, size: float) -> Invariants | None:
     """Return the rows of a ball joint of a hung body; None: the plain ones are as good.
 
@@ -83,12 +77,12 @@ def invariants(own: Hung, other: TreeFrame, centre: Any, size: float) -> Invaria
     other, centre
         The frame of the other body and the ball's centre in it from its anchor.
     size
-        A length of the mechanism.
+        A length of the mechanism, by which products of lengths are divided.
     """
     make = _form(own)
     if make is None:
         return None
-    return make(own, other, centre, nominal(size))
+    return make(own, other, centre, size)
 
 
 def _form(own: Hung) -> Callable[..., Invariants | None] | None:

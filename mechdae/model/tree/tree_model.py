@@ -258,7 +258,7 @@ class TreeModel(TreeForces):
             before = self.mechanism.joints.get(past.joint) if past is not None else None
             driven_by, forth = edge.joint in driven, edge.forward
             hung = Hung(frame, parent, self.local(own), at, before, driven_by, forth)
-            rows = invariants(hung, neighbour, self.local(other), self.mechanism.scale)
+            rows = invariants(hung, neighbour, self.local(other), self.mechanism.order)
             if rows is not None:
                 found.append((0 if hung.crossed else 1 if at.guide else 2, rows))
         return min(found, key=lambda pair: pair[0])[1] if found else None

@@ -1,0 +1,50 @@
+"""Mechanisms in space whose points and directions are places in one pose, the drawn one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from mechdae.errors import MechanismError
+
+if TYPE_CHECKING:
+    from mechdae.describe.mechanism import Mechanism
+
+CLOSED = 1e-6
+"""Share of the mechanism's size by which points of a joint may be apart as they are drawn."""
+TOLD = 3
+"""Points that tell the orientation of a body."""
+
+
+def drawn_sketch(mechanism: Mechanism) -> dict[str, Any]:
+    """Return the sketch of the drawn pose: angles are 0, bodies without any are at their points."""
+    found: dict[str, Any] = {}
+    for name, joint in mechanism.joints.items():
+        angles = [word for word in joint.coordinates if word.startswith("angle")]
+        given = {name, *(f"{name}.{word}" for word in joint.coordinates)}
+        if not given & mechanism.sketch.keys():
+            found |= {f"{name}.{word}": 0.0 for word in angles}
+    for name, body in mechanism.bodies.items():
+        own = [joint for joint in mechanism.joints.values() if name in joint.bodies]
+        if any(joint.coordinates for joint in own):
+            continue
+        for point, place in list(body.points.items())[:TOLD]:
+            found |= {f"{name}.{point}.{x}": v for x, v in zip("xyz", place, strict=True)}
+    return found
+
+
+def check_drawn(mechanism: Mechanism) -> None:
+    """Raise for a joint whose points coincide in every pose but not as they are drawn."""
+    values = mechanism.values()
+    size = mechanism.scale
+    for name, joint in mechanism.joints.items():
+        if not joint.coincide:
+            continue
+        gap = sum(
+            (values[f"{joint.first}.{x}"] - values[f"{joint.second}.{x}"]) ** 2 for x in "xyz"
+        )
+        if gap**0.5 > CLOSED * size:
+            raise MechanismError(
+                f"{joint.first} and {joint.second} are drawn {gap**0.5:g} m apart",
+                where=f"joints.{name}.between",
+                hint='with frames = "drawn" all points are places in one assembled pose',
+            )

@@ -1,0 +1,57 @@
+"""Mechanisms whose points and directions are places in one pose."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mechdae as md
+
+HINGED = {
+    "dimension": 3,
+    "frames": "drawn",
+    "ground": md.Ground({"A": [0, 0, 0], "D": [1, 0, 0.2], "E": [0, 0, 2]}),
+    "bodies": [
+        md.Body("crank", {"A": [0, 0, 0], "B": [0, 0.3, 0]}),
+        md.Body("rod", {"B": [0, 0.3, 0], "C": [1, 0.5, 0.4]}),
+        md.Body("rocker", {"D": [1, 0, 0.2], "C": [1, 0.5, 0.4]}),
+    ],
+}
+JOINTS = [
+    md.SpatialRevolute("A", "ground.A", "crank.A", axis=[0, 0, 1]),
+    md.Spherical("B", "crank.B", "rod.B"),
+    md.Spherical("C", "rod.C", "rocker.C"),
+    md.SpatialRevolute("D", "ground.D", "rocker.D", axis=[1, 0, 0]),
+]
+HERE = md.Sweep(driver=md.Driver("A.angle", at=[0.0]))
+
+
+def test_the_drawn_pose_is_where_all_angles_are_zero() -> None:
+    mechanism = md.Mechanism(joints=JOINTS, **HINGED)
+    result = md.solve(mechanism, HERE)
+    assert abs(result.joints["D"].angle[0]) < 1e-15
+    assert np.abs(result.points["rocker.C"].position[0] - [1, 0.5, 0.4]).max() < 1e-15
+    assert np.abs(result.bodies["rocker"].orientation[0] - [1, 0, 0, 0]).max() < 1e-15
+
+
+def test_what_is_sketched_comes_before_what_is_drawn() -> None:
+    drawn = md.Mechanism(joints=JOINTS, **HINGED)
+    other = md.solve(drawn, md.Modes(driver=md.Driver("A.angle", at=[0.0]))).joints["D"].angle
+    away = float(other[np.argmax(np.abs(other))])
+    assert abs(away) > 0.1
+    sketched = md.Mechanism(joints=JOINTS, sketch={"A": 0.0, "D": away}, **HINGED)
+    assert abs(md.solve(sketched, HERE).joints["D"].angle[0] - away) < 1e-12
+
+
+def test_points_that_are_drawn_apart_are_an_error() -> None:
+    bodies = [md.Body("crank", {"A": [0, 0, 0.1], "B": [0, 0.3, 0]}), *HINGED["bodies"][1:]]
+    with pytest.raises(md.MechanismError, match=r"drawn 0\.1 m apart") as caught:
+        md.Mechanism(joints=JOINTS, **{**HINGED, "bodies": bodies})
+    assert caught.value.where == "joints.A.between"
+
+
+def test_frames_are_drawn_in_space_or_not_at_all() -> None:
+    with pytest.raises(md.MechanismError, match="'drawn' in space or nothing"):
+        md.Mechanism(frames="drawn")
+    with pytest.raises(md.MechanismError, match="'drawn' in space or nothing, not 'free'"):
+        md.Mechanism(joints=JOINTS, **{**HINGED, "frames": "free"})
