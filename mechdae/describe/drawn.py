@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
+from mechdae.describe.joints import Joint
 from mechdae.errors import MechanismError
-
-if TYPE_CHECKING:
-    from mechdae.describe.mechanism import Mechanism
 
 CLOSED = 1e-6
 """Share of the mechanism's size by which points of a joint may be apart as they are drawn."""
@@ -15,16 +14,18 @@ TOLD = 3
 """Points that tell the orientation of a body."""
 
 
-def drawn_sketch(mechanism: Mechanism) -> dict[str, Any]:
+def drawn_sketch(
+    joints: Mapping[str, Joint], bodies: Mapping[str, Any], sketch: Mapping[str, Any]
+) -> dict[str, Any]:
     """Return the sketch of the drawn pose: angles are 0, bodies without any are at their points."""
     found: dict[str, Any] = {}
-    for name, joint in mechanism.joints.items():
+    for name, joint in joints.items():
         angles = [word for word in joint.coordinates if word.startswith("angle")]
         given = {name, *(f"{name}.{word}" for word in joint.coordinates)}
-        if not given & mechanism.sketch.keys():
+        if not given & sketch.keys():
             found |= {f"{name}.{word}": 0.0 for word in angles}
-    for name, body in mechanism.bodies.items():
-        own = [joint for joint in mechanism.joints.values() if name in joint.bodies]
+    for name, body in bodies.items():
+        own = [joint for joint in joints.values() if name in joint.bodies]
         if any(joint.coordinates for joint in own):
             continue
         for point, place in list(body.points.items())[:TOLD]:
@@ -32,11 +33,9 @@ def drawn_sketch(mechanism: Mechanism) -> dict[str, Any]:
     return found
 
 
-def check_drawn(mechanism: Mechanism) -> None:
+def check_drawn(joints: Mapping[str, Joint], values: Mapping[str, float], size: float) -> None:
     """Raise for a joint whose points coincide in every pose but not as they are drawn."""
-    values = mechanism.values()
-    size = mechanism.scale
-    for name, joint in mechanism.joints.items():
+    for name, joint in joints.items():
         if not joint.coincide:
             continue
         gap = sum(

@@ -157,10 +157,13 @@ class Mechanism:
                 raise MechanismError(
                     f"'drawn' in space or nothing, not {self.frames!r}", where="frames"
                 )
-            put("sketch", Table({**drawn_sketch(self), **self.sketch}))
+            put(
+                "sketch",
+                Table({**drawn_sketch(self.joints, self.bodies, self.sketch), **self.sketch}),
+            )
         _check(self)
         if self.frames is not None:
-            check_drawn(self)
+            check_drawn(self.joints, self.values(), self.scale)
 
     def body(self, name: str) -> Body | Ground:
         """Return the body of that name, or the ground."""
