@@ -55,13 +55,21 @@ class Planting(pytest.MonkeyPatch):
     fresh = False
 
     def setattr(self, *given: Any, **keys: Any) -> None:
+        self._forget()
+        super().setattr(*given, **keys)
+
+    def setitem(self, *given: Any, **keys: Any) -> None:
+        self._forget()
+        super().setitem(*given, **keys)
+
+    def _forget(self) -> None:
+        """Let nothing that was built before be found until this is undone."""
         if not self.fresh:
             from mechdae.kinematics import prepared
 
             self.fresh = True
             empty = type(prepared.SHAPES)(prepared.SHAPES.size_of)
             super().setattr(prepared, "SHAPES", empty)
-        super().setattr(*given, **keys)
 
 
 @pytest.fixture

@@ -16,12 +16,12 @@ import mechdae as md
 import mechdae.forces.inverse_dynamics as statics_module
 import mechdae.forces.meshes as wheels_module
 import mechdae.model.forces.friction as friction_module
-import mechdae.model.forces.generalised as generalised_module
 import mechdae.model.forces.inertia as inertia_module
 import mechdae.model.forces.meshes as meshes_module
 from mechdae.bench.chain import chain
 from mechdae.forces.poses import loaded_run
 from mechdae.kernels.graphs.blocks import BlockGraph
+from mechdae.model.space import Space
 from tests.reference.dense_forces import Dense
 from tests.reference.truth.drawing import FAMILIES, draw
 from tests.shared.series import only_poses
@@ -514,12 +514,12 @@ def friction_turned(monkeypatch) -> None:
 
 def mass_matrix_without_arm(monkeypatch) -> None:
     """The moment of the inertial force about the body's point is left out."""
-    monkeypatch.setattr(inertia_module, "_of_body", without_moment(inertia_module._of_body))
+    monkeypatch.setattr(Space, "inertia_force", without_moment(Space.inertia_force))
 
 
 def without_moment(of_body: Any) -> Any:
-    def wrong(model: Any, name: str) -> Any:
-        found = of_body(model, name)
+    def wrong(space: Space, model: Any, name: str) -> Any:
+        found = of_body(space, model, name)
         moment = model.numbers.get(f"{name}.inertia", 0)
         turn = model.places[name, "angle"]
         return found | {turn: moment * model.acceleration[turn]}
@@ -545,9 +545,9 @@ def centrifugal_left_out(monkeypatch) -> None:
 
 def reaction_elsewhere(monkeypatch) -> None:
     """Moments are reported about another point than the second body's."""
-    own = generalised_module.on_body
-    wrong = lambda m, w, b, p: own(m, w, b, p + 0.01)  # noqa: E731
-    monkeypatch.setattr(generalised_module, "on_body", wrong)
+    own = Space.on_body
+    wrong = lambda s, m, w, b, p: own(s, m, w, b, p + 0.01)  # noqa: E731
+    monkeypatch.setattr(Space, "on_body", wrong)
 
 
 def group_without_feedback(monkeypatch) -> None:
