@@ -33,7 +33,7 @@ ROOMS = {
     "jobs": "errors",
     "setup": "describe errors kernels model results types",
     "assembly": "describe errors homotopy kernels model modules numerics results setup",
-    "continuation": "assembly describe errors kernels numerics setup",
+    "continuation": "assembly errors kernels numerics setup",
     "measures": "continuation describe errors model numerics setup",
     "kinematics": "assembly continuation describe errors kernels measures model results setup "
     "types",
