@@ -7,6 +7,7 @@ count is proven; larger groups by Newton's method from many starts, and their co
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -30,7 +31,6 @@ from mechdae.assembly.whole_turns import WholeTurns
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local

@@ -6,13 +6,13 @@ Blocks with more equations than unknowns are checked by the kernels themselves, 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.pose import CLOSURE
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch

@@ -10,6 +10,7 @@ polynomial in exp(i alpha / m); m > 1 where gears let bodies turn by fractions.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -19,7 +20,6 @@ import numpy as np
 
 from mechdae.assembly.closure import Gap
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call

@@ -7,6 +7,7 @@ doubled until the last half found nothing new and each solution was reached seve
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -15,7 +16,6 @@ import numpy as np
 from mechdae.assembly.elimination import BlockSolver
 from mechdae.assembly.platform import newton_steps
 from mechdae.assembly.turn_lattice import Lattice
-from mechdae.describe.records import dataclass
 from mechdae.kernels.run.batch import Batch
 
 FIRST = 256

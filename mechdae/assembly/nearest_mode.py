@@ -11,7 +11,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -22,7 +22,6 @@ from mechdae.assembly.whole_turns import WholeTurns
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, Selection, coordinate
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group

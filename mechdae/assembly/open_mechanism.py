@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,6 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.records import dataclass
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import SolveError
 from mechdae.kernels.run.call import Call

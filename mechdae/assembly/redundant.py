@@ -7,7 +7,7 @@ they do not hold. No equation is preferred: solutions are refined on all of them
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -17,7 +17,6 @@ import numpy as np
 from mechdae.assembly.closure import Gap, worst
 from mechdae.assembly.elimination import BlockSolver, Solutions
 from mechdae.assembly.least_gap import opening
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.model.reduction import Block, Scene
 

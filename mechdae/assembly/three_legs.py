@@ -11,6 +11,7 @@ from __future__ import annotations
 import cmath
 import itertools
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from mechdae.assembly.linkage.rigid_parts import (
@@ -25,7 +26,6 @@ from mechdae.assembly.platform import EPS, Leg, closures
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 

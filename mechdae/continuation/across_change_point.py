@@ -9,12 +9,12 @@ determinant has changed its sign, and Newton-Kantorovich holds from the predicti
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.continuation.change_points import Branch, Crossing, CrossingFinder, Piece, piece
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.blocks import ADJUGATE_LIMIT
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.numerics.least_squares import solve

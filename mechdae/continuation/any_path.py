@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ import numpy as np
 from mechdae.continuation.across_change_point import Zone
 from mechdae.continuation.curve_ends import CurveEnds
 from mechdae.continuation.limit_positions import Limit
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.sequence import Sequence
 from mechdae.setup.scales import Constants

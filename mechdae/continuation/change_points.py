@@ -13,12 +13,11 @@ derivative of F in the same way (Keller, Numerical Methods in Bifurcation Proble
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.singular import crossing, jets
 from mechdae.kernels.graphs.steps import Graphs

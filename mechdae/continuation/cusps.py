@@ -11,12 +11,12 @@ each of them is known as well as rounding of e lets it be, the root of order 2 m
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.continuation.change_points import CrossingFinder, Scaling
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.singular import vertex
 from mechdae.kernels.run.call import Call

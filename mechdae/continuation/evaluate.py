@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +15,6 @@ from mechdae.continuation.front import SMALLEST
 from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.near_change_point import ZonePoses
 from mechdae.continuation.reachable_arc import Arc, arc_of
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.setup.outputs import Outputs, ReportedQuantity

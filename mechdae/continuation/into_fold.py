@@ -9,13 +9,12 @@ are proved by the tube of `Graphs.advance`. One of them that folds earlier has n
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from mechdae.continuation.limit_positions import Limit, LimitFinder
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.steps import PATH_STEP_LIMIT, Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.numerics.least_squares import solve

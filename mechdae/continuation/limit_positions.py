@@ -6,12 +6,12 @@ path turns back there as s = s* + c sigma^2, x = x* + v sigma + ...
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import LONG, evaluate

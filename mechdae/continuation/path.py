@@ -6,7 +6,7 @@ over the whole step one solution exists near the tangent and no other one.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,6 @@ from mechdae.continuation.interpolate import near_limit, quintic
 from mechdae.continuation.into_fold import Turning
 from mechdae.continuation.limit_positions import LimitFinder
 from mechdae.continuation.series_steps import Expansion
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.setup.scales import Constants

@@ -8,6 +8,7 @@ driver the other way round only where all groups are on that way.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,6 @@ import numpy as np
 from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.path import Path
-from mechdae.describe.records import dataclass
 
 TURNING = ("limit", "pole")
 """Ends at which the mechanism can only turn back."""

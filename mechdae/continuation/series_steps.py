@@ -13,12 +13,12 @@ of the nearest singular pose, not by the square of the condition number.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.records import dataclass
 from mechdae.kernels.bounds.series import (
     BoundedPolynomial,
     NoSeries,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.continuation.evaluate import H_LIMIT
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.setup.scales import Constants, divisors
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.records import dataclass
 from mechdae.errors import MechanismError, MechdaeError, UnknownName
 
 RELATIVE = {

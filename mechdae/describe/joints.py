@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import Any, ClassVar, TypeGuard
 
-from mechdae.describe.records import dataclass
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import MechanismError
 

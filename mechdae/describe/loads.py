@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar
 
-from mechdae.describe.records import dataclass
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar
 
 from mechdae.describe.joints import JOINTS, Distance, Gear, Joint
-from mechdae.describe.records import dataclass
 from mechdae.describe.values import Number, key
 from mechdae.errors import MechanismError
 

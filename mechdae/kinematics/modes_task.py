@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -14,7 +14,6 @@ from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.single_pose import certified
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.records import dataclass
 from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
 from mechdae.errors import InputError
 from mechdae.kinematics.prepared import prepare

@@ -7,6 +7,7 @@ which is certified like every other. What is not proved so is left to a path.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,6 @@ from mechdae.continuation.evaluate import (
     in_time,
 )
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.records import dataclass
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.values import Number
 from mechdae.kernels.graphs.bounds import ROUNDOFF

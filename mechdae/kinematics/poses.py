@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from mechdae.continuation.change_points import NODES_PER_TURN
 from mechdae.continuation.evaluate import Evaluator, Poses, in_time
 from mechdae.continuation.path import Path
 from mechdae.describe.file.problem import Problem
-from mechdae.describe.records import dataclass
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError
 from mechdae.kinematics.prepared import Setting, covered, first_pose, prepare

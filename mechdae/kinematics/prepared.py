@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,7 +15,6 @@ from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.records import dataclass
 from mechdae.describe.structure import structure_of
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import FreedomError, SolveError, UnavailableError

@@ -9,13 +9,12 @@ then nearer to the centre than the radius.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.records import dataclass
 from mechdae.model.curve_contacts import Contact
 from mechdae.model.reduction import Scene
 

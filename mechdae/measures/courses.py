@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from mechdae.describe.records import dataclass
 from mechdae.measures.stops import AT_REST, stops
 from mechdae.measures.track import SAME, Sample, Track
 from mechdae.setup.outputs import Outputs

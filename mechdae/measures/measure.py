@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,6 @@ import numpy as np
 from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.path import Path
 from mechdae.describe.expression import evaluate
-from mechdae.describe.records import dataclass
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, UnavailableError
 from mechdae.measures import centres, curve, transmission

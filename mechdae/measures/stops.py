@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mechdae.describe.records import dataclass
 from mechdae.measures.track import FINEST, SAME, Family, Piece, Sample, Track
 
 AT_REST = 1e-11

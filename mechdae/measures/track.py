@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from mechdae.continuation.output_bounds import OutputBounds
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.describe.records import dataclass
 from mechdae.numerics.roots import refined
 
 TURN = 2 * np.pi

@@ -9,13 +9,13 @@ the other line is that of the follower.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.measures.courses import TIE
 from mechdae.measures.stops import AT_REST
 from mechdae.measures.track import SAME, Sample, Track

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +12,6 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, PLACE, CoordinateKind
-from mechdae.describe.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,11 @@ only, so that other coordinates (or a third axis) need no second set of joints.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.records import dataclass
 from mechdae.model.coordinates import Coordinate, of_owner
 from mechdae.model.space import PLANE
 

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.records import dataclass
 from mechdae.errors import MechanismError
 from mechdae.model.model import Model, Row
 from mechdae.model.redundant_constraints import redundant_blocks, square_blocks

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -18,7 +19,6 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate, Selection
 from mechdae.describe.expression import build
 from mechdae.describe.mechanism import GROUND, Mechanism
-from mechdae.describe.records import dataclass
 from mechdae.model.coordinates import Coordinate, Coordinates
 from mechdae.model.curve_contacts import contacts
 from mechdae.model.frames import Frame, fixed_frame, planar_frame

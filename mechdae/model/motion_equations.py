@@ -13,6 +13,7 @@ the eliminated coordinates (`kernels.recovery`).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -21,7 +22,6 @@ import casadi as ca
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.loads import Spring
-from mechdae.describe.records import dataclass
 from mechdae.model.coordinates import Coordinates
 from mechdae.model.forces.dry_friction import Rubbing
 from mechdae.model.forces.generalised import Wrench, add

@@ -11,7 +11,7 @@ unknowns, and an equation that loses all of its unknowns is kept as a check.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -19,7 +19,6 @@ import casadi as ca
 from mechdae.describe.coordinates import NamedCoordinate, Selection, selection
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.named import bodies_of
-from mechdae.describe.records import dataclass
 from mechdae.errors import FreedomError
 from mechdae.model.coordinates import Coordinates
 from mechdae.model.groups import Group

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.model.model import Model, Row
 from mechdae.numerics.null_space import freedoms
 

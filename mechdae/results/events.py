@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
-
-from mechdae.describe.records import dataclass
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

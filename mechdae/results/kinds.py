@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
-from mechdae.describe.records import dataclass
 from mechdae.results.later import Summary
 from mechdae.results.result import Result
 from mechdae.results.series import Series

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any, TypeVar, cast
@@ -11,7 +11,6 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.records import dataclass
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import UnknownName
 from mechdae.results.columns import columns_of

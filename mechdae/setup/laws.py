@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.expression import build, evaluate
-from mechdae.describe.records import dataclass
 from mechdae.describe.tasks.kinds import Driver
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.graphs.driver_curve import FINITE, DriverCurve

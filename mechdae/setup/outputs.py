@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from copy import copy
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -12,7 +13,6 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, CoordinateKind
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.model.tree.tree_model import TreeModel

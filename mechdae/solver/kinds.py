@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
-
-from mechdae.describe.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -14,7 +15,6 @@ import casadi as ca
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.kernels.run.call import Call
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene

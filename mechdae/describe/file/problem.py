@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from mechdae.describe import values
@@ -17,7 +17,6 @@ from mechdae.describe.file.task_checks import check_task
 from mechdae.describe.file.units import check_number
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import check_outputs
-from mechdae.describe.records import dataclass
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.values import Number, Value, key, number

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from mechdae.describe.expression import evaluate, names_in
 from mechdae.describe.file.reading import plain, split_unit
 from mechdae.describe.mechanism import MAX_BODIES
-from mechdae.describe.records import dataclass
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, describe, free
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.reading import Nested, nest, read
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import REDUCTIONS, Minimise, Within, known, known_point
 from mechdae.describe.values import COERCE, Number, Value, describe, entries, key, numbers, text

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.records import dataclass
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError, MechdaeError, UnknownName
 

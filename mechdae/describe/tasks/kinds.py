@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from mechdae.describe.file.reading import Nested, nest, split_unit, to_si
 from mechdae.describe.loads import TimeTable
-from mechdae.describe.records import dataclass
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import Constraint, Turned
 from mechdae.describe.tasks.goals import GoalDescription

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 from mechdae.describe.joints import Joint
-from mechdae.describe.records import dataclass
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.values import Node, Vector

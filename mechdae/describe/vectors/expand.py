@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.joints import Joint, PinInSlot, Prismatic, Revolute
 from mechdae.describe.mechanism import GROUND, Body, Ground, Mechanism, by_name, evaluate_all
-from mechdae.describe.records import dataclass
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number, numbers_by_coordinate, numbers_by_name
 from mechdae.describe.vectors.closure import Closure

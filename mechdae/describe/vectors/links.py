@@ -8,11 +8,10 @@ one link; a vector of unknown length is a sliding pair of two links of its direc
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import GROUND, Body, Ground
-from mechdae.describe.records import dataclass
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, reached
 from mechdae.describe.vectors.numbers import add, components, less, plain

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
-from mechdae.describe.records import dataclass
 from mechdae.describe.spatial_joints import SpatialJoint
 from mechdae.describe.values import Number, key
 

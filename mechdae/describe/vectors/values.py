@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from mechdae.describe.joints import SIDES
-from mechdae.describe.records import dataclass
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
 

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.records import dataclass
 from mechdae.kernels.bounds.majorant import NoMajorant
 from mechdae.kernels.bounds.walk import SYMBOLIC, replay
 

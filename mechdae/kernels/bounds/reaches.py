@@ -16,11 +16,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.records import dataclass
 from mechdae.model.tree.ways import Freedom, RigidPart, Way, WayProduct, back, joined
 
 SX = ca.SX

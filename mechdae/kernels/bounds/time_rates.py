@@ -9,13 +9,13 @@ at which it is looked at. Corners (abs, sign, min, max) count as either of their
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.records import dataclass
 from mechdae.kernels.bounds.walk import ARRAYS, replay, symbolic
 
 ORDER = 8

@@ -7,13 +7,12 @@ block. Blocks whose equations are the same in their unknowns, the drivers and q 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.records import dataclass
 from mechdae.kernels.bounds.walk import replay, symbolic, with_trig
 from mechdae.model.kept import Kept
 

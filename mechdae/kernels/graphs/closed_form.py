@@ -12,13 +12,13 @@ one solution.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.describe.records import dataclass
 from mechdae.kernels.bounds.walk import with_trig
 from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, placed
 from mechdae.kernels.graphs.steps import Graphs

@@ -13,6 +13,7 @@ pivots are eliminated; what is left is as small as in kinematics.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -21,7 +22,6 @@ import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH
 from mechdae.describe.mechanism import GROUND
-from mechdae.describe.records import dataclass
 from mechdae.kernels.graphs.blocks import column
 from mechdae.kernels.graphs.friction_sizes import (
     contraction_of,

@@ -7,12 +7,12 @@ with constant weights, so do the bounds. Other equations are bounded by majorant
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.records import dataclass
 from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.bounds.reaches import Bounded, bounded
 from mechdae.model.reduction import Scene

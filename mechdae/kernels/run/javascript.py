@@ -8,11 +8,10 @@ next. Long functions are printed in pieces, because engines do not optimise very
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
-
-from mechdae.describe.records import dataclass
 
 PIECE = 300
 """Operations in one piece,"""

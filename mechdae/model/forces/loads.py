@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -16,7 +17,6 @@ from mechdae.describe.coordinates import NamedCoordinate, coordinate, coordinate
 from mechdae.describe.expression import build, names_in
 from mechdae.describe.loads import Force, Load, Resistance, Spring, TableLoad, Torque
 from mechdae.describe.named import TIME, split_rate
-from mechdae.describe.records import dataclass
 from mechdae.errors import InputError, MechdaeError
 from mechdae.model.forces.feedback import Slip
 from mechdae.model.forces.generalised import Wrench, add, couple, push

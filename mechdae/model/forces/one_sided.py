@@ -7,11 +7,11 @@ contact parts where the force would have to change its sign.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from mechdae.describe.records import dataclass
 from mechdae.model.forces.friction import tangent_of
 from mechdae.model.joints import Ends
 from mechdae.model.model import Model

@@ -8,13 +8,12 @@ other pairs hold for axes of opposite sense too: what must be positive is listed
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import casadi as ca
 
-from mechdae.describe.records import dataclass
 from mechdae.model.tree.ways import Freedom, Way, WayProduct, WayProducts, X, Z, back, joined
 
 SX = ca.SX

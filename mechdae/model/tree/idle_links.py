@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from mechdae.describe.joints import Distance, Joint
 from mechdae.describe.mechanism import Mechanism
-from mechdae.describe.records import dataclass
 from mechdae.describe.table import Table
 
 

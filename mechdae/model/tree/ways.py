@@ -8,12 +8,10 @@ derivatives, because a rotation turns what is behind it and stretches nothing
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
-
-from mechdae.describe.records import dataclass
 
 SX = ca.SX
 X, Z = 0, 2
