@@ -9,7 +9,7 @@ import numpy as np
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
-from mechdae.describe.joints import Joint, PinInSlot, Prismatic, Revolute
+from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
 from mechdae.errors import InputError
@@ -93,7 +93,7 @@ class _Drawing:
         self.values = self.mechanism.values()
         self.of: dict[str, str] = {}
         for joint in self.mechanism.joints.values():
-            if not isinstance(joint, Revolute | Prismatic | PinInSlot):
+            if not (joint.hinge or joint.guide or joint.slot):
                 raise InputError(
                     f"the editor does not draw the joint kind {joint.kind}",
                     where=f"joints.{joint.name}",
@@ -104,7 +104,7 @@ class _Drawing:
         self.blocks = {
             joint.second_body: joint
             for joint in self.mechanism.joints.values()
-            if isinstance(joint, Prismatic) and self._is_block(joint.second_body)
+            if joint.guide and self._is_block(joint.second_body)
         }
 
     def _posed(self, problem: Problem) -> Result:
@@ -194,7 +194,7 @@ class _Drawing:
     ) -> None:
         """Let a node slide on the ground, or in the slot of a link."""
         where = f"joints.{joint.name}"
-        if isinstance(joint, Prismatic) and joint.second_body not in self.blocks:
+        if joint.guide and joint.second_body not in self.blocks:
             raise InputError("the editor draws sliders of one point", where=where)
         axis = self.values[f"{joint.name}.axis"]
         if joint.first_body == GROUND:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -124,11 +123,8 @@ def test_the_command_dashes_bodies_that_no_output_depends_on(tmp_path, capsys):
     assert not dashed
 
 
-def test_result_without_poses_and_spatial_mechanisms_are_refused():
+def test_a_result_without_poses_is_refused():
     empty = seven_link()
     empty.status = np.array([])
     with pytest.raises(md.InputError, match="no pose"):
         md.plot(empty)
-    spatial = SimpleNamespace(mechanism=SimpleNamespace(dimension=3), status=["ok"])
-    with pytest.raises(md.UnavailableError):
-        md.plot(spatial)

@@ -151,7 +151,7 @@ def draw_spatial_pose(
         lacking = [
             joint.name
             for joint in scene.joints(index)
-            if joint.kind not in SYMBOLS and not joint.pointer
+            if SYMBOLS.get(joint.kind) is None and not joint.pointer
         ]
         if lacking:  # gears have no symbol in space yet
             note += f"; {words('undrawn')}: {', '.join(lacking)}"
