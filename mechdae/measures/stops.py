@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -105,7 +105,19 @@ def _rests(track: Track, piece: Piece, column: int, slack: float) -> list[Stop]:
         before, low = _edge(track, column, s, y, range(first, -1, -1), value, slack)
         after, high = _edge(track, column, s, y, range(last, len(s)), value, slack)
         found.append(Stop(low, high, value, before, after))
-    return [rest for rest, _ in itertools.groupby(found)]
+    return _apart(found)
+
+
+def _apart(rests: list[Stop]) -> list[Stop]:
+    """Return intervals of rest that do not overlap: runs that short steps part reach as far."""
+    found: list[Stop] = []
+    for rest in rests:
+        if found and rest.first <= found[-1].last:
+            last = max(found[-1].last, rest.last)
+            found[-1] = replace(found[-1], last=last, after=rest.after)
+        else:
+            found.append(rest)
+    return found
 
 
 def _edge(
