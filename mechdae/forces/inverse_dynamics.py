@@ -20,7 +20,7 @@ from mechdae.kernels.graphs.kinetostatics import ALL, RATES, SPEEDS, Balance, mo
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.kernels.run.without_repeats import without_repeats
-from mechdae.kernels.stored.functions import fingerprint, folder, stored
+from mechdae.kernels.stored.functions import fingerprint, functions_are_kept, stored
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
@@ -206,7 +206,7 @@ class Statics:
 
     def _stored(self, name: str, make: Callable[[], Any]) -> Any:
         """Return a function of the balance, read from disk where an earlier process built it."""
-        if folder() is None or self.fingerprint is None:
+        if not functions_are_kept() or self.fingerprint is None:
             return make()
         return stored(fingerprint(self.fingerprint, name), make)
 

@@ -42,7 +42,7 @@ CASES = [
     (("joints", "B", "friction"), 0.1, "joints.B", "unknown key"),
     (("sketch", "rocker.C"), [0.1, 0.2], "sketch.rocker.C", "three numbers"),
     (("dimension",), 4, "dimension", "2"),
-    (("dimension",), 2, "joints.A", "unknown key 'axis'"),
+    (("dimension",), 2, "joints.A.axis", "joints of space"),
 ]
 
 

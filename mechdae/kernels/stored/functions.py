@@ -30,6 +30,11 @@ def folder() -> Folder | None:
     return None if path is None else Folder(path)
 
 
+def functions_are_kept() -> bool:
+    """Say whether this process keeps functions on disk."""
+    return folder() is not None
+
+
 @cache
 def versions() -> str:
     """Return what kernels depend on beside their equations: versions, and the state of the code."""
@@ -80,7 +85,7 @@ class stored_property(kept_property):  # noqa: N801  (used like `property`)
         return instance.kept(self.key, lambda: self._found(instance))
 
     def _found(self, instance: Any) -> Any:
-        if folder() is None or instance.fingerprint is None:
+        if not functions_are_kept() or instance.fingerprint is None:
             return self.make(instance)
         name = fingerprint(instance.fingerprint, self.key)
         return stored(name, lambda: self.make(instance))
