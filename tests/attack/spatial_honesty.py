@@ -202,7 +202,9 @@ def judged(found: Case, poses: int = POSES) -> collections.Counter[str]:
         error = error_of(found, result, k)
         told["ok"] += 1
         told["wrong"] += int(not error <= result.bound.length[k])
-        far = all(abs(driver_at[k] - limit) > NEAR_LIMIT for limit in result.summary["limits"])
+        far = all(
+            abs(driver_at[k] - limit) > NEAR_LIMIT for limit in result.summary.get("limits", ())
+        )
         told["wide"] += int(far and result.bound.length[k] > 1e-9)
     return told
 
