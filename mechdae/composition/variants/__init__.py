@@ -1,0 +1,1 @@
+"""What can be varied in one mechanism: orders, fixed links, kinds of pairs, constructions."""
