@@ -43,6 +43,8 @@ _HOMES = {
     "mechdae.reports": "Report report",
     "mechdae.composition.chains": "KinematicChain chains count_chains assur_groups",
     "mechdae.composition.mechanisms": "mechanism_of problem_of",
+    "mechdae.composition.variants.scheme": "Variant",
+    "mechdae.ranking.variants": "variants count_variants",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 __all__ = ["__version__", *sorted(_HOME)]

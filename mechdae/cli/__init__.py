@@ -30,6 +30,7 @@ COMMANDS = {
     "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",
     "chains": "kinematic chains, inversions, drivers, Assur groups",
+    "variants": "orders, fixed links, kinds of pairs, constructions of a mechanism",
     "modules": "the catalogue of vector modules",
     "bench": "speed against error",
     "cache": "kernels kept on disk",

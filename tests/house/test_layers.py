@@ -50,13 +50,14 @@ ROOMS = {
     "numerics results setup solver studies",
     "tasks": "assembly derivatives describe dynamics errors forces kernels kinematics model "
     "modules numerics results setup solver studies synthesis",
+    "ranking": "composition describe errors results tasks",
     "pages": "continuation describe draw errors forces kernels kinematics model results setup "
     "tasks",
     "explanations": "describe draw errors export formulas results tasks",
     "reports": "describe draw errors explanations export formulas results tasks",
     "bench": "describe dynamics errors kernels kinematics setup synthesis tasks",
     "cli": "assembly bench composition describe draw errors explanations export jobs kernels "
-    "modules pages reports results synthesis tables tasks",
+    "modules pages ranking reports results synthesis tables tasks",
 }
 """Each room, and the rooms before it of which it may import."""
 MOST = 20

@@ -46,7 +46,7 @@ def pins_of(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
         if joint.hinge
     }
     if not pins:
-        raise InputError("no joint is a pin", where="joints", hint="kind = \"revolute\"")
+        raise InputError("no joint is a pin", where="joints", hint='kind = "revolute"')
     return pins
 
 
@@ -151,26 +151,24 @@ class Constructions:
         name = "-".join(word)
         problem = self.template.problem
         assert problem is not None
-        unbuilt = isinstance(layers, str)
-        numbers: dict[str, Any] = {"layers": 0.0 if unbuilt else float(layers.count)}
+        stack = None if isinstance(layers, str) else layers
+        numbers: dict[str, Any] = {"layers": float(stack.count) if stack else 0.0}
         pins: dict[str, Any] = {}
         for (pin, pair), form in zip(self.pins.items(), word, strict=True):
             carrier = pair[int(form[1]) - 1]
-            own = self._pin(pin, pair, form, carrier, 1 if unbuilt else layers.reach[pin])
+            own = self._pin(pin, pair, form, carrier, stack.reach[pin] if stack else 1)
             numbers |= {f"{pin}_{key}": value for key, value in own.items()}
             fork = "" if form[0] == "o" else pair["ab".index(form[0])]
             pins[pin] = {"form": f"fork on {fork}" if fork else "overhung", "carrier": carrier}
             pins[pin] |= {key: value for key, value in own.items() if fork == "" or key != "width"}
         about: dict[str, Any] = {"pins": pins}
-        if not unbuilt:
+        if stack is not None:
             about |= {
-                "layers": layers.count,
-                "spans": {link: list(span) for link, span in layers.spans.items()},
+                "layers": stack.count,
+                "spans": {link: list(span) for link, span in stack.spans.items()},
             }
-        changed = replace(
-            problem.with_values(numbers), name=name, title=problem.title + " " + name
-        )
-        fault = f"cannot be built: {layers}" if unbuilt else ""
+        changed = replace(problem.with_values(numbers), name=name, title=problem.title + " " + name)
+        fault = "" if stack else f"cannot be built: {layers}"
         return Variant(name, changed, about, self.template.left_out, fault)
 
     def _pin(

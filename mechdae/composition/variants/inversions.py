@@ -75,9 +75,8 @@ def inversion(problem: Problem, pose: Pose, link: str) -> Variant:
 def _joint_of(mechanism: Mechanism, body: str) -> str | None:
     """Return the joint whose angle is that of a body: it turns the body against the ground."""
     for name, joint in mechanism.joints.items():
-        if joint.turns or joint.hinge:
-            if (joint.first_body, joint.second_body) == (GROUND, body):
-                return name
+        if joint.turns and (joint.first_body, joint.second_body) == (GROUND, body):
+            return name
     return None
 
 

@@ -2,14 +2,16 @@
 
 A link is a plate of one layer. One with a fork is two plates with the other link between them.
 Links that cross in projection lie in different layers, and no link passes a pin where that
-reaches from one layer to another. The frame is a plate behind all links (layer 0); a pin that it
-holds on both sides has a bracket in front of its link too.
+reaches from one layer to another. The frame is a plate behind all links (layer 0), and where a pin
+of it cannot come from there, a plate in front of them too; a pin that it holds on both sides has a
+bracket on the other side of its link.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import combinations
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import InputError
@@ -31,7 +33,7 @@ class Crossings:
 class Layers:
     """Lowest and highest layer of each moving link, and how far each pin reaches.
 
-    ``count`` has the plate of the frame, and brackets in front; ``reach`` is that of overhung
+    ``count`` has the plates of the frame, and brackets in front; ``reach`` is that of overhung
     pins, in layers, 0 of those with a fork.
     """
 
@@ -41,6 +43,8 @@ class Layers:
 
 
 Pins = Mapping[str, tuple[str, str]]
+Placed = tuple[int, int, tuple[tuple[str, int], ...]]
+BEHIND, FRONT = "behind", "front"
 Forks = Mapping[str, str]
 """Pin -> the link with the fork, for those that are not overhung."""
 
@@ -73,7 +77,7 @@ def laid(pins: Pins, forks: Forks, crossings: Crossings) -> Layers | str:
     for height in range(max(widths.values()), sum(widths.values()) + 1):
         best = min(search.placed(height), default=None)
         if best is not None:
-            return search.layers(dict(best[1]))
+            return search.layers(dict(best[2]))
     return "no order of layers lets all links pass the pins that reach over them"
 
 
@@ -92,9 +96,7 @@ def _width(
         own = [_width(other, inside, crossings, widths, (*outer, link)) for other in others]
         if 0 in own:
             return 0
-        crossed = any(
-            frozenset((one, two)) in crossings.pairs for one in others for two in others if one < two
-        )
+        crossed = any(frozenset(two) in crossings.pairs for two in combinations(others, 2))
         gap = sum(own) if crossed else max(own, default=1)
         widths[link] = gap + 2 if link in inside else 1
     return widths[link]
@@ -107,18 +109,17 @@ class _Search:
     crossings: Crossings
     widths: Mapping[str, int]
 
-    def placed(self, height: int) -> Iterator[tuple[int, tuple[tuple[str, int], ...]]]:
-        """Yield (reach of all pins, lowest layers) that fit into so many layers above the frame."""
+    def placed(self, height: int) -> Iterator[Placed]:
+        """Yield (layers, reach of all pins, lowest layers) of what fits above the frame."""
         yield from self._next({}, height)
 
-    def _next(
-        self, low: dict[str, int], height: int
-    ) -> Iterator[tuple[int, tuple[tuple[str, int], ...]]]:
+    def _next(self, low: dict[str, int], height: int) -> Iterator[Placed]:
         links = self.crossings.links
         if len(low) == len(links):
             spans = self._spans(low)
             if self._clear(spans):
-                yield sum(self._reach(spans).values()), tuple(low.items())
+                own = self.layers(low)
+                yield own.count, sum(own.reach.values()), tuple(low.items())
             return
         link = links[len(low)]
         for start in range(1, height - self.widths[link] + 2):
@@ -140,7 +141,9 @@ class _Search:
             if other not in spans:
                 continue
             if pin in self.forks:
-                outer, inner = (own, spans[other]) if self.forks[pin] == link else (spans[other], own)
+                outer, inner = (
+                    (own, spans[other]) if self.forks[pin] == link else (spans[other], own)
+                )
                 if not (outer[0] < inner[0] and inner[1] < outer[1]):
                     return False
             elif not _apart(own, spans[other]):
@@ -153,46 +156,73 @@ class _Search:
 
     def _clear(self, spans: Mapping[str, tuple[int, int]]) -> bool:
         """Return whether no link passes a pin between the layers that it joins."""
-        for pin, pair in self.pins.items():
-            between = self._between(pin, pair, spans)
-            for link, at in self.crossings.over:
-                if at == pin and link not in pair:
-                    low, high = spans[link]
-                    if any(low <= layer <= high for layer in between):
-                        return False
-        return True
+        return None not in self._sides(spans).values()
 
-    def _between(
+    def _sides(self, spans: Mapping[str, tuple[int, int]]) -> dict[str, tuple[str, int] | None]:
+        """Return for each pin the side that it comes from and how far it reaches, None: neither.
+
+        A pin of the frame comes from behind where nothing is in its way, else from the front.
+        """
+        found: dict[str, tuple[str, int] | None] = {}
+        for pin, pair in self.pins.items():
+            ways = [
+                way for way in self._ways(pin, pair, spans) if self._free(pin, pair, spans, way)
+            ]
+            found[pin] = (ways[0][0], ways[0][1]) if ways else None
+        if any(own is not None and own[0] == FRONT for own in found.values()):
+            for pin, pair in self.pins.items():
+                ways = self._ways(pin, pair, spans)
+                free = [way for way in ways if self._free(pin, pair, spans, way)]
+                if free:
+                    found[pin] = min(free, key=lambda way: way[1])[:2]
+        return found
+
+    def _free(
+        self,
+        pin: str,
+        pair: tuple[str, str],
+        spans: Mapping[str, tuple[int, int]],
+        way: tuple[str, int, list[int]],
+    ) -> bool:
+        """Return whether no other link that passes over the pin lies where it reaches."""
+        return not any(
+            spans[link][0] <= layer <= spans[link][1]
+            for link, at in self.crossings.over
+            if at == pin and link not in pair
+            for layer in way[2]
+        )
+
+    def _ways(
         self, pin: str, pair: tuple[str, str], spans: Mapping[str, tuple[int, int]]
-    ) -> list[int]:
-        """Return the layers in which there is a pin, but neither of its links."""
-        if GROUND in pair:
-            low, high = spans[pair[0] if pair[1] == GROUND else pair[1]]
-            front = [high + 1] if self.forks.get(pin) == GROUND else []
-            return [*range(1, low), *front]
-        if pin in self.forks:
-            return []
-        one, two = sorted((spans[pair[0]], spans[pair[1]]))
-        return list(range(one[1] + 1, two[0]))
-
-    def _reach(self, spans: Mapping[str, tuple[int, int]]) -> dict[str, int]:
-        """Return how many layers overhung pins reach."""
-        reach = {}
-        for pin, pair in self.pins.items():
-            one, two = sorted((0, 0) if own == GROUND else spans[own] for own in pair)
-            reach[pin] = 0 if pin in self.forks else two[0] - one[1]
-        return reach
+    ) -> list[tuple[str, int, list[int]]]:
+        """Return side, reach, and the layers in which there is the pin but neither of its links."""
+        forked = pin in self.forks
+        if GROUND not in pair:
+            one, two = sorted((spans[pair[0]], spans[pair[1]]))
+            between = [] if forked else list(range(one[1] + 1, two[0]))
+            return [("", 0 if forked else two[0] - one[1], between)]
+        low, high = spans[pair[0] if pair[1] == GROUND else pair[1]]
+        top = max(own[1] for own in spans.values())
+        bracket = self.forks.get(pin) == GROUND
+        behind, ahead = list(range(1, low)), list(range(high + 1, top + 1))
+        return [
+            (BEHIND, 0 if forked else low, [*behind, high + 1] if bracket else behind),
+            (FRONT, 0 if forked else top + 1 - high, [*ahead, low - 1] if bracket else ahead),
+        ]
 
     def layers(self, low: Mapping[str, int]) -> Layers:
         """Return what was found."""
         spans = self._spans(low)
+        sides = {pin: own for pin, own in self._sides(spans).items() if own is not None}
+        top = max(own[1] for own in spans.values())
         fronts = [
             spans[pair[0] if pair[1] == GROUND else pair[1]][1] + 1
             for pin, pair in self.pins.items()
             if GROUND in pair and self.forks.get(pin) == GROUND
         ]
-        top = max([own[1] for own in spans.values()] + fronts)
-        return Layers(spans, self._reach(spans), top + 1)
+        front = any(side == FRONT for side, _ in sides.values())
+        reach = {pin: own[1] for pin, own in sides.items()}
+        return Layers(spans, reach, max([top + front, *fronts]) + 1)
 
 
 def _apart(one: tuple[int, int], two: tuple[int, int]) -> bool:

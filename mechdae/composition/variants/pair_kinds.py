@@ -80,7 +80,7 @@ def with_kinds(problem: Problem, pose: Pose, word: str) -> Variant:
     drives = {f"{body}.angle": _joint_of(base, body) for body in base.bodies}
 
     def driver(own: Driver) -> Driver:
-        joint, _, coordinate = own.coordinate.rpartition(".")
+        joint = own.coordinate.rpartition(".")[0]
         name = drives.get(own.coordinate) or (joint if joint in kinds else None)
         if name is None or (kinds[name] == "R") == base.joints[name].hinge:
             return own
@@ -102,9 +102,7 @@ def _slide(mechanism: Mechanism, pose: Pose, joint: Joint) -> Prismatic:
     away = [other for other in others if other != (x, y)]
     dx, dy = (sum(place[a] for place in away) - len(away) * (x, y)[a] for a in (0, 1))
     angles = {GROUND: 0.0, **pose.angles}
-    given: dict[str, Any] = {
-        word: getattr(joint, word) for word in ("friction", "friction_static")
-    }
+    given: dict[str, Any] = {word: getattr(joint, word) for word in ("friction", "friction_static")}
     return Prismatic(
         joint.name,
         joint.first,

@@ -15,9 +15,7 @@ NEAR = 1e-9
 """Share of a length by which equal ones may differ."""
 
 
-def of_structure(
-    mechanism: Mechanism, kinds: bool
-) -> list[tuple[dict[str, str], dict[str, str]]]:
+def of_structure(mechanism: Mechanism, kinds: bool) -> list[tuple[dict[str, str], dict[str, str]]]:
     """Return where links and joints go under each symmetry of both that keeps the frame.
 
     Parameters
