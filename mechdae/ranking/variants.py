@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.composition.variants import constructions, inversions, pair_kinds
-from mechdae.composition.variants.layers import Crossings
+from mechdae.composition.variants.layers import LinksCrossing
 from mechdae.composition.variants.orders import Orders
 from mechdae.composition.variants.scheme import Pose, Variant, moves, planar
 from mechdae.describe.file.load import load
@@ -96,7 +96,7 @@ class _Varied:
 
     def found(self) -> Iterator[Variant]:
         _ = self.count  # what cannot be varied is said before anything is solved
-        motion = Motion(self.problem)
+        motion = MotionOfVaried(self.problem)
         if self.by == "construction":
             yield from constructions.Constructions(self.problem, motion.crossings())
             return
@@ -143,7 +143,7 @@ def positions(problem: Problem, name: str) -> Problem:
 
 
 @dataclass
-class Motion:
+class MotionOfVaried:
     """The poses of the mechanism that is varied, over its first sweep.
 
     Raises
@@ -193,7 +193,7 @@ class Motion:
             found[f"{GROUND}.{point}"] = np.repeat(np.asarray(place)[:, None], n, axis=1)
         return {name: own if n > 1 else own[:, 0] for name, own in found.items()}
 
-    def crossings(self) -> Crossings:
+    def crossings(self) -> LinksCrossing:
         """Return which links cross in projection while the mechanism moves, and pass over pins.
 
         Links are bars between their joints, as wide as a layer is thick.
@@ -218,7 +218,7 @@ class Motion:
             if link not in pair
             and _near(bars[link], [(points[mechanism.joints[pin].first],) * 2], width)
         }
-        return Crossings(links, frozenset(pairs), frozenset(over))
+        return LinksCrossing(links, frozenset(pairs), frozenset(over))
 
 
 Bars = list[tuple[Any, Any]]

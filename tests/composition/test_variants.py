@@ -12,7 +12,7 @@ import pytest
 
 import mechdae as md
 from mechdae.cli import main
-from mechdae.composition.variants.layers import Crossings, laid
+from mechdae.composition.variants.layers import LinksCrossing, laid
 from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.problem import Problem
 
@@ -156,11 +156,11 @@ def test_pairs_are_built_in_one_pose() -> None:
 def test_layers_of_a_stack() -> None:
     pins = {"A": ("ground", "one"), "B": ("one", "two"), "C": ("two", "three")}
     links = ("one", "two", "three")
-    free = Crossings(links, frozenset(), frozenset())
+    free = LinksCrossing(links, frozenset(), frozenset())
     plain = laid(pins, {}, free)
     assert not isinstance(plain, str)
     assert (plain.count, plain.reach) == (3, {"A": 1, "B": 1, "C": 1})
-    apart = Crossings(links, frozenset([frozenset(("one", "three"))]), frozenset())
+    apart = LinksCrossing(links, frozenset([frozenset(("one", "three"))]), frozenset())
     stack = laid(pins, {}, apart)
     assert not isinstance(stack, str)
     assert stack.count == 4
@@ -169,7 +169,7 @@ def test_layers_of_a_stack() -> None:
     assert not isinstance(fork, str)
     low, high = fork.spans["two"]
     assert (low < fork.spans["one"][0] < high, high - low, fork.reach["B"]) == (True, 2, 0)
-    over = Crossings(links, frozenset(), frozenset([("two", "A")]))  # the fork passes the pin A
+    over = LinksCrossing(links, frozenset(), frozenset([("two", "A")]))  # the fork passes the pin A
     assert "pins that reach over" in str(laid(pins, {"B": "two"}, over))
     circle = {"A": ("one", "two"), "B": ("two", "three"), "C": ("three", "one")}
     nested = {"A": "one", "B": "two", "C": "three"}

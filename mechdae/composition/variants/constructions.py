@@ -14,7 +14,7 @@ from functools import cached_property
 from itertools import product
 from typing import Any
 
-from mechdae.composition.variants.layers import Crossings, Layers, laid
+from mechdae.composition.variants.layers import Layers, LinksCrossing, laid
 from mechdae.composition.variants.scheme import GROUND, Variant, made
 from mechdae.composition.variants.symmetries import of_structure
 from mechdae.describe.file.problem import Problem
@@ -85,7 +85,7 @@ class Constructions:
     """
 
     problem: Problem
-    crossings: Crossings
+    crossings: LinksCrossing
 
     def __iter__(self) -> Iterator[Variant]:
         known: dict[tuple[str, ...], Layers | str] = {}

@@ -21,7 +21,7 @@ MOST = 9
 
 
 @dataclass(frozen=True)
-class Crossings:
+class LinksCrossing:
     """Which moving links cross in projection, and which pass over pins: (link, pin)."""
 
     links: tuple[str, ...]
@@ -49,7 +49,7 @@ Forks = Mapping[str, str]
 """Pin -> the link with the fork, for those that are not overhung."""
 
 
-def laid(pins: Pins, forks: Forks, crossings: Crossings) -> Layers | str:
+def laid(pins: Pins, forks: Forks, crossings: LinksCrossing) -> Layers | str:
     """Return the fewest layers, with the shortest reach of pins; or why there are none.
 
     Parameters
@@ -84,7 +84,7 @@ def laid(pins: Pins, forks: Forks, crossings: Crossings) -> Layers | str:
 def _width(
     link: str,
     inside: Mapping[str, list[str]],
-    crossings: Crossings,
+    crossings: LinksCrossing,
     widths: dict[str, int],
     outer: tuple[str, ...],
 ) -> int:
@@ -106,7 +106,7 @@ def _width(
 class _Search:
     pins: Pins
     forks: Forks
-    crossings: Crossings
+    crossings: LinksCrossing
     widths: Mapping[str, int]
 
     def placed(self, height: int) -> Iterator[Placed]:

@@ -26,7 +26,7 @@ from mechdae.errors import InputError, MechdaeError
 
 
 @dataclass(frozen=True)
-class Stretch:
+class LoopLink:
     """Links of one direction that follow each other in a loop, joined by slides.
 
     ``entry`` and ``exit`` are the points ``body.point`` at which the loop comes and goes, ``pin``
@@ -117,7 +117,7 @@ class Orders:
 
     # -- links -------------------------------------------------------------------------------
 
-    def _of_links(self, order: list[Stretch]) -> Variant:
+    def _of_links(self, order: list[LoopLink]) -> Variant:
         """Return a single loop of links in another order; a pin stays at the end of its link."""
         base = self.problem.mechanism
         joints = dict(base.joints)
@@ -162,7 +162,7 @@ class Orders:
         return replace(base, loads=Table(loads))
 
 
-def loop_of(mechanism: Mechanism) -> list[Stretch]:
+def loop_of(mechanism: Mechanism) -> list[LoopLink]:
     """Return the one loop of a mechanism from the ground on, links joined by slides as one.
 
     Raises
@@ -197,14 +197,14 @@ def loop_of(mechanism: Mechanism) -> list[Stretch]:
         raise InputError("a loop without pins has one order", where="joints")
     start = pins[-1] + 1
     walk = walk[start:] + walk[:start]  # begins behind a pin
-    stretches: list[Stretch] = []
+    stretches: list[LoopLink] = []
     group: list[tuple[str, str, str]] = []
     for step in walk:
         group.append(step)
         if mechanism.joints[step[2]].hinge:
             entry, leave = (_end(mechanism, group[0][1], group[0][0]),
                             _end(mechanism, step[2], step[0]))  # fmt: skip
-            stretches.append(Stretch(tuple(own[0] for own in group), entry, leave, step[2]))
+            stretches.append(LoopLink(tuple(own[0] for own in group), entry, leave, step[2]))
             group = []
     first = next(k for k, own in enumerate(stretches) if GROUND in own.bodies)
     return stretches[first:] + stretches[:first]
