@@ -1,4 +1,4 @@
-"""Single poses of sets of numbers near those of a mechanism, each by a handful of kernel calls.
+"""Poses of sets of numbers near those of a mechanism, each set by a handful of kernel calls.
 
 The mode nearest to the sketch is known in closed form; from there proved steps lead to the pose,
 which is certified like every other. What is not proved so is left to a path.
@@ -6,6 +6,7 @@ which is certified like every other. What is not proved so is left to a path.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +25,7 @@ from mechdae.continuation.evaluate import (
     Evaluator,
     in_time,
 )
+from mechdae.continuation.interpolate import quintic
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.describe.values import Number
@@ -36,7 +38,11 @@ from mechdae.kinematics.prepared import Setting, prepare
 STILL = 1e-9
 """Largest step of Newton's method from a closed form that is one but for rounding."""
 MOST_STEPS = 2 * NODES_PER_TURN
-"""Steps to a pose, at most."""
+"""Steps to a single pose, at most."""
+SMALLEST = 1 / 32
+"""Share of the largest step below which a path is left to find out what lies ahead."""
+MOST_NODES = 16 * NODES_PER_TURN
+"""Steps each way to several poses, at most."""
 
 
 @dataclass(frozen=True)
@@ -64,16 +70,16 @@ class Begun:
 
 
 @dataclass(frozen=True)
-class OnePose:
-    """A certified pose: unknowns' bounds (nx,), condition, outputs and their rates (ny,)."""
+class Found:
+    """Certified poses: unknowns' bounds (n, nx), conditions (n,), outputs and rates (n, ny)."""
 
     error: Any
-    condition: float
+    condition: Any
     y: list[Any]
 
 
 class NearPoses:
-    """Single poses of a sweep of one driver whose mechanism has other values of some numbers.
+    """Poses of a sweep of one driver whose mechanism has other values of some numbers.
 
     Attributes
     ----------
@@ -90,6 +96,7 @@ class NearPoses:
         self._blocks, self._angles = evaluator.lengths, evaluator.angles
         self._one: Call = graphs.kept("step", lambda: Call(graphs.advance))
         self._pose: Call = graphs.kept("pose", lambda: Call(graphs.pose))
+        self._poses = evaluator.pose
         self._bounds: Call = graphs.kept("constants", lambda: Call(graphs.constants))
         plan, self._s = setting.plan, np.array([setting.plan.sketch[0]])
         self._is_angle = plan.coordinates[0].is_angle
@@ -97,24 +104,30 @@ class NearPoses:
         self._rates = [float(rate[0, 0]) for rate in (plan.speed, plan.acceleration, plan.jerk)]
         self._begun: Begun | None = None
 
-    def at(self, numbers: Mapping[str, Number], u: float) -> OnePose | None:
-        """Return the pose at a value of the driver, None where it is not proved in this way.
+    def at(self, numbers: Mapping[str, Number], places: Any) -> PoseArrays | None:
+        """Return the poses at driver's values `places` (n,), None where one is not proved so.
 
         `numbers` are those of `names`, in SI units.
         """
+        one = len(places) == 1
+        far = abs(float(places[0])) if one else float(np.abs(places).max())
         begun = self._begun
-        if begun is None or begun.numbers != numbers or abs(u) > begun.reach:
-            begun = self._begin(dict(numbers), u)
+        if begun is None or begun.numbers != numbers or far > begun.reach:
+            begun = self._begin(dict(numbers), far)
             if begun is None:
                 return None
             self._begun = begun
-        x = self._stepped(begun, u)
-        return None if x is None else self._solved(begun, x, u)
-
-    def arrays(self, pose: OnePose, u: Any) -> PoseArrays:
-        """Return a pose at driver's values `u` (1,) as arrays."""
-        condition = np.array([pose.condition])
-        return PoseArrays(u, np.ones(1, bool), pose.error, condition, self.setting, pose.y)
+        if one:
+            u = float(places[0])
+            x = self._stepped(begun, u)
+            found = None if x is None else self._solved(begun, x, u)
+        else:
+            x = self._guessed(begun, places)
+            found = None if x is None else self._all_solved(begun, x, places)
+        if found is None:
+            return None
+        fine = np.ones(len(places), bool)
+        return PoseArrays(places, fine, found.error, found.condition, self.setting, found.y)
 
     def _begin(self, numbers: dict[str, Number], u: float) -> Begun | None:
         """Return the assembled sketch with other numbers."""
@@ -151,55 +164,122 @@ class NearPoses:
         n, way = self.graphs.nx, u - begun.s
         if not way:
             return begun.state[:n]
-        count = int(np.ceil(abs(way) * NODES_PER_TURN / (2 * np.pi * begun.unit)))
-        if count > MOST_STEPS:
-            return None
-        state, s = begun.state, begun.s
-        if count == 1:
-            after, test, det, miss = self._one(state, np.array([s, way]), begun.whole)
-            return after[:n] if self._proved(begun, after[:n], test, det, miss) else None
-        ds = way / count
-        places = s + ds * np.arange(count)
-        for k in range(0, count, STRIDE):
-            some = places[k : k + STRIDE]
-            states, *tests = strides(self.graphs)(state, some, ds, begun.whole, len(some))
-            if not self._proved(begun, states[:, :n], *tests):
-                return None
-            state = states[-1]
-        return state[:n]
+        if abs(way) <= self._largest(begun):
+            after, *tests = self._one(begun.state, np.array([begun.s, way]), begun.whole)
+            return after[:n] if self._proved(begun, after[None, :n], *tests).all() else None
+        nodes = self._nodes(begun, u, MOST_STEPS)
+        return None if nodes is None else nodes[1][-1][-1, :n]
 
-    def _proved(self, begun: Begun, x: Any, test: Any, det: Any, miss: Any) -> bool:
-        """Return whether steps are proved for all blocks; what is not a number is not."""
-        return bool(
-            (test <= 1).all()
-            and (miss <= 1).all()
-            and (det * begun.sign > 0).all()
-            and (np.abs(x) <= begun.size_x).all()
-        )
+    @staticmethod
+    def _largest(begun: Begun) -> float:
+        """Return the largest step, in the driver's unit."""
+        return 2 * np.pi / NODES_PER_TURN * begun.unit
+
+    def _nodes(self, begun: Begun, to: float, most: int) -> tuple[list[Any], list[Any]] | None:
+        """Return places and states (., k) of proved steps from the start; None: not proved.
+
+        Steps that are not proved are halved.
+        """
+        s, state, n = begun.s, begun.state, self.graphs.nx
+        sense, largest = np.sign(to - s), self._largest(begun)
+        step, places, found = largest, [], []
+        while (rest := abs(to - s)) > 0:
+            left = math.ceil(rest / step)
+            count = min(left, STRIDE, most)
+            if not count:
+                return None
+            ds = sense * min(step, rest / left)
+            some = s + ds * np.arange(count + 1)
+            if count == left:
+                some[-1] = to
+            states, *tests = strides(self.graphs)(
+                state, some[:-1], np.diff(some), begun.whole, count
+            )
+            held = self._proved(begun, states[:, :n], *tests)
+            good = count if held.all() else int(np.argmin(held))
+            most -= count
+            if good:
+                places.append(some[1 : good + 1])
+                found.append(states[:good])
+                s, state = float(some[good]), states[good - 1]
+            step = min(2 * step, largest) if good == count else step / 2
+            if step < SMALLEST * largest:
+                return None
+        return places, found
+
+    def _guessed(self, begun: Begun, places: Any) -> Any:
+        """Return unknowns (n, nx) between the nodes of proved steps over all places, or None."""
+        low = self._nodes(begun, min(float(places.min()), begun.s), MOST_NODES)
+        high = low and self._nodes(begun, max(float(places.max()), begun.s), MOST_NODES)
+        if not low or not high:
+            return None
+        n = self.graphs.nx
+        S = [*(own[::-1] for own in low[0][::-1]), np.array([begun.s]), *high[0]]
+        states = [*(own[::-1] for own in low[1][::-1]), begun.state[None, :], *high[1]]
+        whole = np.concatenate(states)
+        if len(whole) == 1:
+            return np.repeat(whole[:, :n], len(places), axis=0)
+        X, V, A = (whole[:, k * n : (k + 1) * n] for k in range(3))
+        return quintic(np.concatenate(S), X, V, A, places)
+
+    def _proved(self, begun: Begun, x: Any, test: Any, det: Any, miss: Any) -> Any:
+        """Return which steps (k,) are proved for all blocks; what is not a number is not."""
+        blocks = (test <= 1) & (miss <= 1) & (det * begun.sign > 0)
+        return np.atleast_2d(blocks).all(axis=1) & (np.abs(x) <= begun.size_x).all(axis=1)
 
     @np.errstate(invalid="ignore", over="ignore")
-    def _solved(self, begun: Begun, guess: Any, u: float) -> OnePose | None:
+    def _solved(self, begun: Begun, guess: Any, u: float) -> Found | None:
         """Return the pose near unknowns that lie on the path, None where it is not certified."""
         kappa, place = begun.kappa, np.array([u])
         x, error, det, beta, eta, *y = self._pose(guess, place, begun.consts)
         slope = kappa * beta
         first = slope * np.sqrt(eta) <= H_LIMIT
-        tiny = TINY * np.where(self._blocks, begun.length, 1.0)
         for _ in range(ROUNDS):
-            again = (slope * eta > tiny) | (self._turning & (eta > CARRIED))
-            if not again.any():
+            if not self._again(begun, slope * eta, eta).any():
                 break
             x, error, det, beta, eta, *y = self._pose(x, place, begun.consts)
             slope = kappa * beta
+        if not self._certified(begun, guess, x, det, beta, eta, first):
+            return None
+        y = in_time([part[None, :] for part in y], *self._rates)
+        condition = np.array([max(1.0, *(begun.mu * beta).tolist())])
+        return Found(error[None, :], condition, y)
+
+    @np.errstate(invalid="ignore", over="ignore")
+    def _all_solved(self, begun: Begun, guess: Any, places: Any) -> Found | None:
+        """Return the poses near unknowns (n, nx) on the path, None where one is not certified."""
+        kappa, u = begun.kappa, places[:, None]
+        results = self._poses(guess, u, begun.consts)
+        first = kappa * results[3] * np.sqrt(results[4]) <= H_LIMIT
+        for _ in range(ROUNDS):
+            eta = results[4]
+            rows = np.flatnonzero(self._again(begun, kappa * results[3] * eta, eta).any(axis=1))
+            if not rows.size:
+                break
+            part = self._poses(results[0][rows], u[rows], begun.consts)
+            for whole, new in zip(results, part, strict=True):
+                whole[rows] = new
+        x, error, det, beta, eta, *y = results
+        if not self._certified(begun, guess, x, det, beta, eta, first):
+            return None
+        condition = (begun.mu * beta).max(axis=1, initial=1.0)
+        return Found(error, condition, in_time(y, *self._rates))
+
+    def _again(self, begun: Begun, left: Any, eta: Any) -> Any:
+        """Return for which blocks another step of Newton's method brings something."""
+        tiny = TINY * np.where(self._blocks, begun.length, 1.0)
+        return (left > tiny) | (self._turning & (eta > CARRIED))
+
+    def _certified(
+        self, begun: Begun, guess: Any, x: Any, det: Any, beta: Any, eta: Any, first: Any
+    ) -> bool:
+        """Return whether all blocks of all poses are certified to be on the path's branch."""
+        slope = begun.kappa * beta
         good = slope * np.sqrt(eta) + slope * beta * begun.rho <= H_LIMIT
         good &= (first | self._tells) & (np.sign(det) == begun.sign)
         inside = np.abs(x) <= begun.size_x
-        if not (good.all() and inside.all()):
-            return None
-        if (np.abs(x - guess) > HALF_TURN)[self._angles].any():
-            return None
-        y = in_time([part[None, :] for part in y], *self._rates)
-        return OnePose(error[None, :], max(1.0, *(begun.mu * beta).tolist()), y)
+        near = np.abs(x - guess) <= HALF_TURN
+        return bool(good.all() and inside.all() and near[..., self._angles].all())
 
 
 def near_poses(problem: Problem, task: Sweep, names: tuple[str, ...]) -> NearPoses | None:

@@ -133,8 +133,8 @@ class Solver:
         return last[1].at(places)
 
     def _near_pose(self, task: Sweep, numbers: dict[str, Number], places: Any) -> PoseArrays | None:
-        """Return a single pose without a path, None where it is not proved so or is not asked."""
-        if places.shape != (1,):
+        """Return poses from a start in closed form, None where one is not proved so."""
+        if places.ndim != 1 or not places.size or not np.isfinite(places).all():
             return None
         names, near = tuple(numbers), self._near
         if near is None or near[0] != names:
@@ -142,8 +142,7 @@ class Solver:
                 near = self._near = (names, self._nearby(task, names))
         if near[1] is None:
             return None
-        pose = near[1].at(numbers, float(places[0]))
-        return None if pose is None else near[1].arrays(pose, places)
+        return near[1].at(numbers, places)
 
     def _nearby(self, task: Sweep, names: tuple[str, ...]) -> NearPoses | None:
         known = {**dict(self.problem.mechanism.numbers()), **self.problem.mechanism.parameters}

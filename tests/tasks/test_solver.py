@@ -132,7 +132,7 @@ NEAR = {
 
 
 @pytest.mark.parametrize("name", NEAR)
-def test_single_poses_need_no_path(name: str) -> None:
+def test_near_poses_need_no_path(name: str) -> None:
     """With other numbers: as on a path of their own, values and bounds, and none is followed."""
     problem = md.load(name)
     solver, own = md.Solver(problem, "turn"), problem.mechanism.values()
@@ -140,12 +140,15 @@ def test_single_poses_need_no_path(name: str) -> None:
     path = solver._posed
     assert path is not None
     given, far = NEAR[name]
-    for share, u in ((1.0, far), (0.5, path[1]._begin), (0.5, far - 1)):
+    turn = far + np.linspace(-np.pi, np.pi, 50)
+    around = np.concatenate([turn[::7], [path[1]._begin], turn[::-3]])
+    for share, places in ((1.0, far), (0.5, path[1]._begin), (0.5, far - 1), (0.7, around)):
+        u = np.atleast_1d(places)
         numbers = {n: own[n] + share * (v - own[n]) for n, v in given.items()}
         pose = solver.poses(numbers, u)
         assert solver._posed is path
         changed = problem.with_values(numbers)
-        beside = Posed(changed, problem.tasks["turn"]).at(np.array([u]))
+        beside = Posed(changed, problem.tasks["turn"]).at(u)
         assert pose.ok.all()
         assert beside.ok.all()
         assert pose.condition == pytest.approx(beside.condition, rel=1e-9)
@@ -154,9 +157,9 @@ def test_single_poses_need_no_path(name: str) -> None:
             assert np.abs(value - other).max() <= 1e-14 * np.abs(other).max()
 
 
-@pytest.mark.parametrize("u", [0.7, 3.0])
+@pytest.mark.parametrize("u", [0.7, 3.0, (0.7, 3.0, 1.1), (0.7, 90.0)])
 @pytest.mark.parametrize("numbers", [{"a": 0.081}, {"a": 0.4}, {"a": -0.08}, {"phi": 0.71}])
-def test_single_poses_that_are_not_near(numbers: dict[str, float], u: float) -> None:
+def test_poses_that_are_not_near(numbers: dict[str, float], u: float | tuple[float, ...]) -> None:
     """Beyond a limit position, without a mode, with another sketch: as a solver that is new."""
     problem = md.load("four-bar-double-rocker")
     solver = md.Solver(problem, "window")

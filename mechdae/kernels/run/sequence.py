@@ -56,7 +56,8 @@ class Sequence:
         except AttributeError:
             buffers = self._threads.buffers = _Buffers(self.function, self.count)
         buffers.state[:] = state
-        buffers.steps[:count, 0], buffers.steps[:, 1] = s, ds
+        buffers.steps[:count, 0], buffers.steps[count:, 1] = s, 0.0
+        buffers.steps[:count, 1] = ds
         buffers.consts[:] = consts
         buffers.trigger()
         return [result.copy() for result in buffers.results]
