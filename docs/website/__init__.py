@@ -1,0 +1,1 @@
+"""The parts of ``docs/make_site.py``: the staged sources of the documentation site."""

@@ -1,0 +1,81 @@
+"""The documentation site: what it is made of, what it refuses; ``.ci/run`` builds it whole."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+import mechdae as md
+from tests.shared.paths import ROOT
+
+sys.path.insert(0, str(ROOT / "docs"))
+import make_site
+from website import api, stage
+
+
+@pytest.fixture(scope="module")
+def staged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    target = tmp_path_factory.mktemp("site")
+    stage.stage(target)
+    stage.contents(target, {"Reference": api.write(target)})
+    return target
+
+
+def test_every_page_is_in_the_contents_of_the_site(staged: Path) -> None:
+    contents = (staged / "index.md").read_text(encoding="utf-8")
+    for page in [*(ROOT / "docs").glob("*.md"), ROOT / "CHANGELOG.md"]:
+        name = str(page.relative_to(ROOT).with_suffix(""))
+        assert name == "docs/index" or f"\n{name}\n" in contents, name
+    assert "Tour <README>" in contents
+
+
+def test_files_that_pages_link_to_are_there(staged: Path) -> None:
+    for page in stage.pages():
+        text = (staged / page).read_text(encoding="utf-8")
+        for link in re.findall(r"\]\(([^)\s#]+)[^)\s]*\)", text):
+            if not re.match(r"[a-z]+:", link):
+                assert (staged / page).parent.joinpath(link).exists(), f"{page}: {link}"
+
+
+def test_every_public_name_has_its_entry(staged: Path) -> None:
+    text = "".join(path.read_text(encoding="utf-8") for path in (staged / "api").glob("*.rst"))
+    named = re.findall(r"auto(?:class|function):: mechdae\.(\w+)$", text, re.M)
+    assert sorted(named) == sorted(set(md.__all__) - {"__version__"})
+
+
+def test_quantities_have_units_and_shapes(staged: Path) -> None:
+    text = " ".join((staged / "api/results.rst").read_text(encoding="utf-8").split())
+    assert "* - ``coriolis`` - m/s2 - (n, 2)" in text
+    assert "* - ``reaction`` - Fx [N], Fy [N], M [N m] - (n, 3)" in text
+
+
+@pytest.mark.parametrize(
+    ("text", "asks"),
+    [
+        ('<script src="https://x.org/a.js"></script>', True),
+        ('<link rel="stylesheet" href="//x.org/a.css">', True),
+        ("<style>@import url(https://x.org/a.css)</style>", True),
+        ('<iframe loading="lazy" src="http://x.org"></iframe>', True),
+        ('<a href="https://x.org">x</a><img src="a.svg">', False),
+        ('<link rel="stylesheet" href="a.css"><script src="a.js"></script>', False),
+    ],
+)
+def test_requests_to_other_hosts_are_found(text: str, asks: bool, tmp_path: Path) -> None:
+    (tmp_path / "a.html").write_text(text, encoding="utf-8")
+    assert bool(make_site.fetched(tmp_path)) == asks
+
+
+def test_other_folders_and_files_are_left_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("furo", reason="the extra docs is not installed")
+    pytest.importorskip("myst_parser", reason="the extra docs is not installed")
+    (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
+    assert make_site.main(["--out", str(tmp_path)]) == 2
+    assert "nothing was written" in capsys.readouterr().err
+    assert make_site.main(["--out", str(tmp_path / "mine.txt")]) == 2
+    assert "is a file" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
