@@ -2,16 +2,18 @@
 
 The modules are plain ES modules. They are put one after the other in the order of their imports,
 without ``import`` lines and the word ``export``; two top-level names that are equal are refused.
+With the kernels they are deflated; the page unpacks them when it is opened.
 """
 
 from __future__ import annotations
 
+import base64
 import json
 import re
+import zlib
 from functools import cache
 from pathlib import Path
 from typing import Any
-from zlib import crc32
 
 WEB = Path(__file__).resolve().parent / "web"
 OPENING = '<script type="application/json" id="mechdae">'
@@ -19,6 +21,21 @@ IMPORT = re.compile(r'^import \{([^}]*)\} from "\./(\w+)\.js";\n', re.M)
 NAMES = re.compile(r"^(?:export )?(?:const|let|class|function) (\w+)", re.M)
 MORE = re.compile(r", (\w+) = ")
 """Further names of one declaration."""
+LOADER = """\
+<script>"use strict";
+(() => {
+%s
+try {
+const packed = Uint8Array.from(atob("%s"), (letter) => letter.charCodeAt(0));
+const script = document.createElement("script");
+script.textContent = inflated(packed);
+document.body.append(script);
+} catch {
+document.getElementById("status").textContent = "the file was altered";
+}
+})();
+</script>"""
+PACKED = re.compile(r'atob\("([^"]*)"\)')
 COMMENTS = re.compile(r"^\s*/\*\*.*?\*/\n|^\s*//[^\n]*\n", re.M | re.S)
 MAIN, SPATIAL = "planar_page", "spatial_page"
 FRAMES = {MAIN: "page.html", SPATIAL: "page.html", "edit": "edit.html"}
@@ -38,17 +55,30 @@ def linked(data: dict[str, Any], kernels: str, main: str = MAIN) -> str:
         else ""
     )
     inside = text.replace("<", "\\u003c")
-    total = f"const SUM = {crc32(inside.encode())};\n"
+    total = f"const SUM = {zlib.crc32(inside.encode())};\n"
     script = f'"use strict";\n(() => {{\n{total}{functions}{modules(main)}}})();\n'
     parts = {
         "title": _escaped(str(data["title"])),
         "lang": str(data["lang"]),
         "style": (WEB / "page.css").read_text(encoding="utf-8"),
         "data": OPENING + inside + "</script>",
-        "script": "<script>" + script.replace("</", "<\\/") + "</script>",
+        "script": packed(script),
     }
     page = (WEB / FRAMES[main]).read_text(encoding="utf-8")
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], page)
+
+
+def packed(script: str) -> str:
+    """Return the element of a page that unpacks a script and runs it."""
+    inside = base64.b64encode(zlib.compress(script.encode(), 9)).decode()
+    return LOADER % (modules("inflate"), inside)
+
+
+def unpacked(page: str) -> str:
+    """Return the script of a page: its kernels and its modules."""
+    found = PACKED.search(page)
+    assert found is not None
+    return zlib.decompress(base64.b64decode(found[1])).decode()
 
 
 @cache

@@ -7,6 +7,7 @@ import re
 import pytest
 
 import mechdae as md
+from mechdae.pages import link
 from tests.shared.browser import CHROMIUM, until
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -170,15 +171,32 @@ def test_altered_data_are_noticed(browser, pages, tmp_path, pattern):
 def test_kernels_that_differ_are_not_believed(browser, pages, tmp_path):
     """Where the numbers differ from Python's the recorded poses are shown."""
     text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")
-    pose = text.index("function pose(M)")
-    end = text.index("function slopes(M)")
-    text = text[:pose] + text[pose:end].replace("Math.cos(", "1.01*Math.cos(") + text[end:]
+    script = link.unpacked(text)
+    pose, end = script.index("function pose(M)"), script.index("function slopes(M)")
+    wrong = script[pose:end].replace("Math.cos(", "1.01*Math.cos(")
+    text = text.replace(link.packed(script), link.packed(script[:pose] + wrong + script[end:]), 1)
     file = tmp_path / "altered.html"
     file.write_text(text, encoding="utf-8")
     page = browser.new_page()
     page.goto(f"file://{file}")
     assert "differ" in page.evaluate("mechdae.live")
     assert "recorded" in page.locator("#subtitle").inner_text()
+    page.close()
+
+
+@pytest.mark.parametrize("at", [0.1, 0.5, 0.999])
+def test_an_altered_script_is_not_run(browser, pages, tmp_path, at):
+    """One letter of the packed script is another one: nothing of it is run."""
+    text = pages["four-bar-crank-rocker"].read_text(encoding="utf-8")
+    found = link.PACKED.search(text)
+    assert found is not None
+    k = int(found.start(1) + at * len(found[1]))
+    file = tmp_path / "altered.html"
+    file.write_text(text[:k] + ("A" if text[k] != "A" else "B") + text[k + 1 :], encoding="utf-8")
+    page = browser.new_page()
+    page.goto(f"file://{file}")
+    assert page.locator("#status").inner_text() == "the file was altered"
+    assert page.evaluate("mechdae.live === undefined")  # the element of the data
     page.close()
 
 

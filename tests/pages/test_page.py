@@ -36,10 +36,16 @@ def test_a_page_asks_nobody(tmp_path):
     text = md.page("jansen-leg").html
     assert "default-src 'none'" in text
     assert not re.search(r"https?://(?!www\.w3\.org/)", text.split(link.OPENING)[0])
-    script = text.rsplit("<script>", 1)[1]
+    script = link.unpacked(text)
     assert set(re.findall(r"https?://[^\"'`]*", script)) <= {"http://www.w3.org/2000/svg"}
-    assert "innerHTML" not in text
-    assert len(text) < 190_000
+    assert "innerHTML" not in text + script
+
+
+def test_pages_are_small():
+    """Eight links with forces and plans: 150 kB at most, any planar problem 300."""
+    assert len(md.page("jansen-leg").html.encode()) < 110_000
+    assert len(md.page("slider-crank-inertia").html.encode()) < 90_000
+    assert len(md.page("chain-of-four-bars").html.encode()) < 240_000
 
 
 def test_names_from_files_change_nothing(tmp_path):

@@ -77,7 +77,9 @@ def test_altered_forces_are_left_out(tmp_path):
     data["forces"]["checks"][3]["f"][1][0] *= 1 + 1e-6
     from mechdae.pages import link
 
-    text = link.linked(data, page.html.split("const K = (() => {\n")[1].split("return {")[0])
+    text = link.linked(
+        data, link.unpacked(page.html).split("const K = (() => {\n")[1].split("return {")[0]
+    )
     shown = in_page(
         md.Page(text, data),
         "console.log(JSON.stringify([session.trusted, session.checkForces(), session.forces]));",

@@ -13,9 +13,8 @@ WEB = Path(link.__file__).parent / "web"
 HARNESS = """
 import {{ readFileSync }} from "node:fs";
 import {{ Session }} from "{session}";
-const html = readFileSync({page}, "utf8");
-const data = JSON.parse(html.split('id="mechdae">')[1].split("</script>")[0]);
-const code = html.split("<script>")[1].split("</script>")[0].replaceAll("<\\\\/", "</");
+const data = JSON.parse(readFileSync({data}, "utf8"));
+const code = readFileSync({script}, "utf8");
 const end = "}})();\\n";
 const kernels = code.slice(code.indexOf("const K ="), code.indexOf(end) + end.length);
 const K = new Function(kernels.replace("const K =", "return"))();
@@ -25,6 +24,12 @@ const session = new Session(data, K);
 
 def in_page(page: md.Page, body: str, folder: Path):
     """Return what a script prints that has the page's session."""
-    file = page.save(folder / "page.html")
-    head = HARNESS.format(session=(WEB / "session.js").as_posix(), page=json.dumps(str(file)))
+    data, script = folder / "data.json", folder / "page.js"
+    data.write_text(json.dumps(dict(page.data)), encoding="utf-8")
+    script.write_text(link.unpacked(page.html), encoding="utf-8")
+    head = HARNESS.format(
+        session=(WEB / "session.js").as_posix(),
+        data=json.dumps(str(data)),
+        script=json.dumps(str(script)),
+    )
     return run_script(head + body, folder)

@@ -7,7 +7,9 @@ next. Long functions are printed in pieces, because engines do not optimise very
 
 from __future__ import annotations
 
+import heapq
 import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -160,6 +162,7 @@ class _Printer:
         self.size = sum(counts) + sum(results)
         self.values: list[_Value] = []
         self.stores: list[tuple[int, int, int]] = []  # place in memory, value, piece
+        self.free: dict[int, int] = {}  # places between pieces, with their last readers
         self._read()
 
     def _read(self) -> None:
@@ -195,7 +198,7 @@ class _Printer:
         self.pieces = operations // PIECE + 1 if many else 1
 
     def result(self) -> Printed:
-        bodies: list[list[str]] = [[] for _ in range(self.pieces)]
+        bodies: list[list[_Statement]] = [[] for _ in range(self.pieces)]
         stores = sorted(self.stores, key=lambda store: store[1])
         at = 0
         for number, value in enumerate(self.values):
@@ -203,37 +206,100 @@ class _Printer:
                 self._put(number, value, bodies)
             while at < len(stores) and stores[at][1] == number:
                 to, _, piece = stores[at]
-                bodies[piece].append(f"M[{to}]={self._use(number, piece)};")
+                bodies[piece].append(_Statement(f"M[{to}]", self._use(number, piece)))
                 at += 1
         if self.pieces == 1:
-            text = f"function {self.name}(M){{\n" + "\n".join(bodies[0]) + "\n}\n"
+            text = f"function {self.name}(M){{\n{_written(bodies[0])}}}\n"
         else:
             parts = [
-                f"function {self.name}_{k}(M){{\n" + "\n".join(body) + "\n}\n"
+                f"function {self.name}_{k}(M){{\n{_written(body)}}}\n"
                 for k, body in enumerate(bodies)
             ]
             calls = "".join(f"{self.name}_{k}(M);" for k in range(self.pieces))
             text = "".join(parts) + f"function {self.name}(M){{{calls}}}\n"
         return Printed(text, self.inputs, self.outputs, self.size)
 
-    def _put(self, number: int, value: _Value, bodies: list[list[str]]) -> None:
+    def _put(self, number: int, value: _Value, bodies: list[list[_Statement]]) -> None:
         """Keep an operation's text until it is used once, else give the value a name."""
         sources = [self._use(i, value.piece) for i in value.sources]
         text = OPERATIONS[value.code].format(*sources)
         if value.uses <= 1 and value.last == value.piece and len(text) < LONGEST:
             value.text = text
             return
-        bodies[value.piece].append(f"const v{number}={text};")
-        value.text = f"v{number}"
+        own = f"<{number}>"
+        bodies[value.piece].append(_Statement(own, text))
+        value.text = own
         if value.last > value.piece:
-            value.slot, self.size = self.size, self.size + 1
-            bodies[value.piece].append(f"M[{value.slot}]=v{number};")
+            value.slot = self._slot(value)
+            bodies[value.piece].append(_Statement(f"M[{value.slot}]", own))
+
+    def _slot(self, value: _Value) -> int:
+        """Return a place in memory whose last reader is a piece before the value's."""
+        slot = next((own for own, last in self.free.items() if last < value.piece), self.size)
+        self.size = max(self.size, slot + 1)
+        self.free[slot] = value.last
+        return slot
 
     def _use(self, number: int, piece: int) -> str:
         value = self.values[number]
         if value.code >= 0 and value.piece != piece:
             return f"M[{value.slot}]"
         return value.text
+
+
+@dataclass
+class _Statement:
+    """One assignment; values with names stand as their numbers in angle brackets."""
+
+    to: str
+    text: str
+
+
+NAMED = re.compile(r"<(\d+)>")
+LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLNOPQRSTUVWXYZ"
+
+
+def _written(body: list[_Statement]) -> str:
+    """Return the statements of a piece; few names, each given again when its value is used up."""
+    last = {found: k for k, line in enumerate(body) for found in NAMED.findall(line.text)}
+    names: dict[str, str] = {}
+    free: list[int] = []
+    held: dict[str, int] = {}
+    count, lines = 0, []
+    for k, line in enumerate(body):
+        text = NAMED.sub(lambda found: names[found[1]], line.text)
+        for own in dict.fromkeys(NAMED.findall(line.text)):
+            if last[own] == k:
+                heapq.heappush(free, held[own])
+        to = line.to
+        if to.startswith("<"):
+            own = to[1:-1]
+            if free:
+                held[own] = heapq.heappop(free)
+            else:
+                held[own], count = count, count + 1
+            names[own] = to = _name(held[own])
+        if text.startswith("(") and _closes_last(text):
+            text = text[1:-1]
+        lines.append(f"{to}={text};\n")
+    head = f"let {','.join(_name(k) for k in range(count))};\n" if count else ""
+    return head + "".join(lines)
+
+
+def _name(number: int) -> str:
+    """Return a short name that is no word of JavaScript: a letter, or one with digits."""
+    turn, letter = divmod(number, len(LETTERS))
+    return LETTERS[letter] + (str(turn) if turn else "")
+
+
+def _closes_last(text: str) -> bool:
+    """Return whether the bracket that opens a text is closed at its end."""
+    depth = 0
+    for k, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if depth == 0:
+            return k == len(text) - 1
+    return False
 
 
 def _number(value: float) -> str:
