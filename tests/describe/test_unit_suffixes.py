@@ -10,8 +10,10 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.describe.file.reading import MEASURES, UNITS, split_unit, to_si
-from mechdae.errors import InputError
+from mechdae.describe.file.reading import split_unit, to_si
+from mechdae.describe.units import TABLE, UNITS
+from mechdae.errors import InputError, UnknownName
+from tests.shared.paths import ROOT
 
 FACTORS = {
     "_deg": math.pi / 180,
@@ -39,7 +41,7 @@ def test_numbers_and_expressions_convert_alike(suffix: str) -> None:
 
     assert to_si(7.0, suffix) == pytest.approx(7.0 * FACTORS[suffix], rel=1e-15)
     assert evaluate(to_si("3 + 4", suffix), {}) == pytest.approx(7.0 * FACTORS[suffix], rel=1e-15)
-    assert set(MEASURES) == set(UNITS)
+    assert set(FACTORS) == set(UNITS)
 
 
 def test_the_longest_ending_counts() -> None:
@@ -51,11 +53,10 @@ def test_the_longest_ending_counts() -> None:
 def four_bar(imperial: bool) -> dict[str, Any]:
     """Return a four-bar with a force, a torque and a mass, in inches and pounds or in SI."""
     lengths = {"a": 2.0, "b": 7.0, "c": 5.5, "d": 6.0}
-    inch, pound, force = 0.0254, 0.45359237, 4.4482216152605
     parameters = (
         {f"{name}_in": value for name, value in lengths.items()}
         if imperial
-        else {name: value * inch for name, value in lengths.items()}
+        else {"a": 0.0508, "b": 0.1778, "c": 0.1397, "d": 0.1524}
     )
     load: dict[str, Any] = {"kind": "force", "point": "coupler.C"}
     twist: dict[str, Any] = {"kind": "torque", "body": "rocker"}
@@ -63,8 +64,8 @@ def four_bar(imperial: bool) -> dict[str, Any]:
     if imperial:
         load["value_lbf"], twist["value_lbf_in"], mass["mass_lb"] = [3, -20], 12, 1.5
     else:
-        load["value"] = [3 * force, -20 * force]
-        twist["value"], mass["mass"] = 12 * force * inch, 1.5 * pound
+        load["value"] = [13.3446648457815, -88.96443230521]
+        twist["value"], mass["mass"] = 1.3558179483314004, 0.680388555
     driver: dict[str, Any] = {"coordinate": "crank.angle", "from_deg": 0, "to_deg": 360}
     driver |= {"speed_hz": 2} if imperial else {"speed": 4 * math.pi}
     return {
@@ -98,7 +99,7 @@ def test_inches_and_pounds_give_the_same_si_numbers() -> None:
         "efforts/crank.angle",
     ):
         values, expected = (np.asarray(own.value(path)) for own in (one, other))
-        assert values == pytest.approx(expected, rel=1e-13, abs=1e-13 * abs(expected).max())
+        assert np.abs(values - expected).max() <= 1e-15 * np.abs(expected).max(), path
 
 
 def test_units_that_do_not_fit() -> None:
@@ -109,3 +110,43 @@ def test_units_that_do_not_fit() -> None:
     assert "mass_lb" in str(caught.value)
     changed = md.solve("four-bar-crank-rocker", "turn", set={"a_cm": 3.0}).mechanism.values()
     assert changed["a"] == pytest.approx(0.03, rel=1e-15)
+
+
+def test_unknown_units_name_the_nearest() -> None:
+    for word, meant in {"a_inch": "a_in", "a_milimetre": "a_mm", "omega_rp": "omega_rpm"}.items():
+        with pytest.raises(UnknownName, match=f"did you mean {meant}") as caught:
+            md.load("four-bar-crank-rocker").with_values({word: 2.0})
+        assert "_kg_cm2" in str(caught.value)
+
+
+def test_parameters_have_the_units_of_their_uses() -> None:
+    problem = md.load("four-bar-crank-rocker")
+    for word, fits in {"a_deg": "a_in", "omega_mm": "omega_rpm", "crank.B.x_lb": "x_ft"}.items():
+        with pytest.raises(InputError, match=f"set {word}: the unit .* does not fit") as caught:
+            problem.with_values({word: 2.0})
+        assert fits in str(caught.value)
+    data = four_bar(True)
+    data["parameters"]["a_deg"] = data["parameters"].pop("a_in")
+    with pytest.raises(InputError, match=r"parameters.a_deg: .* which is crank.B.x") as caught:
+        from_dict(data)
+    assert "a_in" in str(caught.value)
+
+
+def test_an_arc_may_be_a_radius_times_an_angle() -> None:
+    data = four_bar(False)
+    data["parameters"] |= {"r": 0.5, "phi_deg": 6.0, "d": "r*phi + 0.1"}
+    changed = from_dict(data).with_values({"phi_deg": 12.0})
+    assert changed.mechanism.values()["d"] == pytest.approx(0.1 + 0.5 * math.pi / 15, rel=1e-15)
+
+
+def test_the_table_of_the_documentation_is_that_of_the_code() -> None:
+    text = (ROOT / "docs/problem-file.md").read_text(encoding="utf-8")
+    lines = text.split("| suffix | of | one is |")[1].split("\n\n")[0].splitlines()[2:]
+    shown = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines]
+    assert [row[:2] for row in shown] == [[f"`{own.suffix}`", own.of] for own in TABLE]
+    for (_, _, size), unit in zip(shown, TABLE, strict=True):
+        number, si = size.split(" ", 1)
+        above, _, below = number.replace("2π", "6.283185307179586").partition("/")
+        value = float(above.replace("π", "3.141592653589793")) / float(below or 1)
+        assert value == pytest.approx(unit.factor, rel=1e-15)
+        assert si == unit.si[0]

@@ -9,12 +9,12 @@ from typing import Any
 
 from mechdae.describe import values
 from mechdae.describe.file.load_checks import check_loads
-from mechdae.describe.file.reading import split_unit, to_si
+from mechdae.describe.file.reading import split_unit, to_si, unit_meant
 from mechdae.describe.file.repeat import Pattern, expand
 from mechdae.describe.file.screen import mechanism_lines, tasks_lines
 from mechdae.describe.file.tabulated import with_tables_of
 from mechdae.describe.file.task_checks import check_task
-from mechdae.describe.file.units import check_number
+from mechdae.describe.file.units import check_number, check_parameter
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.named import check_outputs
 from mechdae.describe.table import Table
@@ -129,6 +129,8 @@ class Problem:
             try:
                 if base in known:
                     check_number(self.mechanism, base, suffix)
+                if suffix and base in self.mechanism.parameters:
+                    check_parameter(self.mechanism, self.tasks, base, suffix)
                 new[base] = number(to_si(number(value), suffix))
                 if base not in known:
                     self.mechanism.with_values({base: new[base]})  # says what there is
@@ -136,6 +138,8 @@ class Problem:
                 problem.where = f"set {name}"
                 if isinstance(problem, UnknownName) and self.sizes and not problem.hint:
                     problem.hint = f"the sizes are {', '.join(self.sizes)}"
+                if isinstance(problem, UnknownName) and not problem.hint:
+                    problem.hint = unit_meant(name, known)
                 raise problem from None
         if not new:
             return self

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
+from mechdae.describe.units import UNITS, nearest_suffixes
 from mechdae.describe.values import (
     COERCE,
     WITH_UNIT,
@@ -19,43 +19,6 @@ from mechdae.describe.values import (
 )
 from mechdae.errors import InputError, MechdaeError, UnknownName
 
-LENGTHS = ("m", "m/s", "m/s2", "m/s3")
-FORCES = ("N", "N or N m")
-MOMENTS = ("N m", "N or N m")
-POUND, GRAVITY, INCH = 0.45359237, 9.80665, 0.0254
-UNITS: dict[str, tuple[Callable[[float], float], str]] = {
-    "_deg": (math.radians, "({})*pi/180"),
-    "_rpm": (lambda x: x * math.pi / 30, "({})*pi/30"),
-    "_rad_s": (lambda x: x, "({})"),
-    "_hz": (lambda x: x * 2 * math.pi, "({})*2*pi"),
-    "_mm": (lambda x: x / 1000, "({})/1000"),
-    "_cm": (lambda x: x / 100, "({})/100"),
-    "_in": (lambda x: x * INCH, f"({{}})*{INCH}"),
-    "_ft": (lambda x: x * 12 * INCH, f"({{}})*12*{INCH}"),
-    "_kN": (lambda x: x * 1000, "({})*1000"),
-    "_N_mm": (lambda x: x / 1000, "({})/1000"),
-    "_lbf": (lambda x: x * (POUND * GRAVITY), f"({{}})*({POUND}*{GRAVITY})"),
-    "_lbf_in": (
-        lambda x: x * (POUND * GRAVITY * INCH),
-        f"({{}})*({POUND}*{GRAVITY}*{INCH})",
-    ),
-    "_g": (lambda x: x / 1000, "({})/1000"),
-    "_lb": (lambda x: x * POUND, f"({{}})*{POUND}"),
-    "_kg_cm2": (lambda x: x / 10000, "({})/10000"),
-}
-"""Endings of keys: how a number and how an expression is converted to SI."""
-MEASURES = {
-    "_deg": ("rad", "rad/s", "rad/s2", "rad/s3"),
-    "_rpm": ("rad/s",),
-    "_rad_s": ("rad/s",),
-    "_hz": ("rad/s",),
-    **dict.fromkeys(("_mm", "_cm", "_in", "_ft"), LENGTHS),
-    **dict.fromkeys(("_kN", "_lbf"), FORCES),
-    **dict.fromkeys(("_N_mm", "_lbf_in"), MOMENTS),
-    **dict.fromkeys(("_g", "_lb"), ("kg",)),
-    "_kg_cm2": ("kg m2",),
-}
-"""Units that a suffix may stand for."""
 ALIASES = {
     **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "turning"), "revolute"),
     **dict.fromkeys(("slider", "sliding", "translation", "piston"), "prismatic"),
@@ -145,7 +108,17 @@ def split_unit(key: str) -> tuple[str, str]:
 
 def suffixes(unit: str | None) -> list[str]:
     """Return the suffixes that fit a unit; all of them where it is not known."""
-    return [suffix for suffix in UNITS if unit is None or unit in MEASURES[suffix]]
+    return [suffix for suffix in UNITS if unit is None or unit in UNITS[suffix].si]
+
+
+def unit_meant(key: str, known: Iterable[str]) -> str:
+    """Return what to try for a key that ends like no unit; "" where no name stands before."""
+    bases = [own for own in known if key.startswith(f"{own}_")]
+    if not bases:
+        return ""
+    base = max(bases, key=len)
+    meant = " or ".join(f"{base}{own}" for own in nearest_suffixes(key[len(base) :]))
+    return (f"did you mean {meant}? " if meant else "") + f"units are {', '.join(UNITS)}"
 
 
 def check_suffix(key: str, unit: str | None) -> None:
@@ -166,13 +139,13 @@ def to_si(value: Any, suffix: str) -> Any:
     """Return a number, expression, list or table of them converted to SI."""
     if not suffix:
         return value
-    convert, pattern = UNITS[suffix]
+    unit = UNITS[suffix]
     if isinstance(value, bool):
         raise InputError("a number or an expression is needed")
     if isinstance(value, int | float):
-        return convert(value)
+        return unit.to_si(value)
     if isinstance(value, str):
-        return pattern.format(value)
+        return unit.pattern.format(value)
     if isinstance(value, list):
         return [to_si(item, suffix) for item in value]
     if isinstance(value, Mapping):
@@ -194,8 +167,8 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
         if known is not None and base not in known:
             error = UnknownName("key", key, known)
             typo = get_close_matches(key, known, 1, 0.9)
-            if "_" in key and key.rsplit("_", 1)[0] in known and not typo:
-                error.hint = f"units are {', '.join(UNITS)}"
+            if not typo:
+                error.hint = unit_meant(key, known) or error.hint
             raise error
         about = getattr(known[base], "metadata", {}) if known is not None else {}
         if suffix and known is not None:

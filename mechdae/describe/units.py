@@ -1,0 +1,128 @@
+"""The units of problem files and of what is written out, in one table: SI inside, these outside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from mechdae.errors import nearest
+
+LENGTHS = ("m", "m/s", "m/s2", "m/s3")
+FORCES = ("N", "N or N m")
+MOMENTS = ("N m", "N or N m")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit that is not SI.
+
+    Parameters
+    ----------
+    suffix
+        How keys of a file end, with the underscore.
+    of
+        What is measured in it, in words.
+    si
+        Units in SI that the suffix may stand for; the first is that of one of it.
+    size
+        What one is in SI, an exact fraction; of angles and turns times pi.
+    pi
+        Whether pi is a factor.
+    """
+
+    suffix: str
+    of: str
+    si: tuple[str, ...]
+    size: Fraction
+    pi: bool = False
+
+    @property
+    def name(self) -> str:
+        """How it is written in tables: ``mm``, ``N mm``, ``rad/s``."""
+        return NAMES.get(self.suffix, self.suffix[1:].replace("_", " "))
+
+    @property
+    def factor(self) -> float:
+        """What one is in SI."""
+        return math.pi * float(self.size) if self.pi else float(self.size)
+
+    @property
+    def pattern(self) -> str:
+        """How an expression is converted to SI."""
+        above, below = self.size.numerator, self.size.denominator
+        text = "({})" + ("*pi" if self.pi else "")
+        text += f"*{above}" if above != 1 else ""
+        return text + (f"/{below}" if below != 1 else "")
+
+    def to_si(self, value: float) -> float:
+        """Return a number in SI.
+
+        Of a unit that is no power of ten the result is the float nearest to the decimal number
+        that was typed times the exact size: 3.3 in is what 0.08382 is.
+        """
+        if self.suffix == "_deg":
+            return math.radians(value)
+        size = self.size
+        if self.pi:
+            return value * math.pi * size.numerator / size.denominator
+        if size == 1:
+            return value
+        if size.numerator == 1:
+            return value / size.denominator
+        if size.denominator == 1 and set(str(size)) <= set("10"):
+            return value * size.numerator
+        return float(Fraction(repr(value)) * size) if math.isfinite(value) else value
+
+
+NAMES = {"_rad_s": "rad/s", "_hz": "turns/s", "_kg_cm2": "kg cm2"}
+"""Suffixes whose unit is not written as they are."""
+INCH, POUND = Fraction("0.0254"), Fraction("0.45359237")
+POUND_FORCE = POUND * Fraction("9.80665")
+TABLE = (
+    Unit("_deg", "angles and their rates", ("rad", "rad/s", "rad/s2", "rad/s3"),
+         Fraction(1, 180), True),
+    Unit("_rpm", "angular speeds", ("rad/s",), Fraction(1, 30), True),
+    Unit("_rad_s", "angular speeds", ("rad/s",), Fraction(1)),
+    Unit("_hz", "angular speeds", ("rad/s",), Fraction(2), True),
+    Unit("_mm", "lengths and their rates", LENGTHS, Fraction(1, 1000)),
+    Unit("_cm", "lengths and their rates", LENGTHS, Fraction(1, 100)),
+    Unit("_in", "lengths and their rates", LENGTHS, INCH),
+    Unit("_ft", "lengths and their rates", LENGTHS, 12 * INCH),
+    Unit("_kN", "forces", FORCES, Fraction(1000)),
+    Unit("_lbf", "forces", FORCES, POUND_FORCE),
+    Unit("_N_mm", "moments", MOMENTS, Fraction(1, 1000)),
+    Unit("_lbf_in", "moments", MOMENTS, POUND_FORCE * INCH),
+    Unit("_g", "masses", ("kg",), Fraction(1, 1000)),
+    Unit("_lb", "masses", ("kg",), POUND),
+    Unit("_kg_cm2", "moments of inertia", ("kg m2",), Fraction(1, 10000)),
+)  # fmt: skip
+"""International definitions: 1 in = 25.4 mm, 1 lb = 0.45359237 kg, 1 lbf = 9.80665 m/s2 lb."""
+UNITS: dict[str, Unit] = {unit.suffix: unit for unit in TABLE}
+"""Endings of keys, and what they stand for."""
+
+
+def nearest_suffixes(word: str) -> list[str]:
+    """Return the suffixes that may have been meant by the end of a key (``inch``, ``newton``)."""
+    said = word.lower().strip("_")
+    known = {own[1:]: own for own in UNITS} | WORDS
+    near = [said] if said in known else nearest(said.removesuffix("s"), known)
+    return list(dict.fromkeys(known[own] for own in near))
+
+
+WORDS = {
+    **dict.fromkeys(("degree", "grad", "deg"), "_deg"),
+    **dict.fromkeys(("millimetre", "millimeter"), "_mm"),
+    **dict.fromkeys(("centimetre", "centimeter"), "_cm"),
+    **dict.fromkeys(("inch", "inche"), "_in"),
+    **dict.fromkeys(("foot", "feet"), "_ft"),
+    **dict.fromkeys(("kilonewton", "kn"), "_kN"),
+    **dict.fromkeys(("nmm",), "_N_mm"),
+    **dict.fromkeys(("inlbf", "lbfin", "lb_in", "in_lb", "in_lbf"), "_lbf_in"),
+    **dict.fromkeys(("gram",), "_g"),
+    **dict.fromkeys(("pound", "lbm"), "_lb"),
+    **dict.fromkeys(("rev", "u_min", "1_min"), "_rpm"),
+    **dict.fromkeys(("kgcm2",), "_kg_cm2"),
+    **dict.fromkeys(("radps", "rps"), "_rad_s"),
+}
+"""What people write in place of suffixes."""
