@@ -12,7 +12,7 @@ import argparse
 import json
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ BEGIN, END = "<!-- speed -->", "<!-- end of speed -->"
 sys.path.insert(0, str(FOLDER.parent))
 
 FIRST, AGAIN, WARM = "md.solve, first", "md.solve, again", "md.Solver"
+OURS = (FIRST, AGAIN, WARM, "md.Solver.poses")
 SHOWN = (100, 1_000, 100_000)
 """Numbers of poses in the README."""
 
@@ -49,7 +50,8 @@ claims, for all poses.
 From the problem to the result with positions, velocities, accelerations, certificates and bounds of
 all its bodies, points and joints. *First*: `md.solve` with nothing kept, neither in memory nor on
 disk; *again*: the same with another value of a dimension; *warm*: a call of an `md.Solver` with
-another value, which the last columns are about.
+another value, which the last columns are about; *arrays*: its `poses` at the same driver values,
+certified too, without a report.
 
 """
 FOUR = """
@@ -154,24 +156,23 @@ def together(records: list[dict[str, Any]]) -> list[dict[str, dict[str, Any]]]:
     """Return the three ways of calling one thing together."""
     found: dict[tuple[str, int], dict[str, dict[str, Any]]] = {}
     for record in records:
-        if record["method"] in (FIRST, AGAIN, WARM):
+        if record["method"] in OURS:
             found.setdefault((record["work"], record["n"]), {})[record["method"]] = record
     return [own for own in found.values() if WARM in own]
 
 
-def ms(own: dict[str, dict[str, Any]], digits: int = 1) -> list[str]:
-    """Return the milliseconds of first, again, warm."""
-    return [
-        f"{own[way]['seconds'] * 1e3:.{digits}f}" if way in own else ""
-        for way in (FIRST, AGAIN, WARM)
-    ]
+def ms(
+    own: dict[str, dict[str, Any]], digits: int = 1, ways: Sequence[str] = (FIRST, AGAIN, WARM)
+) -> list[str]:
+    """Return the milliseconds of first, again, warm, or of other ways."""
+    return [f"{own[way]['seconds'] * 1e3:.{digits}f}" if way in own else "" for way in ways]
 
 
 def calls(records: list[dict[str, Any]], shown: tuple[int, ...] | None = None) -> str:
     """Return the table of whole calls, for the page or, with the numbers `shown`, the README."""
     heads = (
-        "sweep", "poses", "first, ms", "again, ms", "warm, ms", "ns/pose", "x yardstick", "error",
-        "bound",
+        "sweep", "poses", "first, ms", "again, ms", "warm, ms", "arrays, ms", "ns/pose",
+        "x yardstick", "error", "bound",
     )  # fmt: skip
     lines = []
     for own in together(records):
@@ -179,7 +180,7 @@ def calls(records: list[dict[str, Any]], shown: tuple[int, ...] | None = None) -
         if shown is None or warm["n"] in shown:
             lines.append(
                 (
-                    warm["work"], f"{warm['n']:,}", *ms(own, 2),
+                    warm["work"], f"{warm['n']:,}", *ms(own, 2, OURS),
                     f"{warm['seconds'] / warm['n'] * 1e9:.0f}", f"{warm['ratio']:.1f}",
                     f"{warm['error']:.1e}", f"{warm['bound']:.1e}",
                 )
@@ -189,7 +190,7 @@ def calls(records: list[dict[str, Any]], shown: tuple[int, ...] | None = None) -
 
 def beside(records: list[dict[str, Any]]) -> str:
     """Return the tables of other means."""
-    others = [r for r in records if r["method"] not in (FIRST, AGAIN, WARM)]
+    others = [r for r in records if r["method"] not in OURS]
     slow = [r for r in others if r["method"] in ("interpolated", "rootfinder")]
     four = rows(
         (named(r), f"{r['n']:,}", f"{r['seconds'] / r['n'] * 1e9:.0f}", f"{r['ratio']:.1f}",

@@ -1,7 +1,8 @@
 """Sweeps as users call them against the yardstick: medians of interleaved runs, error beside.
 
 The *first* call of ``md.solve`` has nothing kept, neither in memory nor on disk; *again* is the
-same with another value of a dimension, *warm* a call of an ``md.Solver`` with another value.
+same with another value of a dimension, *warm* a call of an ``md.Solver`` with another value, and
+*arrays* one of its ``poses``, without a report.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ SAMPLES = 400
 SHARE = 1e-6
 """By which a dimension changes from call to call, as a share of it."""
 FIRST, AGAIN, WARM = "md.solve, first", "md.solve, again", "md.Solver"
-OURS = (FIRST, AGAIN, WARM)
+ARRAYS = "md.Solver.poses"
+OURS = (FIRST, AGAIN, WARM, ARRAYS)
 TASK = "measured"
 
 Way = Callable[[], Any]
@@ -154,6 +156,9 @@ def measure(
         timed = calls(problem, TASK, sets_of(problem, item.changed), stick, repeats)
         setting = prepare(problem, task)
         found = run(setting, task)
+        if setting.graphs.single:
+            numbers = sets_of(problem, item.changed)
+            timed[ARRAYS] = as_arrays(Solver(problem, TASK), numbers, found.poses.s, stick, repeats)
         poses, rows = found.poses, _sample(found.poses)
         error, allowed = unknowns_error(setting, poses.x[rows], poses.s[rows])
         common = {
@@ -182,6 +187,14 @@ def calls(
     again = interleaved(lambda: solve(problem, task, set=next(numbers)), stick, repeats)
     warm = interleaved(lambda: solver(next(numbers)), stick, repeats)
     return {FIRST: (first, again[1]), AGAIN: again, WARM: warm}
+
+
+def as_arrays(
+    solver: Solver, numbers: Iterator[dict[str, Any]], u: Any, stick: Way, repeats: int
+) -> tuple[float, float]:
+    """Return the medians of a solver's poses at driver values `u` and of the yardstick."""
+    solver.poses({}, u)
+    return interleaved(lambda: solver.poses(next(numbers), u), stick, repeats)
 
 
 def timing(seconds: float, stick: float) -> dict[str, float]:

@@ -122,8 +122,7 @@ class NearPoses:
             x = self._stepped(begun, u)
             found = None if x is None else self._solved(begun, x, u)
         else:
-            x = self._guessed(begun, places)
-            found = None if x is None else self._all_solved(begun, x, places)
+            found = self._several(begun, places)
         if found is None:
             return None
         fine = np.ones(len(places), bool)
@@ -207,8 +206,17 @@ class NearPoses:
                 return None
         return places, found
 
-    def _guessed(self, begun: Begun, places: Any) -> Any:
-        """Return unknowns (n, nx) between the nodes of proved steps over all places, or None."""
+    def _several(self, begun: Begun, places: Any) -> Found | None:
+        """Return poses at several places, None where one is not proved."""
+        nodes = self._all_nodes(begun, places)
+        if nodes is None:
+            return None
+        alone = len(nodes[0]) == 1
+        guess = np.repeat(nodes[1], len(places), axis=0) if alone else quintic(*nodes, places)
+        return self._all_solved(begun, guess, places)
+
+    def _all_nodes(self, begun: Begun, places: Any) -> tuple[Any, Any, Any, Any] | None:
+        """Return s (m,), x, x', x'' (m, nx) of proved steps over all places, or None."""
         low = self._nodes(begun, min(float(places.min()), begun.s), MOST_NODES)
         high = low and self._nodes(begun, max(float(places.max()), begun.s), MOST_NODES)
         if not low or not high:
@@ -217,10 +225,8 @@ class NearPoses:
         S = [*(own[::-1] for own in low[0][::-1]), np.array([begun.s]), *high[0]]
         states = [*(own[::-1] for own in low[1][::-1]), begun.state[None, :], *high[1]]
         whole = np.concatenate(states)
-        if len(whole) == 1:
-            return np.repeat(whole[:, :n], len(places), axis=0)
         X, V, A = (whole[:, k * n : (k + 1) * n] for k in range(3))
-        return quintic(np.concatenate(S), X, V, A, places)
+        return np.concatenate(S), X, V, A
 
     def _proved(self, begun: Begun, x: Any, test: Any, det: Any, miss: Any) -> Any:
         """Return which steps (k,) are proved for all blocks; what is not a number is not."""
