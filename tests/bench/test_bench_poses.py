@@ -84,7 +84,7 @@ def test_whole_tasks_have_the_error_against_what_files_expect() -> None:
     records = tasks.measure(tasks.QUICK_WORKS, repeats=1, sets=4)
     assert all(set(record) >= KEYS for record in records)
     first = records[:3]
-    assert [record["method"] for record in first] == list(kinematics.OURS)
+    assert [record["method"] for record in first] == list(kinematics.OURS)[:3]
     assert {record["n"] for record in first} == {361}
     assert all(record["error"] < 1e-12 for record in records)
     assert records[-1]["n"] == 4
