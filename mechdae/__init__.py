@@ -45,6 +45,7 @@ _HOMES = {
     "mechdae.composition.mechanisms": "mechanism_of problem_of",
     "mechdae.composition.variants.scheme": "Variant",
     "mechdae.ranking.variants": "variants count_variants",
+    "mechdae.ranking.rank": "rank Ranking",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 __all__ = ["__version__", *sorted(_HOME)]

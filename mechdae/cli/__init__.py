@@ -31,6 +31,7 @@ COMMANDS = {
     "sensitivity": "derivatives by parameters, tolerances",
     "chains": "kinematic chains, inversions, drivers, Assur groups",
     "variants": "orders, fixed links, kinds of pairs, constructions of a mechanism",
+    "rank": "variants of a mechanism by size, criteria and weights",
     "modules": "the catalogue of vector modules",
     "bench": "speed against error",
     "cache": "kernels kept on disk",

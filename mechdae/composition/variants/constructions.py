@@ -160,6 +160,8 @@ class Constructions:
             numbers |= {f"{pin}_{key}": value for key, value in own.items()}
             fork = "" if form[0] == "o" else pair["ab".index(form[0])]
             pins[pin] = {"form": f"fork on {fork}" if fork else "overhung", "carrier": carrier}
+            pins[pin] |= {"links": list(pair)}
+            pins[pin] |= {"layers": list(stack.pins[pin])} if stack else {}
             pins[pin] |= {key: value for key, value in own.items() if fork == "" or key != "width"}
         about: dict[str, Any] = {"pins": pins}
         if stack is not None:

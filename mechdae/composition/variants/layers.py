@@ -10,7 +10,7 @@ bracket on the other side of its link.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 
 from mechdae.describe.mechanism import GROUND
@@ -34,12 +34,13 @@ class Layers:
     """Lowest and highest layer of each moving link, and how far each pin reaches.
 
     ``count`` has the plates of the frame, and brackets in front; ``reach`` is that of overhung
-    pins, in layers, 0 of those with a fork.
+    pins, in layers, 0 of those with a fork; ``pins`` are the layers in which each begins and ends.
     """
 
     spans: Mapping[str, tuple[int, int]]
     reach: Mapping[str, int]
     count: int
+    pins: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
 
 Pins = Mapping[str, tuple[str, str]]
@@ -222,7 +223,26 @@ class _Search:
         ]
         front = any(side == FRONT for side, _ in sides.values())
         reach = {pin: own[1] for pin, own in sides.items()}
-        return Layers(spans, reach, max([top + front, *fronts]) + 1)
+        pins = {pin: self._ends(pin, own[0], spans, top) for pin, own in sides.items()}
+        return Layers(spans, reach, max([top + front, *fronts]) + 1, pins)
+
+    def _ends(
+        self, pin: str, side: str, spans: Mapping[str, tuple[int, int]], top: int
+    ) -> tuple[int, int]:
+        """Return the layers in which a pin begins and ends."""
+        pair = self.pins[pin]
+        owner = self.forks.get(pin)
+        if GROUND not in pair:
+            if owner is not None:
+                return spans[owner]
+            one, two = sorted((spans[pair[0]], spans[pair[1]]))
+            return one[1], two[0]
+        low, high = spans[pair[0] if pair[1] == GROUND else pair[1]]
+        if owner == GROUND:
+            return (0, high + 1) if side == BEHIND else (low - 1, top + 1)
+        if owner is not None:
+            return low, high
+        return (0, low) if side == BEHIND else (high, top + 1)
 
 
 def _apart(one: tuple[int, int], two: tuple[int, int]) -> bool:
