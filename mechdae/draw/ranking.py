@@ -163,7 +163,9 @@ def _stack(ax: Axes, about: Mapping[str, Any]) -> None:
         color = style.SERIES[k % len(style.SERIES)]
         for layer in {low, high}:
             ax.add_patch(Rectangle((x0, layer - 0.3), x1 - x0, 0.6, fc=color, ec=style.INK, lw=0.8))
-        ax.text(x0 + 0.03, high + 0.33, link, ha="left", va="bottom", size=6.5, color=color)
+        ax.text(
+            x0 + 0.03, high + 0.33, link, ha="left", va="bottom", size=6.5, color=color, zorder=6
+        )
     for pin, own in pins.items():
         x, (first, last) = where[pin], own["layers"]
         fork, sides = own["form"].removeprefix("fork on "), {first, last}

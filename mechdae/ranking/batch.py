@@ -23,7 +23,7 @@ GOOD = ("ok", "limit")
 
 
 @dataclass
-class Group:
+class AlikeVariants:
     """Variants of one structure, with the numbers in which they differ from the first."""
 
     base: Variant
@@ -69,9 +69,9 @@ def valued(
     return {own.name: found[own.name] for own in variants}
 
 
-def grouped(variants: Sequence[Variant], task: str) -> list[Group]:
+def grouped(variants: Sequence[Variant], task: str) -> list[AlikeVariants]:
     """Return the variants by structure."""
-    groups: dict[Any, list[Group]] = {}
+    groups: dict[Any, list[AlikeVariants]] = {}
     for own in variants:
         assert own.problem is not None
         mechanism = own.problem.mechanism
@@ -80,7 +80,7 @@ def grouped(variants: Sequence[Variant], task: str) -> list[Group]:
             if numbers is not None:
                 break
         else:
-            group, numbers = Group(own), {}
+            group, numbers = AlikeVariants(own), {}
             groups[structure_of(mechanism)].append(group)
         group.members.append(own)
         group.numbers.append(numbers)
@@ -108,7 +108,9 @@ def _plain(mechanism: Mechanism) -> dict[str, float]:
     return {name: float(value) for name, value in every if not isinstance(value, str)}
 
 
-def _of_group(group: Group, task: str, output: str | None, workers: int) -> dict[str, Values]:
+def _of_group(
+    group: AlikeVariants, task: str, output: str | None, workers: int
+) -> dict[str, Values]:
     base = group.base.problem
     assert base is not None
     bare = replace(base, tasks=type(base.tasks)({task: base.tasks[task]}), expected=())
@@ -228,4 +230,4 @@ def _dyads(problem: Problem, task: str) -> list[str]:
     return list(one.summary.get("transmission", {}))
 
 
-__all__ = ["Group", "Values", "grouped", "valued"]
+__all__ = ["AlikeVariants", "Values", "grouped", "valued"]

@@ -19,7 +19,7 @@ from mechdae.ranking.weights import checked, front, intervals, ordered, shares
 
 
 @dataclass(frozen=True)
-class Row:
+class RankedVariant:
     """A variant in a ranking; ``why`` says what keeps it out of the order, "" where nothing."""
 
     name: str
@@ -55,7 +55,7 @@ class Ranking:
     """
 
     criteria: tuple[Mapping[str, str], ...]
-    rows: tuple[Row, ...]
+    rows: tuple[RankedVariant, ...]
     weights: Mapping[str, float]
     order: tuple[str, ...]
     score: Mapping[str, float]
@@ -143,7 +143,7 @@ def rank(
 
 
 def _ranked(
-    rows: list[Row],
+    rows: list[RankedVariant],
     used: list[str],
     units: Mapping[str, tuple[str, str]],
     weights: Mapping[str, float],
@@ -286,7 +286,7 @@ def _row(
     used: list[str],
     units: Mapping[str, tuple[str, str]],
     limits: Mapping[str, float],
-) -> Row:
+) -> RankedVariant:
     numbers = {name: values.numbers[name] for name in used if name in values.numbers}
     why = values.fault
     for name, limit in limits.items():
@@ -294,4 +294,4 @@ def _row(
             over = numbers[name] > limit if units[name][1] == "min" else numbers[name] < limit
             word = "above" if units[name][1] == "min" else "below"
             why = f"{name} {numbers[name]:.6g} {units[name][0]} is {word} {limit:g}" if over else ""
-    return Row(own.name, numbers, False, why)
+    return RankedVariant(own.name, numbers, False, why)
