@@ -97,7 +97,7 @@ def test_dimensions_are_undone_as_gestures(opened):
     until(page, "!mechdae.toml().includes('b = 0.125')")
     page.keyboard.press("Control+Shift+z")
     until(page, "mechdae.toml().includes('b = 0.125')")
-    assert "b=0.125" in page.evaluate("location.hash")
+    until(page, "location.hash.includes('b=0.125')")
 
 
 def test_the_address_holds_what_differs(opened):

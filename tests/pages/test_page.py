@@ -240,6 +240,35 @@ console.log(JSON.stringify([first, third, second === shown()]));
 
 
 @needs_node
+def test_a_hurried_pose_is_the_one_that_is_followed(tmp_path):
+    """Carried alone while the hand moves, and followed when it rests: the same pose and ends."""
+    slow, quick, refused = in_page(
+        md.page("gorshkov-seven-link"),
+        """
+const shown = () => [[...session.pose.x], session.range, session.poses.map((p) => p.status).join("")];
+const wanted = session.theta.map((v, i) => (i === 1 ? 1.04 * v : v));
+const far = session.theta.map((v, i) => (i === 1 ? 9 * v : v));
+session.dimension(wanted);
+const slow = shown();
+session.dimension(data.sliders.map((own) => own.value));
+for (const share of [0.3, 0.7, 1]) session.hurry(wanted.map((v, i) => data.sliders[i].value + share * (v - data.sliders[i].value)));
+const held = Boolean(session.held) && [...session.pose.x];
+const before = [...session.theta];
+const refused = session.hurry(far) || JSON.stringify(before) !== JSON.stringify(session.theta);
+session.settle();
+console.log(JSON.stringify([slow, [held, ...shown()], refused]));
+""",
+        tmp_path,
+    )
+    held, after, span, statuses = quick
+    assert np.abs(np.array(held) - slow[0]).max() < 1e-13
+    assert np.abs(np.array(after) - slow[0]).max() < 1e-13
+    assert span == pytest.approx(slow[1], abs=1e-12)
+    assert statuses == slow[2]
+    assert refused is False
+
+
+@needs_node
 def test_the_changed_file_is_what_the_page_shows(tmp_path):
     page = md.page("four-bar-crank-rocker")
     text = in_page(

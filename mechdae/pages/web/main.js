@@ -9,6 +9,9 @@ import { Plans } from "./plans.js";
 import { pulled, slidersAt } from "./shape.js";
 import { csvText, offered, png, svgText, tomlText } from "./files.js";
 
+/** Milliseconds that a change may take to be drawn whole in each frame. */
+const FRAME = 12;
+
 const find = (id) => document.getElementById(id);
 
 /** An HTML element with attributes and children; texts are texts, never markup. */
@@ -173,7 +176,7 @@ class App {
     button("SVG", () => offered(`${name}.svg`, svgText(find("diagram")), "image/svg+xml"));
     button("PNG", async () => offered(`${name}.png`, await png(find("diagram"), getComputedStyle(document.body).backgroundColor)));
     if (this.session) {
-      button("CSV", () => offered(`${name}.csv`, csvText(this.session), "text/csv"));
+      button("CSV", () => { this.session.settle(); offered(`${name}.csv`, csvText(this.session), "text/csv"); });
       button("TOML", () => { const text = this.toml(); if (text) offered(`${data.problem}.toml`, text, "text/plain"); });
     }
     button(this.words("theme"), () => {
@@ -200,16 +203,18 @@ class App {
     const { wanted } = this;
     this.wanted = {};
     const { session } = this;
-    let all = false;
+    let all = false, hurried = false;
+    const begun = performance.now();
     if (session) {
       if (wanted.theta) {
         const [k, value] = wanted.theta;
         const theta = [...session.theta];
         theta[k] = value;
-        const t = session.dimension(theta);
+        hurried = this.hurried(theta);
+        const t = hurried ? 1 : session.dimension(theta);
         this.rows[k].note.hidden = t === 1;
         this.rows[k].note.textContent = t === 1 ? "" : `${this.words(value > session.theta[k] ? "larger" : "smaller")} ${quantity(session.theta[k], this.rows[k].unit)}: ${session.reason}`;
-        all = true;
+        all = !hurried;
       }
       if (wanted.pulled) { this.reshape(wanted.pulled); all = true; }
       const [low, high] = session.range;
@@ -219,9 +224,30 @@ class App {
       if (wanted.share !== undefined) this.shown = Math.round(wanted.share * (this.recorded.count - 1));
       if (wanted.s !== undefined) this.shown = this.nearest(wanted.s);
     }
-    if (all) this.drawAll(!wanted.pulled);
-    else this.draw();
-    this.writeHash();
+    if (all) {
+      this.drawAll(!wanted.pulled);
+      this.cost = performance.now() - begun;
+    } else this.draw();
+    if (hurried) this.showNumbers();
+    // an address for each frame costs 1 ms, and engines refuse more than some a second
+    clearTimeout(this.addressed);
+    this.addressed = setTimeout(() => this.writeHash(), 150);
+  }
+
+  /**
+   * Where following the whole range takes longer than a frame, carry the pose shown alone;
+   * curves, ends and paths come when the hand rests.
+   */
+  hurried(theta) {
+    if (!(this.cost > FRAME) || !this.session.hurry(theta)) return false;
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => {
+      const begun = performance.now();
+      this.session.settle();
+      this.drawAll();
+      this.cost = performance.now() - begun;
+    }, 120);
+    return true;
   }
 
   nearest(s) {
@@ -331,6 +357,7 @@ class App {
     };
     svg.addEventListener("pointerdown", (event) => {
       if (!this.session) return;
+      this.session.settle();
       const here = place(event);
       const pose = this.session.pose;
       let best = 14 / this.diagram.scale;
@@ -450,13 +477,7 @@ class App {
       this.diagram.traces(moving.map(({ columns }) => session.poses.map((pose) => (pose.y ? columns.map((k) => pose.y[0][k]) : null))));
       const ends = session.motion.ends.filter((end) => end && end.kind === "limit");
       this.diagram.faint("limits", ends.map((end) => session.places_of(session.motion.atLimit(end.s, end))));
-      if (this.rows) {
-        this.rows.forEach(({ range, field, factor, unit }, k) => {
-          range.value = session.theta[k];
-          range.setAttribute("aria-valuetext", quantity(session.theta[k], unit));
-          if (document.activeElement !== field) field.value = digits(session.theta[k] * factor, 8);
-        });
-      }
+      this.showNumbers();
       const shown = session.output(this.what.value);
       const [factor, name] = displayed(shown.unit);
       const [along, alongName] = displayed(this.data.driver.unit);
@@ -469,6 +490,16 @@ class App {
       });
     }
     this.draw();
+  }
+
+  /** Sliders and fields of the dimensions. */
+  showNumbers() {
+    const { session } = this;
+    (this.rows || []).forEach(({ range, field, factor, unit }, k) => {
+      range.value = session.theta[k];
+      range.setAttribute("aria-valuetext", quantity(session.theta[k], unit));
+      if (document.activeElement !== field) field.value = digits(session.theta[k] * factor, 8);
+    });
   }
 
   draw() {
@@ -534,6 +565,7 @@ class App {
   showOthers() {
     if (!this.others) return;
     const { session } = this;
+    if (session.held) return;
     if (!this.others.checked) { this.diagram.faint("ghosts", []); return; }
     session.ghosts.carry(session.theta, session.range, session.mode);
     const found = session.ghosts.at(session.s);
@@ -545,7 +577,7 @@ class App {
 
   table(pose, forces) {
     const rows = [];
-    const row = (name, text) => rows.push(made("tr", {}, made("td", {}, name), made("td", {}, text)));
+    const row = (name, text) => rows.push([name, text]);
     if (forces && forces.status !== "jammed") {
       for (const [name, value] of Object.entries(forces.efforts)) row(`${this.words("effort")} ${name}`, quantity(value, name.endsWith(".angle") ? "N m" : "N"));
       for (const [name, [x, y, moment]] of Object.entries(forces.reactions)) row(`R ${name}`, `${quantity(Math.hypot(x, y), "N", 5)}; ${quantity(moment, "N m", 5)}`);
@@ -558,7 +590,12 @@ class App {
       const rate = speed ? quantity(Math.hypot(...speed) * (speed.length === 1 && speed[0] < 0 ? -1 : 1), `${unit}/s`, 5) : "–";
       row(part, `${text}; ${rate}`);
     }
-    this.body.replaceChildren(...rows);
+    // rows that stay are kept: only texts that changed are laid out again
+    while (this.body.rows.length > rows.length) this.body.deleteRow(-1);
+    rows.forEach((texts, k) => {
+      const own = this.body.rows[k] || this.body.appendChild(made("tr", {}, made("td"), made("td")));
+      texts.forEach((text, j) => { if (own.cells[j].textContent !== text) own.cells[j].textContent = text; });
+    });
   }
 
   say(text, warn) {
@@ -633,6 +670,7 @@ function interfaceOf(app) {
     set(values) {
       const { session } = app;
       if (!session) { own.reason = app.reason; return false; }
+      session.settle();
       const theta = [...session.theta];
       let s = null;
       for (const [name, value] of Object.entries(values)) {
@@ -654,6 +692,7 @@ function interfaceOf(app) {
     sweep(path, count = 361) {
       const { session } = app;
       if (!session) return [];
+      session.settle();
       const output = session.output(path);
       const [low, high] = session.range;
       return Array.from({ length: count }, (_, k) => {
@@ -663,7 +702,10 @@ function interfaceOf(app) {
         return found && found.length === 1 ? found[0] : found;
       });
     },
-    limits() { return app.session ? app.session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null)) : [null, null]; },
+    limits() {
+      if (app.session) app.session.settle();
+      return app.session ? app.session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null)) : [null, null];
+    },
     modes() { return app.session ? data.modes.map((mode) => mode.label) : []; },
     choose(label) {
       if (!app.session) { own.reason = app.reason; return false; }

@@ -43,6 +43,8 @@ export class Session {
     this.range = data.range;
     this.forces = data.forces ? new Forces(data, this.motion) : null;
     this.acting = new WeakMap();
+    /** The pose shown while curves and ends are still those of the numbers before. */
+    this.held = null;
     this.ghosts = new Ghosts(data, code);
     this.follow();
     this.s = this.within(data.start.s) ? data.start.s : this.range[0];
@@ -95,7 +97,7 @@ export class Session {
 
   get trusted() { return this.selfTest() <= CHECK * 100; }
 
-  get pose() { return this.motion.pose(this.s); }
+  get pose() { return this.held || this.motion.pose(this.s); }
 
   /** Where the points are: name to place. */
   places_of(pose) {
@@ -199,6 +201,7 @@ export class Session {
   // -- changes
 
   remember() {
+    this.settle();
     this.history.push({ theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor });
     if (this.history.length > 200) this.history.shift();
     this.future = [];
@@ -216,6 +219,7 @@ export class Session {
   }
 
   undo(back = true) {
+    this.settle();
     const [from, to] = back ? [this.history, this.future] : [this.future, this.history];
     if (!from.length) return false;
     to.push({ theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor });
@@ -225,6 +229,7 @@ export class Session {
 
   /** Drive to a value; false where there is no pose, which is shown as such. */
   drive(s) {
+    this.settle();
     this.s = s;
     const ok = this.pose.status !== "unassembled";
     this.reason = ok ? "" : this.opening(s);
@@ -237,8 +242,42 @@ export class Session {
     return end ? `${end.group} opens at ${end.joint}` : "";
   }
 
+  /**
+   * Carry the pose shown alone to other values of dimensions; false where that is not proved.
+   * What is told of the whole range follows with `settle`.
+   */
+  hurry(theta) {
+    const { pose, motion } = this;
+    if (pose.status !== "ok") return false;
+    const from = [...this.theta];
+    const found = motion.carry(pose, from, theta);
+    const now = found.t === 1 ? motion.solved(pose.s, pose.place, found.x) : null;
+    const known = now && now.status === "ok" && now.x.every((value, i) => Math.abs(value) <= motion.sizeX[i]);
+    if (!known) {
+      motion.setNumbers(from);
+      motion.sign = Float64Array.from(pose.det, Math.sign);
+      return false;
+    }
+    this.held = now;
+    this.theta = [...theta];
+    this.reason = "";
+    return true;
+  }
+
+  /** Follow the path of the pose that was carried. */
+  settle() {
+    if (!this.held) return;
+    const { x, place } = this.held;
+    this.held = null;
+    this.motion.anchor = this.nearZero({ x: Float64Array.from(x), s: place });
+    this.follow();
+    if (!this.within(this.s)) this.s = Math.min(Math.max(this.s, this.range[0]), this.range[1]);
+    this.sample();
+  }
+
   /** Use other values of dimensions, on the branch that is followed there; how far it came, 0 to 1. */
   dimension(theta) {
+    this.settle();
     const from = [...this.theta];
     let pose = this.pose;
     if (pose.status !== "ok") pose = this.poses.find((other) => other.status === "ok");
@@ -280,6 +319,7 @@ export class Session {
 
   /** Go over to another assembly mode that Python found at the start. */
   choose(label) {
+    this.settle();
     const mode = this.data.modes.find((own) => own.label === label);
     if (!mode) { this.reason = `no mode ${label}`; return false; }
     const before = { theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor };
