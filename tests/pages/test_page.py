@@ -251,7 +251,9 @@ const far = session.theta.map((v, i) => (i === 1 ? 9 * v : v));
 session.dimension(wanted);
 const slow = shown();
 session.dimension(data.sliders.map((own) => own.value));
-for (const share of [0.3, 0.7, 1]) session.hurry(wanted.map((v, i) => data.sliders[i].value + share * (v - data.sliders[i].value)));
+for (const share of [0.3, 0.7, 1]) {
+  session.hurry(wanted.map((v, i) => data.sliders[i].value * (1 - share) + share * v));
+}
 const held = Boolean(session.held) && [...session.pose.x];
 const before = [...session.theta];
 const refused = session.hurry(far) || JSON.stringify(before) !== JSON.stringify(session.theta);
