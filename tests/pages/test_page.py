@@ -245,7 +245,8 @@ def test_a_hurried_pose_is_the_one_that_is_followed(tmp_path):
     slow, quick, refused = in_page(
         md.page("gorshkov-seven-link"),
         """
-const shown = () => [[...session.pose.x], session.range, session.poses.map((p) => p.status).join("")];
+const statuses = () => session.poses.map((p) => p.status).join("");
+const shown = () => [[...session.pose.x], session.range, statuses()];
 const wanted = session.theta.map((v, i) => (i === 1 ? 1.04 * v : v));
 const far = session.theta.map((v, i) => (i === 1 ? 9 * v : v));
 session.dimension(wanted);
