@@ -75,10 +75,15 @@ class LaneNodes:
 
     def __init__(self, trace: Followed, count: int, nx: int) -> None:
         lanes, s = (np.concatenate([part[k] for part in trace.nodes]) for k in (0, 1))
-        state = np.concatenate([part[2].T for part in trace.nodes])
         order = np.lexsort((s, lanes))
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        states, done = np.empty((len(order), 3 * nx)), 0
+        for own, _, columns in trace.nodes:
+            states[place[done : done + len(own)]] = columns.T
+            done += len(own)
         trace.nodes.clear()
-        self._enter(lanes[order], s[order], state[order].reshape(-1, 3, nx), count)
+        self._enter(lanes[order], s[order], states.reshape(-1, 3, nx), count)
 
     def _enter(self, lanes: Any, s: Any, states: Any, count: int) -> None:
         self.lanes, self.s, self.states = lanes, s, states
