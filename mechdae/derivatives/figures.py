@@ -24,6 +24,7 @@ FIGURES = {
     "highest": "the largest value",
     "lowest": "the smallest value",
     "peak": "the largest magnitude, of vectors the largest length",
+    "fluctuation": "the largest less the smallest value, as a share of their mean",
     "settling": "the time after which the value stays within 2 % of its way to the last one",
 }
 """First steps of paths that give one number of a time history."""
@@ -128,7 +129,18 @@ def figure(result: Result, path: str) -> tuple[Any, float]:
         return _extreme(course, lambda y: float(np.linalg.norm(y)), 1)
     if series.ndim > 1:
         raise InputError(f"'{word}' needs one number at each time, {rest} is a vector")
+    if word == "fluctuation":
+        return _fluctuation(course)
     return _extreme(course, lambda y: float(y[0]), 1 if word == "highest" else -1)
+
+
+def _fluctuation(course: SeriesBetween) -> tuple[float, float]:
+    """Return (highest - lowest) over the mean of both, and its error."""
+    (high, above), (low, below) = (_extreme(course, lambda y: float(y[0]), s) for s in (1, -1))
+    mean = (high + low) / 2
+    if mean == 0:
+        raise InputError("the mean of highest and lowest value is zero", where="outputs")
+    return (high - low) / abs(mean), (above + below) / abs(mean) * (1 + (high - low) / abs(mean))
 
 
 def _with_rates(result: Result, path: str, series: Any) -> tuple[Any, Any]:

@@ -20,7 +20,7 @@ from mechdae.results.plain import no_collection, plain
 from mechdae.results.series import Named, Series
 from mechdae.results.shown import Shown
 from mechdae.results.status import StatusOfPoses
-from mechdae.results.units import HISTORY, KINDS, path_unit, series_unit
+from mechdae.results.units import HISTORY, KINDS, UNITS_OF_HISTORY, path_unit, series_unit
 from mechdae.types import Floats, Texts
 
 R = TypeVar("R", bound="Result")
@@ -227,7 +227,7 @@ class Result(Shown):
         """Return the unit of what a path of a study names; empty where it is not known."""
         word, _, rest = path.partition("/")
         if word in HISTORY:
-            return "s" if word == "settling" else self.path_unit(rest)
+            return UNITS_OF_HISTORY.get(word) or self.path_unit(rest)
         return path_unit(self.mechanism, whole_path(self.mechanism.outputs, path))
 
 

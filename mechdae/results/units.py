@@ -80,8 +80,10 @@ SUMMARY = {
 """Units of entries of a summary."""
 OUTPUT_RATES = ("value", "rate", "second", "third")
 DRIVER_UNITS = {"velocity": "/s", "acceleration": "/s2", "jerk": "/s3"}
-HISTORY = ("last", "highest", "lowest", "peak", "settling")
+HISTORY = ("last", "highest", "lowest", "peak", "fluctuation", "settling")
 """First steps of paths that give one number of a motion's time history."""
+UNITS_OF_HISTORY = {"settling": "s", "fluctuation": "1"}
+"""Units of those that are not in the unit of the path."""
 KINDS = ("drivers", "bodies", "points", "joints", "outputs")
 
 
@@ -113,7 +115,7 @@ def path_unit(mechanism: Mechanism, path: str) -> str:
     """Return the unit of what a whole path of a result names; empty where it is not known."""
     word, _, rest = path.partition("/")
     if word in HISTORY:
-        return "s" if word == "settling" else path_unit(mechanism, rest)
+        return UNITS_OF_HISTORY.get(word) or path_unit(mechanism, rest)
     part, _, name = rest.rpartition("/")
     if word in KINDS and part:
         return "" if name.startswith("reaction") else series_unit(mechanism, word, part, name)

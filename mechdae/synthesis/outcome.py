@@ -79,7 +79,7 @@ class TaskRun:
                 f"{path} is {number.size} numbers, a goal or a limit is one",
                 hint="append /0, /1, ... or name one number in [outputs]"
                 if self.rests or is_figure(path)
-                else f"last/{path}, highest/{path}, peak/{path} or settling/{path}",
+                else f"last/{path}, highest/..., peak/..., fluctuation/... or settling/{path}",
             )  # fmt: skip
         return float(number.ravel()[0])
 

@@ -18,6 +18,7 @@ from mechdae.derivatives.composed import INPUT, Composed, is_series
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.goals import Extreme
 from mechdae.describe.tasks.kinds import Reactions, Sweep
+from mechdae.describe.tasks.shaking import SHAKING
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.forces.inverse_dynamics import Statics
 from mechdae.forces.poses import loaded_run
@@ -74,12 +75,12 @@ class Quantity:
                 where=place,
                 hint="cycle = true",
             )
-        series = is_series(asked.path) or asked.path in MEANS
+        series = is_series(asked.path) or asked.path in (*MEANS, *SHAKING)
         if not series or (self.transmission and self.forces):
             raise UnknownName(
                 "path of a goal",
                 asked.path,
-                ["points/", "bodies/", "joints/", "efforts/", *MEANS, *SUMMARIES],
+                ["points/", "bodies/", "joints/", "efforts/", *SHAKING, *MEANS, *SUMMARIES],
             )
         if self.transmission and "transmission" not in (base.measures or ()):
             raise InputError(
@@ -156,7 +157,7 @@ class Quantity:
             losses = [f"joints/{name}/loss" for name in self.statics.balance.joints]
             paths = [*losses, INPUT]
         else:
-            paths = [path]
+            paths = list(SHAKING.get(path, (path,)))
         composed = Composed(self.setting, paths, self.free, self.statics, smooth=SMOOTH)
         values = composed.expression
         if path in MEANS:

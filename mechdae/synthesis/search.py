@@ -14,6 +14,7 @@ from mechdae.describe.tasks.constraints import Box, LimitConstraint, Transmissio
 from mechdae.describe.tasks.goals import Extreme as AskedExtreme
 from mechdae.describe.tasks.goals import FunctionTargets, Rocker, StraightLine, Visits
 from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
+from mechdae.describe.tasks.shaking import SHAKING, with_shaking
 from mechdae.describe.tasks.synthesis import Demand, demand
 from mechdae.errors import InputError, UnknownName
 from mechdae.model.model import Model
@@ -37,6 +38,13 @@ ENDS = ("stroke", "swing", "time_ratio")
 """Scalars of a summary that follow from the two ends of a coordinate."""
 
 
+def shaken_by(asked: Demand) -> list[str]:
+    """Return the tasks whose shaking forces or moments are asked for."""
+    every = [goal for goal, _ in asked.goals if isinstance(goal, AskedExtreme)]
+    every += [limit.quantity for limit in asked.of(LimitConstraint)]
+    return [own.task for own in every if own.path in SHAKING]
+
+
 class Search:
     """Everything that is built once for a task: goals, limits, space, NLPs.
 
@@ -49,8 +57,9 @@ class Search:
     """
 
     def __init__(self, problem: Problem, task: Synthesis) -> None:
-        self.problem, self.task = problem, task
         self.asked: Demand = demand(problem, task)
+        self.problem = problem = with_shaking(problem, shaken_by(self.asked))
+        self.task = task
         names = [*self.asked.free, *self.asked.choices]
         self._quantities: dict[tuple[str, str], Quantity] = {}
         self._runs: dict[str, TaskRun] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,7 +102,9 @@ def test_size_comes_first() -> None:
 
 
 def test_what_does_not_assemble_is_listed() -> None:
-    ranking = md.rank(FOUR_BAR, by="pairs", criteria=["width", "lengths"])
+    problem = md.load(FOUR_BAR)
+    short = problem.with_task("turn", replace(problem.tasks["turn"], poses=19))  # type: ignore[call-arg]
+    ranking = md.rank(short, by="pairs", criteria=["width", "lengths"])
     why = {row.name: row.why for row in ranking.rows}
     assert len(why) == 16
     assert "opens at joint C" in why["pairs-RPRR"]
@@ -110,7 +113,8 @@ def test_what_does_not_assemble_is_listed() -> None:
 
 
 def test_variants_without_the_load_are_not_compared() -> None:
-    found = [own for own in md.variants("quick-return-friction", "pairs") if not own.fault]
+    every = md.variants("quick-return-friction", "pairs")
+    found = [own for own in every if own.name in ("pairs-RRPR", "pairs-RRPP")]
     ranking = md.rank("quick-return-friction", found)
     why = {row.name: row.why for row in ranking.rows}
     assert "no load 'load'" in why["pairs-RRPP"]

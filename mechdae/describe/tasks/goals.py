@@ -321,7 +321,7 @@ class Extreme(GoalDescription):
             raise InputError(
                 f"a path of {self.task} is one number, there is nothing to reduce",
                 where="reduce",
-                hint='of = "TASK/peak/PATH", last, highest, lowest or settling',
+                hint='of = "TASK/peak/PATH", last, highest, lowest, fluctuation or settling',
             )
         return replace(self, reduce=self.reduce or ("peak" if self.sense > 0 else "least"))
 
