@@ -66,6 +66,11 @@ class Verdict:
 
 def solve(case, poses=60, **keys):
     """Return the package's sweep of a case."""
+    return md.solve(case.mechanism(), swept(case, poses, **keys))
+
+
+def swept(case, poses=60, **keys):
+    """Return the task that sweeps a case."""
     values = keys or {"from_": case.span[0], "to": case.span[1]}
     if not keys and case.assembled:
         values = {"range": "assembled"}
@@ -73,8 +78,7 @@ def solve(case, poses=60, **keys):
         values = {"at": list(case.at)}
     driver = md.Driver(case.coordinate, speed=case.speed, acceleration=case.acceleration, **values)
     count = None if "at" in values else poses
-    task = md.Sweep(driver, poses=count, on_change_point=case.crossings)
-    return md.solve(case.mechanism(), task)
+    return md.Sweep(driver, poses=count, on_change_point=case.crossings)
 
 
 @np.errstate(all="ignore")

@@ -1,0 +1,152 @@
+"""Draws random mechanisms, opens their pages in Node.js: nothing is certified that Python refutes.
+
+    python -m tests.attack.page_honesty --count 10000 --workers 2 --out docs/data/page-honesty.json
+
+A page holds poses that Python solved. Its modules, where it is live, are asked for the poses at the
+same values of the driver: what they certify must be certified by Python too, at the same places.
+Work is done in chunks; a run that was stopped goes on from OUT.parts.jsonl.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from tests.shared import attack
+
+CHUNK = 50
+POSES = 24
+APART = 1e-9
+"""Share of the mechanism's size by which places may differ beyond the bounds of both."""
+COUNTS = ("mechanisms", "live", "recorded", "poses", "certified", "missing", "limits")
+ASKED = """
+return { trusted: session.trusted, poses: PLACES.map((s) => {
+  const pose = session.motion.pose(s), bound = pose.error ? session.motion.bound(pose).length : 0;
+  return [pose.status, pose.y ? session.places_of(pose) : null, bound];
+}) };
+"""
+
+
+def examine(seed: int, player: Any) -> dict[str, Any]:
+    """Return the figures of one mechanism."""
+    import numpy as np
+
+    import mechdae as md
+    from tests.reference.truth.drawing import draw
+    from tests.reference.truth.judging import swept
+
+    row: dict[str, Any] = {**dict.fromkeys(COUNTS, 0), "faults": [], "worst": 0.0, "reason": ""}
+    case = draw(seed)
+    if case is None:
+        return row
+    row["mechanisms"] = 1
+    try:
+        page = md.page(md.Problem(case.mechanism(), {"sweep": swept(case, POSES)}))
+    except md.MechdaeError as error:
+        row["recorded"], row["reason"] = 1, f"no page: {error.what[:40]}"
+        return row
+    data = page.data
+    if not data["live"]:
+        row["recorded"], row["reason"] = 1, data["reason"]
+        return row
+    row["live"] = 1
+    found = player.asks(page, ASKED.replace("PLACES", json.dumps(data["driver"]["values"])))
+    if not found["trusted"]:
+        row["reason"] = "the page does not trust itself"
+        return row
+    truth = {
+        name: np.frombuffer(base64.b64decode(text), "<f8").reshape(-1, 2)
+        for name, text in data["recorded"]["points"].items()
+    }
+    for k, (own, points, bound) in enumerate(found["poses"]):
+        python = data["status"][k]
+        row["poses"] += 1
+        row["limits"] += own == "limit"
+        row["missing"] += own not in ("ok", "limit") and python == "ok"
+        if own != "ok":
+            continue
+        row["certified"] += 1
+        if python != "ok":
+            row["faults"].append(f"seed {seed} pose {k}: Python says {python}")
+            continue
+        away = [
+            np.abs(np.array(points[name], float) - truth[name][k]).max()
+            for name in points
+            if name in truth
+        ]
+        miss = max(max(away) - 2 * bound, 0.0) / case.scale
+        row["worst"] = max(row["worst"], float(miss))
+        if not miss <= APART:
+            row["faults"].append(f"seed {seed} pose {k}: {miss:.1e} elsewhere")
+    return row
+
+
+def chunk(start: int, count: int) -> dict[str, Any]:
+    """Return the figures of some seeds, added up."""
+    from tests.shared.player import Player
+
+    total: dict[str, Any] = {**dict.fromkeys(COUNTS, 0), "faults": [], "worst": 0.0, "reasons": {}}
+    with tempfile.TemporaryDirectory() as folder, Player(Path(folder)) as player:
+        for seed in range(start, start + count):
+            row = examine(seed, player)
+            for name in COUNTS:
+                total[name] += row[name]
+            total["worst"] = max(total["worst"], row["worst"])
+            total["faults"] += row["faults"]
+            if row["reason"]:
+                total["reasons"][row["reason"]] = total["reasons"].get(row["reason"], 0) + 1
+    return {"start": start, **total}
+
+
+def merged(parts: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return the figures of a run from those of its chunks."""
+    total: dict[str, Any] = {**dict.fromkeys(COUNTS, 0), "worst": 0.0, "faults": [], "reasons": {}}
+    for part in sorted(parts, key=lambda part: int(part["start"])):
+        for name in COUNTS:
+            total[name] += part[name]
+        total["worst"] = max(total["worst"], part["worst"])
+        total["faults"] += part["faults"]
+        for reason, count in part["reasons"].items():
+            total["reasons"][reason] = total["reasons"].get(reason, 0) + count
+    total["worst"] = float(f"{total['worst']:.2g}")
+    total["reasons"] = dict(sorted(total["reasons"].items(), key=lambda item: -item[1]))
+    return total
+
+
+def main() -> int:
+    parser = attack.parser(__doc__ or "", 200, "mechanisms")
+    parser.add_argument("--portion", type=int, help="mechanisms of this call, the rest in others")
+    options = parser.parse_args()
+    log = options.out.with_suffix(".parts.jsonl") if options.out else None
+    parts = []
+    if log is not None and log.exists():
+        parts = [json.loads(line) for line in log.read_text(encoding="utf-8").splitlines()]
+    done = {part["start"] for part in parts}
+    starts = range(options.seed, options.seed + options.count, CHUNK)
+    last = options.seed + options.count
+    jobs = [(start, min(CHUNK, last - start)) for start in starts if start not in done]
+    if options.portion:
+        jobs, later = jobs[: options.portion // CHUNK], jobs[options.portion // CHUNK :]
+    else:
+        later = []
+    with attack.processes(options.workers) as spread:
+        for part in spread(chunk, jobs):
+            parts.append(part)
+            if log is not None:
+                with log.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(part) + "\n")
+            print(part["start"], part["live"], part["faults"], file=sys.stderr, flush=True)
+    if later:
+        return 0
+    figures = {"seed": options.seed, "count": options.count, **merged(parts)}
+    if log is not None:
+        log.unlink(missing_ok=True)
+    return attack.ended(figures, options.out, figures["faults"])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

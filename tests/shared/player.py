@@ -1,0 +1,76 @@
+"""Node.js as a process that opens one page after the other and answers questions about each."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import mechdae as md
+from mechdae.pages import link
+from tests.shared.node import NODE
+
+WEB = Path(link.__file__).parent / "web"
+OPENS = """
+import {{ createInterface }} from "node:readline";
+import {{ Session }} from "{session}";
+for await (const line of createInterface({{ input: process.stdin }})) {{
+  let answer;
+  try {{
+    const {{ data, kernels, asked }} = JSON.parse(line);
+    const K = new Function(kernels.replace("const K =", "return"))();
+    const session = new Session(data, K);
+    answer = {{ found: new Function("session", "data", asked)(session, data) }};
+  }} catch (error) {{
+    answer = {{ error: String(error.stack || error) }};
+  }}
+  process.stdout.write(JSON.stringify(answer) + "\\n");
+}}
+"""
+END = "})();\n"
+
+
+class Player:
+    """Opens pages in one process of Node.js.
+
+    Use it with ``with``; ``asks`` is the body of a function of ``session`` and ``data``.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        assert NODE is not None
+        script = folder / "player.mjs"
+        script.write_text(OPENS.format(session=(WEB / "session.js").as_posix()), encoding="utf-8")
+        self.process = subprocess.Popen(
+            [NODE, str(script)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+
+    def __enter__(self) -> Player:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        raised: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.close()
+        self.process.wait(10)
+        self.process.stdout.close()
+
+    def asks(self, page: md.Page, asked: str) -> Any:
+        """Return what the function returns, as JSON knows it: NaN and infinities are None."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        code = link.unpacked(page.html)
+        kernels = code[code.index("const K =") : code.index(END) + len(END)]
+        line = json.dumps({"data": dict(page.data), "kernels": kernels, "asked": asked})
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+        answer = json.loads(self.process.stdout.readline())
+        if "error" in answer:
+            raise RuntimeError(answer["error"])
+        return answer["found"]
