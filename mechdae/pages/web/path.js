@@ -7,6 +7,7 @@ const TINY = 1e-17;
 const ROUNDS = 8;
 const APPROACH = 1e-6;
 const TURN = 2 * Math.PI;
+const RETURN = 1e-8;
 
 /** Solve a small dense system in place by elimination with pivoting; null where it is singular. */
 export function eliminated(matrix, right) {
@@ -268,11 +269,29 @@ export class Motion {
     if (place === null) return this.missing(s);
     for (const end of this.ends) {
       if (end && Math.abs(place - end.s) <= 1e-15 * Math.max(1, Math.abs(end.s)) * 8) {
-        return end.kind === "limit" ? this.atLimit(s, end) : this.missing(s);
+        const there = end.kind === "limit" ? this.atLimit(s, end) : this.missing(s);
+        return there.y && s !== place && !this.same(there.y[0], this.kernels.outputs.run(end.x, [s], this.p)[0]) ? this.missing(s) : there;
       }
     }
-    const found = this.solved(s, place, this.guess(place));
-    return found.status === "ok" ? found : this.solved(s, place, this.beside(place));
+    let found = this.solved(s, place, this.guess(place));
+    if (found.status !== "ok") found = this.solved(s, place, this.beside(place));
+    return s === place || this.returns(found) ? found : this.missing(s);
+  }
+
+  /** Whether a pose found whole turns of the driver away is that of its own value: a rack on the crank is elsewhere. */
+  returns({ status, s, x, y }) {
+    if (status !== "ok") return false;
+    const own = this.solved(s, s, x);
+    return own.status === "ok" && this.same(own.y[0], y[0]);
+  }
+
+  /** Whether outputs are the same but for whole turns of angles. */
+  same(one, other) {
+    return this.data.entries.every(({ columns, unit, names }) => columns.every((k) => {
+      const apart = one[k] - other[k];
+      if (unit !== "rad") return Math.abs(apart) <= RETURN * this.start.scale;
+      return Math.abs(names[0] === "orientation" ? apart : apart - TURN * Math.round(apart / TURN)) <= RETURN;
+    }));
   }
 
   /** A guess by certified steps from the node before a place, where the interpolant is too poor. */
@@ -332,19 +351,20 @@ export class Motion {
     return { status: "unassembled", s, place: null, x: null, y: null, error: null };
   }
 
-  /** Bounds of the outputs' errors from those of the unknowns. */
+  /** Bounds of the outputs' errors from those of the unknowns, the largest of their coordinates. */
   bound({ error }) {
     if (!error) return null;
     const [rows, columns] = this.data.kernels.slopes_at;
     const slopes = this.outputSlopes();
-    const result = Float64Array.from(this.rounding);
-    for (let k = 0; k < rows.length; k += 1) result[rows[k]] += slopes[k] * error[columns[k]];
-    let length = 0;
-    let angle = 0;
-    for (const { kind, columns: own } of this.data.entries) {
-      if (kind === "points") length = Math.max(length, Math.hypot(...own.map((k) => result[k])));
-      if (kind === "bodies") angle = Math.max(angle, own.length > 1 ? Math.hypot(...own.map((k) => result[k])) / Math.SQRT2 : result[own[0]]);
-    }
+    const sums = new Float64Array(this.rounding.length);
+    for (let k = 0; k < rows.length; k += 1) sums[rows[k]] += slopes[k] * error[columns[k]];
+    const largest = (kind, share) => {
+      const own = this.data.entries.filter((entry) => entry.kind === kind).flatMap((entry) => entry.columns);
+      return share * (Math.max(0, ...own.map((k) => sums[k])) + Math.max(0, ...own.map((k) => this.rounding[k])));
+    };
+    // the norm of the difference of two rotations is sqrt(2) times the angle between them
+    const turned = this.data.scene.dimension === 3 ? 3 / Math.SQRT2 : 1;
+    const length = largest("points", 1), angle = largest("bodies", turned);
     return { length, angle };
   }
 

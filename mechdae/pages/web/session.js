@@ -88,6 +88,7 @@ export class Session {
         if (!pose.y) return Infinity;
         for (const { columns } of this.data.entries) {
           const found = this.inTime(pose, columns, k);
+          if (!found) return Infinity; // rates that are none where Python has some
           columns.forEach((i, j) => { worst = Math.max(worst, Math.abs(found[j] - check.y[k][i]) / size); });
         }
       }
