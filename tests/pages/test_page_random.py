@@ -28,3 +28,4 @@ def test_the_long_run_found_nothing():
     text = (ROOT / "docs/page.md").read_text(encoding="utf-8")
     for word in ("mechanisms", "live", "certified"):
         assert f"{figures[word]} {word}" in text
+    assert f"{figures['reasons']['the page does not trust itself']} of them" in text
