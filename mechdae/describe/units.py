@@ -106,8 +106,11 @@ def nearest_suffixes(word: str) -> list[str]:
     """Return the suffixes that may have been meant by the end of a key (``inch``, ``newton``)."""
     said = word.lower().strip("_")
     known = {own[1:]: own for own in UNITS} | WORDS
-    near = [said] if said in known else nearest(said.removesuffix("s"), known)
-    return list(dict.fromkeys(known[own] for own in near))
+    if said in known:
+        return [known[said]]
+    begun = [own for own in UNITS if said and own[1:].startswith(said)]
+    near = [known[own] for own in nearest(said.removesuffix("s"), known)]
+    return list(dict.fromkeys([*begun, *near]))[:3]
 
 
 WORDS = {

@@ -284,7 +284,7 @@ def test_bench_quick(capsys, tmp_path) -> None:
         assert record["error"] <= record["allowed"]
         assert record["error"] <= record["bound"]
         assert record["not_ok"] == 0
-    ways = ["md.solve, first", "md.solve, again", "md.Solver"]
+    ways = ["md.solve, first", "md.solve, again", "md.Solver", "md.Solver.poses"]
     assert [record["method"] for record in records] == 2 * ways
     assert (tmp_path / "bench.svg").stat().st_size > 5000
 

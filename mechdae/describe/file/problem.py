@@ -138,8 +138,8 @@ class Problem:
                 problem.where = f"set {name}"
                 if isinstance(problem, UnknownName) and self.sizes and not problem.hint:
                     problem.hint = f"the sizes are {', '.join(self.sizes)}"
-                if isinstance(problem, UnknownName) and not problem.hint:
-                    problem.hint = unit_meant(name, known)
+                if isinstance(problem, UnknownName):
+                    problem.hint = unit_meant(name, known) or problem.hint
                 raise problem from None
         if not new:
             return self

@@ -112,13 +112,20 @@ def suffixes(unit: str | None) -> list[str]:
 
 
 def unit_meant(key: str, known: Iterable[str]) -> str:
-    """Return what to try for a key that ends like no unit; "" where no name stands before."""
-    bases = [own for own in known if key.startswith(f"{own}_")]
+    """Return what to try for a key that ends like no unit.
+
+    It is "" where no known name stands before the end, or another known name is nearer.
+    """
+    names = set(known)
+    bases = [own for own in names if key.startswith(f"{own}_")]
     if not bases:
         return ""
     base = max(bases, key=len)
-    meant = " or ".join(f"{base}{own}" for own in nearest_suffixes(key[len(base) :]))
-    return (f"did you mean {meant}? " if meant else "") + f"units are {', '.join(UNITS)}"
+    meant = [f"{base}{own}" for own in nearest_suffixes(key[len(base) :])]
+    if not {*get_close_matches(key, [*(names - {base}), *meant], 1)} <= {*meant}:
+        return ""
+    advice = f"did you mean {' or '.join(meant)}? " if meant else ""
+    return advice + f"units are {', '.join(UNITS)}"
 
 
 def check_suffix(key: str, unit: str | None) -> None:
