@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechdae import __version__
-from mechdae.results import Result, heads, plain
+from mechdae.results import Result, heads, plain, shown_columns
 
 LINEAR = ("A", "B", "C", "D", "states", "inputs", "outputs")
 """What an NPZ has of a linear system."""
@@ -36,13 +36,13 @@ def json_text(results: Sequence[Result], indent: int | None = None) -> str:
 
 
 def csv_text(result: Result) -> str:
-    """Return a table of all scalar series, one row per pose, units in the header."""
+    """Return a table of all scalar series, one row per pose, in the units of its header."""
     return "".join(_csv_pieces(result))
 
 
 def _csv_pieces(result: Result) -> Iterator[str]:
     """Yield the text of the table, a few rows at a time."""
-    columns = list(result.columns())
+    columns = shown_columns(result)
     labels = result.labels or ()
     head = ["status"] + (["mode"] if labels else [])
     yield _lines([head + heads(columns)])

@@ -15,7 +15,7 @@ from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.errors import AssemblyError, MechanismError, UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.setup.drivers import DriverPlan
-from mechdae.setup.slips import long_length
+from mechdae.setup.slips import long_length, odd_lengths
 
 
 def sketched_pose(assembler: Assembler, plan: DriverPlan) -> tuple[Any, Any]:
@@ -70,8 +70,7 @@ def doubts(
     for body, angle in assembler.sketch.items():
         if abs(angle) > 4 * math.pi:
             notes.append(f"sketch: {body} = {angle:g} is in radians; did you mean {body}_deg?")
-    long = long_length(assembler.scene.model.mechanism)
-    notes += [long] if long else []
+    notes += odd_lengths(assembler.scene.model.mechanism)
     if not slips and plan.values is not None and plan.coordinates[0].is_angle:
         turns = float(np.ptp(plan.values[:, 0])) / (2 * math.pi)
         if turns > 5 and len(plan.values) < 20 * turns:

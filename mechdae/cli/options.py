@@ -9,6 +9,7 @@ from mechdae.errors import InputError
 
 if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem
+    from mechdae.describe.shown_units import Units
 
 
 def process_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,6 +28,26 @@ def check_processes(options: argparse.Namespace) -> None:
         raise InputError("a whole number, 1 or more, is needed", where="--workers")
     if options.cluster and options.workers != 1:
         raise InputError("not together with --workers", where=f"--cluster {options.cluster}")
+
+
+def units_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--units``."""
+    parser.add_argument(
+        "--units", metavar="U", help="what numbers are shown in: mm,deg,kN (JSON and NPZ stay SI)"
+    )
+
+
+def units_asked(options: argparse.Namespace) -> Units:
+    """Return the units of ``--units``; SI without it."""
+    from mechdae.describe.shown_units import SI, units_of
+
+    if options.units is None:
+        return SI
+    try:
+        return units_of(options.units)
+    except InputError as error:
+        error.where = "--units"
+        raise
 
 
 def problem_arguments(parser: argparse.ArgumentParser) -> None:

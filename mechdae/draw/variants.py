@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.shown_units import Units
 from mechdae.draw import style
 from mechdae.draw.catalogue import PICTURES
 from mechdae.draw.diagram.diagram import View, draw_pose, extent, has_paths
@@ -128,7 +129,7 @@ def variant_names(entries: Sequence[tuple[Any, dict[str, Any]]]) -> list[str]:
     """Return the names of variants: as given, else what they differ in, else their numbers."""
     results = [result for result, _ in entries]
     values = [result.mechanism.values() for result in results]
-    units = parameter_units(results[0].mechanism)
+    units, shown = parameter_units(results[0].mechanism), results[0].units
     differ = [
         name
         for name in results[0].mechanism.parameters
@@ -138,7 +139,9 @@ def variant_names(entries: Sequence[tuple[Any, dict[str, Any]]]) -> list[str]:
     for k, (result, options) in enumerate(entries):
         text = str(options.get("label") or "")
         if not text and 1 <= len(differ) <= FEW:
-            text = ", ".join(_amount(n, values[k].get(n, np.nan), units.get(n, "")) for n in differ)
+            text = ", ".join(
+                _amount(n, values[k].get(n, np.nan), units.get(n, ""), shown) for n in differ
+            )
         elif not text and len({own.task for own in results}) == len(results):
             text = str(result.task)
         elif not text and len({own.title for own in results}) == len(results):
@@ -148,8 +151,8 @@ def variant_names(entries: Sequence[tuple[Any, dict[str, Any]]]) -> list[str]:
     return seen
 
 
-def _amount(name: str, value: float, unit: str) -> str:
-    scale = scale_of(unit, [value])
+def _amount(name: str, value: float, unit: str, units: Units) -> str:
+    scale = scale_of(unit, [value], units)
     return f"{name} = {number(float(scale(value)))} {scale.unit}".rstrip()
 
 

@@ -201,7 +201,7 @@ def first_pose(setting: Setting, task: Sweep) -> tuple[Any, Any]:
     """Return driver values and unknowns of the pose the path starts from."""
     if task.mode is None:
         u, x = start.sketched_pose(setting.assembler, setting.plan)
-        slips = driver_slips(task, setting.plan)
+        slips = driver_slips(task, setting.scene.model.mechanism)
         setting.notes[:] = start.doubts(setting.assembler, setting.plan, x, u, slips)
         return u, x
     first = setting.plan.first

@@ -17,6 +17,7 @@ from mechdae.describe.dimensions import parameter_units
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import dumps
+from mechdae.describe.shown_units import SI, Units, units_of
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver, Reactions, Sweep, Task
 from mechdae.errors import InputError, MechdaeError
@@ -76,7 +77,10 @@ class Page:
 
 
 def page(
-    problem: Problem | Result | str | FilePath, task: str | None = None, lang: str = "en"
+    problem: Problem | Result | str | FilePath,
+    task: str | None = None,
+    lang: str = "en",
+    units: str | Units = SI,
 ) -> Page:
     """Return the live page of a task.
 
@@ -88,18 +92,22 @@ def page(
         Name of a sweep, reactions or motion task; the first one without a name.
     lang
         Language of its words, "en" or "ru".
+    units
+        What it shows numbers in, such as ``"mm,deg,kN"``; its files and interface stay SI.
 
     Raises
     ------
     InputError
-        A task without poses along a path, a language that it does not speak.
+        A task without poses along a path, a language that it does not speak, no units.
     SolveError
         The mechanism does not assemble.
     """
     if lang not in LANGUAGES:
         raise InputError(f"no words in '{lang}'", where="lang", hint=", ".join(LANGUAGES))
+    shown = units_of(units) if isinstance(units, str) else units
     name = task
     if isinstance(problem, Result):
+        shown = shown if shown.asked else problem.units
         whole, name = _again(problem), problem.task
     else:
         whole = problem if isinstance(problem, Problem) else load(problem)
@@ -114,7 +122,7 @@ def page(
         raise InputError(
             f"a page shows {', '.join(KINDS)}, not {chosen.kind}", where=f"tasks.{name}"
         )
-    return _page(whole, name, lang)
+    return _page(whole, name, lang, shown)
 
 
 def _is_single(task: Any) -> bool:
@@ -188,7 +196,7 @@ def _loaded(problem: Problem, task: Reactions) -> tuple[LoadedRun | None, str]:
     return (None, reason) if reason else (found, "")
 
 
-def _page(problem: Problem, name: str, lang: str) -> Page:
+def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
     found = _followed(problem, name)
     setting, run, result, task = found.setting, found.run, found.result, found.task
     reason = live.why_recorded(setting, run, task)
@@ -212,6 +220,8 @@ def _page(problem: Problem, name: str, lang: str) -> Page:
         "without": found.without,
         "units": parameter_units(problem.mechanism, problem.tasks.values()),
     }
+    if units.asked:
+        data["shown"] = {si: [own.factor, own.name] for si, own in units.by_si.items()}
     text = ""
     if setting is not None and run is not None and not reason:
         try:

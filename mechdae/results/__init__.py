@@ -15,9 +15,9 @@ from mechdae.results.later import Later, Summary
 from mechdae.results.plain import plain
 from mechdae.results.result import Result, whole_path
 from mechdae.results.series import Named, Series
-from mechdae.results.shown import heads
+from mechdae.results.shown import heads, shown_columns
 from mechdae.results.status import CODES, FINE, LOST, Status, among, counts, statuses
-from mechdae.results.units import KINDS, OUTPUT_RATES, UNITS, reaction_parts
+from mechdae.results.units import KINDS, OUTPUT_RATES, UNITS, effort_unit, reaction_parts
 
 __all__ = [
     "CODES",
@@ -43,10 +43,12 @@ __all__ = [
     "SynthesisResult",
     "among",
     "counts",
+    "effort_unit",
     "events_of",
     "heads",
     "plain",
     "reaction_parts",
+    "shown_columns",
     "statuses",
     "whole_path",
 ]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import Any, TypeVar, cast
+from typing import Any, Self, TypeVar, cast
 
 import numpy as np
 
 from mechdae.describe.mechanism import Mechanism
+from mechdae.describe.shown_units import SI, Units, units_of
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import UnknownName
 from mechdae.results.columns import columns_of
@@ -75,6 +76,8 @@ class Result(Shown):
     fault
         What is wrong with the answer, None when nothing is; of forces the checks are made when it
         is read.
+    units
+        What tables, CSV and pictures show numbers in, see `in_units`; arrays and JSON are SI.
     """
 
     problem: str
@@ -95,6 +98,7 @@ class Result(Shown):
     fault: Fault = Fault()
     definition: Task | None = None
     time: Floats | None = None
+    units: Units = SI
 
     centres = efforts = scalars = work = Series({})
     parts = parameters = table = data = checks = NOTHING
@@ -110,6 +114,19 @@ class Result(Shown):
         """Return a result of another class with what this one has, some of it changed."""
         kept = [own.name for own in fields(self) if own.name not in changes]
         return kind(**{name: getattr(self, name) for name in kept} | changes)
+
+    def in_units(self, units: str | Sequence[str] | Units) -> Self:
+        """Return the same result, shown in other units: ``"mm,deg"``.
+
+        Tables, CSV, frames and pictures show numbers in them; arrays and JSON stay SI.
+
+        Raises
+        ------
+        InputError
+            No units, or two of one quantity.
+        """
+        own = units if isinstance(units, Units) else units_of(units)
+        return self if own == self.units else replace(self, units=own)
 
     def _parts(self) -> list[tuple[str, Series]]:
         return [(f"efforts_{word}", series) for word, series in self.parts.items()]

@@ -12,6 +12,17 @@ import numpy as np
 from mechdae.errors import UnavailableError
 
 
+def shown_columns(result: Any) -> list[tuple[str, str, Any]]:
+    """Return the columns of a result in the units that it is shown in."""
+    if not result.units.asked:
+        return list(result.columns())
+    found = []
+    for name, unit, array in result.columns():
+        own = result.units.of(unit)
+        found.append((name, own.name, array if own.factor == 1 else array * own.factor))
+    return found
+
+
 def heads(columns: Iterable[tuple[str, str, Any]]) -> list[str]:
     """Return the heads of columns: names with units, as in the CSV."""
     return [f"{name} [{unit}]" if unit else name for name, unit, _ in columns]
@@ -61,7 +72,7 @@ class Shown:
                 hint="pip install pandas, or columns() without it",
             ) from None
         own: Any = self
-        columns = list(own.columns())
+        columns = shown_columns(own)
         table: dict[str, Any] = {"status": np.asarray(own.status, str)}
         if own.labels:
             table["mode"] = [",".join(row) for row in own.labels]

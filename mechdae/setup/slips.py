@@ -9,25 +9,42 @@ from itertools import combinations
 
 import numpy as np
 
+from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import evaluate
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.units import unit_of_number
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven
-from mechdae.setup.drivers import DriverPlan
 
 TIMES = 10
 """Times all other lengths together that a length looks wrong."""
 FEW = 8
 """Points whose distances are compared one by one."""
+SMALL = 1e-3
+"""Share of the largest length below which a length looks wrong."""
 LEAST = 3
 """Lengths that a mechanism must have to tell which of them is out of place."""
 TURNS = 5
 """Turns above which a whole number of radians looks like degrees."""
 
 
-def driver_slips(task: Driven, plan: DriverPlan) -> list[str]:
+def doubts(problem: Problem) -> list[str]:
+    """Return what looks like a slip of the pen in a problem: of its file, drivers, lengths."""
+    notes = list(problem.notes)
+    told = " ".join(notes)
+    for name, task in problem.tasks.items():
+        if isinstance(task, Driven):
+            slips = driver_slips(task, problem.mechanism)
+            own = [note for note in slips if note.split(" is in")[0].split(": ")[1] not in told]
+            notes += [f"tasks.{name}.{note}" for note in own]
+    return notes + odd_lengths(problem.mechanism)
+
+
+def driver_slips(task: Driven, mechanism: Mechanism) -> list[str]:
     """Return notes about values of drivers that look like degrees."""
     notes = []
-    for k, (driver, c) in enumerate(zip(task.all_drivers, plan.coordinates, strict=True)):
+    for k, driver in enumerate(task.all_drivers):
+        c = coordinate(mechanism, driver.coordinate)
         if not c.is_angle or driver.law is not None:
             continue
         given = {"from": driver.from_, "to": driver.to}
@@ -60,15 +77,47 @@ def long_length(mechanism: Mechanism) -> str:
     )
 
 
+def odd_lengths(mechanism: Mechanism) -> list[str]:
+    """Return notes on lengths that are out of proportion.
+
+    One more than ten times all others together, one below a thousandth of the largest, radii and
+    other sizes of joints and loads more than ten times the largest.
+    """
+    long = long_length(mechanism)
+    notes = [long] if long else []
+    sizes = [item for item in _lengths(mechanism) if item[0] > 0]
+    if long or not sizes:
+        return notes
+    largest = max(size for size, _ in sizes)
+    for size, told in sizes if len(sizes) >= LEAST else ():
+        if size < SMALL * largest:
+            notes.append(
+                f"{told()}, {largest / size:.0f} times less than the largest length: is that in "
+                "millimetres? (points, length, NAME without a suffix are in metres)"
+            )
+    values = mechanism.values()
+    for name, _ in mechanism.numbers():
+        part = name.partition(".")[0]
+        of_joint = part in mechanism.joints or part == "loads"
+        if of_joint and unit_of_number(mechanism, name) == "m" and name in values:
+            size = abs(values[name])
+            if math.isfinite(size) and size > TIMES * largest:
+                notes.append(
+                    f"{name} is {size:g} m, {size / largest:.0f} times the largest length: is that "
+                    "in metres?"
+                )
+    return notes
+
+
 def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, Callable[[], str]]]:
     """Yield the largest distance between joint points of each body, other lengths, their names."""
     values = mechanism.values()
-    points: dict[str, dict[str, tuple[float, float]]] = {}
+    points: dict[str, dict[str, tuple[float, ...]]] = {}
     for joint in mechanism.joints.values():
         for reference in (joint.first, joint.second):
             body, point = reference.split(".")
-            x, y = (values.get(f"{reference}.{axis}", 0.0) for axis in "xy")
-            points.setdefault(body, {})[point] = (x, y)
+            place = tuple(values.get(f"{reference}.{axis}", 0.0) for axis in mechanism.axes)
+            points.setdefault(body, {})[point] = place
         if joint.bar:
             size = abs(values[f"{joint.name}.length"])
             yield size, partial("{}.length is {:g} m".format, joint.name, size)
@@ -84,15 +133,15 @@ def _lengths(mechanism: Mechanism) -> Iterator[tuple[float, Callable[[], str]]]:
             yield size, partial("the slide of {} is sketched at {:g} m".format, joint_name, size)
 
 
-def _largest(points: list[tuple[float, float]]) -> float:
+def _largest(points: list[tuple[float, ...]]) -> float:
     """Return the largest distance of points."""
     if len(points) <= FEW:
         return max(math.dist(a, b) for a, b in combinations(points, 2))
-    x, y = np.array(points).T
-    return float(np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y)).max())
+    places = np.array(points)
+    return float(np.linalg.norm(places[:, None] - places[None], axis=2).max())
 
 
-def _far_apart(body: str, points: dict[str, tuple[float, float]], size: float) -> str:
+def _far_apart(body: str, points: dict[str, tuple[float, ...]], size: float) -> str:
     """Return which points of a body are farthest apart."""
     pairs = combinations(points, 2)
     a, b = max(pairs, key=lambda pair: (math.dist(*(points[name] for name in pair)), pair))

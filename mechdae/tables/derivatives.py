@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.shown_units import Shown
 from mechdae.results import Result
+from mechdae.tables.text import in_unit
 
 ROWS = 13
 
@@ -18,21 +21,47 @@ def derivatives_text(result: Result) -> str:
     lines = [f"{result.problem} / {result.task} (sensitivity of {result.summary['of']})"]
     for path, value in result.data["values"].items():
         lines += ["", f"  {path}"]
-        named = [("value", value)]
-        named += [(f"d/d {n}", v) for n, v in result.data["derivatives"][path].items()]
+        scale = _Scale(result, path)
+        named = [scale("value", value)]
+        slopes = result.data["derivatives"][path].items()
+        named += [scale(f"d/d {name}", slope, name) for name, slope in slopes]
         for pair, second in result.data.get("second", {}).get(path, {}).items():
             first, other = pair.split(",")
             word = f"{first}2" if first == other else f"{first} d {other}"
-            named.append((f"d2/d {word}", second))
+            named.append(scale(f"d2/d {word}", second, first, other))
         lines += _columns(result, path, named)
         errors = result.data.get("estimated_error", {}).get(path)
         if errors:
-            worst = max(float(np.max(error)) for error in errors.values())
+            worst = max(
+                float(np.max(scale(name, error, name)[1])) for name, error in errors.items()
+            )
             lines.append(f"    by differences, error about {worst:.1g}")
         spread = result.data.get("tolerances", {}).get(path)
         if spread:
-            lines += _spread(result, path, spread)
+            lines += _spread(result, path, spread, scale.own)
     return "\n".join(lines) + "\n"
+
+
+class _Scale:
+    """Brings values of a path and their derivatives to the units that were asked for, if any."""
+
+    def __init__(self, result: Result, path: str) -> None:
+        self.units = result.units
+        self.own = result.units.of(result.path_unit(path))
+        self._given = parameter_units(result.mechanism) if result.units.asked else {}
+
+    def __call__(self, title: str, values: Any, *by: str) -> tuple[str, Any]:
+        """Return title with unit, and values; ``by`` are the parameters of a derivative."""
+        if not self.units.asked:
+            return title, values
+        below = [self.units.of(self._given.get(name) or "") for name in by]
+        factor = self.own.factor / math.prod(own.factor for own in below)
+        unit = "/".join([self.own.name, *(_below(own.name) for own in below if own.name)])
+        return (f"{title} [{unit}]" if self.own.name else title), np.asarray(values) * factor
+
+
+def _below(unit: str) -> str:
+    return f"({unit})" if "/" in unit or " " in unit else unit
 
 
 def _columns(result: Result, path: str, named: list[tuple[str, Any]]) -> list[str]:
@@ -42,10 +71,9 @@ def _columns(result: Result, path: str, named: list[tuple[str, Any]]) -> list[st
     count = len(result.status) if for_poses else 0
     if for_poses:
         for coordinate, series in result.drivers.items():
-            angle = coordinate.endswith(".angle")
-            values = np.degrees(series.position) if angle else series.position
-            title = f"{coordinate} [{'deg' if angle else 'm'}]"
-            head.append((title, [f"{v:.6g}" for v in values]))
+            own = result.units.read(result.unit("drivers", coordinate, "position"))
+            values = series.position * own.factor
+            head.append((f"{coordinate} [{own.name}]", [f"{v:.6g}" for v in values]))
     columns = []
     for title, array in named:
         for word, column in _parts(title, np.asarray(array), for_poses):
@@ -74,22 +102,21 @@ def _parts(title: str, array: Any, for_poses: bool) -> Iterator[tuple[str, Any]]
             yield f"{title} [{axis}]", column
 
 
-def _spread(result: Result, path: str, spread: dict[str, Any]) -> list[str]:
+def _spread(result: Result, path: str, spread: dict[str, Any], own: Shown) -> list[str]:
     """Return the three estimates side by side, at the pose where they are largest."""
     sampled = spread["monte_carlo"]
     size = np.abs(np.asarray(spread["worst_case"]))
     place = np.unravel_index(int(np.nanargmax(size)), size.shape) if size.ndim else ()
 
     def at(values: Any) -> float:
-        return float(np.asarray(values)[place])
+        return float(np.asarray(values)[place]) * own.factor
 
-    where = ""
+    where = f" [{own.name}]" if result.units.asked and own.name else ""
     if place and path in result.summary["exact"]:
         for coordinate, series in result.drivers.items():
-            angle = coordinate.endswith(".angle")
-            value = series.position[place[0]]
-            shown = f"{math.degrees(value):.6g} deg" if angle else f"{value:.6g} m"
-            where = f" (largest, at {coordinate} = {shown})"
+            si = result.unit("drivers", coordinate, "position")
+            shown = in_unit(series.position[place[0]], si, 6, result.units)
+            where += f" (largest, at {coordinate} = {shown})"
     return [
         f"    tolerances{where}:",
         f"      first order       +- {at(spread['first_order']):.6g} (standard deviation)",

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from mechdae.describe.shown_units import Units
 from mechdae.results import Result
 from mechdae.tables.text import MOST, fact, together
 
@@ -17,7 +17,7 @@ Design = Mapping[str, Any]
 def designs_text(result: Result, width: int) -> list[str]:
     """Return a row for each design, the dimensions and active limits of each, the census."""
     designs: Sequence[Design] = result.data.get("designs", [])
-    lines = _ranked(designs) if designs else []
+    lines = _ranked(designs, result.units) if designs else []
     for rank, design in enumerate(designs, 1):
         sizes = [together(f"{k} = {v:.9g}") for k, v in design["parameters"].items()]
         lines += fact(f"design {rank}", ", ".join(sizes), width)
@@ -29,7 +29,7 @@ def designs_text(result: Result, width: int) -> list[str]:
     return lines + _census(result, width)
 
 
-def _ranked(designs: Sequence[Design]) -> list[str]:
+def _ranked(designs: Sequence[Design], units: Units) -> list[str]:
     columns: list[tuple[str, list[str]]] = [
         ("design", [str(rank) for rank in range(1, len(designs) + 1)]),
         ("objective", [f"{design['objective']:.9g}" for design in designs]),
@@ -38,8 +38,9 @@ def _ranked(designs: Sequence[Design]) -> list[str]:
         columns.append(("class", [str(design.get("class") or "-") for design in designs]))
     angles = [design.get("transmission_angle_min") for design in designs]
     if any(angle is not None for angle in angles):
-        shown = ["-" if angle is None else f"{math.degrees(angle):.4f}" for angle in angles]
-        columns.append(("least transmission [deg]", shown))
+        own = units.read("rad")
+        shown = ["-" if angle is None else f"{angle * own.factor:.4f}" for angle in angles]
+        columns.append((f"least transmission [{own.name}]", shown))
     worst = [float(np.abs(e).max()) if (e := design.get("errors")) else None for design in designs]
     if any(value is not None for value in worst):
         shown = ["-" if value is None else f"{value:.4g}" for value in worst]

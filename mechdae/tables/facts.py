@@ -2,40 +2,51 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
+from mechdae.describe.shown_units import Units
 from mechdae.results import Event, Result
 from mechdae.tables.force_facts import force_facts
-from mechdae.tables.text import MOST, driver_value, moves, noises, quantity, zero
+from mechdae.tables.text import (
+    MOST,
+    driver_value,
+    in_unit,
+    moves,
+    noises,
+    quantity,
+    zero,
+)
+
+SIZES = {"length": "m", "angle": "rad", "parameter": "1"}
+"""Units of bounds and of left-overs of closures."""
 
 
 def facts_text(result: Result, width: int) -> list[str]:
-    summary, lines, noise = result.summary, [], noises(result)
-    units = [result.unit("drivers", c, "position") for c in result.drivers]
+    summary, lines, noise, units = result.summary, [], noises(result), result.units
+    each = [result.unit("drivers", c, "position") for c in result.drivers]
     moving = [moves(series.position) for series in result.drivers.values()]
-    unit = (units[moving.index(True)] if any(moving) else units[0]) if units else "m"
+    unit = (each[moving.index(True)] if any(moving) else each[0]) if each else "m"
     if summary.get("formula"):
         lines.append(f"  formula   {summary['formula']}")
     if summary.get("mode"):
         lines.append(f"  mode      {summary['mode']}")
     if summary.get("limits"):
-        ends = [driver_value(value, unit) for value in summary["limits"]]
+        ends = [driver_value(value, unit, 12, units) for value in summary["limits"]]
         lines.append(f"  limits    {ends[0]} .. {ends[1]}")
-    for word, suffix in (("swing", "deg"), ("stroke", "m")):
+    for word, si in (("swing", "rad"), ("stroke", "m")):
         for name, value in summary.get(word, {}).items():
             value = zero(value, noise["angle" if word == "swing" else "length"])
-            shown = math.degrees(value) if word == "swing" else value
-            lines.append(f"  {word:9} {name}: {shown:.12g} {suffix}")
+            lines.append(f"  {word:9} {name}: {in_unit(value, si, 12, units)}")
     if "bound" in summary and "status" in summary:
         counts = ", ".join(f"{count} {status}" for status, count in summary["status"].items())
         lines.append(f"  status    {counts}")
     if "bound" in summary:
         fine = np.asarray(result.status) == "ok"
         bounds = [
-            f"{name} {np.nanmax(array[fine]):.1e} {'m' if name == 'length' else 'rad'}"
+            f"{name} {np.nanmax(array[fine]) * units.of(SIZES[name]).factor:.1e} "
+            f"{units.of(SIZES[name]).name}"
             for name, array in result.bound.items()
             if np.isfinite(array[fine]).any()
         ]
@@ -49,8 +60,8 @@ def facts_text(result: Result, width: int) -> list[str]:
         joints = ", ".join(entry["joints"])
         lines.append(f"  redundant {entry['count']} equation(s) superfluous among {joints}")
     if summary.get("closure"):
-        words = {"length": "m", "angle": "rad", "parameter": "1"}
-        sizes = [f"{value:.1e} {words[word]}" for word, value in summary["closure"].items()]
+        shown = [(value, units.of(SIZES[word])) for word, value in summary["closure"].items()]
+        sizes = [f"{value * own.factor:.1e} {own.name}" for value, own in shown]
         lines.append(f"  closes to {', '.join(sizes)} (largest residual)")
     lines += force_facts(result, width)
     lines += _measures(result, unit, noise)
@@ -58,12 +69,13 @@ def facts_text(result: Result, width: int) -> list[str]:
         if event["in_range"]:
             digits = 12 if event["kind"] in ("limit", "end_of_curve") else 6
             word = event["kind"].replace("_", " ")
-            place = driver_value(event["at"], units, digits)
+            place = driver_value(event["at"], each, digits, units)
             if "time" in event:
                 place = f"t = {event['time']:.{digits}g} s, {place}"
-            lines.append(f"  {word:9} {place}: {_happens(event, noise)}")
+            lines.append(f"  {word:9} {place}: {_happens(event, noise, units)}")
     for entry in summary.get("failed", []):
-        place = f"{driver_value(entry['from'], unit)} .. {driver_value(entry['to'], unit)}"
+        ends = [driver_value(entry[end], unit, 12, units) for end in ("from", "to")]
+        place = " .. ".join(ends)
         if "time" in entry:
             place = f"t = {entry['time'][0]:.12g} .. {entry['time'][1]:.12g} s"
         group = (
@@ -71,48 +83,58 @@ def facts_text(result: Result, width: int) -> list[str]:
         )
         if entry.get("assembles"):
             group = ": assembles, but no motion from the sketch leads there"
-        group += f" by {entry['gap']:.4g} {entry['unit']}" if "gap" in entry else ""
+        if "gap" in entry:
+            gap = units.of(entry["unit"])
+            group += f" by {entry['gap'] * gap.factor:.4g} {gap.name}"
         lines.append(f"  no pose   {place}{group}")
     if summary.get("not_in_scene"):
         lines.append(f"  not in the scene, not checked: {', '.join(summary['not_in_scene'])}")
     return lines
 
 
-def _happens(event: Event, noise: dict[str, float]) -> str:
+def _happens(event: Event, noise: dict[str, float], units: Units) -> str:
     """Return what an event is about."""
     if event["kind"] == "stationary":
         kind = "angle" if event["of"].endswith(".angle") else "length"
-        return f"{event['of']} {event['extreme']} {quantity(event['value'], kind, noise[kind])}"
+        value = quantity(event["value"], kind, noise[kind], units)
+        return f"{event['of']} {event['extreme']} {value}"
     if event["kind"] == "lift_off":
-        return f"joint {event['joint']} would have to pull, by up to {-event['force']:.6g}"
+        force = units.by_si.get("N")
+        pull = -event["force"] * (force.factor if force else 1.0)
+        unit = f" {force.name}" if force else ""
+        return f"joint {event['joint']} would have to pull, by up to {pull:.6g}{unit}"
     if "point" in event:  # the cusp of a point's path; that of a motion belongs to a group
-        x, y = (zero(value, noise["length"]) for value in event["position"])
-        return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) m"
+        own = units.of("m")
+        x, y = (zero(value, noise["length"]) * own.factor for value in event["position"])
+        return f"{event['point']} comes to rest at ({x:.9g}, {y:.9g}) {own.name}"
     return f"group {event['name']}, joint {event['joint']}"
 
 
 def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
     """Return short lines of what the task's measures found."""
-    summary, lines = result.summary, []
+    summary, lines, units = result.summary, [], result.units
 
     def at(value: Any) -> str:
-        return driver_value(value, unit, 6)
+        return driver_value(value, unit, 6, units)
 
     for joint, found in summary.get("transmission", {}).items():
-        low, high = (quantity(found[word], "angle", noise["angle"]) for word in ("min", "max"))
+        low, high = (
+            quantity(found[word], "angle", noise["angle"], units) for word in ("min", "max")
+        )
         places = f"{low} at {at(found['at'])}, greatest {high} at {at(found['max_at'])}"
         lines.append(f"  transmission angle {joint}: least {places}")
     ranges = summary.get("extremes", {})
     for name, ends in list(ranges.items())[:MOST]:
         kind = "angle" if name.endswith(".angle") else "length"
         texts = [
-            f"{quantity(e['value'], kind, noise[kind])} at {at(e['at'])}" for e in ends.values()
+            f"{quantity(e['value'], kind, noise[kind], units)} at {at(e['at'])}"
+            for e in ends.values()
         ]
         lines.append(f"  extremes  {name}: {' .. '.join(texts)}")
     if len(ranges) > MOST:
         lines.append(f"  extremes  ({MOST} of {len(ranges)} shown)")
     for name, ratio in summary.get("time_ratio", {}).items():
-        back = quantity(summary["return_angle"][name], "angle")
+        back = quantity(summary["return_angle"][name], "angle", 0.0, units)
         lines.append(f"  time ratio {name}: {ratio:.12g} (return in {back})")
     for name, reason in summary.get("no_time_ratio", {}).items():
         lines.append(f"  time ratio {name}: none, {reason}")
@@ -120,18 +142,23 @@ def _measures(result: Result, unit: str, noise: dict[str, float]) -> list[str]:
         slides = name in result.joints and "slide" in result.joints[name]
         kind = "length" if slides else "angle"
         for entry in entries:
-            mean, half = (quantity(entry[word], kind, noise[kind]) for word in ("mean", "within"))
+            mean, half = (
+                quantity(entry[word], kind, noise[kind], units) for word in ("mean", "within")
+            )
             cut = ", cut" if entry.get("cut") else ""
             interval = f"{at(entry['from'])} .. {at(entry['to'])}{cut}"
             lines.append(f"  dwell     {name}: {interval} at {mean} +- {half}")
     if summary.get("envelope"):
+        own = units.of("m")
         ends = (zero(value, noise["length"]) for value in summary["envelope"]["all"])
-        x0, x1, y0, y1 = (f"{value:.9g}" for value in ends)
-        lines.append(f"  envelope  x {x0} .. {x1} m, y {y0} .. {y1} m")
+        x0, x1, y0, y1 = (f"{value * own.factor:.9g}" for value in ends)
+        lines.append(f"  envelope  x {x0} .. {x1} {own.name}, y {y0} .. {y1} {own.name}")
     for name, found in summary.get("curve", {}).items():
-        area = f", closed, area {found['area']:.9g} m2" if "area" in found else ""
+        closed = "area" in found
+        area = f", closed, area {in_unit(found['area'], 'm2', 9, units)}" if closed else ""
         if found["length"] is not None:
-            lines.append(f"  curve     {name}: length {found['length']:.12g} m{area}")
+            length = in_unit(found["length"], "m", 12, units)
+            lines.append(f"  curve     {name}: length {length}{area}")
     for name, places in summary.get("centrodes", {}).get("at_infinity", {}).items():
         lines.append(f"  centre    {name}: at infinity at {', '.join(map(at, places))}")
     return lines

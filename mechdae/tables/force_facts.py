@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
+from mechdae.describe.shown_units import Units
 from mechdae.results import Result
 from mechdae.tables.text import MOST, driver_value, fact, moves, together
 
@@ -21,27 +22,29 @@ def force_facts(result: Result, width: int) -> list[str]:
     task: Any = result.definition
     if result.kind != "reactions":
         return []
-    summary = result.summary
+    summary, units = result.summary, result.units
     lines = fact("friction", _friction(result), width)
     if task.direction == "load":
         lines += fact("direction", "resistances push along the motion", width)
     lead, single = _lead_unit(result)
     unit = "s" if result.time is not None else lead if single else "1"
-    lines += _cycle(summary, unit, width)
-    lines += _jams(summary, unit, lead, width)
-    lines += _margin(summary, lead, width)
+    lines += _cycle(summary, unit, width, units)
+    lines += _jams(summary, unit, lead, width, units)
+    lines += _margin(summary, lead, width, units)
     lines += _several(result, width)
     if "reverse" in summary:
         lines += fact("reverse", "resistances push along the motion", width)
-        lines += _cycle(summary["reverse"], unit, width)
-        lines += _jams(summary["reverse"], unit, lead, width)
+        lines += _cycle(summary["reverse"], unit, width, units)
+        lines += _jams(summary["reverse"], unit, lead, width, units)
     if summary.get("not_unique"):
         lines += fact("not unique", f"reactions of {', '.join(summary['not_unique'])}", width)
     for entry in summary.get("unique_sums", []):
         joints = ", ".join(entry["joints"])
         text = f"the sum of forces of {joints} on {entry['body']}"
         if len(result) == 1:
-            text += f" = ({', '.join(f'{v:.9g}' for v in entry['force'][0])}) N"
+            force = result.units.of("N")
+            parts = ", ".join(f"{v * force.factor:.9g}" for v in entry["force"][0])
+            text += f" = ({parts}) {force.name}"
         lines += fact("unique", text, width)
     checks = [
         f"{word.replace('_', ' ')} " + ("-" if value is None else f"{value:.1e}" if value else "0")
@@ -53,13 +56,13 @@ def force_facts(result: Result, width: int) -> list[str]:
     return lines
 
 
-def _margin(summary: dict[str, Any], lead: str, width: int) -> list[str]:
+def _margin(summary: dict[str, Any], lead: str, width: int, units: Units) -> list[str]:
     """Return how much more friction would jam a pose."""
     found = summary.get("critical_factor")
     if not found or found["factor"] is None:
         return []
     text = f"with {found['factor']:.6g} times the friction given, joint {found['joint']} at "
-    return fact("jams", text + together(driver_value(found["at"], lead, 6)), width)
+    return fact("jams", text + together(driver_value(found["at"], lead, 6, units)), width)
 
 
 def _friction(result: Result) -> str:
@@ -84,16 +87,16 @@ def _lead_unit(result: Result) -> tuple[str, bool]:
     return units[moving.index(True) if any(moving) else 0], sum(moving) <= 1
 
 
-def _arc(arc: Sequence[float], unit: str) -> str:
-    return together(" .. ".join(_at(end, unit) for end in arc))
+def _arc(arc: Sequence[float], unit: str, units: Units) -> str:
+    return together(" .. ".join(_at(end, unit, units) for end in arc))
 
 
-def _at(value: float, unit: str) -> str:
+def _at(value: float, unit: str, units: Units) -> str:
     value = value if abs(value) > 1e-12 else 0.0
-    return f"t = {value:.6g} s" if unit == "s" else driver_value(value, unit, 6)
+    return f"t = {value:.6g} s" if unit == "s" else driver_value(value, unit, 6, units)
 
 
-def _cycle(figures: dict[str, Any], unit: str, width: int) -> list[str]:
+def _cycle(figures: dict[str, Any], unit: str, width: int, units: Units) -> list[str]:
     """Return mean powers, efficiencies, losses by joint and arcs."""
     lines: list[str] = []
     if "kinks" not in figures:
@@ -116,7 +119,7 @@ def _cycle(figures: dict[str, Any], unit: str, width: int) -> list[str]:
     lines += _losses(figures)
     arcs = figures.get("self_locking_arcs", [])
     if arcs:
-        shown = ", ".join(_arc(arc, unit) for arc in arcs[:MOST])
+        shown = ", ".join(_arc(arc, unit, units) for arc in arcs[:MOST])
         more = f", {len(arcs) - MOST} more" if len(arcs) > MOST else ""
         lines += fact(
             "self-lock", f"{shown}{more}: loads drive, and the driver must push too", width
@@ -144,17 +147,19 @@ def _losses(figures: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _jams(figures: dict[str, Any], unit: str, lead: str, width: int) -> list[str]:
+def _jams(figures: dict[str, Any], unit: str, lead: str, width: int, units: Units) -> list[str]:
     """Return a line for each arc, or run of poses, without a solution."""
     entries = figures.get("jammed", [])
     arcs = [tuple(arc) for arc in figures.get("jammed_arcs", [])]
     lines: list[str] = []
     if unit == lead:
-        cases = [(_arc(arc, unit), [e for e in entries if _within(e["at"], arc)]) for arc in arcs]
+        cases = [
+            (_arc(arc, unit, units), [e for e in entries if _within(e["at"], arc)]) for arc in arcs
+        ]
     else:  # arcs are in time, poses are named by the driver
-        cases = [(_arc(arc, unit), []) for arc in arcs]
+        cases = [(_arc(arc, unit, units), []) for arc in arcs]
     if not arcs or unit != lead:
-        cases += [(_span(run, lead), run) for run in _runs(entries)]
+        cases += [(_span(run, lead, units), run) for run in _runs(entries)]
     for place, run in cases[:MOST]:
         text = f"{place}: no equilibrium with friction"
         text += ", proven" if run and all(entry["proven"] for entry in run) else ""
@@ -164,7 +169,7 @@ def _jams(figures: dict[str, Any], unit: str, lead: str, width: int) -> list[str
         if known:
             least = min(known, key=lambda entry: entry["critical_factor"])
             text += f"; there is one up to {least['critical_factor']:.6g} times the friction given"
-            text += f" (at {driver_value(least['at'], lead, 6)})" if len(run) > 1 else ""
+            text += f" (at {driver_value(least['at'], lead, 6, units)})" if len(run) > 1 else ""
         lines += fact("jammed", text, width)
     return lines + _more("jammed", cases, width)
 
@@ -186,7 +191,8 @@ def _several(result: Result, width: int) -> list[str]:
         how = "proven" if all(entry["proven"] for entry in run) else "found"
         known = all(any(own["connected"] for own in entry["solutions"]) for entry in run)
         which = "the one that continues from no friction" if known else "the first of them"
-        text = f"{_span(run, unit)}: {run[0]['count']} solutions, {how}; given is {which}"
+        place = _span(run, unit, result.units)
+        text = f"{place}: {run[0]['count']} solutions, {how}; given is {which}"
         lines += fact("ambiguous", text, width)
     return lines + _more("ambiguous", found, width)
 
@@ -202,11 +208,11 @@ def _runs(entries: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
     return runs
 
 
-def _span(run: list[dict[str, Any]], unit: str) -> str:
-    first = driver_value(run[0]["at"], unit, 6)
+def _span(run: list[dict[str, Any]], unit: str, units: Units) -> str:
+    first = driver_value(run[0]["at"], unit, 6, units)
     if len(run) == 1:
         return first
-    return f"{first} .. {driver_value(run[-1]['at'], unit, 6)} ({len(run)} poses)"
+    return f"{first} .. {driver_value(run[-1]['at'], unit, 6, units)} ({len(run)} poses)"
 
 
 def _more(key: str, runs: list[Any], width: int) -> list[str]:

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.results import Result, reaction_parts
+from mechdae.describe.shown_units import Units
+from mechdae.results import Result, effort_unit, reaction_parts
 from mechdae.tables.text import Column, cells
 
 PARTS = {"uncoupled": "no friction"}
@@ -40,7 +41,9 @@ def force_columns(result: Result) -> list[Column]:
         shares = {PARTS.get(word, word): own[name] for word, own in result.parts.items()}
         most = max(_most(array) for array in (effort, *shares.values()))
         for title, array in {"effort": effort, **shares}.items():
-            columns.append((f"{title}{suffix} [{_effort_unit(name)}]", cells(array, most)))
+            own = result.units.of(effort_unit(name))
+            numbers = cells(array * own.factor, most * own.factor)
+            columns.append((f"{title}{suffix} [{own.name}]", numbers))
     losses = [series["loss"] for series in result.joints.values() if "loss" in series]
     if losses:
         columns.append(("loss [W]", _numbers(np.sum(losses, axis=0))))
@@ -49,13 +52,16 @@ def force_columns(result: Result) -> list[Column]:
         (float(np.nanmax(np.abs(_force(own["reaction"])), initial=0.0)) for own in loaded.values()),
         default=0.0,
     )
+    force = result.units.of("N")
     order = sorted(loaded, key=lambda name: "loss" not in loaded[name])
     for name in order:
         if "normal" not in loaded[name] and np.isfinite(loaded[name]["reaction"]).any():
-            columns.append((f"|{name}| [N]", _numbers(_size(loaded[name]["reaction"]))))
+            size = _size(loaded[name]["reaction"]) * force.factor
+            columns.append((f"|{name}| [{force.name}]", _numbers(size)))
     for name in order:
         if "normal" in loaded[name]:
-            columns.append((f"{name} N [N]", cells(loaded[name]["normal"], largest)))
+            normal = loaded[name]["normal"] * force.factor
+            columns.append((f"{name} N [{force.name}]", cells(normal, largest * force.factor)))
     return columns
 
 
@@ -79,20 +85,18 @@ def _size(reaction: Any) -> Any:
     )
 
 
-def _effort_unit(coordinate: str) -> str:
-    return "N m" if coordinate.endswith((".angle", ".angle2")) else "N"
-
-
 # -- a single pose -----------------------------------------------------------------------------
 
 
 def single_forces(result: Result) -> Iterator[str]:
     """Yield one quantity per line: efforts, then joint by joint."""
+    units = result.units
     words = [("effort", result.efforts)]
     words += [(f"effort_{word}", series) for word, series in result.parts.items()]
     for name in result.efforts:
         for word, series in words:
-            yield _line(name, word, f"{series[name][0]: .12g}", _effort_unit(name))
+            effort = units.of(effort_unit(name))
+            yield _line(name, word, f"{series[name][0] * effort.factor: .12g}", effort.name)
     loaded = [own["reaction"] for own in result.joints.values() if "reaction" in own]
     moments = [float(m) for own in loaded for m in own[0, _force(own).shape[1] :]]
     forces = [float(_size(o["reaction"])[0]) for o in result.joints.values() if "reaction" in o]
@@ -103,20 +107,24 @@ def single_forces(result: Result) -> Iterator[str]:
                 if word == "reaction" and name in result.summary.get("not_unique", ()):
                     yield f"  {name:18} {word:20}  not unique"
                     continue
-                yield _line(name, word, *_vector(array[0], word, least))
+                yield _line(name, word, *_vector(array[0], word, least, units))
                 if word == "reaction" and np.isfinite(array).all():
-                    yield _line(name, "|reaction|", f"{_size(array)[0]: .10g}", "N")
+                    force = units.of("N")
+                    size = _size(array)[0] * force.factor
+                    yield _line(name, "|reaction|", f"{size: .10g}", force.name)
             elif is_force(word):
-                yield _line(name, word, f"{array[0]: .10g}", result.unit("joints", name, word))
+                own = units.of(result.unit("joints", name, word))
+                yield _line(name, word, f"{array[0] * own.factor: .10g}", own.name)
         if name in result.summary.get("not_unique", ()):
-            yield from _unique(name, result.unique.get(name, {}))
+            yield from _unique(name, result.unique.get(name, {}), units)
     for entry in result.solutions:
         how = "proven" if entry["proven"] else "found, there may be more"
         yield f"  {entry['count']} solutions, {how}"
-        for k, own in enumerate(entry["solutions"], start=1):
-            for name, value in own["efforts"].items():
-                text = f"{value: .12g} {_effort_unit(name)}"
-                mark = "   continues from no friction" if own["connected"] else ""
+        for k, found in enumerate(entry["solutions"], start=1):
+            for name, value in found["efforts"].items():
+                own = units.of(effort_unit(name))
+                text = f"{value * own.factor: .12g} {own.name}"
+                mark = "   continues from no friction" if found["connected"] else ""
                 yield f"  {name:18} {f'effort, solution {k}':20} {text}{mark}"
 
 
@@ -128,15 +136,19 @@ def _noise(values: list[float]) -> float:
     return NOISE * float(np.nanmax(np.abs(values), initial=0.0))
 
 
-def _vector(value: Any, name: str, least: tuple[float, float]) -> tuple[str, str]:
+def _vector(value: Any, name: str, least: tuple[float, float], units: Units) -> tuple[str, str]:
     """Return force and moment as text with their units."""
-    units = reaction_parts(name, len(value))[1]
-    rounded = [0.0 if abs(v) < least[u == "N m"] else v for v, u in zip(value, units, strict=True)]
+    si = reaction_parts(name, len(value))[1]
+    rounded = [
+        0.0 if abs(v) < least[u == "N m"] else v * units.of(u).factor
+        for v, u in zip(value, si, strict=True)
+    ]
+    n, nm = units.of("N").name, units.of("N m").name
     if len(rounded) == SPATIAL:
         force, moment = (", ".join(f"{v:.9g}" for v in part) for part in (rounded[:3], rounded[3:]))
-        return f"({force}) N, ({moment})", "N m"
+        return f"({force}) {n}, ({moment})", nm
     text = f"({rounded[0]: .9g}, {rounded[1]: .9g})"
-    return (text, "N") if len(units) == 2 else (f"{text} N, {rounded[2]:.9g}", "N m")
+    return (text, n) if len(si) == 2 else (f"{text} {n}, {rounded[2]:.9g}", nm)
 
 
 def _along(own: dict[str, Any]) -> tuple[Any, Any]:
@@ -144,24 +156,28 @@ def _along(own: dict[str, Any]) -> tuple[Any, Any]:
     return (own["directions"], own["values"][0]) if own else ((), ())
 
 
-def _unique(name: str, own: dict[str, Any]) -> Iterator[str]:
+def _unique(name: str, own: dict[str, Any], units: Units) -> Iterator[str]:
     """Yield a line for each unique direction of a reaction that is not unique as a whole."""
     for direction, value in zip(*_along(own), strict=True):
         if len(direction) == SPATIAL:
-            yield _unique_in_space(name, direction, value, own["frame"])
+            yield _unique_in_space(name, direction, value, own["frame"], units)
             continue
         x, y, turn = (f"{v:.6g}" for v in direction)
         along = "about it" if (direction[:2] == 0).all() else f"along ({x}, {y}, {turn})"
-        unit = "N m" if along == "about it" else "N" if direction[2] == 0 else "N, N m"
+        si = "N m" if along == "about it" else "N" if direction[2] == 0 else "N, N m"
+        unit = units.of(si)  # one of force and moment together has no other
         frame = "" if own["frame"] == "world" else f" of {own['frame']}"
-        yield f"  {name:18} {'reaction, unique':20} {value: .9g} {unit} {along}{frame}"
+        text = f"{value * unit.factor: .9g} {unit.name} {along}{frame}"
+        yield f"  {name:18} {'reaction, unique':20} {text}"
 
 
-def _unique_in_space(name: str, direction: Any, value: float, frame: str) -> str:
+def _unique_in_space(name: str, direction: Any, value: float, frame: str, units: Units) -> str:
     """Return the line of a unique direction (6,) of force and moment."""
     force, moment = (", ".join(f"{v:.6g}" for v in part) for part in (direction[:3], direction[3:]))
     parts = [f"along ({force})"] if direction[:3].any() else []
     parts += [f"about ({moment})"] if direction[3:].any() else []
-    unit = "N m" if not direction[:3].any() else "N" if not direction[3:].any() else "N, N m"
+    si = "N m" if not direction[:3].any() else "N" if not direction[3:].any() else "N, N m"
+    unit = units.of(si)
     of = "" if frame == "world" else f" of {frame}"
-    return f"  {name:18} {'reaction, unique':20} {value: .9g} {unit} {' and '.join(parts)}{of}"
+    text = f"{value * unit.factor: .9g} {unit.name} {' and '.join(parts)}{of}"
+    return f"  {name:18} {'reaction, unique':20} {text}"

@@ -37,12 +37,18 @@ def modes_text(result: Result, width: int) -> list[str]:
 def study_text(result: Result) -> list[str]:
     """Return a row for each set of parameters; of a path with many numbers its range."""
     columns: list[Column] = [("status", result.status.tolist())]
-    columns += [(name, cells(array)) for name, array in result.parameters.items()]
-    units = [""] * len(columns)
+    given = result.summary.get("units", {})
+    units = [""]
+    for name, array in result.parameters.items():
+        own = result.units.of(given.get(name, ""))
+        columns.append((name, cells(array * own.factor)))
+        units.append(f"[{own.name}]" if result.units.asked and own.name not in ("", "1") else "")
     for whole, array in result.table.items():
         path = whole.split("/", 1)[-1]
-        unit = result.path_unit(whole)
-        units += [f"[{unit}]" if unit not in ("", "1") else ""] * (1 if array.ndim == 1 else 2)
+        own = result.units.of(result.path_unit(whole))
+        array = array * own.factor if own.factor != 1 else array
+        words = [f"[{own.name}]" if own.name not in ("", "1") else ""]
+        units += words * (1 if array.ndim == 1 else 2)
         if array.ndim == 1:
             columns.append((path, cells(array, _size(array))))
             continue

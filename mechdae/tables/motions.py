@@ -23,10 +23,11 @@ def motion_facts(result: Result) -> list[str]:
     summary = result.summary
     lines = [f"  end       t = {summary['end']:.12g} s"]
     for name, (value, rate) in list(summary["state"].items())[:MOST]:
-        unit = result.unit("outputs", name, "value")
-        units = f" {unit}, {unit}/s" if unit else ""
-        rate_text = f"   rate {rate: .15g}" if rate == rate else ""
-        lines.append(f"    {name:10} {value: .15g}{rate_text}{units}")
+        si = result.unit("outputs", name, "value")
+        own, over = result.units.of(si), result.units.of(f"{si}/s")
+        units = f" {own.name}, {over.name}" if si else ""
+        rate_text = f"   rate {rate * over.factor: .15g}" if rate == rate else ""
+        lines.append(f"    {name:10} {value * own.factor: .15g}{rate_text}{units}")
     for name, value in summary["multipliers"].items():
         if name in result.outputs:
             lines.append(f"    {name:10} {value: .15g}")

@@ -79,8 +79,8 @@ class Quantities:
     def _named(self, name: str, word: str) -> Column:
         unit = self.result.unit("outputs", name, word)
         values = self.result.outputs[name][word]
-        if unit == "rad":
-            unit, values = "deg", np.degrees(values)
+        if unit:
+            unit, values = self._in(unit, values)
         plain = name if word == "value" else f"d {name}/dt"
         largest = float(np.nanmax(np.abs(values), initial=0.0))
         return f"{name} [{unit}]" if unit else plain, cells(values, largest)
@@ -142,14 +142,11 @@ class Quantities:
             noise = self.angle if turns else self.length
             if word not in series or not self._moves(series, word, f"{word}_velocity", noise):
                 continue
-            values = np.degrees(series[word]) if turns else series[word]
-            unit = "deg" if turns else "m"
-            own = float(np.degrees(noise)) if turns else noise
-            yield f"{name}.{word} [{unit}]", cells(values, noise=own)
+            yield self._column(f"{name}.{word}", "rad" if turns else "m", series[word], noise)
             for rate in ("velocity", "acceleration")[:rates]:
                 if f"{word}_{rate}" in series:
                     unit = self.result.unit("joints", name, f"{word}_{rate}")
-                    yield f"{name}.{word} [{unit}]", cells(series[f"{word}_{rate}"])
+                    yield self._column(f"{name}.{word}", unit, series[f"{word}_{rate}"], 0.0)
 
     def _coordinates(self, name: str) -> set[str]:
         return {f"{name}.{word}" for word in (*RELATIVE, "s")}
@@ -171,20 +168,31 @@ class Quantities:
         noise = self.angle if turns else self.length
         if not self._moves(series, words[0], words[1], noise):
             return
-        values = np.degrees(series[words[0]]) if turns else series[words[0]]
-        title = f"{name} [deg]" if turns else f"{name}.slide [m]"
-        yield title, cells(values, noise=float(np.degrees(noise)) if turns else noise)
+        title, unit = (name, "rad") if turns else (f"{name}.slide", "m")
+        yield self._column(title, unit, series[words[0]], noise)
         for word in words[1 : rates + 1]:
             if word in series:
                 unit = self.result.unit(kind, name, word)
-                yield f"{name} [{unit}]", cells(series[word], noise=self._rates[word])
+                yield self._column(name, unit, series[word], self._rates[word])
 
     def _point(self, name: str) -> Iterator[Column]:
         """Yield the coordinates of a point that change."""
         places = self.result.points[name].position
         for i, axis in enumerate(self.result.mechanism.axes):
             if len(places) < 2 or _span(places[:, i]) > self.length:
-                yield f"{name}.{axis} [m]", cells(places[:, i], noise=self.length)
+                yield self._column(f"{name}.{axis}", "m", places[:, i], self.length)
+
+    def _in(self, unit: str, values: Any) -> tuple[str, Any]:
+        """Return the unit in which values are shown, and the values in it."""
+        own = self.result.units.read(unit)
+        return own.name, values if own.factor == 1 else values * own.factor
+
+    def _column(self, name: str, unit: str, values: Any, noise: float) -> Column:
+        """Return a column in the unit it is shown in; what is noise is 0."""
+        shown, numbers = self._in(unit, values)
+        return f"{name} [{shown}]", cells(
+            numbers, noise=noise * self.result.units.read(unit).factor
+        )
 
     def _moves(self, series: Any, word: str, rate: str, noise: float) -> bool:
         """Return whether something changes by more than noise, or does so somewhere in between."""

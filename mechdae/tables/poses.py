@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from mechdae.describe.shown_units import DEGREES, KNOWN
 from mechdae.results import KINDS, Result
 from mechdae.tables.forces import force_columns, is_force, motion_is_aside, single_forces
 from mechdae.tables.moving import Quantities
@@ -44,19 +44,23 @@ def pose_text(result: Result) -> list[str]:
                     continue
                 noise = moving.noise(kind, part, name)
                 value = np.where(np.abs(array[0]) <= noise, 0.0, array[0])
-                unit = units.get((part, name), "")
-                text = f"{value: .15g}" if not np.ndim(value) else _vector(value)
+                own = result.units.of(units.get((part, name), ""))
+                shown = value * own.factor
+                text = f"{shown: .15g}" if not np.ndim(value) else _vector(shown)
                 if "nan" in text:
                     text = " -"
                 turns = name in TURNS or (name == "position" and part.endswith(ANGLES))
-                known = turns and np.isfinite(value)
-                degrees = f"   {math.degrees(value):.9g} deg" if known else ""
-                lines.append(f"  {part:18} {name:20} {text} {unit}{degrees}")
+                known = turns and own.name == "rad" and np.isfinite(value)
+                degrees = f"   {value * DEGREES.factor:.9g} deg" if known else ""
+                lines.append(f"  {part:18} {name:20} {text} {own.name}{degrees}")
     lines += single_forces(result)
     lines.append(f"  {'status':39} {result.status[0]}")
     for name, array in result.bound.items():
         if np.isfinite(array[0]):
-            lines.append(f"  bound {name:33} {array[0]:.2g}")
+            si = "m" if name == "length" else "rad"
+            own = result.units.of(si)
+            unit = f" {own.name}" if own.name != si else ""
+            lines.append(f"  bound {name:33} {array[0] * own.factor:.2g}{unit}")
     return lines
 
 
@@ -66,11 +70,10 @@ def poses_columns(result: Result) -> list[Column]:
     if result.time is not None:
         columns.append(("t [s]", cells(result.time)))
     for coordinate, series in result.drivers.items():
-        angle = coordinate.endswith(ANGLES)
-        values = np.degrees(series.position) if angle else series.position
-        unit = "deg" if angle else result.unit("drivers", coordinate, "position")
+        own = result.units.read(result.unit("drivers", coordinate, "position"))
+        values = series.position * own.factor
         largest = float(np.max(np.abs(values), initial=0.0))
-        columns.append((f"{coordinate} [{unit}]", cells(values, largest)))
+        columns.append((f"{coordinate} [{own.name}]", cells(values, largest)))
     moving = Quantities(result)
     named, forces = moving.outputs(), force_columns(result)
     columns += forces + named if motion_is_aside(result) else named + forces
@@ -100,6 +103,23 @@ def poses_text(result: Result, width: int) -> list[str]:
         notes.append(f"{len(places)} of {len(result)} poses")
     if hidden > 0:
         notes.append(f"{len(chosen)} of {len(columns)} columns")
+    if mixed := mixed_units(result, [title for title, _, _ in chosen]):
+        lines.append(f"  (units mixed: {mixed})")
     if notes:
         lines.append(f"  ({', '.join(notes)} shown; --out DIR writes all, --json prints all)")
     return lines
+
+
+def mixed_units(result: Result, titles: Sequence[str]) -> str:
+    """Return which units of one quantity stand side by side, where units were asked for."""
+    if not result.units.asked:
+        return ""
+    seen = dict.fromkeys(title[:-1].rpartition("[")[2] for title in titles if title[-1:] == "]")
+    kinds: dict[str, list[str]] = {}
+    for name in seen:
+        base = name.split("/")[0]
+        if base in KNOWN:
+            quantity, own, _, _ = KNOWN[base]
+            kinds.setdefault({"rad/s": "rad"}.get(quantity, quantity), []).append(own)
+    several = [dict.fromkeys(names) for names in kinds.values() if len(set(names)) > 1]
+    return "; ".join(" and ".join(names) for names in several)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from mechdae.describe.shown_units import SI, Units
+
 if TYPE_CHECKING:
     from mechdae.results import Result
 
@@ -82,23 +84,28 @@ def moves(values: Any) -> bool:
     return bool(np.size(values) and np.ptp(values) > 0)
 
 
-def quantity(value: float, unit: str, noise: float = 0.0) -> str:
-    value = zero(value, noise)
-    return f"{math.degrees(value):.9g} deg" if unit == "angle" else f"{value:.9g} m"
+def quantity(value: float, kind: str, noise: float = 0.0, units: Units = SI) -> str:
+    """Return an angle or a length with its unit."""
+    return in_unit(zero(value, noise), "rad" if kind == "angle" else "m", 9, units)
 
 
-def driver_value(value: Any, unit: str | list[str], digits: int = 12) -> str:
+def in_unit(value: float, si: str, digits: int, units: Units) -> str:
+    """Return a number with the unit it is shown in."""
+    own = units.read(si)
+    return f"{value * own.factor:.{digits}g} {own.name}"
+
+
+def driver_value(value: Any, unit: str | list[str], digits: int = 12, units: Units = SI) -> str:
     """Return a driver's value with its unit, of several drivers the list of them."""
     if value is None:
         return "none"
     if isinstance(value, list):
-        units = unit if isinstance(unit, list) else [unit] * len(value)
-        return ", ".join(driver_value(v, u, digits) for v, u in zip(value, units, strict=True))
+        each = unit if isinstance(unit, list) else [unit] * len(value)
+        pairs = zip(value, each, strict=True)
+        return ", ".join(driver_value(v, u, digits, units) for v, u in pairs)
     unit = unit[0] if isinstance(unit, list) else unit
     value = zero(value, 0.0)
-    if unit == "rad":
-        return f"{math.degrees(value):.{digits}g} deg"
-    return f"{value:.{digits}g}" + (" m" if unit == "m" else "")
+    return in_unit(value, unit, digits, units) if unit in ("rad", "m") else f"{value:.{digits}g}"
 
 
 def rows_of(count: int, most: int = ROWS) -> list[int]:

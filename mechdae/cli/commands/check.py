@@ -15,6 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     from mechdae.describe.file import library
     from mechdae.describe.file.load import load
+    from mechdae.setup.slips import doubts
     from mechdae.tasks.check import check, validate
 
     code = 0
@@ -25,6 +26,8 @@ def run(options: argparse.Namespace) -> int:
             message(f"mechdae: {error}", False)
             code = 2
             continue
+        for note in doubts(problem):
+            message(f"mechdae: {problem.name}: note: {note}", options.quiet)
         errors = validate(problem)
         for found in errors:
             message(f"mechdae: {problem.name}: {found}", False)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mechdae.cli import message
-from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
 from mechdae.cli.pictures import file_name, kind_for, options_for, task_for
 from mechdae.cli.progress import progress
 from mechdae.draw.catalogue import OPTIONS, PAGE, PICTURES, check_suits, kinds_with, picture_of
@@ -33,6 +33,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--dark, --lang)",
     )
     parser.add_argument("--mode", metavar="LABEL", help="start on this assembly mode")
+    units_argument(parser)
     parser.add_argument("--out", default=".", metavar="DIR", help="folder of the picture")
     formats = f"{', '.join(FORMATS)}; animations {', '.join(MOVING)}"
     parser.add_argument("--format", metavar="F", help=formats)
@@ -58,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
     asked = {name: getattr(options, name) for name in OPTIONS}
     asked = {name: value for name, value in asked.items() if value is not None}
     form = _form(options)
+    units_asked(options)
     _check_folder(options.out)
     problem = problem_of(options)
     name = task_for(problem, options.task, options.kind)
@@ -92,7 +94,7 @@ def _page(options: argparse.Namespace) -> int:
     if given or options.mode is not None or options.format not in (None, "html"):
         raise InputError("a page has no options but --lang", where="--kind page")
     _check_folder(options.out)
-    made = page(problem_of(options), options.task, options.lang or "en")
+    made = page(problem_of(options), options.task, options.lang or "en", units_asked(options))
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
     print(made.save(folder / f"{made.data['problem']}-{made.data['task']}.html"))
@@ -114,7 +116,7 @@ def _written(
     """Write the picture and say where it is; return the exit code."""
     from mechdae.draw import plot, save
 
-    picture = plot(result, kind, **extra)
+    picture = plot(result.in_units(units_asked(options)), kind, **extra)
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / file

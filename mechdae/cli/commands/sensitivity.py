@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from mechdae.cli import message
-from mechdae.cli.options import problem_arguments, problem_of, settings
+from mechdae.cli.options import problem_arguments, problem_of, settings, units_argument, units_asked
 from mechdae.errors import InputError
 
 
@@ -32,6 +32,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="half width of a parameter: spread to first order, worst case, Monte Carlo",
     )
     parser.add_argument("--order", type=int, choices=(1, 2), help="2: second derivatives too")
+    units_argument(parser)
     parser.add_argument("--out", metavar="DIR", help="write CSV, JSON and NPZ there")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
@@ -42,6 +43,7 @@ def run(options: argparse.Namespace) -> int:
     from mechdae.tables import table
     from mechdae.tasks.solve import solve
 
+    units = units_asked(options)
     problem = problem_of(options)
     chosen = problem.tasks.get(options.task) if options.task else None
     if options.task:
@@ -65,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
             order=options.order or 1,
             tolerances=settings(options.tolerance, "--tolerance") or None,
         )
-    result = solve(problem, task)
+    result = solve(problem, task).in_units(units)
     print(json_text([result]) if options.json else table(result), end="\n" if options.json else "")
     if options.out:
         if Path(options.out).exists() and not Path(options.out).is_dir():

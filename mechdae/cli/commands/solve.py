@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from mechdae.cli import message
-from mechdae.cli.options import problem_arguments, problem_of
+from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
 from mechdae.cli.progress import clear, progress
 from mechdae.errors import InputError, SolveError
 
@@ -20,6 +20,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--workers", type=int, metavar="W", help="processes that a study is spread over"
     )
+    units_argument(parser)
     parser.add_argument("--out", metavar="DIR", help="write CSV, JSON and NPZ there")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
 
@@ -30,6 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from mechdae.tasks.registry import KINDS
     from mechdae.tasks.solve import solve
 
+    units = units_asked(options)
     problem = problem_of(options)
     if options.task is None:
         names = [name for name, task in problem.tasks.items() if task.available]
@@ -48,6 +50,8 @@ def run(options: argparse.Namespace) -> int:
     check_workers(options.workers, {problem.tasks[name].kind for name in names})
     if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
         raise InputError("is a file, not a folder", where=f"--out {options.out}")
+    for note in problem.notes:
+        message(f"mechdae: note: {note}", options.quiet)
     code = 0
     results = []
     for name in names:
@@ -62,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
                 poses=options.poses if kind == "sweep" or options.task else None,
                 workers=options.workers or 1 if spread else 1,
                 progress=show,
-            )
+            ).in_units(units)
         except SolveError as error:
             clear(show)
             message(f"mechdae: task {name}: {error}", False)
@@ -73,6 +77,8 @@ def run(options: argparse.Namespace) -> int:
         if not options.json:
             print(table(result, terminal=sys.stdout.isatty()))
         for note in result.summary.get("notes", []):
+            if any(note.split(" is in")[0] in known for known in problem.notes):
+                continue  # said of the file already
             message(f"mechdae: task {name}: note: {note}", options.quiet)
         if result.fault:
             message(f"mechdae: task {name}: {result.fault}", False)

@@ -16,6 +16,8 @@ from mechdae.cli.options import (
     problem_arguments,
     problem_of,
     process_arguments,
+    units_argument,
+    units_asked,
 )
 from mechdae.cli.progress import clear, progress
 from mechdae.errors import InputError
@@ -45,6 +47,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--screen", action="store_true", help="closed form without certificates, very fast"
     )
     process_arguments(parser)
+    units_argument(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="write results there; a study that was broken off goes on"
     )
@@ -58,7 +61,8 @@ def run(options: argparse.Namespace) -> int:
     if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
         raise InputError("is a file, not a folder", where=f"--out {options.out}")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    return reported(_result(options), options)
+    units = units_asked(options)
+    return reported(_result(options).in_units(units), options)
 
 
 def _result(options: argparse.Namespace) -> Result:

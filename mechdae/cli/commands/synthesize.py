@@ -15,6 +15,8 @@ from mechdae.cli.options import (
     problem_arguments,
     problem_of,
     process_arguments,
+    units_argument,
+    units_asked,
 )
 from mechdae.cli.progress import clear, starts_progress
 from mechdae.errors import InputError
@@ -29,6 +31,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--starts", type=int, metavar="N", help="number of starts")
     parser.add_argument("--seed", type=int, metavar="S", help="of the random numbers")
     process_arguments(parser)
+    units_argument(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="write results and designs there; a broken off job goes on"
     )
@@ -42,7 +45,8 @@ def run(options: argparse.Namespace) -> int:
             raise InputError(f"a whole number, {least} or more, is needed", where=f"--{word}")
     check_processes(options)
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    return reported(_result(options), options)
+    units = units_asked(options)
+    return reported(_result(options).in_units(units), options)
 
 
 def _result(options: argparse.Namespace) -> Result:

@@ -41,7 +41,8 @@ class Expected(Value):
 class Problem:
     """One mechanism and any number of named tasks.
 
-    ``pattern`` is kept of a file with repetition, so that sizes can be set.
+    ``pattern`` is kept of a file with repetition, so that sizes can be set; ``notes`` are doubts
+    about what a file says.
     """
 
     mechanism: Mechanism
@@ -51,6 +52,7 @@ class Problem:
     title: str = ""
     source: str = ""
     pattern: Pattern | None = field(default=None, compare=False, repr=False)
+    notes: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         _check_kind(self.mechanism, Mechanism, "mechanism")

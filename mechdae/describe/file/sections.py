@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
+from mechdae.describe.file.beside import degrees_beside
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.file.reading import check_suffix, chosen, plain, read
 from mechdae.describe.file.repeat import Read, pattern_of
@@ -67,7 +69,8 @@ def read_problem(
         pattern_of(typed, again),
     )
     check_units(problem.mechanism, problem.tasks, data)
-    return problem
+    notes = degrees_beside(problem.mechanism, problem.tasks, data)
+    return replace(problem, notes=notes) if notes else problem
 
 
 def _outputs(table: Mapping[str, Any]) -> Table[str]:

@@ -29,7 +29,7 @@ def check_number(mechanism: Mechanism, name: str, suffix: str) -> None:
     """Raise for an automatic name given in a unit that is not that of its number."""
     rest = name.split(".")[1:]
     if rest and suffix:  # units of parameters follow from their uses alone
-        check_suffix(f"{rest[-1]}{suffix}", _unit(mechanism, name))
+        check_suffix(f"{rest[-1]}{suffix}", unit_of_number(mechanism, name))
 
 
 def check_parameter(
@@ -42,7 +42,7 @@ def check_parameter(
         check_suffix(f"{name}{suffix}", unit)
 
 
-def _unit(mechanism: Mechanism, name: str) -> str | None:
+def unit_of_number(mechanism: Mechanism, name: str) -> str | None:
     """Return the unit of an automatic name."""
     part, *rest = name.split(".")
     if part in mechanism.joints or part == "loads":
@@ -60,7 +60,7 @@ def _check_direct(mechanism: Mechanism, tasks: Mapping[str, Task], typed: Any) -
     if not suffixed:
         return
     uses = [
-        (number, name, _unit(mechanism, name))
+        (number, name, unit_of_number(mechanism, name))
         for name, number in mechanism.numbers()
         if isinstance(number, str) and number.strip("- ") in suffixed
     ]

@@ -87,7 +87,14 @@ def _paths(designs: Sequence[DrawnDesign], goal: Visits, ax: Axes | None, words:
     frame = _frame(designs, words("path of", goal.what), ax, words, HEIGHT + BELOW, ring)
     panel = frame.panels[0]
     _at_targets(designs, divided(panel, SHARE), words)
-    draw_paths(frame, panel, paths, [*map(line_of, range(len(paths)))], Targets(wanted, wanted))
+    draw_paths(
+        frame,
+        panel,
+        paths,
+        [*map(line_of, range(len(paths)))],
+        Targets(wanted, wanted),
+        units=designs[0].result.units,
+    )
     return panel
 
 
@@ -96,7 +103,7 @@ def _at_targets(designs: Sequence[DrawnDesign], ax: Axes, words: Words) -> None:
     frame = Panels(ax, 1, "", "")
     panel, k = frame.panels[0], frame.k
     errors = [np.abs(np.array(own.data["errors"], float)) for own in designs]
-    small, power = scale_of_errors("m", np.concatenate(errors))
+    small, power = scale_of_errors("m", np.concatenate(errors), designs[0].result.units)
     for index, own in enumerate(errors):
         panel.plot(
             np.arange(1, len(own) + 1),
@@ -120,7 +127,7 @@ def _errors(
     words: Words,
 ) -> Axes:
     """Draw the structural errors, or the deviations from the line, over the interval."""
-    mechanism = designs[0].problem.mechanism
+    mechanism, units = designs[0].problem.mechanism, designs[0].result.units
     curves: list[tuple[Array, Array]] = []
     for own in designs:
         if isinstance(goal, StraightLine):
@@ -138,8 +145,8 @@ def _errors(
     points = isinstance(goal, FunctionTargets) and bool(goal.targets)
     frame = _frame(designs, word, ax, words, HEIGHT * 0.8, points=points)
     panel, k = frame.panels[0], frame.k
-    small, power = scale_of_errors(unit, np.concatenate([errors for _, errors in curves]))
-    across = scale_of(below, [own for own, _ in curves])
+    small, power = scale_of_errors(unit, np.concatenate([errors for _, errors in curves]), units)
+    across = scale_of(below, [own for own, _ in curves], units)
     panel.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
     for index, (at, errors) in enumerate(curves):
         look = line_of(index)
@@ -163,9 +170,9 @@ def _angles(designs: Sequence[DrawnDesign], goal: Rocker, ax: Axes | None, words
     """Draw what a rocker turns or slides from its first extreme, over the driver from there."""
     driver, mechanism = designs[0].demand.driver, designs[0].problem.mechanism
     frame = _frame(designs, goal.coordinate, ax, words, HEIGHT * 0.8)
-    panel, k = frame.panels[0], frame.k
-    across = scale_of(coordinate(mechanism, driver).unit)
-    up = scale_of(coordinate(mechanism, goal.coordinate).unit)
+    panel, k, units = frame.panels[0], frame.k, designs[0].result.units
+    across = scale_of(coordinate(mechanism, driver).unit, (), units)
+    up = scale_of(coordinate(mechanism, goal.coordinate).unit, (), units)
     for index, own in enumerate(designs):
         at = own.driven(own.motion)
         angle = own.series(own.motion, goal.coordinate)

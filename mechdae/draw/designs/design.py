@@ -115,15 +115,19 @@ def _visits(design: DrawnDesign, goal: Visits, ax: Axes | None, labels: bool, wo
         frame = Panels(lower, 1, "", "")
         look = {"color": style.WHEEL}
         factor = draw_paths(
-            frame, frame.panels[0], [path], [look], targets, style.ARROW, errors=True
-        )
+            frame, frame.panels[0], [path], [look], targets, style.ARROW, errors=True,
+            units=design.result.units,
+        )  # fmt: skip
         return enlarged(factor, words)
 
     facts = [design.name(words), *design.facts(words)]
     if not design.defects:
         errors = np.abs(np.array(design.data["errors"], float))
         worst = int(np.argmax(errors))
+        units = design.result.units
         length = words.amount(float(errors[worst]), "m")
+        if "m" in units.by_si:
+            length = output.worst_text("m", errors, words, units)
         facts.insert(2, words("largest at a target", length, worst + 1))
     draw_facts(axes, scene, design, words, facts, labels=labels, bounds=(low, high, size),
                overlay=overlay)  # fmt: skip

@@ -51,16 +51,17 @@ def draw(
             sheet.circle(points[k], 3.0, fill=style.PAPER, edge=style.ARROW, gid=f"target-{number}")
         return ""
 
-    small, power = scale_of_errors("m", errors)
+    units = design.result.units
+    small, power = scale_of_errors("m", errors, units)
     text = unit_text(small, power)
     facts = [design.name(words), *design.facts(words)]
-    facts.insert(2, words("largest error", worst_text("m", errors, words)))
+    facts.insert(2, words("largest error", worst_text("m", errors, words, units)))
     low, high, size = extent(scene, 0, True, 0)
     draw_facts(upper, scene, design, words, facts, labels=labels, bounds=(low, high, size),
                overlay=overlay)  # fmt: skip
     frame = Panels(lower, 1, "", "")
     panel, k = frame.panels[0], frame.k
-    across = scale_of("m", [along])
+    across = scale_of("m", [along], units)
     panel.axhline(0.0, color=style.FAINT, linewidth=0.8 * k, zorder=1)
     panel.fill_between(across(along), small(errors), color=style.ARROW, alpha=0.15, linewidth=0)
     panel.plot(across(along), small(errors), color=style.ARROW, linewidth=1.5 * k, gid="deviation")

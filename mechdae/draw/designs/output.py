@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mechdae.describe.coordinates import coordinate
+from mechdae.describe.shown_units import SI, Units
 from mechdae.describe.tasks.goals import FunctionTargets
 from mechdae.draw import style
 from mechdae.draw.designs.drawn_design import TURN, DrawnDesign
@@ -33,11 +34,13 @@ def draw(design: DrawnDesign, goal: FunctionTargets, ax: Axes | None, words: Wor
         at = x = design.driven(design.moves.between)
         y = design.series(design.moves.between, goal.output)
         wanted = y - errors
-    across, up = scale_of(inputs.unit, [x]), scale_of(outputs.unit, [y, wanted])
-    small, power = scale_of_errors(outputs.unit, errors)
+    units = design.result.units
+    across = scale_of(inputs.unit, [x], units)
+    up = scale_of(outputs.unit, [y, wanted], units)
+    small, power = scale_of_errors(outputs.unit, errors, units)
     unit = unit_text(small, power)
     facts = [design.name(words), *design.facts(words)]
-    facts.insert(2, words("largest error", worst_text(outputs.unit, errors, words)))
+    facts.insert(2, words("largest error", worst_text(outputs.unit, errors, words, units)))
     solid = {"color": style.SERIES[0], "linewidth": 1.6}
     asked: dict[str, Any]
     if goal.targets:
@@ -79,9 +82,9 @@ def errors_of(design: DrawnDesign, goal: FunctionTargets) -> tuple[Array, Array]
     return np.array(design.data["at"], float), errors
 
 
-def scale_of_errors(unit: str, errors: Any) -> tuple[Scale, int]:
+def scale_of_errors(unit: str, errors: Any, units: Units = SI) -> tuple[Scale, int]:
     """Return how errors are shown, and the power of ten in front of the unit."""
-    plain = scale_of(unit, [errors])
+    plain = scale_of(unit, [errors], units)
     largest = float(np.abs(plain(errors)).max(initial=0.0))
     if not 0.0 < largest < TINY:
         return plain, 0
@@ -89,9 +92,9 @@ def scale_of_errors(unit: str, errors: Any) -> tuple[Scale, int]:
     return Scale(plain.unit, plain.factor * 10.0**-power), power
 
 
-def worst_text(unit: str, errors: Array, words: Words) -> str:
+def worst_text(unit: str, errors: Array, words: Words, units: Units = SI) -> str:
     """Return the largest error with its unit."""
-    plain = scale_of(unit, [errors])
+    plain = scale_of(unit, [errors], units)
     worst = words.number(float(np.abs(plain(errors)).max()), 4)
     return f"{worst} {plain.unit}".rstrip()
 

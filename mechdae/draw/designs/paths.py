@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mechdae.describe.shown_units import SI, Units
 from mechdae.draw import style
 from mechdae.draw.designs.targets import Targets, enlargement
 from mechdae.draw.diagram.scene import Array
@@ -41,6 +42,7 @@ def draw_paths(
     targets: Targets,
     color: str = style.INK,
     errors: bool = False,
+    units: Units = SI,
 ) -> float:
     """Draw paths and targets into a panel whose place is final; return how errors are enlarged.
 
@@ -52,9 +54,11 @@ def draw_paths(
         Colour of the targets and their numbers.
     errors
         Whether lines for the errors are drawn.
+    units
+        Those that lengths are shown in.
     """
     k = frame.k
-    scale = scale_of("m", [targets.wanted])
+    scale = scale_of("m", [targets.wanted], units)
     shown = [scale(path) for path in paths]
     wanted, reached = scale(targets.wanted), scale(targets.reached)
     unit = _equal(panel, k, [wanted, *shown], wanted)

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 
 from mechdae.describe.joints import follows_curve
 from mechdae.describe.mechanism import GROUND
+from mechdae.describe.shown_units import SI, Units
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import draw_curve, reach
@@ -446,11 +447,12 @@ def draw_frame(
     sheet: Sheet, scene: JoinedScene, result: Any, pose: int, words: Words, extra: str = ""
 ) -> None:
     """Draw the scale bar and the note on what is not drawn."""
-    length = nice_length(0.2 * float(sheet.size[0]) / sheet.metre)
+    own = result.units.of("m")
+    length = nice_length(0.2 * own.factor * float(sheet.size[0]) / sheet.metre) / own.factor
     bar = length * sheet.metre
     start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
     chosen = font(style.NOTE, style.NOTE_FONT)
-    text = length_text(length, words)
+    text = length_text(length, words, result.units)
     low, high = ink(text, chosen)
     symbols.scale_bar(sheet, start, bar, "scale-bar")
     spot = start - (5.0 + (high - low)[0] / 2, 0.0)
@@ -502,8 +504,11 @@ def nice_length(about: float) -> float:
     )
 
 
-def length_text(length: float, words: Words) -> str:
-    """Return a length with its unit, from µm to km."""
+def length_text(length: float, words: Words, units: Units = SI) -> str:
+    """Return a length with its unit: that asked for, or one from µm to km."""
+    if "m" in units.by_si:
+        own = units.of("m")
+        return f"{words.number(length * own.factor)} {words.status(own.name)}"
     _, unit, name = next(row for row in LENGTHS if length >= row[0])
     return f"{words.number(length / unit)} {words(name)}"
 

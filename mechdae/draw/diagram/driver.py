@@ -87,6 +87,9 @@ def value_text(
     if values is None:
         return ""
     value, rest = float(values[pose]), f" ({words('held')})" if held else ""
+    own = result.units.of(entry.unit)
+    if own.name not in (entry.unit, "deg"):
+        return f"{entry.text} = {words.number(value * own.factor)} {words.status(own.name)}{rest}"
     if entry.is_angle:
         return f"{entry.text} = {_plain(np.rad2deg(value), 3, words)}°{rest}"
     unit = f" {words('m')}" if entry.unit == "m" else ""

@@ -81,7 +81,7 @@ def abscissa_of(result: Any, against: str | None = None) -> Abscissa:
         if len(lines) != 1:
             raise InputError(f"'{against}' has several components", hint=f"{against}/x")
         line = lines[0]
-        scale = scale_of(line.unit, [line.values])
+        scale = scale_of(line.unit, [line.values], result.units)
         return Abscissa("path", f"{line.name} {line.quantity}".strip(), scale, line.values)
     if result.time is not None:
         return Abscissa("time", "time", Scale("s"), np.asarray(result.time, float))
@@ -92,7 +92,7 @@ def abscissa_of(result: Any, against: str | None = None) -> Abscissa:
     names = list(result.drivers)
     name = moving[0] if moving else names[0]
     values = np.asarray(result.drivers[name].position, float)
-    scale = scale_of(result.unit("drivers", name, "position"), [values])
+    scale = scale_of(result.unit("drivers", name, "position"), [values], result.units)
     return Abscissa("driver", name, scale, values, names.index(name))
 
 

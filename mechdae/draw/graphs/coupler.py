@@ -95,7 +95,7 @@ def draw_all(
     places = set(quantities) <= set(PLACES)
     loci = [Locus(part, values) for part, _, _, values in vectors]
     extent = np.vstack([locus.values for locus in loci])
-    scale = scale_of(units[0], [extent])
+    scale = scale_of(units[0], [extent], result.units)
     word = "" if places else f"{quantities[0]} "
     world = places and "centrode moving" not in quantities
     shown = pivots_of(result, extent) if world and pivots else []

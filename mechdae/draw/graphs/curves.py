@@ -217,11 +217,12 @@ def _draw_panel(
 ) -> None:
     axis, several = axes[0], len(results) > 1
     shown = [line.values for line in group] if clip is None else [[clip.low, clip.high]]
-    scale = scale_of(group[0].unit, shown)
+    scale = scale_of(group[0].unit, shown, results[0].units)
     looks = _variants(group) if several else _looks(group)
     logarithmic = all(line.quantity in LOGARITHMIC for line in group)
     if logarithmic:
-        scale = Scale("" if group[0].unit == "1" else group[0].unit)
+        own = results[0].units.of(group[0].unit)
+        scale = Scale("" if own.name == "1" else own.name, own.factor)
     few = len(axis.values) <= FEW
     style_of = "-" if axis.rises or axis.kind == "path" else ""
     for line, (color, dash) in zip(group, looks, strict=True):

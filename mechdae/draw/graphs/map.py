@@ -13,6 +13,7 @@ from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColor
 from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
+from mechdae.describe.shown_units import Units
 from mechdae.draw import style
 from mechdae.draw.graphs.curves import subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels
@@ -131,7 +132,7 @@ def _of_study(result: Any, paths: Sequence[str] | None, along: Sequence[str] | N
         if name not in names:
             values = result.parameters[name]
             rows &= values == values[0]
-            held.append(f"{name} = {_amount(float(values[0]), units.get(name, ''))}")
+            held.append(f"{name} = {_amount(float(values[0]), units.get(name, ''), result.units)}")
     return [
         Plane(
             tuple(names),
@@ -147,9 +148,9 @@ def _of_study(result: Any, paths: Sequence[str] | None, along: Sequence[str] | N
     ]
 
 
-def _amount(value: float, unit: str) -> str:
+def _amount(value: float, unit: str, units: Units) -> str:
     """Return a value of a parameter with its unit."""
-    scale = scale_of(unit, [value])
+    scale = scale_of(unit, [value], units)
     return f"{number(float(scale(value)))} {scale.unit}".strip()
 
 
@@ -176,8 +177,8 @@ def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
     if len({plane.unit for plane in planes}) > 1:
         raise InputError("the paths have different units", where="of")
     first = planes[0]
-    scale = scale_of(first.unit, [plane.values for plane in planes])
-    across = scale_of(first.units[0], [first.axes[0]])
+    scale = scale_of(first.unit, [plane.values for plane in planes], result.units)
+    across = scale_of(first.units[0], [first.axes[0]], result.units)
     x = across(first.axes[0])
     order = np.argsort(x, kind="stable")
     bad = _bad(first.status)
@@ -220,9 +221,10 @@ def _draw_lines(result: Any, ax: Axes | None, planes: list[Plane]) -> Axes:
 
 
 def _draw_map(result: Any, ax: Axes | None, plane: Plane) -> Axes:
-    scale = scale_of(plane.unit, [plane.values])
+    scale = scale_of(plane.unit, [plane.values], result.units)
     scales = [
-        scale_of(unit, [values]) for unit, values in zip(plane.units, plane.axes, strict=True)
+        scale_of(unit, [values], result.units)
+        for unit, values in zip(plane.units, plane.axes, strict=True)
     ]
     x, y = (own(values) for own, values in zip(scales, plane.axes, strict=True))
     good = np.isin(plane.status, FINE) | (plane.status == "ambiguous")

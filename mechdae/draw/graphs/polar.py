@@ -60,7 +60,7 @@ def draw(result: Any, ax: Axes | None = None, *, of: Sequence[str] | None = None
         for part, quantity, _, values in vectors
     ]
     unit = vectors[0][2]
-    scale = scale_of(unit, [np.hypot(*locus.values.T) for locus in loci])
+    scale = scale_of(unit, [np.hypot(*locus.values.T) for locus in loci], result.units)
     axes = ", ".join(AXES.get(quantity.split(",")[0], quantity) for quantity in quantities)
     radial = quantities == ["reaction radial"]
     names = ("Fr", "Ft") if radial else ("Fx", "Fy") if unit == "N" else ("x", "y")

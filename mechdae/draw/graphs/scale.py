@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from mechdae.describe.shown_units import SI, Units
+
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 PREFIXED = ("m", "N", "N m", "W", "J")
 """Units that take a prefix; all others stay as they are."""
@@ -26,8 +28,11 @@ class Scale:
         return np.asarray(values, float) * self.factor
 
 
-def scale_of(unit: str, values: Iterable[Any] = ()) -> Scale:
-    """Return the unit in which values of an SI unit are shown, by their largest."""
+def scale_of(unit: str, values: Iterable[Any] = (), units: Units = SI) -> Scale:
+    """Return what values of an SI unit are shown in: as asked for, or by their largest."""
+    if unit in units.by_si:
+        own = units.of(unit)
+        return Scale(own.name, own.factor)
     if unit.startswith("rad"):
         return Scale("deg" + unit[3:], DEGREES) if unit == "rad" else Scale(unit)
     if unit not in PREFIXED:

@@ -4,7 +4,7 @@ import { bareAngle, Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { Chart, ticks } from "./chart.js";
 import { isWhole } from "./whole.js";
-import { digits, displayed, quantity } from "./units.js";
+import { digits, displayed, quantity, showIn } from "./units.js";
 import { Plans } from "./plans.js";
 import { pulled, slidersAt } from "./shape.js";
 import { csvText, offered, png, svgText, tomlText } from "./files.js";
@@ -30,6 +30,7 @@ class App {
   constructor(data, code, Kind) {
     this.data = data;
     this.words = wordsOf(data.lang);
+    showIn(data.shown || {});
     this.diagram = new Kind(find("diagram"), data.scene);
     this.session = null;
     this.recorded = null;

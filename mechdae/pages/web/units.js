@@ -3,6 +3,11 @@
 const FACTORS = { rad: [180 / Math.PI, "°"], "rad/s": [1, "rad/s"], "rad/s2": [1, "rad/s²"], m: [1000, "mm"], "m/s": [1, "m/s"],
   "m/s2": [1, "m/s²"], s: [1, "s"], 1: [1, ""], "": [1, ""] };
 
+/** Show units as somebody asked for: SI -> [factor, name]. */
+export function showIn(table) {
+  for (const [unit, [factor, name]] of Object.entries(table)) FACTORS[unit] = [factor, name === "deg" ? "°" : name];
+}
+
 /** @param {string} unit SI @returns {[number, string]} factor and name of what is shown */
 export function displayed(unit) { return FACTORS[unit] || [1, unit]; }
 

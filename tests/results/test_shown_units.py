@@ -1,0 +1,171 @@
+"""Units that tables, CSV, pictures and pages are shown in; arrays and JSON stay SI."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.cli import main
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.shown_units import KNOWN, units_of
+from mechdae.describe.units import TABLE
+from mechdae.setup.slips import doubts
+from mechdae.tables import table
+from tests.shared.paths import ROOT
+
+FOUR_BAR = (ROOT / "problems/four-bar-crank-rocker.toml").read_text(encoding="utf-8")
+INCH, POUND_FORCE = 0.0254, 4.4482216152605
+
+
+@pytest.fixture(scope="module")
+def forces() -> Any:
+    return md.solve("slider-crank-friction", poses=5)
+
+
+def test_every_unit_of_files_can_be_shown() -> None:
+    for unit in TABLE:
+        for word in (unit.name, unit.suffix[1:]):
+            own = units_of(word).of(unit.si[0])
+            assert own.name == unit.name
+            assert own.factor * unit.factor == pytest.approx(1.0, rel=1e-15)
+    assert {"m", "rad", "N", "N m", "kg", "kg m2"} <= set(KNOWN)
+
+
+def test_rates_areas_and_curvatures_follow() -> None:
+    units = units_of("in,deg,rpm")
+    shown = {si: units.of(si).name for si in ("m/s2", "m2", "1/m", "rad/s", "rad/s2", "W")}
+    assert shown == {"m/s2": "in/s2", "m2": "in2", "1/m": "1/in", "rad/s": "rpm",
+                     "rad/s2": "deg/s2", "W": "W"}  # fmt: skip
+    assert units.of("m2").factor == pytest.approx(INCH**-2, rel=1e-15)
+    assert units.of("1/m").factor == pytest.approx(INCH, rel=1e-15)
+    assert units.of("rad/s").factor == pytest.approx(30 / math.pi, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ("inch", "did you mean in?"),
+        ("mm,in", "mm and in are both units of lengths"),
+        ("", "units are m, rad"),
+        ("mm,,deg", "unknown unit ''"),
+        ("degrees", "did you mean deg?"),
+    ],
+)
+def test_units_that_are_none(asked: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("solve", "plot", "page", "study", "synthesize", "sensitivity"):
+        assert main([command, "four-bar-crank-rocker", "--units", asked, *OF.get(command, ())]) == 2
+        text = capsys.readouterr().err
+        assert "--units" in text
+        assert words in text
+
+
+OF = {"sensitivity": ("--of", "summary/swing/rocker", "--wrt", "a")}
+
+
+def test_a_table_in_inches_and_pounds(forces: Any) -> None:
+    shown = forces.in_units("in,lbf,lbf in")
+    head, *rows = table(shown).splitlines()[1:7]
+    assert "effort [lbf in]" in head
+    assert "|O| [lbf]" in head
+    effort = forces.efforts["crank.angle"][1] / (POUND_FORCE * INCH)
+    assert float(rows[1].split()[2]) == pytest.approx(effort, rel=1e-5)
+    assert f"stroke    slide: {0.2 / INCH:.12g} in" in table(shown)
+    assert shown.in_units("m").to_dict() == forces.to_dict()  # the JSON stays SI
+    assert (shown.points["crank.B"].position == forces.points["crank.B"].position).all()
+
+
+def test_a_pose_in_millimetres() -> None:
+    found = md.solve("gorshkov-seven-link", "pose")
+    text = table(found.in_units("mm,deg"))
+    x, y = found.points["rod.B"].position[0] * 1e3
+    assert f"( {x:.12g},  {y:.12g}) mm" in text
+    assert "38.117 deg\n" in text
+    assert " rad" not in text
+
+
+def test_units_side_by_side_are_said() -> None:
+    found = md.solve("four-bar-crank-rocker", "turn")
+    assert "(units mixed: deg and rpm)" in table(found.in_units("deg,rpm"))
+    assert "mixed" not in table(found.in_units("deg,mm"))
+    assert "mixed" not in table(found)
+
+
+def test_files_have_their_units_in_the_heads(tmp_path: Path, forces: Any) -> None:
+    words = ["solve", "slider-crank-friction", "--poses", "5", "--task", "cycle", "--quiet"]
+    assert main([*words, "--units", "mm,kN", "--out", str(tmp_path)]) == 0
+    with (tmp_path / "cycle.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    x = [float(row["crank.B.position.x [mm]"]) for row in rows]
+    assert x == pytest.approx((1e3 * forces.points["crank.B"].position[:, 0]).tolist(), rel=1e-15)
+    y = [float(row["O.reaction.Fy [kN]"]) for row in rows]
+    assert y == pytest.approx((forces.joints["O"].reaction[:, 1] / 1e3).tolist(), rel=1e-15)
+    data = json.loads((tmp_path / "cycle.json").read_text())["tasks"]["cycle"]
+    assert data["points"]["crank.B"]["position"] == forces.points["crank.B"].position.tolist()
+    arrays = np.load(tmp_path / "cycle.npz")
+    assert (arrays["crank.B.position.x"] == forces.points["crank.B"].position[:, 0]).all()
+
+
+def test_pictures_and_pages(forces: Any) -> None:
+    panels = md.plot(forces.in_units("lbf,lbf_in"), "curves").figure.axes
+    labels = [panel.get_ylabel() for panel in panels]
+    assert [label.rpartition("[")[2] for label in labels] == ["lbf in]", "lbf]", "W]"]
+    effort = panels[0].lines[0].get_ydata()
+    scaled = forces.efforts["crank.angle"] / (POUND_FORCE * INCH)
+    assert effort == pytest.approx(scaled, rel=1e-14)
+    figure = md.plot(forces.in_units("in"), "diagram").figure
+    texts = [own.get_gid() for own in figure.findobj() if own.get_gid()]
+    assert "scale-text" in texts
+    page = md.page("four-bar-crank-rocker", units="in,rpm")
+    assert page.data["shown"]["m"] == [pytest.approx(1 / INCH, rel=1e-15), "in"]
+    assert "shown" not in md.page("four-bar-crank-rocker").data
+
+
+# -- what looks like another unit ------------------------------------------------------------
+
+
+def changed(**texts: str) -> Any:
+    text = FOUR_BAR
+    for old, new in texts.items():
+        assert old in text
+        text = text.replace(old, new)
+    return from_dict(tomllib.loads(text))
+
+
+def test_an_angle_beside_degrees() -> None:
+    assert changed(to_deg="to").notes == (
+        "tasks.turn.driver: to = 360 is in radians, beside from_deg; did you mean to_deg?",
+    )
+    assert changed(crank_deg="crank").notes == (
+        "sketch: crank = 40 is in radians, beside coupler_deg; did you mean crank_deg?",
+    )
+    for good in ("to = 6", 'to = "2*pi"', "to = 7.5"):
+        assert not from_dict(tomllib.loads(FOUR_BAR.replace("to_deg = 360", good))).notes, good
+    assert not doubts(md.load("four-bar-crank-rocker"))
+
+
+def test_notes_of_files_reach_check_and_solve(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "four.toml"
+    path.write_text(FOUR_BAR.replace("to_deg = 360", "to = 360"))
+    for command in (["check"], ["solve", "--task", "turn", "--poses", "4"]):
+        main([*command, str(path)])
+        assert capsys.readouterr().err.count("did you mean to_deg?") == 1
+
+
+def test_lengths_out_of_proportion() -> None:
+    problem = md.load("four-bar-crank-rocker")
+    small = doubts(problem.with_values({"a_mm": 0.04}))
+    assert len(small) == 1
+    assert "of crank are 4e-05 m apart, 3000 times less than the largest length" in small[0]
+    assert not doubts(problem.with_values({"a_mm": 0.13}))
+    radius = doubts(md.load("slider-crank-friction").with_values({"r_B": 15.0}))
+    assert radius == ["B.pin_radius is 15 m, 50 times the largest length: is that in metres?"]
