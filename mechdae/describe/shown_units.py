@@ -30,7 +30,7 @@ QUANTITIES = {
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownUnit:
     """A unit that is shown, and the factor from SI to it."""
 
     name: str
@@ -50,13 +50,13 @@ class Units:
     """
 
     asked: tuple[str, ...] = ()
-    by_si: Mapping[str, Shown] = field(default_factory=lambda: MappingProxyType({}))
+    by_si: Mapping[str, ShownUnit] = field(default_factory=lambda: MappingProxyType({}))
 
-    def of(self, si: str) -> Shown:
+    def of(self, si: str) -> ShownUnit:
         """Return what a unit in SI is shown in: itself where nothing else is wished."""
-        return self.by_si.get(si) or Shown(si)
+        return self.by_si.get(si) or ShownUnit(si)
 
-    def read(self, si: str) -> Shown:
+    def read(self, si: str) -> ShownUnit:
         """Return what a unit in SI is shown in to readers: angles in degrees without a wish."""
         return DEGREES if si == "rad" and "rad" not in self.by_si else self.of(si)
 
@@ -64,7 +64,7 @@ class Units:
         return units_of, (self.asked,)
 
 
-DEGREES = Shown("deg", 180.0 / math.pi)
+DEGREES = ShownUnit("deg", 180.0 / math.pi)
 SI = Units()
 """No wish."""
 
@@ -111,13 +111,13 @@ def units_of(text: str | Sequence[str]) -> Units:
                 hint="one for each quantity",
             )
         chosen[quantity] = name, size, pi
-    by_si: dict[str, Shown] = {}
+    by_si: dict[str, ShownUnit] = {}
     for quantity in POWERS:  # angles before angular speeds
         if quantity in chosen:
             name, size, pi = chosen[quantity]
             for si, (power, written) in POWERS[quantity].items():
                 factor = float(1 / size**power) / (math.pi if pi else 1.0)
-                by_si[si] = Shown(written.format(name), factor)
+                by_si[si] = ShownUnit(written.format(name), factor)
     return Units(tuple(words), MappingProxyType(by_si))
 
 

@@ -1,5 +1,7 @@
 """Read-only arrays with names and units, the same content as the JSON."""
 
+from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.shown_units import DEGREES, KNOWN, SI, ShownUnit, Units
 from mechdae.results.events import Event, events_of
 from mechdae.results.kinds import (
     EquilibriumResult,
@@ -21,10 +23,13 @@ from mechdae.results.units import KINDS, OUTPUT_RATES, UNITS, effort_unit, react
 
 __all__ = [
     "CODES",
+    "DEGREES",
     "FINE",
     "KINDS",
+    "KNOWN",
     "LOST",
     "OUTPUT_RATES",
+    "SI",
     "UNITS",
     "EquilibriumResult",
     "Event",
@@ -36,16 +41,19 @@ __all__ = [
     "Result",
     "SensitivityResult",
     "Series",
+    "ShownUnit",
     "Status",
     "StudyResult",
     "Summary",
     "SweepResult",
     "SynthesisResult",
+    "Units",
     "among",
     "counts",
     "effort_unit",
     "events_of",
     "heads",
+    "parameter_units",
     "plain",
     "reaction_parts",
     "shown_columns",

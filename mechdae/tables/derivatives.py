@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.dimensions import parameter_units
-from mechdae.describe.shown_units import Shown
-from mechdae.results import Result
+from mechdae.results import Result, ShownUnit, parameter_units
 from mechdae.tables.text import in_unit
 
 ROWS = 13
@@ -102,7 +100,7 @@ def _parts(title: str, array: Any, for_poses: bool) -> Iterator[tuple[str, Any]]
             yield f"{title} [{axis}]", column
 
 
-def _spread(result: Result, path: str, spread: dict[str, Any], own: Shown) -> list[str]:
+def _spread(result: Result, path: str, spread: dict[str, Any], own: ShownUnit) -> list[str]:
     """Return the three estimates side by side, at the pose where they are largest."""
     sampled = spread["monte_carlo"]
     size = np.abs(np.asarray(spread["worst_case"]))

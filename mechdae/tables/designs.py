@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.shown_units import Units
-from mechdae.results import Result
+from mechdae.results import Result, Units
 from mechdae.tables.text import MOST, fact, together
 
 Design = Mapping[str, Any]

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.shown_units import Units
-from mechdae.results import Event, Result
+from mechdae.results import Event, Result, Units
 from mechdae.tables.force_facts import force_facts
 from mechdae.tables.text import (
     MOST,

@@ -6,8 +6,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
-from mechdae.describe.shown_units import Units
-from mechdae.results import Result
+from mechdae.results import Result, Units
 from mechdae.tables.text import MOST, driver_value, fact, moves, together
 
 FRICTION = {

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.shown_units import Units
-from mechdae.results import Result, effort_unit, reaction_parts
+from mechdae.results import Result, Units, effort_unit, reaction_parts
 from mechdae.tables.text import Column, cells
 
 PARTS = {"uncoupled": "no friction"}

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.describe.shown_units import DEGREES, KNOWN
-from mechdae.results import KINDS, Result
+from mechdae.results import DEGREES, KINDS, KNOWN, Result
 from mechdae.tables.forces import force_columns, is_force, motion_is_aside, single_forces
 from mechdae.tables.moving import Quantities
 from mechdae.tables.text import Column, cells, rows_of

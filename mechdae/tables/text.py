@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from mechdae.describe.shown_units import SI, Units
+from mechdae.results import SI, Units
 
 if TYPE_CHECKING:
     from mechdae.results import Result

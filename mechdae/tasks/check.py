@@ -14,9 +14,12 @@ from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, MechdaeError
 from mechdae.results import KINDS as SECTIONS
 from mechdae.results import Result
+from mechdae.setup.slips import doubts
 from mechdae.solver.kinds import function
 from mechdae.tasks.registry import KINDS
 from mechdae.tasks.solve import solve
+
+__all__ = ["Verdict", "check", "doubts", "validate"]
 
 SERIES = (
     *SECTIONS, "efforts", "centres", "bound", "condition", "status",

@@ -15,8 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     from mechdae.describe.file import library
     from mechdae.describe.file.load import load
-    from mechdae.setup.slips import doubts
-    from mechdae.tasks.check import check, validate
+    from mechdae.tasks.check import check, doubts, validate
 
     code = 0
     for name in options.problems or library.names():
