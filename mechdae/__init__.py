@@ -41,6 +41,7 @@ _HOMES = {
     "mechdae.pages": "Page page",
     "mechdae.explanations": "Explanation explain",
     "mechdae.reports": "Report report",
+    "mechdae.assignments": "Assignment Assignments assign",
     "mechdae.composition.chains": "KinematicChain chains count_chains assur_groups",
     "mechdae.composition.mechanisms": "mechanism_of problem_of",
     "mechdae.composition.variants.scheme": "Variant",

@@ -26,6 +26,7 @@ COMMANDS = {
     "explain": "a pose on paper: equations of each group with their numbers",
     "edit": "an editor of mechanisms, one HTML file",
     "report": "a course report: assignment, structure, positions, forces",
+    "assign": "variants of a problem for a class, with sheets and answer keys",
     "synthesize": "dimensions that do what a task asks for",
     "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",

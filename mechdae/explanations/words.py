@@ -156,7 +156,7 @@ TABLE: Mapping[str, Mapping[str, str]] = MappingProxyType(
 
 
 class Said:
-    """The words of one language.
+    """The words of one language, of explanations or of another table by language.
 
     Raises
     ------
@@ -164,10 +164,10 @@ class Said:
         There is no such language.
     """
 
-    def __init__(self, lang: str) -> None:
-        if lang not in TABLE:
-            raise UnknownName("language", lang, list(TABLE))
-        self.lang, self._table = lang, TABLE[lang]
+    def __init__(self, lang: str, words: Mapping[str, Mapping[str, str]] = TABLE) -> None:
+        if lang not in words:
+            raise UnknownName("language", lang, list(words))
+        self.lang, self._table = lang, words[lang]
 
     def __call__(self, word: str, *values: object) -> str:
         """Return a phrase with values in it."""

@@ -25,6 +25,8 @@ from mechdae.formulas.typst import escaped, typst
 
 WIDTH = 100
 """Columns of a text."""
+SHORT = 30
+"""Rows of a table that is not broken over pages."""
 
 STYLE = """
 :root { color-scheme: light; --line: #b9bec6; --faint: #5c6470; }
@@ -42,7 +44,8 @@ table { border-collapse: collapse; margin: .6rem 0; font-size: .92rem;
   font-variant-numeric: tabular-nums; }
 th, td { border-bottom: 1px solid var(--line); padding: .15rem .6rem; text-align: right;
   white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; }
+th:first-child, td:first-child, .words { text-align: left; }
+td.words { white-space: normal; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .1rem 1rem; margin: .5rem 0; }
 dt { color: var(--faint); } dd { margin: 0; }
 figure { margin: 1rem 0; text-align: center; break-inside: avoid; }
@@ -50,7 +53,8 @@ figure img { height: auto; max-width: 100%; }
 @media (max-width: 30rem) { dl { grid-template-columns: 1fr; } dd { margin-left: 1rem; } }
 @page { size: A4; margin: 20mm 16mm; }
 @media print { body { margin: 0; max-width: none; font-size: 11pt; }
-  h2, h3, h4 { break-after: avoid; } .formula, tr { break-inside: avoid; } }
+  h2, h3, h4 { break-after: avoid; } .formula, .table, tr { break-inside: avoid; }
+  .formula, .table { overflow: visible; } p { orphans: 3; widows: 3; } }
 """
 
 
@@ -194,12 +198,23 @@ def _parts_html(parts: tuple[str | Part, ...]) -> str:
     return "".join(escape(part) if isinstance(part, str) else mathml(part) for part in parts)
 
 
+def _words(block: Grid) -> list[bool]:
+    """Return which columns hold words, and not numbers or formulas."""
+    return [
+        any(isinstance(own, str) and any(map(str.isalpha, own)) for own in column)
+        for column in zip(*block.rows, strict=True)
+    ] or [True] * len(block.heads)
+
+
 def _table_html(block: Grid) -> str:
-    heads = "".join(f"<th>{_parts_html((entry,))}</th>" for entry in block.heads)
-    rows = "".join(
-        "<tr>" + "".join(f"<td>{_parts_html((entry,))}</td>" for entry in row) + "</tr>"
-        for row in block.rows
-    )
+    marks = [' class="words"' if own else "" for own in _words(block)]
+
+    def cells(tag: str, row: tuple[str | Part, ...]) -> str:
+        pairs = zip(marks, row, strict=True)
+        return "".join(f"<{tag}{mark}>{_parts_html((own,))}</{tag}>" for mark, own in pairs)
+
+    heads = cells("th", block.heads)
+    rows = "".join(f"<tr>{cells('td', row)}</tr>" for row in block.rows)
     return (
         f'<div class="table"><table><thead><tr>{heads}</tr></thead>'
         f"<tbody>{rows}</tbody></table></div>"
@@ -249,13 +264,7 @@ def _block_typst(block: Passage) -> str:
             )
             return f"#table(columns: (auto, 1fr), stroke: none,\n{cells})"
         case Grid():
-            rows = (block.heads, *block.rows)
-            cells = "".join(
-                "  " + ", ".join(f"[{_parts_typst((entry,))}]" for entry in row) + ",\n"
-                for row in rows
-            )
-            align = f"(left, {', '.join(['right'] * (len(block.heads) - 1))})"
-            return f"#table(columns: {len(block.heads)}, align: {align},\n{cells})"
+            return _table_typst(block)
         case Image():
             svg = _string(block.svg)
             width = f"{100 * block.width:g}%"
@@ -264,6 +273,22 @@ def _block_typst(block: Passage) -> str:
                 f"caption: [{escaped(block.caption)}])"
             )
     raise TypeError(f"no Typst for {type(block).__name__}")  # pragma: no cover
+
+
+def _table_typst(block: Grid) -> str:
+    """Return a table that stays on one page where it fits, its heads again on each other page."""
+
+    def cells(row: tuple[str | Part, ...]) -> str:
+        return ", ".join(f"[{_parts_typst((entry,))}]" for entry in row)
+
+    rows = "".join(f"  {cells(row)},\n" for row in block.rows)
+    words = _words(block)
+    align = ", ".join("left" if k == 0 or own else "right" for k, own in enumerate(words))
+    table = (
+        f"#table(columns: {len(block.heads)}, align: ({align}),\n"
+        f"  table.header({cells(block.heads)}),\n{rows})"
+    )
+    return f"#block(breakable: false)[{table}]" if len(block.rows) <= SHORT else table
 
 
 def _parts_typst(parts: tuple[str | Part, ...]) -> str:

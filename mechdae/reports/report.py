@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from mechdae import __version__
 from mechdae.describe.file.load import load
@@ -17,18 +13,16 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven
 from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
-from mechdae.errors import InputError, UnavailableError, UnknownName
-from mechdae.explanations.explain import explain, first_task
+from mechdae.errors import InputError, UnavailableError
+from mechdae.explanations.explain import first_task
 from mechdae.explanations.subject import Subject, subject_of
 from mechdae.explanations.words import Said
 from mechdae.export import whole_file
-from mechdae.formulas import Document, Facts, Grid, Image, Note, Part, Passage, Section
-from mechdae.formulas.tree import number
+from mechdae.formulas import Document, Image, Passage, Section
 from mechdae.formulas.writers import as_html, as_typst
-from mechdae.reports import tables
+from mechdae.reports import sections
 from mechdae.reports.words import TABLE
 from mechdae.results import Result
-from mechdae.tasks.show import structure
 from mechdae.tasks.solve import solve
 
 FINE = 360
@@ -36,7 +30,6 @@ FINE = 360
 MOST = 360
 """Positions in a table, at most."""
 ENDINGS = (".html", ".typ", ".pdf")
-Say = Callable[..., str]
 
 
 @dataclass(frozen=True)
@@ -151,11 +144,9 @@ def report(
     SolveError
         The mechanism does not assemble.
     """
-    if lang not in TABLE:
-        raise UnknownName("language", lang, list(TABLE))
+    say = Said(lang, TABLE)
     if not 1 <= positions <= MOST:
         raise InputError(f"{positions} positions", hint=f"a whole number from 1 to {MOST}")
-    say = partial(_say, lang)
     whole = problem if isinstance(problem, Problem) else load(problem)
     name = first_task(whole, task)
     result, rows = _solved(whole, name, positions)
@@ -164,21 +155,17 @@ def report(
     subject = subject_of(result, _near(result, rows, pose), Said(lang))
     chosen = rows.index(subject.pose)
     parts = (
-        _assignment(whole, result, say),
+        sections.assignment(whole, result, say),
         _diagram(result, subject, chosen, say, lang),
-        _structure(whole, subject, say),
-        _in_full(result, subject, chosen, say, lang),
-        _positions(subject, rows, say),
-        *_forces(subject, rows, say),
+        sections.structure_of(whole, subject, say),
+        sections.in_full(result, subject, chosen, say, lang),
+        sections.position_tables(subject, rows, say),
+        *sections.force_tables(subject, rows, say),
         _pictures(result, subject, chosen, say),
-        _checks(result, subject, say),
+        sections.checks(result, subject, say),
     )
     title = say("report", result.title or whole.name)
     return Report(Document(title, say("computed by", __version__), parts, lang))
-
-
-def _say(lang: str, word: str, *values: object) -> str:
-    return TABLE[lang][word].format(*values)
 
 
 def _solved(problem: Problem, name: str, positions: int) -> tuple[Result, list[int]]:
@@ -205,98 +192,15 @@ def _near(result: Result, rows: list[int], wanted: int) -> int:
     return min(good, key=lambda row: abs(row - rows[wanted]))
 
 
-# -- sections ----------------------------------------------------------------------------------
+# -- pictures ----------------------------------------------------------------------------------
 
 
-def _assignment(problem: Problem, result: Result, say: Say) -> Section:
-    rows: list[tuple[str, tuple[str | Part, ...]]] = []
-    if problem.source:
-        rows.append((say("source"), (problem.source,)))
-    rows.append((say("task"), (f"{problem.name}, {result.task}",)))
-    blocks: list[Passage] = [Facts(tuple(rows))]
-    table = tables.parameters(problem, say)
-    return Section(say("assignment"), (*blocks, table) if table.rows else tuple(blocks))
-
-
-def _diagram(result: Result, subject: Subject, chosen: int, say: Say, lang: str) -> Section:
+def _diagram(result: Result, subject: Subject, chosen: int, say: Said, lang: str) -> Section:
     svg = svg_text(plot(result, "diagram", pose=subject.pose, lang=lang))
     return Section(say("diagram"), (Image(svg, say("diagram of", chosen), 0.9),))
 
 
-def _structure(problem: Problem, subject: Subject, say: Say) -> Section:
-    found = structure(problem)
-    count = found["mobility"]
-    rows: list[tuple[str, tuple[str | Part, ...]]] = [(say("moving links"), (str(count["n"]),))]
-    if "p5" in count:
-        rows.append((say("lower pairs"), (str(count["p5"]),)))
-        rows.append((say("higher pairs"), (str(count["p4"]),)))
-    text, rank = say("by count", count["W"]), count["rank"]
-    text += say("by rank", rank["mobility"]) if rank else ""
-    rows.append((say("mobility"), (text,)))
-    if rank and rank["superfluous"]:
-        rows.append((say("superfluous"), (", ".join(rank["superfluous"]),)))
-    formula = subject.result.summary.get("formula")
-    rows += [(say("formula"), (formula,))] if formula else []
-    blocks: list[Passage] = [Facts(tuple(rows))]
-    drivers = list(subject.result.drivers)
-    groups = [own.get("groups") for own in found["formulas"] if own["drivers"] == drivers]
-    if groups and groups[0]:
-        heads = (say("group"), say("class"), say("links"), say("joints"))
-        lines = [
-            (
-                own["name"],
-                f"{own['class']}, {own['order']}",
-                ", ".join(own["bodies"]),
-                ", ".join(own["joints"]),
-            )
-            for own in groups[0]
-        ]
-        blocks.append(Grid(heads, tuple(lines)))
-    return Section(say("structure"), tuple(blocks))
-
-
-def _in_full(result: Result, subject: Subject, chosen: int, say: Say, lang: str) -> Section:
-    told = explain(result, pose=subject.pose, lang=lang).document
-    return Section(say("one position", chosen), (), told.sections)
-
-
-def _positions(subject: Subject, rows: list[int], say: Say) -> Section:
-    first, head = [str(k) for k in range(len(rows))], say("position")
-    lead = tables.driver_columns(subject, rows)
-    columns = [*lead, *tables.position_columns(subject, rows)]
-    parts = [Section(say("positions"), tuple(tables.grids(first, head, columns)))]
-    for order, word in ((1, "velocities"), (2, "accelerations")):
-        columns = tables.rate_columns(subject, rows, order)
-        if columns:
-            parts.append(Section(say(word), tuple(tables.grids(first, head, columns))))
-    note = Note((say("about analogues", ", ".join(subject.result.drivers)),))
-    for order, word in ((1, "analogues"), (2, "second analogues")):
-        columns = tables.analogue_columns(subject, rows, order)
-        if columns:
-            blocks = (note, *tables.grids(first, head, columns))
-            parts.append(Section(say(word), blocks if order == 1 else blocks[1:]))
-    return Section(say("positions"), (), tuple(parts))
-
-
-def _forces(subject: Subject, rows: list[int], say: Say) -> Iterator[Section]:
-    columns = tables.force_columns(subject, rows)
-    if not columns:
-        return
-    first, head = [str(k) for k in range(len(rows))], say("position")
-    lead = tables.driver_columns(subject, rows)
-    blocks: list[Passage] = [Note((say("about forces"),))]
-    blocks += tables.grids(first, head, [*lead, *columns])
-    summary = subject.result.summary
-    found = [
-        (say(word), (number(float(summary[word])),))
-        for word in ("efficiency", "useful", "loss", "input")
-        if isinstance(summary.get(word), float | int)
-    ]
-    inner = (Section(say("cycle"), (Facts(tuple(found)),)),) if found else ()
-    yield Section(say("forces"), tuple(blocks), inner)
-
-
-def _pictures(result: Result, subject: Subject, chosen: int, say: Say) -> Section:
+def _pictures(result: Result, subject: Subject, chosen: int, say: Said) -> Section:
     """Return plans of the position and curves; what a result has no picture of is left out."""
     images: list[Passage] = []
     wanted: list[tuple[str, str, dict[str, Any]]] = [
@@ -310,22 +214,3 @@ def _pictures(result: Result, subject: Subject, chosen: int, say: Say) -> Sectio
         except InputError:
             continue
     return Section(f"{say('plans')}. {say('curves')}", tuple(images))
-
-
-def _checks(result: Result, subject: Subject, say: Say) -> Section:
-    rows: list[tuple[str, tuple[str | Part, ...]]] = []
-    counts = result.summary.get("status") or {}
-    rows.append((say("status"), (", ".join(f"{word} {n}" for word, n in counts.items()),)))
-    for word, unit in (("length", "m"), ("angle", "rad")):
-        if word in result.bound:
-            bound = np.asarray(result.bound[word], dtype=float)
-            largest = float(np.nanmax(bound, initial=0.0, where=np.isfinite(bound)))
-            rows.append((f"{say('largest bound')}, {unit}", (f"{largest:.1e}",)))
-    for word, value in (getattr(result, "checks", None) or {}).items():
-        if value is not None:
-            rows.append((say(f"check {word}"), (f"{float(value):.1e}",)))
-    for word in ("assumptions", "notes"):
-        entries = result.summary.get(word)
-        if entries:
-            rows.append((say(word), ("; ".join(str(own) for own in entries),)))
-    return Section(say("checks"), (Facts(tuple(rows)),))

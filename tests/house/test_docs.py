@@ -125,7 +125,7 @@ def test_every_measure_is_documented() -> None:
 
 
 def consoles() -> list[tuple[str, str]]:
-    names = ("command-line", "problem-file", "measures", "forces", "motion", "sensitivity")
+    names = ("assignments", "command-line", "problem-file", "measures", "forces", "motion", "sensitivity")
     pages = ["README.md", *(f"docs/{name}.md" for name in names)]
     return [(page, block) for page in pages for block in fences(page, "console")]
 
@@ -151,7 +151,8 @@ def test_commands_shown_print_what_is_shown(page, block, tmp_path, monkeypatch, 
             ours = [str(code)]
         else:
             assert words[:2] == ["head", "-c"], f"{page}: {command}"
-            ours = [Path(words[3]).read_text(encoding="utf-8")[: int(words[2])]]
+            start = Path(words[3]).read_text(encoding="utf-8")[: int(words[2])]
+            ours = start.rstrip("\n").split("\n")
         while shown and not shown[-1]:
             shown.pop()
         assert agree(shown, ours), f"{page}: {command}\n" + "\n".join(ours[:60])

@@ -1,0 +1,193 @@
+"""The sheet of a variant: what is given and to be found, with empty tables and no answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from math import degrees
+from typing import Any
+
+from mechdae.assignments.choice import Chosen
+from mechdae.assignments.ranges import RoundRange
+from mechdae.describe.dimensions import parameter_units
+from mechdae.describe.expression import evaluate
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.writing import given
+from mechdae.describe.mechanism import GROUND
+from mechdae.describe.tasks.kinds import Driven, Driver
+from mechdae.explanations.subject import Subject
+from mechdae.explanations.words import Said
+from mechdae.formulas import Facts, Grid, Image, Note, Part, Passage, Section
+from mechdae.reports import sections
+
+SIGNIFICANT = 6
+"""Digits of a number that was not drawn."""
+BLANK = "\N{EM SPACE}" * 4
+"""A cell to write into."""
+
+
+def sheet_sections(
+    problem: Problem,
+    chosen: Chosen,
+    drawn: tuple[RoundRange, ...],
+    subject: Subject,
+    rows: list[int],
+    diagram: str,
+    say: tuple[Said, Said, Said],
+) -> tuple[Section, ...]:
+    """Return the sections of a sheet.
+
+    Parameters
+    ----------
+    problem
+        That of the variant.
+    chosen, drawn
+        Its numbers, and the ranges they were drawn from.
+    subject, rows
+        Its poses, and those of the tables.
+    diagram
+        The picture of the structure as SVG text, the same for all variants.
+    say
+        Words of assignments, of reports, of explanations.
+    """
+    own, report, told = say
+    task = problem.tasks[subject.result.task]
+    assert isinstance(task, Driven)
+    image = Image(diagram, own("caption"), 0.9)
+    return (
+        Section(own("given"), (_numbers(problem, chosen, drawn, own), _driver(subject, task, own))),
+        Section(own("diagram"), (image,)),
+        Section(own("parts"), tuple(_parts(problem, subject, own, told))),
+        Section(own("to do"), tuple(_wanted(subject, rows, own))),
+        Section(own("fill in"), (), tuple(_empty(subject, rows, report))),
+    )
+
+
+def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], say: Said) -> Grid:
+    """Return the table of numbers: those that were drawn in their units, then the others."""
+    values = problem.mechanism.values()
+    units = parameter_units(problem.mechanism, problem.tasks.values())
+    rows: list[tuple[str | Part, ...]] = []
+    for own in drawn:
+        text = chosen.texts[own.name]
+        rows.append((own.base, _signed(text), own.unit or _plain(units.get(own.base, ""))))
+    known = {own.base for own in drawn}
+    for name in problem.mechanism.parameters:
+        if name not in known:
+            value, unit = values[name], units.get(name, "")
+            value, unit = (degrees(value), "°") if unit == "rad" else (value, unit)
+            rows.append((name, _signed(f"{value:.{SIGNIFICANT}g}"), _plain(unit)))
+    return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
+
+
+def _signed(text: str) -> str:
+    return text.replace("-", "−")
+
+
+def _plain(unit: str) -> str:
+    return "" if unit == "1" else unit
+
+
+def _driver(subject: Subject, task: Driven, say: Said) -> Facts:
+    values = subject.scene.mechanism.values()
+    texts = [_driven(subject, own, values, say) for own in task.all_drivers]
+    return Facts(((say("driver"), ("; ".join(texts),)),))
+
+
+def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: Said) -> str:
+    name = driver.coordinate
+    angle = subject.result.unit("drivers", name, "position") == "rad"
+
+    def shown(number: Any) -> str:
+        value = evaluate(number, values)
+        text = f"{degrees(value):.6g}°" if angle else f"{value:.6g} m"
+        return _signed(text)
+
+    speed = evaluate(driver.speed if driver.speed is not None else 1.0, values)
+    rate = _signed(f"{speed:.6g} {'rad/s' if angle else 'm/s'}")
+    if driver.from_ is not None and driver.to is not None and driver.law is None:
+        return say("from to", name, shown(driver.from_), shown(driver.to), rate)
+    if driver.at is not None:
+        return say("at", name, len(driver.at), rate)
+    return f"{name}: {say('several')}"
+
+
+def _parts(problem: Problem, subject: Subject, say: Said, told: Said) -> Iterator[Passage]:
+    """Yield the tables of links, joints and loads, with the names of their numbers."""
+    mechanism = problem.mechanism
+    yield Note((say("frames"),))
+    rows: list[tuple[str | Part, ...]] = [(say("ground"), _points(mechanism.ground.points), "")]
+    for name, body in mechanism.bodies.items():
+        further = given(body, skip=("name", "points", "number", "outline"))
+        rows.append((subject.title(name), _points(body.points), _facts(further)))
+    yield Grid((say("link"), say("points"), say("further")), tuple(rows))
+    rows = []
+    for name, joint in mechanism.joints.items():
+        ends = " - ".join(
+            say("ground") if end == GROUND else subject.title(end)
+            for end in (joint.first_body, joint.second_body)
+        )
+        further = given(joint, skip=("name", "first", "second"))
+        rows.append((name, told.kind(joint.kind), ends, _facts(further)))
+    yield Grid((say("joint"), "", say("between"), say("further")), tuple(rows))
+    rows = [
+        (name, str(load.kind), _facts(given(load, skip=("name", "rows", "points"))))
+        for name, load in mechanism.loads.items()
+    ]
+    if mechanism.gravity is not None:
+        rows.append(("gravity", "", _text(mechanism.gravity)))
+    if rows:
+        yield Grid((say("load"), "", say("further")), tuple(rows))
+
+
+def _points(points: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name} {_text(place)}" for name, place in points.items())
+
+
+def _facts(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key} = {_text(value)}" for key, value in values.items() if key != "kind")
+
+
+def _text(value: Any) -> str:
+    """Return a number or an expression of the file, a place as (x; y)."""
+    if isinstance(value, float):
+        return _signed(f"{value:.{SIGNIFICANT}g}")
+    if isinstance(value, str | int):
+        return str(value)
+    if isinstance(value, Mapping):
+        return _facts(value)
+    return f"({'; '.join(_text(own) for own in value)})"
+
+
+def _wanted(subject: Subject, rows: list[int], say: Said) -> Iterator[Note]:
+    yield Note((say("structure"),))
+    yield Note((say("positions", len(rows)),))
+    if subject.relations:
+        yield Note((say("rates", rows.index(subject.pose)),))
+    if getattr(subject.result, "efforts", None):
+        yield Note((say("forces"),))
+        if "efficiency" in subject.result.summary:
+            yield Note((say("cycle"),))
+
+
+def _empty(subject: Subject, rows: list[int], report: Said) -> Iterator[Section]:
+    """Yield the tables of the answers, empty but for positions and drivers."""
+    keep = 1 + len(subject.result.drivers)
+    positions = sections.position_tables(subject, rows, report)
+    for k, part in enumerate(positions.sections):
+        yield _emptied(part, keep if k == 0 else 1)
+    for part in sections.force_tables(subject, rows, report):
+        yield _emptied(replace(part, sections=()), keep)
+
+
+def _emptied(part: Section, keep: int) -> Section:
+    """Return a section whose tables have the first columns of the first one alone."""
+    blocks: list[Passage] = []
+    for block in part.blocks:
+        if isinstance(block, Grid):
+            rows = tuple((*row[:keep], *[BLANK] * (len(row) - keep)) for row in block.rows)
+            blocks.append(replace(block, rows=rows))
+            keep = 1
+        else:
+            blocks.append(block)
+    return replace(part, blocks=tuple(blocks))

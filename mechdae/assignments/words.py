@@ -1,0 +1,76 @@
+"""The words of assignments, in each language from one table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+EN = {
+    "sheet": "{0}. Variant {1}",
+    "of": "variant {0} of {1}",
+    "key": "Answers to variant {1}. {0}",
+    "given": "Given",
+    "parameter": "number",
+    "value": "value",
+    "unit": "unit",
+    "parts": "What the diagram stands for",
+    "link": "link",
+    "points": "points in its frame",
+    "ground": "ground",
+    "joint": "joint",
+    "between": "between",
+    "further": "with",
+    "load": "load",
+    "frames": "Coordinates of points are written in the frame of their link, in the numbers above.",
+    "diagram": "Kinematic diagram",
+    "caption": "The structure; the lengths are not those of this variant",
+    "to do": "To do",
+    "driver": "driver",
+    "from to": "{0} from {1} to {2}, speed {3}",
+    "at": "{0} at the {1} listed values, speed {2}",
+    "several": "as the table of positions says",
+    "structure": "1. Number of links and pairs, mobility, Assur groups, structural formula.",
+    "positions": "2. All links in {0} positions of the driver, equally spaced from the start.",
+    "rates": "3. Velocities and accelerations in these positions; plans for position {0}.",
+    "forces": "4. Reactions in all joints and the effort of the driver, with the friction given.",
+    "cycle": "5. Efficiency over the cycle.",
+    "fill in": "Tables to fill in",
+    "answers": "Numbers of this variant",
+    "least": "least transmission angle at {0}",
+}
+RU = {
+    "sheet": "{0}. Вариант {1}",
+    "of": "вариант {0} из {1}",
+    "key": "Ответы к варианту {1}. {0}",
+    "given": "Дано",
+    "parameter": "величина",
+    "value": "значение",
+    "unit": "единица",
+    "parts": "Обозначения на схеме",
+    "link": "звено",
+    "points": "точки в его системе координат",
+    "ground": "стойка",
+    "joint": "пара",
+    "between": "между",
+    "further": "данные",
+    "load": "нагрузка",
+    "frames": "Координаты точек записаны в системе своего звена через величины, заданные выше.",
+    "diagram": "Кинематическая схема",
+    "caption": "Строение механизма; длины на схеме не равны длинам этого варианта",
+    "to do": "Требуется определить",
+    "driver": "ведущая координата",
+    "from to": "{0} от {1} до {2}, скорость {3}",
+    "at": "{0}, заданных значений: {1}, скорость {2}",
+    "several": "по таблице положений",
+    "structure": "1. Число звеньев и пар, степень подвижности, группы Ассура, структурную формулу.",
+    "positions": "2. Положения всех звеньев для {0} равноотстоящих положений ведущей координаты.",
+    "rates": "3. Скорости и ускорения в этих положениях; планы для положения {0}.",
+    "forces": "4. Реакции во всех парах, уравновешивающую силу (момент) с учётом трения.",
+    "cycle": "5. КПД за цикл.",
+    "fill in": "Таблицы для заполнения",
+    "answers": "Данные варианта",
+    "least": "наименьший угол передачи в паре {0}",
+}
+TABLE: Mapping[str, Mapping[str, str]] = MappingProxyType(
+    {"en": MappingProxyType(EN), "ru": MappingProxyType(RU)}
+)
