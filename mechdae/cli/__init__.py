@@ -40,6 +40,9 @@ COMMANDS = {
     "new": "a commented problem file to start from",
 }
 
+FOLDERS = dict.fromkeys(("explain", "report", "assign"), "paper.")
+"""Folders of commands that are not directly among the others."""
+
 
 class _Version(argparse.Action):
     """Prints the version, and what evaluates kernels."""
@@ -111,7 +114,8 @@ def _with_labels(words: list[str]) -> list[str]:
 
 
 def _module(command: str):  # type: ignore[no-untyped-def]
-    return importlib.import_module(f"mechdae.cli.commands.{command}")
+    folder = FOLDERS.get(command, "")
+    return importlib.import_module(f"mechdae.cli.commands.{folder}{command}")
 
 
 def message(text: str, quiet: bool) -> None:

@@ -125,7 +125,15 @@ def test_every_measure_is_documented() -> None:
 
 
 def consoles() -> list[tuple[str, str]]:
-    names = ("assignments", "command-line", "problem-file", "measures", "forces", "motion", "sensitivity")
+    names = (
+        "assignments",
+        "command-line",
+        "problem-file",
+        "measures",
+        "forces",
+        "motion",
+        "sensitivity",
+    )
     pages = ["README.md", *(f"docs/{name}.md" for name in names)]
     return [(page, block) for page in pages for block in fences(page, "console")]
 
