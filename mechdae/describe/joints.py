@@ -212,6 +212,8 @@ NOT_NEGATIVE = (
     "contact_length",
     "contact_width",
     "collar_radius",
+    "thread_radius",
+    "ball_radius",
     "roller_radius",
     "mesh_loss",
     "pretension",

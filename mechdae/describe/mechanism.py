@@ -497,6 +497,11 @@ def _check_joint(mechanism: Mechanism, joint: Joint) -> None:
         raise UnknownName("body", carrier, [GROUND, *mechanism.bodies], where=f"{place}.carrier")
     if carrier in (joint.first_body, joint.second_body):
         raise MechanismError("the carrier is one of the two wheels", where=f"{place}.carrier")
+    pitch = getattr(joint, "point", None)
+    if pitch is not None:
+        of_carrier = [f"{carrier or GROUND}.{p}" for p in mechanism.body(carrier or GROUND).points]
+        if pitch not in of_carrier:
+            raise UnknownName("point of the carrier", pitch, of_carrier, where=f"{place}.point")
 
 
 def _check_sketch(mechanism: Mechanism) -> None:

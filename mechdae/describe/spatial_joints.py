@@ -126,13 +126,15 @@ def _length(doc: str) -> Any:
     return key("number", None, doc=doc, unit="m")
 
 
-def _check_friction(joint: SpatialJoint, values: Mapping[str, float]) -> None:
+def _check_friction(joint: SpatialJoint, values: Mapping[str, float], part: str = "pin") -> None:
     """Raise for friction without the lengths that it needs."""
-    if joint.turns and values.get("friction", 0.0) and "pin_radius" not in values:
+    radius = f"{part}_radius"
+    lacks = radius not in values or (part == "thread" and values[radius] == 0)
+    if hasattr(joint, radius) and values.get("friction", 0.0) and lacks:
         raise MechanismError(
-            "friction in a pin needs the radius of the pin",
-            where=f"joints.{joint.name}.pin_radius",
-            hint="pin_radius = ... [m]",
+            f"friction in a {part} needs the radius of the {part}",
+            where=f"joints.{joint.name}.{radius}",
+            hint=f"{radius} = ... [m]",
         )
     for entry, what in (("contact_length", "tilting"), ("contact_width", "torsion")):
         if values.get(entry, 1.0) == 0:
@@ -141,6 +143,11 @@ def _check_friction(joint: SpatialJoint, values: Mapping[str, float]) -> None:
                 where=f"joints.{joint.name}.{entry}",
                 hint=f"leave it out where {what} causes no friction",
             )
+
+
+def _rho(article: bool) -> str:
+    """Return the radius of the friction circle in symbols."""
+    return "r f" if article else "r sin(atan f)"
 
 
 PLANES = "2b, distance of the two bearing planes; absent: tilting causes no friction"
@@ -169,11 +176,7 @@ class SpatialRevolute(SpatialJoint):
     freedoms: ClassVar[int] = 1
 
     def friction_law(self, article: bool) -> str:
-        return (
-            "r f (|N1| + |N2|) + f r_c |F_a|"
-            if article
-            else ("r sin(atan f) (|N1| + |N2|) + f r_c |F_a|")
-        )
+        return f"{_rho(article)} (|N1| + |N2|) + f r_c |F_a|"
 
     def check(self, values: Mapping[str, float]) -> None:
         super().check(values)
@@ -244,6 +247,8 @@ class Screw(SpatialJoint):
     axis2: Direction | None = _other(AXIS2)
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other(ZERO2)
+    friction: Number | None = _friction()
+    thread_radius: Number | None = _length("mean radius of the thread; needed for friction")
 
     kind: ClassVar[str] = "screw"
     letter: ClassVar[str] = "H"
@@ -258,6 +263,10 @@ class Screw(SpatialJoint):
             raise MechanismError(
                 "pitch is zero", where=f"joints.{self.name}.pitch", hint="that is a revolute joint"
             )
+        _check_friction(self, values, "thread")
+
+    def friction_law(self, article: bool) -> str:
+        return "f |N| along the helix, N = F_a cos g - M_a sin g / r"
 
 
 @dataclass(frozen=True)
@@ -273,6 +282,10 @@ class Universal(SpatialJoint):
     axis2: Direction = key("direction", doc="the pin of the second body, in it", unit="1")
     zero: Direction | None = _other(ZERO)
     zero2: Direction | None = _other("where the first pin lies in the second body at angle2 = 0")
+    friction: Number | None = _friction()
+    pin_radius: Number | None = _length("m, of both pins")
+    contact_length: Number | None = _length(PLANES)
+    collar_radius: Number | None = _length("mean radius at which an axial force rubs; absent: none")
 
     kind: ClassVar[str] = "universal"
     letter: ClassVar[str] = "U"
@@ -281,16 +294,33 @@ class Universal(SpatialJoint):
     freedoms: ClassVar[int] = 2
     crossed: ClassVar[bool] = True
 
+    def friction_law(self, article: bool) -> str:
+        return f"each pin {_rho(article)} (|N1| + |N2|) + f r_c |F_a|"
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        _check_friction(self, values)
+
 
 @dataclass(frozen=True)
 class Spherical(SpatialJoint):
     """Ball joint: the points coincide."""
+
+    friction: Number | None = _friction()
+    ball_radius: Number | None = _length("m; needed for friction")
 
     kind: ClassVar[str] = "spherical"
     letter: ClassVar[str] = "S"
     coincide: ClassVar[bool] = True
     freedoms: ClassVar[int] = 3
     ball: ClassVar[bool] = True
+
+    def friction_law(self, article: bool) -> str:
+        return f"{_rho(article)} |F| against the spin across F"
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        _check_friction(self, values, "ball")
 
 
 @dataclass(frozen=True)
@@ -328,13 +358,38 @@ class SpatialWeld(SpatialJoint):
     keeps_angle: ClassVar[bool] = True
 
 
+MEAN = "mean pitch radius of the first wheel, m; for forces where the axes meet"
+PITCH = "pitch point, a point of the carrier; absent: it follows, unless axes cross"
+HELIX = "rad, of the first wheel's teeth at the pitch point; right-handed positive; absent: 0"
+
+
+def _check_teeth(joint: Joint, values: Mapping[str, float]) -> None:
+    """Raise for teeth that could bear nothing."""
+    where = f"joints.{joint.name}"
+    for entry in ("pressure_angle", "helix"):
+        if abs(values.get(entry, 0.0)) >= math.pi / 2:
+            raise MechanismError(f"{entry} is 90 degrees or more", where=f"{where}.{entry}")
+    if "radius" in values and joint.wheels > 1 and values["radius"] <= 0:
+        raise MechanismError("radius is not above zero", where=f"{where}.radius")
+
+
 @dataclass(frozen=True)
 class SpatialGear(Gear):
     """Two wheels with axes that are parallel, meet or cross, on a carrier (absent: the ground).
 
     Counted are the angles of the joints that the wheels turn in on the carrier, each about its own
-    axis from the carrier to the wheel: first = ratio * second + phase.
+    axis from the carrier to the wheel: first = ratio * second + phase. Forces act at the pitch
+    point: on the line of centres of parallel axes, at ``radius`` on the pitch cones of axes that
+    meet, at ``point`` of axes that cross.
     """
+
+    radius: Number | None = key("number", None, doc=MEAN, unit="m")
+    point: str | None = key("reference", None, doc=PITCH)
+    helix: Number | None = key("number", None, doc=HELIX, unit="rad")
+
+    def check(self, values: Mapping[str, float]) -> None:
+        super().check(values)
+        _check_teeth(self, values)
 
 
 @dataclass(frozen=True)
@@ -349,6 +404,8 @@ class SpatialRack(Joint):
     phase: Number = key("number", 0.0, doc="m", unit="m")
     pressure_angle: Number = key("number", 0.3490658503988659, doc="rad", unit="rad")
     mesh_loss: Number | None = key("number", None, doc="share of power", unit="1")
+    point: str | None = key("reference", None, doc=PITCH)
+    helix: Number | None = key("number", None, doc=HELIX, unit="rad")
 
     kind: ClassVar[str] = "rack"
     lower: ClassVar[bool] = False
@@ -358,6 +415,7 @@ class SpatialRack(Joint):
         super().check(values)
         if values["radius"] == 0:
             raise MechanismError("radius is zero", where=f"joints.{self.name}.radius")
+        _check_teeth(self, values)
 
 
 SPATIAL_JOINTS: dict[str, type[Joint]] = {

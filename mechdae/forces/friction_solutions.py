@@ -4,8 +4,8 @@ A group's sizes m solve m_j = size_j(L + S m). Guides, slots and meshes are piec
 every choice of pieces gives linear equations, and all choices are tried, so that their count
 is proved. Pins are lengths of vectors: one pin leaves a quadratic equation, several are
 solved by Newton's method, their count is proved where the map contracts and otherwise that
-of the solutions found. Groups are solved one after another from the last one, each solution
-leads to those of the groups before it.
+of the solutions found, as in groups with ball joints. Groups are solved one after another from
+the last one, each solution leads to those of the groups before it.
 
 The solution that continues the one without friction is followed by growing all coefficients
 of friction from zero; where it ends is the critical factor.
@@ -22,6 +22,7 @@ import numpy as np
 
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
+from mechdae.model.forces.feedback import ACROSS
 
 CHOICES = 4096
 """Choices of pieces that are tried in one group."""
@@ -212,7 +213,7 @@ class Branches:
             if m is None:
                 return None
             gradient = _slopes(laws, start, slope, m)
-            if np.linalg.det(np.eye(len(m)) - gradient) <= 0 or (m < 0).any():
+            if np.linalg.det(np.eye(len(m)) - gradient) <= 0 or (m[_sized(laws)] < 0).any():
                 return None
             whole[places] = m
         return whole
@@ -225,11 +226,26 @@ def _apart(a: Any, b: Any) -> float:
 
 def sizes_of(laws: Sequence[str], forms: Sequence[Any]) -> Any:
     """Return the sizes (..., k) for the values of their forms, (..., rows) each."""
-    every = [
-        np.sqrt(np.sum(form * form, axis=-1)) if law == "length" else form.max(axis=-1)
-        for law, form in zip(laws, forms, strict=True)
-    ]
+    every = [_size(law, form) for law, form in zip(laws, forms, strict=True)]
     return np.stack(every, axis=-1) if every else np.zeros(0)
+
+
+def _size(law: str, form: Any) -> Any:
+    if law == "length":
+        return np.sqrt(np.sum(form * form, axis=-1))
+    if law in ACROSS:
+        return form[..., 0] * form[..., 1 + ACROSS.index(law)] / _least(form)
+    return form.max(axis=-1)
+
+
+def _least(form: Any) -> Any:
+    """Return |t| of the forms (p, t), not below what may be divided by."""
+    return np.fmax(np.sqrt(np.sum(form[..., 1:] ** 2, axis=-1)), 1e-150)
+
+
+def _sized(laws: Sequence[str]) -> list[int]:
+    """Return the places of sizes that are never negative."""
+    return [j for j, law in enumerate(laws) if law not in ACROSS]
 
 
 def _forms(start: Sequence[Any], slope: Sequence[Any], m: Any) -> list[Any]:
@@ -244,8 +260,15 @@ def _slopes(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any], m: 
         if law == "length":
             length = np.fmax(np.sqrt(np.sum(form * form, axis=-1)), 1e-300)
             rows.append((form[..., None, :] @ own)[..., 0, :] / length[..., None])
+        elif law in ACROSS:
+            size, k = _least(form)[..., None], ACROSS.index(law)
+            p, t = form[..., :1], form[..., 1:]
+            turned = (t[..., None, :] @ own[..., 1:, :])[..., 0, :] * t[..., k : k + 1] / size**2
+            moved = own[..., 0, :] * t[..., k : k + 1] + p * (own[..., 1 + k, :] - turned)
+            rows.append(moved / size)
         else:
             most = np.argmax(form, axis=-1)[..., None, None]
+            own = np.broadcast_to(own, (*form.shape[:-1], *own.shape[-2:]))
             rows.append(np.take_along_axis(own, most, axis=-2)[..., 0, :])
     return np.stack(rows, axis=-2)
 
@@ -327,6 +350,8 @@ def solutions_of(
     start, slope
         Linear forms (k,) of each size where all are zero, and their slopes (k, sizes).
     """
+    if any(law in ACROSS for law in laws):
+        return _with_balls(laws, start, slope), False
     flat = [j for j, law in enumerate(laws) if law == "largest"]
     pins = [j for j, law in enumerate(laws) if law == "length"]
     counts = [len(start[j]) for j in flat]
@@ -344,6 +369,22 @@ def solutions_of(
             ):
                 found.append(m)
     return found, proven
+
+
+def _with_balls(laws: Sequence[str], start: Sequence[Any], slope: Sequence[Any]) -> list[Any]:
+    """Return the solutions found of a group with ball joints: friction turns with the load."""
+    first = sizes_of(laws, start)
+    rng, size = np.random.default_rng(0), max(float(np.abs(first).max(initial=0.0)), 1e-300)
+    starts = size * 10.0 ** rng.uniform(-1, 3, (STARTS, len(laws)))
+    starts *= np.where([law in ACROSS for law in laws], rng.uniform(-1, 1, starts.shape), 1.0)
+    starts[0] = first
+    found: list[Any] = []
+    for m in _newton_from(laws, start, slope, starts):
+        sized = m[_sized(laws)]
+        known = any(_apart(m, other) <= SAME for other in found)
+        if not known and (sized >= -SLACK * np.abs(m).max(initial=0.0)).all():
+            found.append(m)
+    return found
 
 
 def _holds(

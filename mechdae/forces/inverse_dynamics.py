@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
@@ -24,6 +24,7 @@ from mechdae.kernels.stored.functions import fingerprint, functions_are_kept, st
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
+from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
@@ -143,7 +144,7 @@ class Kernels:
 
     loads: Loads
     laws: Laws
-    meshes: dict[str, Mesh]
+    meshes: Mapping[str, Mesh | SpatialMesh]
     balance: Balance
     kept: Kept = field(default_factory=Kept)
 

@@ -10,17 +10,20 @@ the carrier without what turns it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from mechdae.forces.spatial_teeth import teeth_along
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.meshes import Mesh
+from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.model import Model
 from mechdae.model.motion_equations import Released
 from mechdae.model.reduction import Scene
+from mechdae.model.tree.teeth import AxesOfMesh
 from mechdae.numerics.null_space import ZERO, freedoms
 
 REAL = 1e-8
@@ -43,8 +46,10 @@ def meshed(model: Model, among: Iterable[str] | None = None) -> list[str]:
 
 def real_along(
     scene: Scene, poses: Callable[[], Sequence[Any]], length: float
-) -> tuple[tuple[str, bool], ...]:
+) -> tuple[tuple[str, bool | AxesOfMesh], ...]:
     """Return the gears, racks and belts of a scene, and whether they are real.
+
+    In space they are, and it is said how their axes lie.
 
     Parameters
     ----------
@@ -58,6 +63,8 @@ def real_along(
     names = meshed(model, (name for name in model.mechanism.joints if name in inside))
     if not names:
         return ()
+    if model.space.behind:
+        return teeth_along(scene, names, poses)
     columns = sorted(j for group in scene.groups for j in group.columns)
 
     def make() -> Batch:
@@ -73,9 +80,17 @@ def real_along(
     return tuple(zip(names, real.tolist(), strict=True))
 
 
-def meshes_of(model: Model, real: Iterable[tuple[str, bool]]) -> dict[str, Mesh]:
+def meshes_of(
+    model: Model, real: Iterable[tuple[str, bool | AxesOfMesh]]
+) -> dict[str, Mesh | SpatialMesh]:
     """Return the gears, racks and belts by name; those that are real have a mesh force."""
-    return {name: Mesh(model, model.ends[name], real=one) for name, one in real}
+    found: dict[str, Mesh | SpatialMesh] = {}
+    for name, one in real:
+        if isinstance(one, AxesOfMesh):
+            found[name] = SpatialMesh(model, model.mechanism.joints[name], one)
+        else:
+            found[name] = Mesh(model, model.ends[name], real=one)
+    return found
 
 
 def meshes_beside(released: Released, model: Model, q: Any, length: float) -> dict[str, Mesh]:
@@ -123,7 +138,8 @@ def meshes_beside(released: Released, model: Model, q: Any, length: float) -> di
             # a wheel that this freedom does not move is compared with those that it does
             real &= np.abs(closing) <= REAL * np.maximum(size, length * np.abs(rates).max())
         real &= carried(model, names, place[None], range(len(place)), length)
-    return meshes_of(model, zip(names, real.tolist(), strict=True))
+    found = zip(names, real.tolist(), strict=True)
+    return {name: Mesh(model, model.ends[name], real=one) for name, one in found}
 
 
 def _tried(model: Model, names: Sequence[str]) -> list[Mesh]:
@@ -197,18 +213,21 @@ def _parallel(row: Any, teeth: Any) -> bool:
     return bool(np.linalg.norm(teeth - (teeth @ along) * along) <= SAME * second and second > 0)
 
 
-def about_meshes(meshes: dict[str, Mesh]) -> list[str]:
+def about_meshes(meshes: Mapping[str, Mesh | SpatialMesh]) -> list[str]:
     """Return what is assumed about gears, racks and belts that have no forces of teeth."""
     found = []
     for name, mesh in meshes.items():
         if mesh.column is None:
-            why = "a belt without radius" if mesh.ends.joint.strands else "no real wheels"
+            why = "a belt without radius" if mesh.joint.strands else "no real wheels"
             found.append(f"joint {name}: {why}, its torque is passed on and loads no bearing")
     return found
 
 
 def slack_belts(
-    model: Model, meshes: dict[str, Mesh], moment: Callable[[str], Any], when: Callable[[Any], str]
+    model: Model,
+    meshes: Mapping[str, Mesh | SpatialMesh],
+    moment: Callable[[str], Any],
+    when: Callable[[Any], str],
 ) -> list[str]:
     """Return belts whose slack strand would have to push, and friction wheels that slip.
 

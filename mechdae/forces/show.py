@@ -6,16 +6,17 @@ from typing import Any
 
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
+from mechdae.forces.meshes import meshes_of
 from mechdae.forces.poses import loaded_bodies
 from mechdae.kinematics.show import driven_structure
 from mechdae.model.forces.friction import Laws
 from mechdae.model.forces.inertia import massive
 from mechdae.model.forces.loads import Loads
-from mechdae.model.forces.meshes import Mesh
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
 from mechdae.model.tree.bars import check_in_space
 from mechdae.model.tree.choice import model_of
+from mechdae.model.tree.teeth import axes_of_mesh
 from mechdae.setup.drivers import plan
 
 
@@ -57,9 +58,9 @@ def force_structure(scene: Scene, task: Reactions) -> dict[str, Any]:
         "direction": task.direction,
     }
     if task.friction != "none":
-        meshes = {
-            name: Mesh(model, model.ends[name], real=False) for name in names if joints[name].meshes
-        }
+        meshed = [name for name in names if joints[name].meshes]
+        lies = {n: model.space.behind and axes_of_mesh(model.mechanism, joints[n]) for n in meshed}
+        meshes = meshes_of(model, lies.items())
         laws = Laws(model, meshes, task.friction_radius)
         own = {name: [f for f in laws.of(name) if f.friction] for name in names}
         result["friction"] = {

@@ -307,7 +307,10 @@ def _columns(statics: Statics) -> ForceColumns:
         for i in range(len(statics.scene.rows))
     ]
     known = {f"size {k}": balance.feedbacks[k] for k in balance.active}
-    forms = {key: (feedback.joint, feedback.forms) for key, feedback in known.items()}
+    forms = {
+        key: (own.joint, own.forms if own.needs is None else own.needs)
+        for key, own in known.items()
+    }
     forms |= {f"normal {n}": (n, normal_form(model.ends[n])) for n in balance.guides}
     return ForceColumns(model, columns, balance.joints, balance.columns, forms)
 

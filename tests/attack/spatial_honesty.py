@@ -21,11 +21,14 @@ from tests.reference.spatial_closure import DIGITS, GROUND, Closure, Pair, rotat
 
 LOOPS = (
     "RSSR RSSP RSRC RCSR RUSR RSUR RSCP RCCC RRSRR RUURR RHSC RSRRR RCUC RERC REUR RRRRRRR "
-    "RDR RDP RWSRC RPSRR RSPU"
+    "RDR RDP RWSRC RPSRR RSPU "
+    "g-RSSR g-RRSRR k-RSSR k-RUSR G-RSSC G-RSRRC K-RSSC K-RCSC"
 ).split()
 """Pairs of single loops of one freedom; the ball joints side by side leave a link to spin.
 
-D is a bar of constant length without a body of its own, W a weld.
+D is a bar of constant length without a body of its own, W a weld. Before a dash, g and k: a wheel
+or a rack on the ground drives the first link; G and K: the first and the last joint of a loop of
+two freedoms are coupled by a gear, or as wheel and rack.
 """
 NEAR = ("parallel", "meeting", "folded")
 """What nearly happens where it is asked for: two axes in line, two joints in one place, or three
@@ -53,6 +56,8 @@ class Case:
     mechanism: md.Mechanism
     closure: Closure
     planted: dict[str, Any]
+    driver: str = "J0.angle"
+    reach: float = ANGLE
 
 
 def random_turn(rng: Any) -> Any:
@@ -141,6 +146,52 @@ def case(rng: Any, loop: str, near: str = "") -> Case:
     )
 
 
+def meshed(rng: Any, loop: str, near: str = "") -> Case:
+    """Return a loop with a gear or a rack."""
+    mesh, loop = loop.split("-")
+    found = case(rng, loop, near)
+    mechanism, pairs = found.mechanism, list(found.closure.pairs)
+    bodies, joints = list(mechanism.bodies.values()), list(mechanism.joints.values())
+    ground, sketch = dict(mechanism.ground.points), dict(mechanism.sketch)
+    size = float(rng.choice([-1, 1]) * rng.uniform(0.4, 1.6))
+    if mesh in "GK":
+        last, k = len(loop) - 1, bodies[-1].name
+        own, other = "b1.P0", f"{k}.P{last}"
+    else:
+        place, turn = rng.uniform(-1, 1, 3), random_turn(rng)
+        ground["PW"], last = place, len(pairs)
+        bodies.append(md.Body("wheel", {"PW": [0, 0, 0], "rim": rng.uniform(-1, 1, 3)}))
+        kind, letter = (md.SpatialRevolute, "R") if mesh == "g" else (md.SpatialPrismatic, "P")
+        axis, zero, axis2, zero2 = turn[:, 2], turn[:, 0], [0, 0, 1], [1, 0, 0]
+        keys = {"axis": axis, "zero": zero, "axis2": axis2, "zero2": zero2}
+        joints.append(kind("JW", "ground.PW", "wheel.PW", **keys))
+        pairs.append(Pair(letter, GROUND, "wheel", place, [0, 0, 0], axis, zero, axis2, zero2))
+        other = "wheel.PW"
+    sense = -1.0 if mesh in "GK" else 1.0  # the last joint of a loop leads to the ground
+    if mesh in "gG":
+        joints.append(md.SpatialGear("mesh", other, own if mesh == "G" else "b1.P0", ratio=size))
+    else:
+        joints.append(md.SpatialRack("mesh", "b1.P0", other, radius=size))
+    pairs.append(
+        Pair(mesh.upper(), GROUND, GROUND, None, None, size=sense * size, meshed=(last, 0))
+    )
+    names = [body.name for body in bodies]
+    whole = md.Mechanism(
+        dimension=3, ground=md.Ground(ground), bodies=bodies, joints=joints, sketch=sketch
+    )
+    driven, driver, reach = 0, "J0.angle", ANGLE
+    if mesh in "gk":
+        driven = last
+        driver, reach = f"JW.{'angle' if mesh == 'g' else 'slide'}", ANGLE * abs(size)
+    closure = Closure(names, pairs, driven)
+    return Case(f"{mesh}-{loop}", whole, closure, found.planted, driver, reach)
+
+
+def drawn(rng: Any, loop: str, near: str = "") -> Case:
+    """Return the random mechanism of a name of `LOOPS`."""
+    return meshed(rng, loop, near) if "-" in loop else case(rng, loop, near)
+
+
 def platform(rng: Any) -> Case:
     """Return a plate on six bars, the first one on a crank: a quaternion is among the unknowns."""
     r, R = np.array([0.1, 0.2, 1.0]), random_turn(rng)
@@ -191,10 +242,11 @@ def judged(found: Case, poses: int = POSES) -> collections.Counter[str]:
 
     Bounds over 1e-9 are counted as wide but next to a limit position, where they grow without end.
     """
-    driver = md.Driver("J0.angle", from_=-ANGLE, to=ANGLE)
+    driver = md.Driver(found.driver, from_=-found.reach, to=found.reach)
     result = md.solve(found.mechanism, md.Sweep(driver=driver, poses=poses, derivatives=0))
     told: collections.Counter[str] = collections.Counter()
-    driver_at = result.drivers["J0.angle"].position
+    driver_at = result.drivers[found.driver].position
+    limits = [limit for limit in result.summary.get("limits", ()) if limit is not None]
     for k, status in enumerate(result.status):
         if status != "ok":
             told[str(status)] += 1
@@ -202,16 +254,14 @@ def judged(found: Case, poses: int = POSES) -> collections.Counter[str]:
         error = error_of(found, result, k)
         told["ok"] += 1
         told["wrong"] += int(not error <= result.bound.length[k])
-        far = all(
-            abs(driver_at[k] - limit) > NEAR_LIMIT for limit in result.summary.get("limits", ())
-        )
+        far = all(abs(driver_at[k] - limit) > NEAR_LIMIT for limit in limits)
         told["wide"] += int(far and result.bound.length[k] > 1e-9)
     return told
 
 
 def error_of(found: Case, result: md.Result, k: int) -> float:
     """Return how far the reported points are from the solution next to the reported pose."""
-    u = float(result.drivers["J0.angle"].position[k])
+    u = float(result.drivers[found.driver].position[k])
     x: list[float] = []
     for name in found.closure.bodies:
         q = result.bodies[name].orientation[k].tolist() if name in result.bodies else None
@@ -222,8 +272,9 @@ def error_of(found: Case, result: md.Result, k: int) -> float:
         r = result.points[point].position[k] - np.array(rotation(q)) @ local
         x += [*r.tolist(), *q]
     for j, pair in enumerate(found.closure.pairs):
-        if pair.kind == "H":  # its turns tell how far it has gone
-            pair.angle = float(result.joints[f"J{j}"].angle[k])
+        name = next((n for n in (f"J{j}", "JW") if n in result.joints), "")
+        if pair.kind in "HRC" and "angle" in result.joints.get(name, ()):
+            pair.angle = float(result.joints[name].angle[k])  # whole turns count
     exact, step = found.closure.refined(x, u)
     if step > 1e-25:
         return np.inf
@@ -270,24 +321,35 @@ def main() -> None:
             break
         rng = np.random.default_rng((options.seed, k))
         loop, near = options.loops[k % len(options.loops)], rng.uniform() < options.near
-        found = case(rng, loop, str(rng.choice(NEAR)) if near else "")
         try:
+            found = drawn(rng, loop, str(rng.choice(NEAR)) if near else "")
             told = judged(found, options.poses)
             told["mechanisms"] += 1
         except md.SolveError as error:
             told = collections.Counter({type(error).__name__: 1})
         except md.MechdaeError as error:
             told = collections.Counter({f"{type(error).__name__}: {error.what[:50]}": 1})
-        if told["wrong"]:
-            print("wrong", found.name, "seed", options.seed, "number", k, flush=True)
-        whole[found.name] += told
+        except Exception as fault:  # whatever it is, it is no answer to a user
+            told = collections.Counter({"crash": 1})
+            print(type(fault).__name__, fault, end=" ")
+        if told["wrong"] or told["crash"]:
+            word = "wrong" if told["wrong"] else "crash"
+            print(word, loop, "seed", options.seed, "number", k, flush=True)
+        whole[loop] += told
+        if options.out and (k % 100 == 99 or k == options.count - 1):
+            _write(options, whole, k + 1)
     for name, told in whole.items():
         print(name, dict(told))
-    total = sum(whole.values(), collections.Counter())
-    print("all", dict(total))
-    if options.out:
-        counts = {"loops": options.loops, "near": options.near, "seed": options.seed}
-        options.out.write_text(json.dumps(counts | {"counts": dict(total)}, indent=1) + "\n")
+    print("all", dict(sum(whole.values(), collections.Counter())))
+
+
+def _write(options: argparse.Namespace, whole: dict[str, collections.Counter[str]], n: int) -> None:
+    """Write the counts of what was done so far."""
+    total = dict(sum(whole.values(), collections.Counter()))
+    kept = {"near": options.near, "seed": options.seed, "poses": options.poses, "drawn": n}
+    by_loop = {name: dict(told) for name, told in whole.items()}
+    text = json.dumps(kept | {"counts": total, "loops": by_loop}, indent=1)
+    options.out.write_text(text + "\n")
 
 
 if __name__ == "__main__":

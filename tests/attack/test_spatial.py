@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import mechdae as md
-from tests.attack.spatial_honesty import LOOPS, case, error_of, judged, platform
+from tests.attack.spatial_honesty import LOOPS, case, drawn, error_of, judged, platform
 
 SLOW = ("RCCC", "RRRRRRR", "RUURR")
 
 
 @pytest.mark.parametrize("loop", [name for name in LOOPS if name not in SLOW])
 def test_poses_are_where_the_closure_puts_them(loop: str) -> None:
-    found = case(np.random.default_rng(sum(map(ord, loop))), loop)
+    found = drawn(np.random.default_rng(sum(map(ord, loop))), loop)
     told = judged(found, poses=3)
     assert told["ok"] >= 1  # the planted pose is the middle one
     assert told["wrong"] == 0

@@ -70,35 +70,65 @@ def test_rssp_has_the_coupled_friction_of_the_data(k: int) -> None:
 def rubbed(result: md.Result, name: str, wrench: Any) -> Any:
     """Return the friction (6,) on a joint's second body for its reaction, at the first pose."""
     joint = result.mechanism.joints[name]
-    (axis, *_) = orientation_of_axis(result, joint, 0)
-    a = axis / np.linalg.norm(axis)
     F, M = wrench[:3], wrench[3:]
-    f, own = joint.friction, result.joints[name]
-    across, tilt = F - (F @ a) * a, np.cross(a, M)
-    normals = [across]
-    if joint.contact_length is not None:
-        normals = [
-            across / 2 - tilt / joint.contact_length,
-            across / 2 + tilt / joint.contact_length,
+    f, own, zero = joint.friction, result.joints[name], np.zeros(3)
+    if joint.kind == "spherical":
+        spins = [
+            np.zeros(3) if body == "ground" else result.bodies[body].angular_velocity[0]
+            for body in (joint.first_body, joint.second_body)
         ]
-    N = sum(float(np.linalg.norm(each)) for each in normals)
-    zero = np.zeros(3)
+        spin, line = spins[1] - spins[0], F / np.linalg.norm(F)
+        sliding = spin - (spin @ line) * line
+        rho = joint.ball_radius * f / np.sqrt(1 + f**2)
+        moment = rho * np.linalg.norm(F) * sliding / np.linalg.norm(sliding)
+        return np.concatenate([zero, -moment])
+    axes = [axis / np.linalg.norm(axis) for axis in orientation_of_axis(result, joint, 0)]
+    if joint.kind == "universal":
+        speeds = (own.angle_velocity[0], own.angle2_velocity[0])
+        pins = zip(axes, speeds, strict=True)
+        return sum(_bearing(joint, a, F, M, speed) for a, speed in pins)
+    a = axes[0]
+    if joint.kind == "screw":  # the wedge that its thread is
+        lead = joint.pitch / (2 * np.pi)
+        slope = np.arctan2(lead, joint.thread_radius)
+        N = (F @ a) * np.cos(slope) - (M @ a) / joint.thread_radius * np.sin(slope)
+        back = -np.sign(own.angle_velocity[0]) * f * abs(N)
+        turn = back * joint.thread_radius * np.cos(slope) * a
+        return np.concatenate([back * np.sin(slope) * a, turn])
     if joint.kind == "revolute":
-        moment = joint.pin_radius * f / np.sqrt(1 + f**2) * N
-        if joint.collar_radius is not None:
-            moment += f * joint.collar_radius * abs(F @ a)
-        return np.concatenate([zero, -np.sign(own.angle_velocity[0]) * moment * a])
+        return _bearing(joint, a, F, M, own.angle_velocity[0])
+    N = _planes(joint, a, F, M)
     v, u = own.slide_velocity[0], joint.pin_radius * own.angle_velocity[0]
     speed = np.hypot(v, u)
     size = f * N / np.sqrt(1 + (f * u / speed) ** 2)
     return -size * np.concatenate([v / speed * a, joint.pin_radius * u / speed * a])
 
 
-@pytest.mark.parametrize("loop", ["RSRC", "RCSR"])
+def _planes(joint: Any, a: Any, F: Any, M: Any) -> float:
+    """Return |N1| + |N2| of a bearing."""
+    across, tilt = F - (F @ a) * a, np.cross(a, M)
+    if joint.contact_length is None:
+        return float(np.linalg.norm(across))
+    both = (across / 2 + s * tilt / joint.contact_length for s in (-1, 1))
+    return sum(float(np.linalg.norm(each)) for each in both)
+
+
+def _bearing(joint: Any, a: Any, F: Any, M: Any, speed: float) -> Any:
+    f = joint.friction
+    moment = joint.pin_radius * f / np.sqrt(1 + f**2) * _planes(joint, a, F, M)
+    if joint.collar_radius is not None:
+        moment += f * joint.collar_radius * abs(F @ a)
+    return np.concatenate([np.zeros(3), -np.sign(speed) * moment * a])
+
+
+@pytest.mark.parametrize("loop", ["RSRC", "RCSR", "RSUR", "RHSC"])
 def test_friction_is_a_load_that_follows_the_reactions(loop: str) -> None:
     mechanism = massive(case(np.random.default_rng(11), loop).mechanism, seed=2)
     pin = {"friction": 0.06, "pin_radius": 0.05, "contact_length": 0.3}
     kinds = {"revolute": pin | {"collar_radius": 0.04}, "cylindrical": pin}
+    kinds["universal"] = kinds["revolute"]
+    kinds["spherical"] = {"friction": 0.2, "ball_radius": 0.05}
+    kinds["screw"] = {"friction": 0.15, "thread_radius": 0.03}
     keys = {name: kinds.get(joint.kind, {}) for name, joint in mechanism.joints.items()}
     driver = md.Driver("J0.angle", at=[0.0], speed=2.0)
     result = md.solve(rubbing(mechanism, **keys), md.Reactions(drivers=[driver]))
@@ -116,7 +146,7 @@ def test_friction_is_a_load_that_follows_the_reactions(loop: str) -> None:
                     pose.loads.append((body, contact.place, sign * own[:3], sign * own[3:]))
         reactions, efforts, left, _ = pose.solve()
         before = friction
-        friction = {name: rubbed(result, name, reactions[name]) for name in friction}
+        friction = {n: rubbed(result, n, reactions[n] + own) for n, own in before.items()}
     assert left < 1e-12
     assert max(np.abs(friction[name] - before[name]).max() for name in friction) < 1e-10
     size = max(float(np.abs(own).max()) for own in reactions.values())
@@ -165,6 +195,100 @@ def test_more_friction_jams_the_guide() -> None:
         assert list(md.solve(rubbing(mechanism, **keys), task).status) == [word]
 
 
+def jack(f: float, radius: float = 0.02, pitch: float = 0.006) -> md.Mechanism:
+    """Return a screw in the ground that lifts a guided body of 1000 N."""
+    axis = {"axis": [0, 0, 1]}
+    return md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"N": [0, 0, 0], "G": [0.05, 0, 0]}),
+        bodies=[
+            md.Body("spindle", {"N": [0, 0, 0], "R": [0, 0, 0.1]}),
+            md.Body("table", {"R": [0, 0, 0], "G": [0.05, 0, -0.1]}),
+        ],
+        joints=[
+            md.Screw(
+                "nut",
+                "ground.N",
+                "spindle.N",
+                **axis,
+                pitch=pitch,
+                friction=f,
+                thread_radius=radius,
+            ),
+            md.SpatialRevolute("R", "table.R", "spindle.R", **axis),
+            md.SpatialPrismatic("G", "ground.G", "table.G", **axis),
+        ],
+        loads=[md.Force("weight", "table.R", [0, 0, -1000])],
+        sketch={"nut": 0},
+    )
+
+
+@pytest.mark.parametrize("pitch", [0.006, -0.006])
+def test_a_square_thread(pitch: float) -> None:
+    """Q r tan(g + rho) up, Q r tan(rho - g) down; efficiency tan g / tan(g + rho)."""
+    f, r, Q = 0.12, 0.02, 1000.0
+    g, rho = np.arctan(0.006 / (2 * np.pi * r)), np.arctan(f)
+    for up in (1.0, -1.0):
+        turn = up * np.sign(pitch)
+        driver = md.Driver("nut.angle", from_=0, to=turn * 2 * np.pi, speed=turn * 2.0)
+        result = md.solve(jack(f, r, pitch), md.Reactions(driver=driver, poses=5, cycle=True))
+        assert result.fault is None
+        moment = Q * r * np.tan(rho + up * g)
+        assert result.efforts["nut.angle"] == pytest.approx([turn * moment] * 5, rel=1e-12)
+        locked = result.summary["self_locking_arcs"]
+        if up > 0:
+            assert result.summary["efficiency"] == pytest.approx(np.tan(g) / np.tan(g + rho), 1e-9)
+            assert locked == []
+            # it jams where the friction angle and the helix angle are a right angle
+            factor = result.summary["critical_factor"]["factor"]
+            assert factor * f == pytest.approx(1 / np.tan(g), rel=1e-5)
+        else:
+            assert np.array(locked).ravel() == pytest.approx(sorted([0, turn * 2 * np.pi]))
+
+
+@pytest.mark.parametrize(("share", "locks"), [(0.999, False), (1.001, True)])
+def test_a_screw_locks_itself_where_friction_is_above_its_slope(share: float, locks: bool) -> None:
+    f = share * 0.006 / (2 * np.pi * 0.02)
+    driver = md.Driver("nut.angle", from_=0, to=-3, speed=-1)
+    result = md.solve(jack(f), md.Reactions(driver=driver, poses=3, cycle=True))
+    assert result.fault is None
+    assert bool(result.summary["self_locking_arcs"]) == locks
+    assert (result.efforts["nut.angle"] < 0).all() == locks
+    # driven by its load, it gives tan(g - rho) / tan g, and nothing beyond
+    g, rho = np.arctan(0.006 / (2 * np.pi * 0.02)), np.arctan(f)
+    assert result.summary["efficiency"] == pytest.approx(np.tan(g - rho) / np.tan(g), rel=1e-6)
+
+
+def test_friction_of_a_ball_needs_a_unique_load() -> None:
+    """A universal joint and a hinge through one point hold the arm as the ball there does."""
+    mechanism = md.Mechanism(
+        dimension=3,
+        ground=md.Ground({"O": [0, 0, 0]}),
+        bodies=[md.Body("arm", {"O": [0, 0, 0]}), md.Body("cup", {"O": [0, 0, 0]})],
+        joints=[
+            md.Spherical("ball", "ground.O", "arm.O", friction=0.1, ball_radius=0.02),
+            md.Universal("U", "ground.O", "cup.O", axis=[1, 0, 0], axis2=[0, 1, 0]),
+            md.SpatialRevolute("V", "cup.O", "arm.O", axis=[0, 0, 1]),
+        ],
+        loads=[md.Force("load", "arm.O", [30, 0, -40])],
+        sketch={"U": 0, "U.angle2": 0, "V": 0},
+    )
+    drivers = [md.Driver("V.angle", at=[0.0], speed=2.0)]
+    drivers += [md.Driver(f"U.{word}", at=[0.0], speed=0.0) for word in ("angle", "angle2")]
+    with pytest.raises(md.IndeterminateFrictionError, match="friction in joints ball"):
+        md.solve(mechanism, md.Reactions(drivers=drivers))
+
+
+@pytest.mark.parametrize("key", ["B", "C"])
+def test_balls_of_a_link_that_spins_freely_rub_at_no_known_speed(key: str) -> None:
+    mechanism = rubbing(rssp(reference("rssp")["params"]), **{
+        key: {"friction": 0.1, "ball_radius": 0.01}
+    })  # fmt: skip
+    with pytest.raises(md.UnavailableError, match="bar spins freely") as told:
+        md.solve(mechanism, md.Reactions(driver=md.Driver("A.angle", at=[0.4], speed=20)))
+    assert told.value.where == f"joints.{key}.friction"
+
+
 def test_friction_needs_unique_normal_forces() -> None:
     mechanism = rubbing(massive(bennett(reference("bennett_motion")["params"])), Q={
         "friction": 0.1, "pin_radius": 0.01
@@ -183,3 +307,19 @@ def test_friction_needs_unique_normal_forces() -> None:
 def test_friction_that_makes_no_pair_is_refused(keys: dict[str, Any], message: str) -> None:
     with pytest.raises(md.MechanismError, match=message):
         rubbing(rssp(reference("rssp")["params"]), A=keys)
+
+
+@pytest.mark.parametrize(("joint", "keys", "message"), [
+    (md.Screw, {"axis": [0, 0, 1], "pitch": 0.01}, "friction in a thread needs the radius"),
+    (md.Screw, {"axis": [0, 0, 1], "pitch": 1, "thread_radius": 0}, "friction in a thread needs"),
+    (md.Spherical, {}, "friction in a ball needs the radius of the ball"),
+    (md.Universal, {"axis": [0, 0, 1], "axis2": [1, 0, 0]}, "friction in a pin needs the radius"),
+])  # fmt: skip
+def test_friction_without_a_radius_is_refused(joint: Any, keys: Any, message: str) -> None:
+    with pytest.raises(md.MechanismError, match=message):
+        md.Mechanism(
+            dimension=3,
+            ground=md.Ground({"O": [0, 0, 0]}),
+            bodies=[md.Body("one", {"O": [0, 0, 0]})],
+            joints=[joint("J", "ground.O", "one.O", friction=0.1, **keys)],
+        )

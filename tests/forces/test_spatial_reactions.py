@@ -285,23 +285,6 @@ def test_what_has_no_forces_is_refused(
         forces(mechanism, "A.angle", [0.5], axes=change.get("axes"))
 
 
-def test_gears_and_racks_are_refused() -> None:
-    hinge = {"axis": [0, 0, 1]}
-    mechanism = md.Mechanism(
-        dimension=3,
-        ground=md.Ground({"A": [0, 0, 0], "B": [1, 0, 0]}),
-        bodies=[md.Body("one", {"A": [0, 0, 0]}), md.Body("two", {"B": [0, 0, 0]})],
-        joints=[
-            md.SpatialRevolute("A", "ground.A", "one.A", **hinge),
-            md.SpatialRevolute("B", "ground.B", "two.B", **hinge),
-            md.SpatialGear("mesh", "one.A", "two.B", ratio=-2),
-        ],
-        sketch={"A": 0},
-    )
-    with pytest.raises(md.UnavailableError, match="gears and racks are not computed in space"):
-        forces(mechanism, "A.angle", [0.0])
-
-
 def test_a_torque_of_space_is_refused_in_the_plane() -> None:
     mechanism = with_loads(four_bar(planar=True), md.Torque("t", "rocker", [0, 0, 1]))
     with pytest.raises(md.InputError, match="one number is needed in the plane"):

@@ -20,7 +20,8 @@ GROUND = "ground"
 class Pair:
     """A joint: kind letter, bodies, points, axes and normals in their bodies, length or pitch.
 
-    ``angle`` is near that of a screw: whole turns count.
+    ``angle`` is near that of a screw or of a wheel: whole turns count. A mesh has the numbers of
+    the pairs of its members in ``meshed``: angle (or slide, of a rack) = size x angle.
     """
 
     kind: str
@@ -34,11 +35,15 @@ class Pair:
     n2: Any = None
     size: float = 0.0
     angle: float = 0.0
+    meshed: tuple[int, int] | None = None
 
 
 @dataclass
 class Closure:
-    """Pairs, of which one turns by the driver's value; ``bodies`` in the order of the unknowns."""
+    """Pairs, of which one turns or slides by the driver's value.
+
+    ``bodies`` are in the order of the unknowns.
+    """
 
     bodies: list[str]
     pairs: list[Pair] = field(default_factory=list)
@@ -53,7 +58,14 @@ class Closure:
             own = x[7 * k : 7 * k + 7]
             place[name] = (own[:3], rotation(own[3:]))
             rows.append(sum(e * e for e in own[3:]) - 1)
+        turns: dict[int, Any] = {}
+        slides: dict[int, Any] = {}
         for k, pair in enumerate(self.pairs):
+            if pair.meshed is not None:
+                first, second = pair.meshed
+                driven = (slides if pair.kind == "K" else turns)[first]
+                rows.append(driven - ctx.mpf(pair.size) * turns[second])
+                continue
             (r1, R1), (r2, R2) = place[pair.first], place[pair.second]
             P1 = [r + v for r, v in zip(r1, turned(R1, pair.s1, ctx), strict=True)]
             P2 = [r + v for r, v in zip(r2, turned(R2, pair.s2, ctx), strict=True)]
@@ -78,6 +90,8 @@ class Closure:
                     rows.append(ctx.atan2(dot(m1, a2), dot(n1, a2)) - u)
                 continue
             angle = ctx.atan2(dot(m1, n2), dot(n1, n2))
+            whole = round(float(pair.angle - angle) / (2 * np.pi))
+            turns[k], slides[k] = angle + 2 * ctx.pi * whole, dot(a1, g)
             rows += [b - a for a, b in zip(a1, a2, strict=True)]
             if pair.kind in "RW":
                 rows += g
@@ -88,10 +102,9 @@ class Closure:
             if pair.kind in "PW":
                 rows += [b - a for a, b in zip(n1, n2, strict=True)]
             if pair.kind == "H":
-                turns = round(float(pair.angle - angle) / (2 * np.pi))
-                rows.append(dot(a1, g) - ctx.mpf(pair.size) * (angle / (2 * ctx.pi) + turns))
+                rows.append(dot(a1, g) - ctx.mpf(pair.size) * turns[k] / (2 * ctx.pi))
             if k == self.driven:
-                rows.append(angle - u)
+                rows.append((slides if pair.kind == "P" else turns)[k] - u)
         return rows
 
     def refined(self, x: list[float], u: float) -> tuple[list[Any], float]:

@@ -66,8 +66,8 @@ def place(result: Any, reference: str, k: int) -> Any:
     return np.array([values[f"ground.{point}.{axis}"] for axis in "xyz"])
 
 
-def pose_of(result: Any, k: int) -> Pose:
-    """Return one pose of a result of kind reactions as free bodies."""
+def pose_of(result: Any, k: int, skip: tuple[str, ...] = ()) -> Pose:
+    """Return one pose of a result of kind reactions as free bodies, without some joints."""
     mechanism, values = result.mechanism, result.mechanism.values()
     bodies: dict[str, FreeBody] = {}
     loads = []
@@ -94,6 +94,8 @@ def pose_of(result: Any, k: int) -> Pose:
         loads += _load(result, load, k)
     contacts = {}
     for name, joint in mechanism.joints.items():
+        if name in skip:
+            continue
         turned = orientation_of_axis(result, joint, k)
         gap = place(result, joint.second, k) - place(result, joint.first, k)
         lead = values.get(f"{name}.pitch", 0.0) / (2 * np.pi)

@@ -168,11 +168,15 @@ def _cell(sections: dict[str, Any]) -> dict[str, Any]:
 def _joints() -> list[dict[str, Any]]:
     between = {"type": "array", "items": _KINDS["reference"], "minItems": 2, "maxItems": 2}
     entries = []
-    spatial = [(word, kind) for word, kind in SPATIAL_JOINTS.items() if kind.spatial]
+    spatial = [(w, kind) for w, kind in SPATIAL_JOINTS.items() if kind is not JOINTS.get(w)]
     for word, kind in [*JOINTS.items(), *spatial]:
         entry = _object(kind, ("name", "first", "second"), kind=word)
         if kind.spatial and word in JOINTS and "axis" not in entry["required"]:
             entry["required"].append("axis")  # without one it is as in the plane
+        if not kind.spatial and kind is not JOINTS[word]:  # wheels in space: by a key of theirs
+            flat = _object(JOINTS[word], kind=word)["properties"]
+            own = [form for form in entry["properties"] if form not in flat]
+            entry["anyOf"] = [{"required": [form]} for form in own]
         entry["properties"]["between"] = between
         entry["required"].append("between")
         entries.append(entry)

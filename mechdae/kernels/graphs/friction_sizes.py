@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 
 from mechdae.kernels.graphs.blocks import inverse
+from mechdae.model.forces.feedback import ACROSS
 
 SX = ca.SX
 
@@ -20,6 +21,8 @@ def size_of(law: str, forms: Any) -> Any:
     """Return the size of a feedback for the values of its forms."""
     if law == "length":
         return ca.sqrt(ca.sumsqr(forms))
+    if law in ACROSS:
+        return forms[0] * forms[1 + ACROSS.index(law)] / _least(ca.norm_2(forms[1:]))
     values = ca.vertsplit(forms)
     if len(values) == 2 and ca.is_equal(values[0], -values[1], 2):
         return ca.fabs(values[0])
@@ -34,6 +37,13 @@ def _gradient(law: str, forms: Any, slopes: list[Any]) -> list[Any]:
     if law == "length":
         length = ca.fmax(ca.sqrt(ca.sumsqr(forms)), 1e-300)
         return [ca.dot(forms, slope) / length for slope in slopes]
+    if law in ACROSS:  # d (p t / |t|) = dp t / |t| + p (dt - t (t . dt) / |t|^2) / |t|
+        p, t = forms[0], forms[1:]
+        size, k = _least(ca.norm_2(t)), ACROSS.index(law)
+        return [
+            (slope[0] * t[k] + p * slope[1 + k] - p * t[k] * ca.dot(t, slope[1:]) / size**2) / size
+            for slope in slopes
+        ]
     values = ca.vertsplit(forms)
     best, found = values[0], [slope[0] for slope in slopes]
     for k, value in enumerate(values[1:], start=1):
@@ -41,6 +51,11 @@ def _gradient(law: str, forms: Any, slopes: list[Any]) -> list[Any]:
         found = [ca.if_else(larger, s[k], f) for s, f in zip(slopes, found, strict=True)]
         best = ca.fmax(best, value)
     return found
+
+
+def _least(size: Any) -> Any:
+    """Return a size that may be divided by."""
+    return ca.fmax(size, 1e-150)
 
 
 def _forms_at(start: list[Any], slope: list[list[Any]], m: list[Any]) -> list[Any]:
@@ -88,6 +103,7 @@ def contraction_of(laws: list[str], start: list[Any], slope: list[list[Any]]) ->
     """
     count = len(start)
     norms = {"length": lambda entry: ca.sqrt(ca.sumsqr(entry)), "largest": most}
+    norms |= dict.fromkeys(ACROSS, _unbounded)
     K = [[norms[law](entry) for entry in row] for law, row in zip(laws, slope, strict=True)]
     weights = [1 + sum(row, SX(0)) for row in K]
     worst = SX(0)
@@ -95,6 +111,11 @@ def contraction_of(laws: list[str], start: list[Any], slope: list[list[Any]]) ->
         total = sum((K[k][j] * weights[j] for j in range(count)), SX(0))
         worst = ca.fmax(worst, total / weights[k])
     return worst
+
+
+def _unbounded(entry: Any) -> Any:
+    """Return the bound of a law that has none: directions turn round where t vanishes."""
+    return SX(0) if entry.is_zero() else ca.if_else(most(entry) > 0, SX.inf(), 0)
 
 
 def most(entry: Any) -> Any:

@@ -12,7 +12,7 @@ pivots are eliminated; what is left is as small as in kinematics.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -38,6 +38,7 @@ from mechdae.model.forces.generalised import Wrench, add, power, put, reaction, 
 from mechdae.model.forces.inertia import inertia, kinetic_energy
 from mechdae.model.forces.loads import Loads
 from mechdae.model.forces.meshes import Mesh
+from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 
@@ -89,7 +90,13 @@ class Balance:
         Joints of the scene in declared order.
     """
 
-    def __init__(self, scene: Scene, loads: Loads, laws: Laws, meshes: dict[str, Mesh]) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        loads: Loads,
+        laws: Laws,
+        meshes: Mapping[str, Mesh | SpatialMesh],
+    ) -> None:
         self.scene, self.model, self.loads, self.laws = scene, scene.model, loads, laws
         self.meshes = meshes
         self.columns = columns_of(scene)

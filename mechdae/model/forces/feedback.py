@@ -10,6 +10,8 @@ import casadi as ca
 from mechdae.model.forces.generalised import Wrench
 
 SX = ca.SX
+ACROSS = ("across x", "across y", "across z")
+"""Laws of the components of p t / |t| for the forms (p, t), t (3,): they may be negative."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,8 @@ class Feedback:
     joint
         Its joint.
     law
-        "length" (of the vector of forms) or "largest" (of the forms, one of them is never
-        negative).
+        "length" (of the vector of forms), "largest" (of the forms, one of them is never
+        negative) or one of `ACROSS`.
     forms : SX (k, n)
         The linear forms over the joint's n multipliers in the order of its rows.
     column : dict
@@ -52,6 +54,9 @@ class Feedback:
         Coefficient, or radius of the friction circle: force or moment per unit of size.
     falling
         The same where the speed is negative, None if it does not depend on that.
+    needs : SX (k, n) or None
+        The forms that have to be unique where constraints are superfluous, without speeds; None:
+        ``forms``.
     slip
         The speed whose sign the force has; None for a force that is no friction.
     """
@@ -65,3 +70,4 @@ class Feedback:
     strength: Any = 0.0
     falling: Any = None
     slip: Slip | None = None
+    needs: Any = None

@@ -10,7 +10,7 @@ in a guide that tilts); sliding pins after the same book.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import casadi as ca
@@ -19,6 +19,7 @@ from mechdae.model.forces.feedback import Feedback, Slip
 from mechdae.model.forces.generalised import couples, pair, spin, velocity
 from mechdae.model.forces.meshes import Mesh
 from mechdae.model.forces.spatial_friction import spatial_law
+from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.joints import Ends
 from mechdae.model.model import Model
 from mechdae.model.space import left
@@ -52,7 +53,7 @@ class Laws:
     def __init__(
         self,
         model: Model,
-        meshes: dict[str, Mesh],
+        meshes: Mapping[str, Mesh | SpatialMesh],
         radius: str = "exact",
         friction: bool = True,
         adhesion: bool = False,
@@ -65,11 +66,11 @@ class Laws:
 
     def of(self, name: str) -> list[Feedback]:
         """Return the feedbacks of a joint."""
+        if name in self.meshes:
+            return self._mesh(name, self.meshes[name])
         if self.model.space.behind:
             return spatial_law(self, name) if self.friction and self._rubs(name) else []
         law = LAWS.get(self.model.mechanism.joints[name].kind)
-        if name in self.meshes:
-            return self._mesh(self.model.ends[name], self.meshes[name])
         if self.friction and law is not None and self._rubs(name):
             return law(self, self.model.ends[name])
         return []
@@ -161,8 +162,7 @@ class Laws:
 
     # -- meshes ----------------------------------------------------------------------------
 
-    def _mesh(self, ends: Ends, mesh: Mesh) -> list[Feedback]:
-        name = ends.joint.name
+    def _mesh(self, name: str, mesh: Mesh | SpatialMesh) -> list[Feedback]:
         result = []
         if mesh.apart:
             forms = ca.vertcat(mesh.tangential, -mesh.tangential)
@@ -174,7 +174,7 @@ class Laws:
         for side in (1, -1):
             arm, column = mesh.lost(loss, side, slip.sign)
             rising, falling = (mesh.lost(loss, side, SX(sign))[0] for sign in (1, -1))
-            forms = ca.vertcat(SX(0), side * mesh.tangential)
+            forms = ca.vertcat(SX.zeros(mesh.tangential.shape), side * mesh.tangential)
             rate = arm * ca.fabs(mesh.rubbing)
             result.append(
                 Feedback(name, "largest", forms, column, rate, True, rising, falling, slip)

@@ -58,7 +58,7 @@ class Mesh:
 
     def __init__(self, model: Model, ends: Ends, real: bool) -> None:
         self.model, self.ends, self.real = model, ends, real
-        joint = ends.joint
+        self.joint = joint = ends.joint
         self.first, self.second = joint.first_body, joint.second_body
         self.carrier = getattr(joint, "carrier", None) or "ground"
         self.turning = spin(model, self.first) - spin(model, self.carrier)

@@ -5,16 +5,20 @@ axis a carry it, N1 = F/2 - (a x M)/(2b) and N2 = F/2 + (a x M)/(2b) across the 
 is of the sizes |N1| and |N2|; the axial force rubs at a collar, the moment about the axis of a
 guide at its width. Friction circle and guides after Artobolevsky, Theory of Mechanisms and
 Machines, 1988, ch. 11. With loads in one plane that is the planar |N1| + |N2| = max(|F|, |M|/b).
+Each pin of a universal joint is such a bearing. A screw is a wedge wound about a cylinder, its
+square thread is pressed by N along the normal of the helix (ibid., ch. 11). A ball presses where
+its load F points, so that it rubs with rho |F| against the part of its spin across F.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from typing import Any
 
 import casadi as ca
 
-from mechdae.model.forces.feedback import Feedback
+from mechdae.model.forces.feedback import ACROSS, Feedback
 
 SX = ca.SX
 
@@ -39,6 +43,16 @@ class _Pair:
         given = self.laws._given(self.name, entry)
         return self.model.numbers[f"{self.name}.{entry}"] if given else None
 
+    def pin(self, second: bool) -> _Pair:
+        """Return the pair as one with the axis of its first or second pin."""
+        if not second:
+            return self
+        other = copy(self)
+        model: Any = self.model
+        A2 = model.axes_of(self.name)[1]
+        other.a, other.n, other.m = (A2[:, k] for k in range(3))
+        return other
+
     def speed(self, word: str) -> Any:
         model: Any = self.model
         return ca.jtimes(model.relative(self.name, word), model.q, model.velocity)
@@ -60,13 +74,13 @@ class _Pair:
     def along(self, word: str, strengths: list[tuple[str, Any, Any]]) -> list[Feedback]:
         """Return friction against a coordinate: sizes by law and forms, each with its strength."""
         speed = self.speed(word)
-        slip = self.laws._slip(self.name, speed, "rad" if word == "angle" else "m")
+        slip = self.laws._slip(self.name, speed, "m" if word == "slide" else "rad")
         f, found = self.laws._friction(slip), []
         for law, forms, strength in strengths:
             size = strength(f)
             wrench = -slip.sign * size * self.a
             zero = SX.zeros(3)
-            force, moment = (zero, wrench) if word == "angle" else (wrench, zero)
+            force, moment = (wrench, zero) if word == "slide" else (zero, wrench)
             space: Any = self.model.space
             column = space.rubbing(self.model, self.name, force, moment)
             rate = size * ca.fabs(speed)
@@ -78,22 +92,80 @@ class _Pair:
         return ca.vertcat(row, -row)
 
 
-def _revolute(pair: _Pair) -> list[Feedback]:
+def _revolute(pair: _Pair, word: str = "angle") -> list[Feedback]:
     """Return M = rho (|N1| + |N2|) + f r_c |F_a|."""
-    r, collar = pair.number("pin_radius"), pair.number("collar_radius")
-    exact = pair.laws.radius != "article"
-    radius = SX(0) if r is None else r
-
-    def circle(f: Any) -> Any:
-        return radius * f / ca.sqrt(1 + f * f) if exact else radius * f
-
+    collar, circle = pair.number("collar_radius"), _circle(pair, "pin_radius")
     sizes = [("length", plane, circle) for plane in pair.planes()]
     if collar is None:
         pair.assume("an axial force causes no friction (collar_radius would count it)")
     else:
         axial = pair.both(ca.horzcat(pair.a.T, SX(1, 3)))
         sizes.append(("largest", axial, lambda f: f * collar))
-    return pair.along("angle", sizes)
+    return pair.along(word, sizes)
+
+
+def _circle(pair: _Pair, entry: str) -> Callable[[Any], Any]:
+    """Return the radius of the friction circle by the coefficient."""
+    r = pair.number(entry)
+    radius = SX(0) if r is None else r
+    exact = pair.laws.radius != "article"
+    return lambda f: radius * f / ca.sqrt(1 + f * f) if exact else radius * f
+
+
+def _universal(pair: _Pair) -> list[Feedback]:
+    """Return the friction of both pins of the cross, each that of a revolute."""
+    pair.assume("both pins of its cross have one radius and one contact_length")
+    return [
+        own
+        for second, word in ((False, "angle"), (True, "angle2"))
+        for own in _revolute(pair.pin(second), word)
+    ]
+
+
+def _screw(pair: _Pair) -> list[Feedback]:
+    """Return f |N| along the helix, N = F_a cos g - M_a sin g / r, tan g = lead / r."""
+    model: Any = pair.model
+    r, lead = pair.number("thread_radius"), model._lead(pair.name)
+    root = ca.sqrt(r * r + lead * lead)
+    cosine, sine = r / root, lead / root
+    turning = pair.speed("angle")
+    slip = pair.laws._slip(pair.name, turning, "rad")
+    f = pair.laws._friction(slip)
+    pair.assume("a square thread; what acts across its axis or tilts it causes no friction")
+    normal = pair.both(ca.horzcat(cosine * pair.a.T, -sine / r * pair.a.T))
+    space, back = model.space, -slip.sign * f * pair.a
+    column = space.rubbing(model, pair.name, back * sine, back * r * cosine)
+    rate = f * ca.fabs(turning) * root
+    return [Feedback(pair.name, "largest", normal, column, rate, strength=f, slip=slip)]
+
+
+def _spherical(pair: _Pair) -> list[Feedback]:
+    """Return M = rho |F| against the spin across F.
+
+    With the unit vector w of the spin, F = p w + t: M = -rho (|t| w - p t / |t|).
+    """
+    model: Any = pair.model
+    joint = model.mechanism.joints[pair.name]
+    spin = _spin(model, joint.second_body) - _spin(model, joint.first_body)
+    f = pair.laws.factor * model.numbers[f"{pair.name}.friction"]
+    rho = _circle(pair, "ball_radius")(f)
+    speed = ca.sqrt(ca.sumsqr(spin))
+    w = ca.if_else(speed > 0, spin / speed, SX.zeros(3))
+    pair.assume("the ball presses where its load points, without drag about that line")
+    across = ca.horzcat(SX.eye(3) - w @ w.T, SX(3, 3))
+    both = ca.vertcat(ca.horzcat(w.T, SX(1, 3)), across)
+    none, force = SX.zeros(3), ca.horzcat(SX.eye(3), SX(3, 3))
+    against = model.space.rubbing(model, pair.name, none, -rho * w)
+    own = {"strength": rho, "needs": force}
+    found = [Feedback(pair.name, "length", across, against, rho * speed, **own)]
+    for k, law in enumerate(ACROSS):
+        turned = model.space.rubbing(model, pair.name, none, rho * SX.eye(3)[:, k])
+        found.append(Feedback(pair.name, law, both, turned, SX(0), **own))
+    return found
+
+
+def _spin(model: Any, body: str) -> Any:
+    return model.space.spin(model, body)
 
 
 def _prismatic(pair: _Pair) -> list[Feedback]:
@@ -132,4 +204,7 @@ LAWS: dict[str, Callable[[_Pair], list[Feedback]]] = {
     "revolute": _revolute,
     "prismatic": _prismatic,
     "cylindrical": _cylindrical,
+    "universal": _universal,
+    "screw": _screw,
+    "spherical": _spherical,
 }

@@ -18,6 +18,7 @@ import numpy as np
 from mechdae.describe.mechanism import MOMENTS, Mechanism
 from mechdae.errors import InputError, UnavailableError
 from mechdae.model.tree.idle_links import IdleLink, idle_links
+from mechdae.model.tree.teeth import axes_of_mesh
 
 SX = ca.SX
 ROUND = 1e-9
@@ -121,11 +122,7 @@ def check_in_space(mechanism: Mechanism) -> None:
                 hint="bodies and joints in their place",
             )
         if joint.meshes:
-            raise UnavailableError(
-                "forces of gears and racks are not computed in space by this version",
-                where=f"joints.{joint.name}",
-                hint="the reactions of their bearings follow from the teeth: leave the pair out",
-            )
+            axes_of_mesh(mechanism, joint)
         if getattr(joint, "one_sided", None) is not None:
             raise UnavailableError(
                 "one-sided contacts are not computed in space by this version",
@@ -134,6 +131,14 @@ def check_in_space(mechanism: Mechanism) -> None:
     links = idle_links(mechanism)
     for link in links.values():
         _check_bar(mechanism, link)
+        for end in (link.joint, *link.others):
+            if mechanism.values().get(f"{end}.friction", 0.0):
+                raise UnavailableError(
+                    f"{link.name} spins freely about the line of its ball joints: how fast they "
+                    f"rub is not told",
+                    where=f"joints.{end}.friction",
+                    hint=f"a universal joint at one end of {link.name}",
+                )
     for load in mechanism.loads.values():
         for key in ("body", "frame"):
             name = getattr(load, key, None)
