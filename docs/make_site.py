@@ -18,7 +18,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from website import api, stage
+from website import api, problems, stage
 
 MARK = "objects.inv"
 FETCHED = re.compile(
@@ -79,7 +79,7 @@ def _refusal(out: Path) -> str | None:
 def generate(source: Path) -> None:
     """Write all sources of the site."""
     stage.stage(source)
-    generated = {"Reference": api.write(source)}
+    generated = {"Problems": problems.write(source), "Reference": api.write(source)}
     folder = Path(__file__).parent / "website"
     shutil.copyfile(folder / "conf.py", source / "conf.py")
     shutil.copytree(folder / "static", source / "_static")

@@ -13,7 +13,7 @@ from tests.shared.paths import ROOT
 
 sys.path.insert(0, str(ROOT / "docs"))
 import make_site
-from website import api, stage
+from website import api, problems, stage
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +79,28 @@ def test_other_folders_and_files_are_left_alone(
     assert make_site.main(["--out", str(tmp_path / "mine.txt")]) == 2
     assert "is a file" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_problem_has_diagram_table_curves_file_and_live_page(tmp_path: Path) -> None:
+    names = ["slider-crank", "c1-line6-free", "stewart-gough"]
+    assert problems.write(tmp_path, names, workers=1) == ["problems/index.md"]
+    text = (tmp_path / "problems/slider-crank.md").read_text(encoding="utf-8")
+    for picture in ("diagram", "curves"):
+        assert f"](slider-crank-{picture}.svg)" in text
+        svg = (tmp_path / f"problems/slider-crank-{picture}.svg").read_text(encoding="utf-8")
+        assert svg.startswith("<?xml")
+    assert "I(1) -> II.2 RRP(2,3)" in text
+    assert "(19 of 361 poses" in text
+    assert (ROOT / "problems/slider-crank.toml").read_text(encoding="utf-8").strip() in text
+    assert 'loading="lazy" src="../live/slider-crank.html"' in text
+    page = (tmp_path / "_live/live/slider-crank.html").read_text(encoding="utf-8")
+    assert 'id="mechdae"' in page
+    assert not make_site.fetched(tmp_path)
+    design = (tmp_path / "problems/c1-line6-free.md").read_text(encoding="utf-8")
+    assert "](c1-line6-free-diagram.svg)" in design
+    assert "iframe" not in design
+    heavy = (tmp_path / "problems/stewart-gough.md").read_text(encoding="utf-8")
+    assert "`mechdae page stewart-gough` writes it" in heavy
+    index = (tmp_path / "problems/index.md").read_text(encoding="utf-8")
+    assert index.index("## Motion of linkages") < index.index("## Synthesis")
+    assert "| [stewart-gough](stewart-gough.md) |" in index.split("## Mechanisms in space")[1]
