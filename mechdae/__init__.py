@@ -37,6 +37,7 @@ _HOMES = {
     "mechdae.synthesis.job.run": "synthesize",
     "mechdae.results": "Result SweepResult ModesResult ReactionsResult MotionResult "
     "EquilibriumResult StudyResult SensitivityResult SynthesisResult Status",
+    "mechdae.export.folder": "read save StoredResults",
     "mechdae.draw": "plot",
     "mechdae.pages": "Page page",
     "mechdae.explanations": "Explanation explain",

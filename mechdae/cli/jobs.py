@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING
 from mechdae.cli import message
 
 if TYPE_CHECKING:
+    from mechdae.describe.file.problem import Problem
     from mechdae.results import Result
+
+
+def check_out(out: str | None, problem: Problem, task: str | None, kind: str) -> None:
+    """Raise for a folder whose results a job would overwrite, before it is done."""
+    from mechdae.export import check_folder
+
+    names = [name for name, own in problem.tasks.items() if own.kind == kind]
+    for name in ([task] if task else names[:1] or [kind]) if out else ():
+        check_folder(str(out), problem.name, name)
 
 
 def reported(result: Result, options: argparse.Namespace) -> int:

@@ -5,30 +5,31 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mechdae.describe.file.problem import Problem
-from mechdae.describe.tasks.kinds import Driven
+from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.draw.catalogue import OPTIONS, PICTURES, checked, names_of, usual_kind
 from mechdae.errors import InputError
 
 
-def task_for(problem: Problem, name: str | None, kind: str | None) -> str:
+def task_for(tasks: Mapping[str, Task], name: str | None, kind: str | None, where: str) -> str:
     """Return the name of the task to draw: the one asked for, or the first that suits the kind.
+
+    `where` the tasks are is for messages.
 
     Raises
     ------
     InputError
-        The problem has no task that is computed.
+        There is no task that is computed.
     """
     if name is not None:
         return name
-    drawn = [n for n, task in problem.tasks.items() if task.available]
+    drawn = [n for n, task in tasks.items() if task.available]
     if not drawn:
-        raise InputError("no task that this version computes", where=f"{problem.name}: tasks")
+        raise InputError("no task that this version computes", where=f"{where}: tasks")
     picture = PICTURES.get(kind or "diagram")
     for wanted in picture.first if picture else ("sweep",):
-        suited = [own for own in drawn if problem.tasks[own].kind == wanted]
+        suited = [own for own in drawn if tasks[own].kind == wanted]
         series = picture is not None and "series" in picture.needs
-        lines = [own for own in suited if series and _moves(problem.tasks[own])]
+        lines = [own for own in suited if series and _moves(tasks[own])]
         if suited:
             return (lines or suited)[0]
     return drawn[0]
@@ -40,12 +41,11 @@ def _moves(task: Any) -> bool:
     return any(own.at is None or len(own.at) > 1 for own in drivers)
 
 
-def kind_for(problem: Problem, name: str, asked: Mapping[str, Any]) -> str:
-    """Return the kind of picture of a task: its usual one, or the diagram if that is meant.
+def kind_for(task: str, asked: Mapping[str, Any]) -> str:
+    """Return the kind of picture of a kind of task: its usual one, or the diagram if that is meant.
 
     The diagram is meant if it has the options that were asked for and the usual kind has not.
     """
-    task = problem.task(name).kind
     kinds = [kind for kind, picture in PICTURES.items() if task in picture.usual_of]
     if not kinds:
         return usual_kind(task)

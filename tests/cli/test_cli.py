@@ -124,7 +124,8 @@ def test_solve_writes_files_with_units(capsys, tmp_path) -> None:
     assert float(rows[3][column]) == packed["guide.slide"][2]
     data = json.loads((tmp_path / "turn.json").read_text())
     assert data["tasks"]["turn"]["joints"]["guide"]["slide"][2] == packed["guide.slide"][2]
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["turn.csv", "turn.json", "turn.npz"]
+    names = ["turn.csv", "turn.json", "turn.npz", "turn.result.npz"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names
 
 
 def test_set_mode_and_poses(capsys) -> None:

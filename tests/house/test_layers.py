@@ -25,7 +25,7 @@ ROOMS = {
     "kernels": "describe errors model",
     "types": "",
     "results": "describe errors types",
-    "export": "results",
+    "export": "describe errors results",
     "tables": "results",
     "composition": "describe errors",
     "formulas": "",

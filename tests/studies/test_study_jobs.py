@@ -190,7 +190,7 @@ def test_large_tables_are_written_in_pieces_as_small_ones(
 ) -> None:
     result = md.study(problem(12), sets=sets(20), of="turn", outputs=[PATH])
     export.save(result, tmp_path / "whole")
-    monkeypatch.setattr(export, "AT_ONCE", 50)
+    monkeypatch.setattr("mechdae.export.files.AT_ONCE", 50)
     export.save(result, tmp_path / "pieces")
     texts = [(tmp_path / name / "study.json").read_text() for name in ("whole", "pieces")]
     assert json.loads(texts[0]) == json.loads(texts[1])

@@ -52,8 +52,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.tasks.pictures import for_picture
-
+    if options.kind == PAGE and is_folder(options.problem):
+        raise InputError(
+            "a page solves, a folder holds what was solved", where=f"--kind {PAGE}",
+            hint="mechdae page P",
+        )  # fmt: skip
     if options.kind == PAGE:
         return _page(options)
     asked = {name: getattr(options, name) for name in OPTIONS}
@@ -61,9 +64,13 @@ def run(options: argparse.Namespace) -> int:
     form = _form(options)
     units_asked(options)
     _check_folder(options.out)
+    if is_folder(options.problem):
+        return _of_folder(options, asked, form)
+    from mechdae.tasks.pictures import for_picture
+
     problem = problem_of(options)
-    name = task_for(problem, options.task, options.kind)
-    kind = options.kind or kind_for(problem, name, asked)
+    name = task_for(problem.tasks, options.task, options.kind, problem.name)
+    kind = options.kind or kind_for(problem.task(name).kind, asked)
     picture, task = picture_of(kind), problem.task(name)
     check_suits(kind, task.kind, "task", f"tasks.{name}", getattr(task, "of", None) or "")
     if options.mode is not None and "designs" in task.holds:
@@ -84,6 +91,39 @@ def run(options: argparse.Namespace) -> int:
         kind, extra, asked = "census", {}, {}
     stem = file_name(result.problem, result.task, kind, asked)
     return _written(options, result, kind, extra, f"{stem}.{form}")
+
+
+def is_folder(name: str) -> bool:
+    """Return whether a folder with results is meant, not a predefined problem of that name."""
+    from mechdae.describe.file import library
+
+    return Path(name).is_dir() and name not in library.names()
+
+
+def _of_folder(options: argparse.Namespace, asked: dict[str, Any], form: str) -> int:
+    """Draw a result that is kept in a folder; nothing is computed again."""
+    from mechdae.export import read
+
+    for word, given in (("--set", options.set), ("--mode", options.mode)):
+        if given:
+            hint = "mechdae plot P, which solves the task anew"
+            raise InputError("a result in a folder is what it is", where=word, hint=hint)
+    results = read(options.problem)
+    tasks = {name: own.definition for name, own in results.items() if own.definition}
+    name = task_for(tasks, options.task, options.kind, options.problem)
+    result = results[name]
+    kind = options.kind or kind_for(result.kind, asked)
+    check_suits(kind, result.kind, "result", f"{options.problem}: {name}")
+    extra = options_for(kind, asked)
+    if kind == "design" and not options.kind and not result.data["designs"]:
+        kind, extra, asked = "census", {}, {}
+    try:
+        stem = file_name(result.problem, result.task, kind, asked)
+        return _written(options, result, kind, extra, f"{stem}.{form}")
+    except UnknownName as error:
+        if not error.hint:
+            error.hint = f"in {options.problem} is what was computed; mechdae plot P computes more"
+        raise
 
 
 def _page(options: argparse.Namespace) -> int:

@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.export import json_text, save
+    from mechdae.export import check_folder, json_text, save
     from mechdae.tables import table
     from mechdae.tasks.registry import KINDS
     from mechdae.tasks.solve import solve
@@ -48,8 +48,8 @@ def run(options: argparse.Namespace) -> int:
     if options.poses is not None and options.poses < 1:
         raise InputError("a whole number above 0 is needed", where="--poses")
     check_workers(options.workers, {problem.tasks[name].kind for name in names})
-    if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
-        raise InputError("is a file, not a folder", where=f"--out {options.out}")
+    for name in names if options.out else ():
+        check_folder(options.out, problem.name, name)
     for note in problem.notes:
         message(f"mechdae: note: {note}", options.quiet)
     code = 0

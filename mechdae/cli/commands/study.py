@@ -6,11 +6,10 @@ import argparse
 import csv
 import os
 from contextlib import nullcontext
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
-from mechdae.cli.jobs import reported
+from mechdae.cli.jobs import check_out, reported
 from mechdae.cli.options import (
     check_processes,
     problem_arguments,
@@ -58,8 +57,6 @@ def run(options: argparse.Namespace) -> int:
     check_processes(options)
     if options.vary and options.sets:
         raise InputError("not together with --vary", where=f"--sets {options.sets}")
-    if options.out and Path(options.out).exists() and not Path(options.out).is_dir():
-        raise InputError("is a file, not a folder", where=f"--out {options.out}")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     units = units_asked(options)
     return reported(_result(options).in_units(units), options)
@@ -70,6 +67,7 @@ def _result(options: argparse.Namespace) -> Result:
     from mechdae.tasks.study import study
 
     problem = problem_of(options)
+    check_out(options.out, problem, options.task, "study")
     show = progress("sets", options.quiet)
     done = [0, 0]
 

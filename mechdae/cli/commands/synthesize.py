@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
-from mechdae.cli.jobs import reported
+from mechdae.cli.jobs import check_out, reported
 from mechdae.cli.options import (
     check_processes,
     problem_arguments,
@@ -54,6 +54,7 @@ def _result(options: argparse.Namespace) -> Result:
     from mechdae.synthesis.job.run import synthesize
 
     problem = problem_of(options)
+    check_out(options.out, problem, options.task, "synthesis")
     show = starts_progress(options.quiet)
     starts = []
 

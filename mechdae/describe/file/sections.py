@@ -55,7 +55,7 @@ def read_problem(
         )
     else:
         mechanism = Mechanism(**parts)
-    tasks = {n: _read_task(n, t) for n, t in _table(data, "tasks").items()}
+    tasks = {n: read_task(n, t) for n, t in _table(data, "tasks").items()}
     expected = data.get("expected", [])
     if not isinstance(expected, list):
         raise InputError("write [[expected]], a list of tables", where="expected")
@@ -160,7 +160,8 @@ def _read_load(name: str, table: Any) -> Any:
     return read(kind, rest, f"loads.{name}", name=name)
 
 
-def _read_task(name: str, table: Any) -> Task:
+def read_task(name: str, table: Any) -> Task:
+    """Return the task that a table of a file describes, not compared with a mechanism."""
     kind, rest = _chosen(table, f"tasks.{name}", TASKS, "task")
     task: Task = read(kind, rest, f"tasks.{name}")
     return task

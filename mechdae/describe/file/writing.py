@@ -56,6 +56,12 @@ def alone(mechanism: Mechanism, tasks: Mapping[str, Task]) -> str:
     return dumps(Problem(replace(mechanism, loads=Table(loads)), Table(alone)))
 
 
+def task_text(mechanism: Mechanism, name: str, task: Task) -> str:
+    """Return the TOML text of a task alone, whatever other tasks it names."""
+    lines = [f"[tasks.{name}]", *_entries(given(_with_rows(task)))]
+    return without_aliases("\n".join(lines) + "\n", mechanism)
+
+
 def _with_rows(task: Task) -> Task:
     """Return a task whose drivers' tables hold the rows of their files."""
     drivers: Any = getattr(task, "drivers", None) or ()

@@ -49,7 +49,8 @@ def draw_facts(
 ) -> None:
     """Draw the diagram of a design with facts below its title; `options` are those of a `View`."""
     view = View(loads=False, subtitle=SEPARATOR.join(facts), **options)
-    draw_pose(axes, scene, design.motion, pose, view, style.LIGHT, words)
+    motion = design.motion.in_units(design.result.units)
+    draw_pose(axes, scene, motion, pose, view, style.LIGHT, words)
 
 
 def color_of(index: int) -> str:

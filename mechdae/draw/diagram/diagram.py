@@ -447,12 +447,12 @@ def draw_frame(
     sheet: Sheet, scene: JoinedScene, result: Any, pose: int, words: Words, extra: str = ""
 ) -> None:
     """Draw the scale bar and the note on what is not drawn."""
-    own = result.units.of("m")
+    own = getattr(result, "units", SI).of("m")
     length = nice_length(0.2 * own.factor * float(sheet.size[0]) / sheet.metre) / own.factor
     bar = length * sheet.metre
     start = np.array([sheet.size[0] - 6.0 - bar, 10.0])
     chosen = font(style.NOTE, style.NOTE_FONT)
-    text = length_text(length, words, result.units)
+    text = length_text(length, words, getattr(result, "units", SI))
     low, high = ink(text, chosen)
     symbols.scale_bar(sheet, start, bar, "scale-bar")
     spot = start - (5.0 + (high - low)[0] / 2, 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.joints import follows_curve
 from mechdae.describe.mechanism import GROUND
+from mechdae.describe.shown_units import SI
 from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.curves import tangent
@@ -87,7 +88,7 @@ def value_text(
     if values is None:
         return ""
     value, rest = float(values[pose]), f" ({words('held')})" if held else ""
-    own = result.units.of(entry.unit)
+    own = getattr(result, "units", SI).of(entry.unit)
     if own.name not in (entry.unit, "deg"):
         return f"{entry.text} = {words.number(value * own.factor)} {words.status(own.name)}{rest}"
     if entry.is_angle:

@@ -35,11 +35,14 @@ class Log(JobLog):
         Is made if it is not there.
     text, task
         What determines the starts: a problem file, the name of its task.
+    total
+        Number of starts that the job has now. A job with more or fewer of them goes on with what
+        is there: a start is known by its numbers, not by its place.
 
     Attributes
     ----------
     finished : dict of Optimum
-        By index of the start.
+        By the fingerprint of the start.
 
     Raises
     ------
@@ -47,13 +50,14 @@ class Log(JobLog):
         The log of another job is there, or a process that is running holds it.
     """
 
-    def __init__(self, folder: str | Path, text: str, task: str) -> None:
+    def __init__(self, folder: str | Path, text: str, task: str, total: int = 0) -> None:
         head = {
             "format": FORMAT, "mechdae": __version__, "casadi": casadi.CasadiMeta.version(),
             "task": task, "problem": text,
         }  # fmt: skip
-        self.finished: dict[int, Optimum] = {}
-        self._drawn: dict[int, str] = {}
+        self.total = total
+        self.finished: dict[str, Optimum] = {}
+        self._drawn: dict[tuple[int, int], str] = {}
         super().__init__(Path(folder) / NAME, head)
         for entry in self.entries:
             self._enter(entry)
@@ -64,33 +68,36 @@ class Log(JobLog):
         Raises
         ------
         InputError
-            A start of the log is another one than that of the same index.
+            A start of the log is another one than that of the same place among as many.
         """
         self.begin()
-        for index in starts.keys() & self.finished.keys():
-            if self._drawn[index] != digest(*starts[index]):
+        drawn = {index: digest(*start) for index, start in starts.items()}
+        for index, own in drawn.items():
+            if self._drawn.get((self.total, index), own) != own:
                 raise self.other(
                     f"start {index} there is not the one that is drawn here, perhaps by another "
                     "version of NumPy or on another kind of processor"
                 )
-        return {index: self.finished[index] for index in starts if index in self.finished}
+        return {i: self.finished[own] for i, own in drawn.items() if own in self.finished}
 
     def put(self, index: int, start: tuple[int, Seed], found: Optimum) -> None:
         """Write a finished start; a second time is nothing."""
-        if index not in self.finished:
-            self._drawn[index] = digest(*start)
-            self.add({"start": index, "drawn": self._drawn[index], **_plain(found)})
-            self.finished[index] = found
+        drawn = digest(*start)
+        if drawn not in self.finished:
+            self._drawn[self.total, index] = drawn
+            self.add({"start": index, "of": self.total, "drawn": drawn, **_plain(found)})
+            self.finished[drawn] = found
 
     def _enter(self, entry: dict[str, Any]) -> None:
         """Take a finished start; what cannot be read is a start that is solved again."""
         try:
-            index, drawn = entry.pop("start"), entry.pop("drawn")
+            index, total, drawn = entry.pop("start"), entry.pop("of"), entry.pop("drawn")
             found = _optimum(entry)
         except (ValueError, KeyError, TypeError, AttributeError):
             return
-        if isinstance(index, int) and index not in self.finished:
-            self.finished[index], self._drawn[index] = found, drawn
+        if isinstance(index, int) and isinstance(total, int) and isinstance(drawn, str):
+            self.finished.setdefault(drawn, found)
+            self._drawn.setdefault((total, index), drawn)
 
 
 def digest(kind: int, start: Seed) -> str:

@@ -64,7 +64,7 @@ def synthesize(
         Solves the starts in place of own processes; it is not shut down.
     out
         Folder with the log of finished starts, ``starts.jsonl``: a job that was broken off goes
-        on there.
+        on there, and so does one with more starts.
     progress
         Called with the number of finished starts, the number asked for, and the best objective so
         far (None as long as no start met all constraints).
@@ -85,7 +85,7 @@ def synthesize(
     assert chosen.starts is not None
     try:
         with (
-            nullcontext() if out is None else Log(out, text, name) as log,
+            nullcontext() if out is None else Log(out, text, name, chosen.starts) as log,
             _supply(workers, executor) or nullcontext() as supply,
         ):
             window = None if executor is not None else AHEAD * workers

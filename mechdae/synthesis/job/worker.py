@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +41,7 @@ class Work:
 
 
 def text_of(problem: Problem, name: str, task: Synthesis) -> str:
-    """Return a problem file with all that determines the starts of a task.
+    """Return a problem file with all that determines the starts of a task, but how many there are.
 
     Tables of loads stand in it with their numbers, and of the other tasks those that it names.
     """
@@ -51,7 +51,7 @@ def text_of(problem: Problem, name: str, task: Synthesis) -> str:
         for own, other in problem.tasks.items()
         if re.search(rf"""['"]{re.escape(own)}['"/]""", asked)
     }
-    return alone(problem.mechanism, {**tasks, name: task})
+    return alone(problem.mechanism, {**tasks, name: replace(task, starts=None)})
 
 
 def solved(work: Work) -> Optimum | Failure:

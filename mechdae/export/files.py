@@ -91,14 +91,8 @@ def _arrays(result: Result) -> dict[str, Any]:
     return {"status": np.asarray(result.status, dtype=str), **arrays}
 
 
-def save(result: Result, folder: str | Path) -> list[Path]:
-    """Write ``<task>.json``, ``<task>.csv`` and ``<task>.npz`` into `folder`.
-
-    Of a synthesis also each design as a problem file, ``<task>-1.toml`` and so on. Large tables
-    are written in pieces.
-    """
-    place = Path(folder)
-    place.mkdir(parents=True, exist_ok=True)
+def write_files(result: Result, place: Path) -> list[Path]:
+    """Write JSON, CSV, NPZ and the problem files of designs into a folder that is there."""
     texts: dict[str, Iterable[str]] = {".json": _json_pieces(result), ".csv": _csv_pieces(result)}
     for rank, design in enumerate(result.data.get("designs", ()), 1):
         texts[f"-{rank}.toml"] = [design["problem"]]

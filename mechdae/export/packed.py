@@ -1,0 +1,186 @@
+"""A result as one NPZ file, to the last bit: what the JSON has, its mechanism and its task.
+
+Arrays are members of the file; all else is a text in JSON, in which they are named. Nothing in it
+is executed when it is read.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from mechdae import __version__
+from mechdae.describe.file.load import from_dict
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.file.sections import read_task
+from mechdae.describe.file.writing import alone, task_text
+from mechdae.errors import MechdaeError, SolveError
+from mechdae.results import Named, Result, Series, Summary, events_of, kinds, plain
+
+FORMAT = 1
+META = "meta"
+ARRAY = "@array"
+"""Key of the name of an array in the text."""
+SEPARATE = ("mechanism", "definition", "units", "motions")
+"""Fields that are not written as they are."""
+NAMED = {
+    "drivers": "driver", "bodies": "body", "points": "point", "joints": "joint",
+    "outputs": "output",
+}  # fmt: skip
+SERIES = ("bound", "centres", "efforts", "scalars", "work")
+OF_SERIES = ("parts", "loads")
+SUMMARIES = ("summary", "unique")
+PARTS = ("whole", "smooth", "at_targets", "between")
+"""Results that a design's motion has."""
+SEVERAL = ("smooth",)
+"""Those that are several, in a tuple."""
+
+
+@dataclass(frozen=True)
+class StoredMotion:
+    """The motions of a design as they were computed; see ``DesignMotion`` for what they are."""
+
+    problem: Problem
+    parts: Mapping[str, Any]
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in PARTS:
+            raise AttributeError(name)
+        found = self.parts[name]
+        if isinstance(found, str):
+            raise SolveError(found)
+        return found
+
+
+def packed(result: Result) -> dict[str, Any]:
+    """Return the arrays of a file that `unpacked` makes the result from again."""
+    arrays: dict[str, Any] = {}
+    meta = _of_result(result, arrays) | {"format": FORMAT, "mechdae": __version__}
+    motions = getattr(result, "motions", {})
+    meta["motions"] = [_of_motion(text, own, arrays) for text, own in motions.items()]
+    return {META: _bytes(meta), **arrays}
+
+
+def _bytes(meta: Any) -> Any:
+    return np.frombuffer(json.dumps(meta, ensure_ascii=False).encode(), dtype=np.uint8)
+
+
+def meta_of(file: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the text of a file as data."""
+    found: dict[str, Any] = json.loads(bytes(file[META]).decode())
+    return found
+
+
+def unpacked(file: Mapping[str, Any]) -> Result:
+    """Return the result of which a file was written."""
+    meta = meta_of(file)
+    result = _result(meta, file)
+    motions = {
+        own["problem"]: StoredMotion(
+            from_dict(tomllib.loads(own["problem"]), result.problem),
+            {name: _part(result, name, own["parts"][name], file) for name in PARTS},
+        )
+        for own in meta["motions"]
+    }
+    return result.as_kind(type(result), motions=motions) if motions else result
+
+
+def _of_result(result: Result, arrays: dict[str, Any]) -> dict[str, Any]:
+    """Return a result as text, its arrays entered into `arrays`."""
+    task = result.definition
+    return {
+        "class": type(result).__name__,
+        "mechanism": alone(result.mechanism, {}),
+        "definition": None if task is None else task_text(result.mechanism, result.task, task),
+        "fields": _fields(result, arrays),
+    }
+
+
+def _fields(result: Result, arrays: dict[str, Any]) -> dict[str, Any]:
+    names = [own.name for own in fields(result) if own.name not in SEPARATE]
+    return {name: _packed(getattr(result, name), arrays) for name in names}
+
+
+def _of_motion(text: str, motion: Any, arrays: dict[str, Any]) -> dict[str, Any]:
+    """Return the motions of a design; one that cannot be computed as what is wrong with it."""
+    parts: dict[str, Any] = {}
+    for name in PARTS:
+        try:
+            found = getattr(motion, name)
+            several = found if isinstance(found, tuple) else (found,)
+            parts[name] = [
+                {"class": type(own).__name__, "fields": _fields(own, arrays)} for own in several
+            ]
+        except MechdaeError as error:
+            parts[name] = str(error)
+    return {"problem": text, "parts": parts}
+
+
+def _part(owner: Result, name: str, part: Any, file: Mapping[str, Any]) -> Any:
+    if isinstance(part, str):
+        return part
+    found = tuple(_made(own, file, owner.mechanism) for own in part)
+    return found if name in SEVERAL else found[0]
+
+
+def _packed(value: Any, arrays: dict[str, Any]) -> Any:
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biufU":
+        name = f"a{len(arrays)}"
+        arrays[name] = value
+        return {ARRAY: name}
+    if isinstance(value, Mapping):
+        return {str(key): _packed(own, arrays) for key, own in value.items()}
+    if isinstance(value, list | tuple):
+        return [_packed(own, arrays) for own in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    return plain(value)
+
+
+def _unpacked(value: Any, file: Mapping[str, Any]) -> Any:
+    if isinstance(value, dict):
+        if value.keys() == {ARRAY}:
+            return file[value[ARRAY]]
+        return {key: _unpacked(own, file) for key, own in value.items()}
+    return [_unpacked(own, file) for own in value] if isinstance(value, list) else value
+
+
+def _result(meta: Mapping[str, Any], file: Mapping[str, Any]) -> Result:
+    name = meta["fields"]["problem"]
+    mechanism = from_dict(tomllib.loads(meta["mechanism"]), name).mechanism
+    return _made(meta, file, mechanism)
+
+
+def _made(meta: Mapping[str, Any], file: Mapping[str, Any], mechanism: Any) -> Result:
+    """Return the result of a class of this package."""
+    known = {own.__name__: own for own in vars(kinds).values() if isinstance(own, type)}
+    kind = known[meta["class"]]
+    assert issubclass(kind, Result)
+    values = {key: _unpacked(own, file) for key, own in meta["fields"].items()}
+    for key, value in values.items():
+        if key in NAMED:
+            values[key] = Named(NAMED[key], {n: Series(own) for n, own in value.items()})
+        elif key in SERIES:
+            values[key] = Series(value)
+        elif key in OF_SERIES:
+            values[key] = {n: Series(own) for n, own in value.items()}
+        elif key in SUMMARIES:
+            values[key] = Summary(value)
+    values["events"] = events_of(values["events"])
+    if "labels" in values:
+        values["labels"] = tuple(tuple(row) for row in values["labels"])
+    if "solutions" in values:
+        values["solutions"] = tuple(values["solutions"])
+    if meta.get("definition"):
+        ((task, table),) = tomllib.loads(meta["definition"])["tasks"].items()
+        values["definition"] = read_task(task, table)
+    return kind(mechanism=mechanism, **values)
