@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import os
 import warnings
@@ -22,7 +23,7 @@ SHOWN = ("sweep", "reactions", "motion", "equilibrium")
 """Kinds of tasks that are solved for a page, in each problem the first one."""
 WORKERS = min(4, max(2, os.cpu_count() or 2))
 HEAVY = {"bricard", "stewart-gough"}
-"""Problems whose live page takes seconds to make; their pages say how."""
+"""Problems that take seconds: pages have the start of their sweep, and say how to go on."""
 KINDS = {
     "Motion of linkages": "sweep",
     "Forces and friction": "reactions",
@@ -77,7 +78,7 @@ def _page(job: tuple[str, Path, Path]) -> tuple[str, str, str]:
         if result is not None:
             lines += _pictures(name, task, result, folder)
         lines += ["", "## Structure", "", *_printed("show", name)]
-        if result is not None and task:
+        if result is not None and task and name not in HEAVY:
             lines += [
                 "", f"## Task `{task}`", "", "```text", f"$ mechdae solve {name} --task {task}",
                 str(result).rstrip(), "```",
@@ -100,6 +101,9 @@ def _group(problem: Any) -> str:
 def _solved(problem: Any) -> tuple[str, Any]:
     """Return the first task that is shown, and its result; "" where it is made for the diagram."""
     for name, task in problem.tasks.items():
+        if task.kind in SHOWN and problem.name in HEAVY:
+            start = dataclasses.replace(task.driver, at=(task.driver.from_,), from_=None, to=None)
+            return name, md.solve(problem.mechanism, dataclasses.replace(task, driver=start))
         if task.kind in SHOWN:
             return name, md.solve(problem, name)
     for task in problem.tasks.values():
@@ -116,7 +120,7 @@ def _solved(problem: Any) -> tuple[str, Any]:
 def _pictures(name: str, task: str, result: Any, folder: Path) -> Iterator[str]:
     """Yield the lines of diagram and curves, which are written beside the page."""
     words = "Kinematic diagram" if task else "The mechanism with the numbers of its sketch"
-    kinds = [("diagram", words), *([("curves", "Curves")] if task else [])]
+    kinds = [("diagram", words), *([("curves", "Curves")] if task and name not in HEAVY else [])]
     for kind, alt in kinds:
         with contextlib.suppress(MechdaeError):
             text = svg_text(md.plot(result, kind))
@@ -140,7 +144,7 @@ def _live(problem: Any, task: str, live: Path) -> list[str]:
         return []
     head = ["", "## Live page", ""]
     if name in HEAVY:
-        return [*head, f"`mechdae page {name}` writes it; this takes some seconds."]
+        return [*head, f"`mechdae solve {name}` and `mechdae page {name}` take some seconds."]
     try:
         md.page(problem, task).save(live / f"{name}.html")
     except MechdaeError:

@@ -19,6 +19,7 @@ GROUPS = {
 }
 """Groups of the contents with pages of ``docs/``; what is in none of them comes under "Further"."""
 
+TUTORIALS = ["tour", "course-project", "friction-and-jamming", "synthesis", "own-optimisation"]
 TITLES = {"README.md": "Tour <README>"}
 ELSEWHERE = ["CHANGELOG.md", "CONTRIBUTING.md"]
 
@@ -69,10 +70,9 @@ def contents(target: Path, generated: dict[str, list[str]]) -> None:
     for caption, names in GROUPS.items():
         full = [name if "." in name else f"docs/{name}.md" for name in names]
         groups[caption] = [name for name in full if name in there]
-    tutorials = sorted(name for name in there if name.startswith("docs/tutorials/"))
+    tutorials = [f"docs/tutorials/{name}.md" for name in TUTORIALS]
     placed = {name for names in groups.values() for name in names} | set(tutorials)
-    if tutorials:
-        groups = {"Start": groups.pop("Start"), "Tutorials": tutorials, **groups}
+    groups = {"Start": groups.pop("Start"), "Tutorials": tutorials, **groups}
     groups |= generated
     groups["Further"] = sorted(there - placed - set(ELSEWHERE)) + ELSEWHERE
     text = (Path(__file__).parent / "first.md").read_text(encoding="utf-8")

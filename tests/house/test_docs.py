@@ -19,7 +19,8 @@ from mechdae.tasks.check import check
 from tests.scripts.solver_bars import written
 from tests.shared.paths import ROOT
 
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+FOLDERS = (ROOT, ROOT / "docs", ROOT / "docs/tutorials")
+PAGES = sorted(page for folder in FOLDERS for page in folder.glob("*.md"))
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -207,8 +208,11 @@ def test_problems_named_exist() -> None:
 
 @pytest.mark.parametrize(
     ("page", "least"),
-    [("docs/python.md", 8), ("docs/measures.md", 1), ("docs/sensitivity.md", 2),
-     ("docs/solver.md", 2), ("docs/synthesis.md", 4)],
+    [("docs/python.md", 8), ("docs/measures.md", 1), ("docs/migration.md", 1),
+     ("docs/sensitivity.md", 2),
+     ("docs/solver.md", 2), ("docs/synthesis.md", 4), ("docs/tutorials/tour.md", 7),
+     ("docs/tutorials/course-project.md", 5), ("docs/tutorials/friction-and-jamming.md", 6),
+     ("docs/tutorials/synthesis.md", 5), ("docs/tutorials/own-optimisation.md", 6)],
 )  # fmt: skip
 def test_python_blocks_run_and_print_what_is_shown(page, least, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)

@@ -100,7 +100,7 @@ def test_a_problem_has_diagram_table_curves_file_and_live_page(tmp_path: Path) -
     assert "](c1-line6-free-diagram.svg)" in design
     assert "iframe" not in design
     heavy = (tmp_path / "problems/stewart-gough.md").read_text(encoding="utf-8")
-    assert "`mechdae page stewart-gough` writes it" in heavy
+    assert "`mechdae page stewart-gough` take some seconds" in heavy
     index = (tmp_path / "problems/index.md").read_text(encoding="utf-8")
     assert index.index("## Motion of linkages") < index.index("## Synthesis")
     assert "| [stewart-gough](stewart-gough.md) |" in index.split("## Mechanisms in space")[1]
