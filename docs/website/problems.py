@@ -102,8 +102,7 @@ def _solved(problem: Any) -> tuple[str, Any]:
     """Return the first task that is shown, and its result; "" where it is made for the diagram."""
     for name, task in problem.tasks.items():
         if task.kind in SHOWN and problem.name in HEAVY:
-            start = dataclasses.replace(task.driver, at=(task.driver.from_,), from_=None, to=None)
-            return name, md.solve(problem.mechanism, dataclasses.replace(task, driver=start))
+            return name, md.solve(problem.mechanism, _start(task))
         if task.kind in SHOWN:
             return name, md.solve(problem, name)
     for task in problem.tasks.values():
@@ -115,6 +114,17 @@ def _solved(problem: Any) -> tuple[str, Any]:
             with contextlib.suppress(MechdaeError):
                 return "", md.solve(problem.mechanism, md.Sweep(driver=driver, poses=73))
     return "", None
+
+
+def _start(task: Any) -> Any:
+    """Return a sweep of the first pose of another one."""
+    drivers = [
+        dataclasses.replace(
+            own, at=(own.from_ if own.at is None else own.at[0],), from_=None, to=None
+        )
+        for own in task.all_drivers
+    ]
+    return md.Sweep(drivers=tuple(drivers))
 
 
 def _pictures(name: str, task: str, result: Any, folder: Path) -> Iterator[str]:
