@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path as FilePath
 from typing import Any
@@ -27,6 +27,7 @@ from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run as followed
 from mechdae.pages import efforts, link, live, scenes
+from mechdae.pages.reasons import said
 from mechdae.pages.space_scenes import space_of
 from mechdae.results import Result, plain
 from mechdae.tasks.solve import solve
@@ -160,10 +161,10 @@ class _Followed:
     without: str = ""
 
 
-def _followed(problem: Problem, name: str) -> _Followed:
+def _followed(problem: Problem, name: str, lang: str) -> _Followed:
     """Follow a task's motion, with all bodies where they assemble."""
     task = problem.task(name)
-    loaded, without = _loaded(problem, task) if isinstance(task, Reactions) else (None, "")
+    loaded, without = _loaded(problem, task, lang) if isinstance(task, Reactions) else (None, "")
     if isinstance(task, Reactions):
         task = Sweep(**{own.name: getattr(task, own.name) for own in fields(Sweep)})
     if not (isinstance(task, Sweep) and task.kind == "sweep"):
@@ -183,23 +184,23 @@ def _followed(problem: Problem, name: str) -> _Followed:
     return _Followed(task, result, setting, run, loaded, without)
 
 
-def _loaded(problem: Problem, task: Reactions) -> tuple[LoadedRun | None, str]:
+def _loaded(problem: Problem, task: Reactions, lang: str) -> tuple[LoadedRun | None, str]:
     """Return a task's run with its forces, or why they are not shown."""
     if problem.mechanism.dimension == 3:
-        return None, "in space only motions are shown"
+        return None, said("space", lang)
     task = replace(task, outputs=None, measures=None)
     try:
         found = loaded_run(problem, task)
-        reason = efforts.why_without(found.statics)
+        reason = said(efforts.why_without(found.statics), lang)
     except MechdaeError as error:
         return None, error.what
     return (None, reason) if reason else (found, "")
 
 
 def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
-    found = _followed(problem, name)
+    found = _followed(problem, name, lang)
     setting, run, result, task = found.setting, found.run, found.result, found.task
-    reason = live.why_recorded(setting, run, task)
+    reason = said(live.why_recorded(setting, run, task), lang, kind=getattr(task, "kind", ""))
     data: dict[str, Any] = {
         "schema": 1,
         "version": __version__,
@@ -229,8 +230,9 @@ def _page(problem: Problem, name: str, lang: str, units: Units) -> Page:
         except NotPrintable as error:
             data |= {"live": False, "reason": str(error)}
     if not data["live"] and isinstance(task, Sweep) and result.status.size > MOST_RECORDED:
-        data["reason"] += f", {MOST_RECORDED} of {result.status.size} poses"
-    data["recorded"] = _recorded(result, FEW if data["live"] else MOST_RECORDED)
+        data["reason"] += said("poses", lang, some=MOST_RECORDED, all=result.status.size)
+    most, turned = (FEW, ()) if data["live"] else (MOST_RECORDED, scenes.turned(data["scene"]))
+    data["recorded"] = _recorded(result, most, turned)
     main = link.MAIN
     if problem.mechanism.dimension == 3:
         data["scene"]["space"], main = space_of(result), link.SPATIAL
@@ -275,14 +277,7 @@ def _make_live(
                 "unit": "rad" if entry.is_orientation else entry.unit,
             }
         )
-    checks = []
-    rows_of_checks = np.unique(np.linspace(0, len(places) - 1, CHECKS).astype(int)).tolist()
-    for k in rows_of_checks:
-        if run.poses.at_limit[k] or not run.poses.alive[k].all():
-            continue
-        rows = [np.asarray(part[k : k + 1, :])[0].tolist() for part in run.poses.y[:3]]
-        if all(np.isfinite(row).all() for row in rows):
-            checks.append({"s": float(run.poses.places[k]), "y": [_packed(own) for own in rows]})
+    rows_of_checks = _telling(run)
     rates = [float(np.atleast_2d(rate)[0, plan.lead]) for rate in (plan.speed, plan.acceleration)]
     data |= {
         "kernels": kernels.layout,
@@ -296,11 +291,36 @@ def _make_live(
         "modes": live.modes_of(setting, run),
         "speed": rates[0],
         "acceleration": rates[1],
-        "checks": checks,
+        "checks": _checks(run, rows_of_checks),
         "shape": live.shape_of(setting, sliders),
         "forces": None if loaded is None else efforts.numbers(loaded, rows_of_checks),
     }
     return kernels.text
+
+
+def _telling(run: Run) -> list[int]:
+    """Return poses for a page to check itself with: of each part the best conditioned one."""
+    poses = run.poses
+    good = poses.alive.all(axis=1) & ~poses.at_limit
+    for part in poses.y[:3]:
+        good &= np.isfinite(part[:, :]).all(axis=1)
+    good = np.flatnonzero(good)
+    parts = [part for part in np.array_split(good, CHECKS) if part.size]
+    return [int(part[np.argmin(poses.condition[part])]) for part in parts]
+
+
+def _checks(run: Run, rows: list[int]) -> list[dict[str, Any]]:
+    """Return values and rates of the outputs at poses, without any where the path begins."""
+    poses, orders = run.poses, 3
+    if not rows:
+        poses, rows, orders = run.evaluator.at(run.path, [run.path.origin[0]]), [0], 1
+    return [
+        {
+            "s": float(poses.s[k]),
+            "y": [_packed(np.asarray(part[k : k + 1, :])[0]) for part in poses.y[:orders]],
+        }
+        for k in rows
+    ]
 
 
 def _slider(name: str, value: float, automatic: bool) -> dict[str, Any]:
@@ -322,8 +342,8 @@ def _driver(result: Result) -> dict[str, Any]:
     return {"name": name, "unit": "", "values": list(range(len(result.status)))}
 
 
-def _recorded(result: Result, most: int) -> dict[str, Any]:
-    """Return the places of all points at `most` poses."""
+def _recorded(result: Result, most: int, turned: Collection[str]) -> dict[str, Any]:
+    """Return the places of all points at `most` poses, and the angles of bodies `turned`."""
     count = len(result.status)
     step = max(1, -(-count // most))
     rows = slice(0, count, step)
@@ -336,7 +356,17 @@ def _recorded(result: Result, most: int) -> dict[str, Any]:
         for body, series in result.bodies.items()
         if "orientation" in series
     }
-    return {"rows": list(range(count))[rows], "points": points, "turns": turns}
+    angles = {
+        body: _packed(np.asarray(series.angle)[rows])
+        for body, series in result.bodies.items()
+        if body in turned and "angle" in series
+    }
+    return {
+        "rows": list(range(count))[rows],
+        "points": points,
+        "turns": turns,
+        "angles": angles,
+    }
 
 
 def _packed(values: Any) -> str:

@@ -18,13 +18,13 @@ PARAMETERS = 6
 
 
 def why_without(statics: Statics) -> str:
-    """Return why forces cannot be live, "" where they can."""
+    """Return the key of the reason why forces cannot be live, "" where they can."""
     if statics.scene.model.space.behind:
-        return "forces in space are not computed on pages"
+        return "space"
     if statics.scene.redundant:
-        return "reactions of superfluous constraints are not unique"
+        return "reactions"
     if statics.loads.timed:
-        return "a load is a table over the time"
+        return "timed"
     return ""
 
 
@@ -100,6 +100,6 @@ def _checks(loaded: LoadedRun, rows: list[int]) -> list[dict[str, Any]]:
             continue
         own = [answer.whole.reactions[k].ravel(), answer.whole.efforts[k], answer.whole.losses[k]]
         if all(np.isfinite(values).all() for values in own):
-            places = loaded.run.poses.places
-            found.append({"s": float(places[row]), "f": [values.tolist() for values in own]})
+            values = loaded.run.poses.s
+            found.append({"s": float(values[row]), "f": [values.tolist() for values in own]})
     return found

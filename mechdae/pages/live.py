@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.continuation.path import Path
+from mechdae.continuation.reachable_arc import TURNING
 from mechdae.describe.mechanism import GROUND, Body, Ground
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import MechdaeError
@@ -26,6 +27,10 @@ FAR = 2.5
 """A slider goes from a part to so many times the value in the file."""
 
 
+MORE_TRIES = 4
+"""Tries of steps that the page may make for each of Python's, which also has longer steps."""
+
+
 @dataclass(frozen=True)
 class PrintedKernels:
     """Printed functions: their text, and where each has its inputs and outputs."""
@@ -35,26 +40,21 @@ class PrintedKernels:
 
 
 def why_recorded(setting: Setting | None, run: Run | None, task: Any) -> str:
-    """Return why a task cannot be live, "" where it can."""
+    """Return the key of the reason why a task cannot be live, "" where it can."""
     if not isinstance(task, Sweep) or task.kind != "sweep" or setting is None or run is None:
-        if getattr(task, "kind", "") == "sweep":
-            return "with bodies that do not assemble it is recorded"
-        return f"a task of kind {task.kind} is recorded"
+        return "open" if getattr(task, "kind", "") == "sweep" else "kind"
     graphs, path = setting.graphs, run.path
     if not graphs.single:
-        return "with several drivers or a law of time it is recorded"
+        return "drivers"
     if graphs.contacts:
-        return "with curves that touch it is recorded"
+        return "curves"
     if any(graph.redundant for graph in graphs.blocks):
-        return "with superfluous equations it is recorded"
-    if not graphs.nx:
-        return "nothing is left to be solved"
+        return "superfluous"
     if not isinstance(path, Path) or any(path.flips):
-        return "its path goes through change points: it is recorded"
-    ends = [end for reach in path.reach.values() for end in (reach.low, reach.high) if end]
-    if any(end.kind != "limit" for end in ends):
-        return f"its path ends at a {ends[0].kind.replace('_', ' ')}: it is recorded"
-    return ""
+        return "change points"
+    ends = [end.kind for reach in path.reach.values() for end in (reach.low, reach.high) if end]
+    # at limit positions and poles the motion itself turns back
+    return next((kind for kind in ends if kind not in TURNING), "")
 
 
 def kernels(
@@ -172,9 +172,10 @@ def numbers_of(setting: Setting, run: Run) -> dict[str, Any]:
         "size_u": constants.size_u.tolist(),
         "scale": float(constants.scale),
         "largest": float(path.largest),
+        "tries": MORE_TRIES * (path.counts.steps + path.counts.rejected),
         "far": [None if np.isinf(far) else float(far) for far in path.far],
         "turns": bool(graphs.turns),
-        "weights": np.concatenate(columns).tolist(),
+        "weights": [weight for own in columns for weight in own.tolist()],
         "blocks": blocks,
         "nx": graphs.nx,
         "nb": graphs.nb,

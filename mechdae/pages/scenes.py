@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from mechdae.describe.curve import samples
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.pages.space_scenes import joint_in_space
 
@@ -16,21 +17,17 @@ def drawn(mechanism: Mechanism) -> dict[str, Any]:
     are in the frame of the first body. ``ground``: names of the fixed points, with their places.
     """
     values = mechanism.values()
-    used: dict[str, list[str]] = {}
-    for joint in mechanism.joints.values():
-        for reference in (joint.first, joint.second):
-            used.setdefault(reference.split(".")[0], []).append(reference)
+    used = {end for joint in mechanism.joints.values() for end in (joint.first, joint.second)}
     bodies = []
     for number, (name, body) in enumerate(mechanism.bodies.items(), start=1):
         outline = [f"{name}.{point}" for point in body.outline or ()]
-        shape = outline or list(dict.fromkeys(used.get(name, [])))
-        others = [f"{name}.{point}" for point in body.points]
+        points = [f"{name}.{point}" for point in body.points]
         bodies.append(
             {
                 "name": name,
                 "number": body.number if body.number is not None else number,
-                "shape": shape if len(shape) > 1 else list(dict.fromkeys([*shape, *others])),
-                "free": [reference for reference in others if reference not in shape],
+                "shape": outline or points,
+                "free": [reference for reference in points if reference not in used],
             }
         )
     joints = [_joint(mechanism, name, values) for name in mechanism.joints]
@@ -45,6 +42,17 @@ def drawn(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
+def turned(scene: dict[str, Any]) -> set[str]:
+    """Return the bodies whose angles the diagram needs: guides and curves turn with them."""
+    joints = [joint for joint in scene["joints"] if "curve" in joint or "axis" in joint]
+    return {joint["first"].split(".")[0] for joint in joints if scene["dimension"] == 2} - {GROUND}
+
+
+def round_off(value: float) -> float:
+    """Return a coordinate with as many digits as a picture shows."""
+    return float(f"{value:.6g}")
+
+
 def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> dict[str, Any]:
     joint = mechanism.joints[name]
     entry: dict[str, Any] = {
@@ -57,6 +65,9 @@ def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> dict[st
     }
     if mechanism.dimension == 3:
         return entry | joint_in_space(mechanism, joint)
+    if joint.on_curve:
+        entry |= {"curve": [[round_off(v) for v in own] for own in samples(joint, values)]}
+        entry |= {"closed": joint.closed, "roller": values.get(f"{name}.roller_radius", 0.0)}
     if joint.straight:
         entry |= {"axis": values[f"{name}.axis"], "block": joint.keeps_angle}
     if joint.wheels == 2:

@@ -3,7 +3,8 @@
     python -m tests.attack.page_honesty --count 10000 --workers 2 --out docs/data/page-honesty.json
 
 A page holds poses that Python solved. Its modules, where it is live, are asked for the poses at the
-same values of the driver: what they certify must be certified by Python too, at the same places.
+same values of the driver: what they certify must be certified by Python too, at the same places,
+and limit positions must be those of Python. ``missing`` are poses that Python alone has.
 Work is done in chunks; a run that was stopped goes on from OUT.parts.jsonl.
 """
 
@@ -22,13 +23,21 @@ CHUNK = 50
 POSES = 24
 APART = 1e-9
 """Share of the mechanism's size by which places may differ beyond the bounds of both."""
-COUNTS = ("mechanisms", "live", "recorded", "poses", "certified", "missing", "limits")
+COUNTS = ("mechanisms", "live", "recorded", "poses", "certified", "missing", "limits", "ends")
+LISTS = ("faults", "untrusted")
 ASKED = """
-return { trusted: session.trusted, poses: PLACES.map((s) => {
+const limits = session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null));
+return { trusted: session.trusted, limits, poses: PLACES.map((s) => {
   const pose = session.motion.pose(s), bound = pose.error ? session.motion.bound(pose).length : 0;
   return [pose.status, pose.y ? session.places_of(pose) : null, bound];
 }) };
 """
+
+
+def nothing() -> dict[str, Any]:
+    """Return the figures of no mechanism."""
+    lists: dict[str, Any] = {name: [] for name in LISTS}
+    return {**dict.fromkeys(COUNTS, 0), "worst": 0.0, **lists, "reasons": {}}
 
 
 def examine(seed: int, player: Any) -> dict[str, Any]:
@@ -39,7 +48,8 @@ def examine(seed: int, player: Any) -> dict[str, Any]:
     from tests.reference.truth.drawing import draw
     from tests.reference.truth.judging import swept
 
-    row: dict[str, Any] = {**dict.fromkeys(COUNTS, 0), "faults": [], "worst": 0.0, "reason": ""}
+    row: dict[str, Any] = {**dict.fromkeys(COUNTS, 0), "faults": [], "untrusted": []}
+    row |= {"worst": 0.0, "reason": ""}
     case = draw(seed)
     if case is None:
         return row
@@ -56,7 +66,7 @@ def examine(seed: int, player: Any) -> dict[str, Any]:
     row["live"] = 1
     found = player.asks(page, ASKED.replace("PLACES", json.dumps(data["driver"]["values"])))
     if not found["trusted"]:
-        row["reason"] = "the page does not trust itself"
+        row["reason"], row["untrusted"] = "the page does not trust itself", [seed]
         return row
     truth = {
         name: np.frombuffer(base64.b64decode(text), "<f8").reshape(-1, 2)
@@ -82,6 +92,12 @@ def examine(seed: int, player: Any) -> dict[str, Any]:
         row["worst"] = max(row["worst"], float(miss))
         if not miss <= APART:
             row["faults"].append(f"seed {seed} pose {k}: {miss:.1e} elsewhere")
+    for python, own in zip(data["limits"], found["limits"], strict=True):
+        if python is not None and own is not None:
+            unit = 1.0 if data["start"]["turns"] else case.scale
+            row["ends"] += 1
+            if not abs(python - own) <= APART * max(unit, abs(python)):
+                row["faults"].append(f"seed {seed}: limit at {own!r}, of Python at {python!r}")
     return row
 
 
@@ -89,14 +105,15 @@ def chunk(start: int, count: int) -> dict[str, Any]:
     """Return the figures of some seeds, added up."""
     from tests.shared.player import Player
 
-    total: dict[str, Any] = {**dict.fromkeys(COUNTS, 0), "faults": [], "worst": 0.0, "reasons": {}}
+    total = nothing()
     with tempfile.TemporaryDirectory() as folder, Player(Path(folder)) as player:
         for seed in range(start, start + count):
             row = examine(seed, player)
             for name in COUNTS:
                 total[name] += row[name]
             total["worst"] = max(total["worst"], row["worst"])
-            total["faults"] += row["faults"]
+            for name in LISTS:
+                total[name] += row[name]
             if row["reason"]:
                 total["reasons"][row["reason"]] = total["reasons"].get(row["reason"], 0) + 1
     return {"start": start, **total}
@@ -104,12 +121,13 @@ def chunk(start: int, count: int) -> dict[str, Any]:
 
 def merged(parts: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the figures of a run from those of its chunks."""
-    total: dict[str, Any] = {**dict.fromkeys(COUNTS, 0), "worst": 0.0, "faults": [], "reasons": {}}
+    total = nothing()
     for part in sorted(parts, key=lambda part: int(part["start"])):
         for name in COUNTS:
             total[name] += part[name]
         total["worst"] = max(total["worst"], part["worst"])
-        total["faults"] += part["faults"]
+        for name in LISTS:
+            total[name] += part[name]
         for reason, count in part["reasons"].items():
             total["reasons"][reason] = total["reasons"].get(reason, 0) + count
     total["worst"] = float(f"{total['worst']:.2g}")

@@ -1,15 +1,16 @@
-"""Live pages in a real browser: size, time to interactive, frames while dragging, axe-core.
+"""Live pages in a real browser: size, time to interactive, frames, letters, phones, axe-core.
 
-    python -m tests.scripts.page_bars [--out FILE] [--axe FOLDER] [--firefox] [NAME ...]
+    python -m tests.scripts.page_bars [--out FILE] [--axe FOLDER] [--pictures FOLDER] [NAME ...]
 
 ``--axe`` is a folder with ``axe.min.js`` (``npm pack axe-core``); it is not part of the package.
-``--firefox`` opens the pages in Firefox by playwright, where that is installed.
+With ``--pictures`` each page is photographed: light, dark, phone, Russian.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import statistics
 import tempfile
 from pathlib import Path
@@ -31,48 +32,158 @@ DRAG = """async (seconds) => {
     range.value = String(middle * (1 + 0.05 * Math.sin(frames / 9)));
     range.dispatchEvent(new Event('input', { bubbles: true }));
   }
-  return (1000 * frames) / (performance.now() - begun);
+  const per = (1000 * frames) / (performance.now() - begun);
+  range.value = String(middle);
+  range.dispatchEvent(new Event('input', { bubbles: true }));
+  return per;
 }"""
 CHANGE = """() => {
   const name = JSON.parse(document.getElementById('mechdae').textContent).sliders[0];
   if (!name) return null;
   const spent = [];
-  for (let k = 0; k < 15; k += 1) {
+  for (let k = 0; k < 11; k += 1) {
     const at = performance.now();
     mechdae.set({ [name.name]: name.value * (1 + 0.002 * (k % 5)) });
     spent.push(performance.now() - at);
   }
   mechdae.set({ [name.name]: name.value });
-  return spent.sort((a, b) => a - b)[7];
+  return spent.sort((a, b) => a - b)[5];
 }"""
 READY = "() => performance.getEntriesByType('navigation')[0].domInteractive"
+# boxes of the letters' ink against the edges of links and against other letters, at poses in turn
+LETTERS = """async (count) => {
+  const slider = document.querySelector('#drive input[type=range]');
+  const cuts = (box, path) => {
+    const length = path.getTotalLength();
+    for (let at = 0; at <= length; at += 2) {
+      const { x, y } = path.getPointAtLength(at);
+      if (x > box[0] && x < box[1] && y > box[2] && y < box[3]) return true;
+    }
+    return false;
+  };
+  let covered = 0;
+  for (let k = 0; k < count; k += 1) {
+    slider.value = String((k + 0.5) / count);
+    slider.dispatchEvent(new Event('input', { bubbles: true }));
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    const boxes = [...document.querySelectorAll('#diagram .letters .letter')].map((own) => {
+      const { x, y, width, height } = own.getBBox();
+      return [x, x + width, y + height / 2 - 5, y + height / 2 + 5];
+    });
+    const kinds = '#diagram .links path, #diagram .depths path.body';
+    const links = [...document.querySelectorAll(kinds)];
+    const bad = boxes.some((a, i) => boxes.some((b, j) => j > i && a[0] < b[1] && b[0] < a[1]
+      && a[2] < b[3] && b[2] < a[3]) || links.some((link) => cuts(a, link)));
+    covered += bad ? 1 : 0;
+  }
+  return covered / count;
+}"""
+SMALL = """() => [...document.querySelectorAll('button, select, input, a')].filter((own) => {
+  const area = (own.type === 'checkbox' ? own.closest('label') : own).getBoundingClientRect();
+  return area.width > 0 && (area.height < 24 || area.width < 24);
+}).map((own) => own.getAttribute('aria-label') || own.textContent || own.type)"""
+WIDE = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
+FRAMES = 48
 
 
-def measured(browser: Any, file: Path, axe: str | None) -> dict[str, Any]:
-    """Return what is measured of one page."""
-    said: list[str] = []
-    found: dict[str, Any] = {"bytes": file.stat().st_size}
-    violations: dict[str, list[str]] = {}
-    for scheme in ("light", "dark") if axe else ("light",):
-        page = browser.new_page(viewport={"width": 1200, "height": 900}, color_scheme=scheme)
-        page.on("console", lambda message: said.append(message.text))
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("request", lambda asked: said.append(asked.url)
+class Visit:
+    """One page in one language, opened in a browser."""
+
+    def __init__(self, browser: Any, file: Path, lang: str, axe: str | None, pictures: Path | None):
+        self.said: list[str] = []
+        self.file, self.lang, self.axe, self.pictures = file, lang, axe, pictures
+        self.violations: dict[str, list[str]] = {}
+        page = browser.new_page(viewport={"width": 1200, "height": 900}, color_scheme="light")
+        page.on("console", lambda message: self.said.append(message.text))
+        page.on("pageerror", lambda error: self.said.append(str(error)))
+        page.on("request", lambda asked: self.said.append(asked.url)
                 if not asked.url.startswith(("file:", "blob:", "data:")) else None)  # fmt: skip
         page.goto(f"file://{file}")
-        if scheme == "light":
-            found["live"] = page.evaluate("mechdae.live") is True
-            found["interactive_ms"] = round(page.evaluate(READY))
-            if found["live"]:
-                change = page.evaluate(CHANGE)
-                found["change_ms"] = None if change is None else round(change, 1)
-                found["frames"] = round(page.evaluate(DRAG, 1.5), 1)
-        if axe:
-            page.evaluate(axe)
-            results = page.evaluate("axe.run().then((r) => r.violations.map((v) => v.id))")
-            violations[scheme] = results
+        self.page = page
+
+    def look(self, kind: str) -> None:
+        """Take a picture, and ask axe-core."""
+        if self.pictures is not None:
+            name = f"{self.file.stem}.{self.lang}.{kind}.png"
+            self.page.screenshot(path=self.pictures / name, full_page="phone" in kind)
+        if self.axe:
+            self.page.evaluate(self.axe)
+            asked = "axe.run().then((r) => r.violations.map((v) => v.id))"
+            self.violations[f"{self.lang} {kind}"] = self.page.evaluate(asked)
+
+    def measure(self) -> dict[str, Any]:
+        """Return times, frames and letters."""
+        page = self.page
+        found: dict[str, Any] = {
+            "live": page.evaluate("mechdae.live") is True,
+            "interactive_ms": round(page.evaluate(READY)),
+        }
+        if not found["live"]:
+            return found
+        change = page.evaluate(CHANGE)
+        found["change_ms"] = None if change is None else round(change, 1)
+        found["frames"] = round(page.evaluate(DRAG, 1.2), 1)
+        page.wait_for_timeout(200)
+        found["letters"] = round(page.evaluate(LETTERS, FRAMES), 3)
+        return found
+
+    def shapes(self) -> dict[str, Any]:
+        """Look at it in the dark and on phones; return what is too wide or too small there."""
+        page, found = self.page, {}
+        page.emulate_media(color_scheme="dark")
+        self.look("dark")
+        page.emulate_media(color_scheme="light")
+        for width in (320, 390):
+            page.set_viewport_size({"width": width, "height": 844})
+            page.wait_for_timeout(60)
+            found[f"too_wide_{width}"] = page.evaluate(WIDE)
+        found["small"] = page.evaluate(SMALL)
+        self.look("phone")
         page.close()
-    return found | {"said": said} | ({"axe": violations} if axe else {})
+        return found
+
+
+def measured(
+    browser: Any, name: str, folder: Path, axe: str | None, pictures: Path | None
+) -> dict[str, Any]:
+    """Return what is measured of one page."""
+    made = md.page(name)
+    file = made.save(folder / f"{name}.html")
+    visit = Visit(browser, file, "en", axe, pictures)
+    found = {"bytes": file.stat().st_size, **visit.measure()}
+    visit.look("light")
+    found |= visit.shapes()
+    russian = Visit(browser, md.page(name, lang="ru").save(file), "ru", axe, pictures)
+    russian.look("light")
+    for key, value in russian.shapes().items():
+        found[key] = found[key] or value
+    found["said"] = visit.said + russian.said
+    if axe:
+        own = visit.violations | russian.violations
+        found["axe"] = {kind: ids for kind, ids in own.items() if ids}
+    return found
+
+
+def summed(table: dict[str, Any], version: str) -> dict[str, Any]:
+    """Return the figures of all pages."""
+    live = [own for own in table.values() if own.get("live")]
+    changed = [own["change_ms"] for own in live if own["change_ms"] is not None]
+    return {
+        "browser": version,
+        "load": round(os.getloadavg()[2], 1),
+        "pages": len(table),
+        "live": len(live),
+        "largest_bytes": max(own["bytes"] for own in table.values()),
+        "median_bytes": statistics.median(own["bytes"] for own in live),
+        "median_interactive_ms": statistics.median(own["interactive_ms"] for own in live),
+        "median_change_ms": statistics.median(changed),
+        "median_frames": statistics.median(own["frames"] for own in live),
+        "letters": round(statistics.mean(own["letters"] for own in live), 4),
+        "said": sum(len(own["said"]) for own in table.values()),
+        "too_wide": [n for n, own in table.items() if own["too_wide_320"] or own["too_wide_390"]],
+        "small": sorted({text for own in table.values() for text in own["small"]}),
+        "axe": sum(len(ids) for own in table.values() for ids in own.get("axe", {}).values()),
+    }
 
 
 def main() -> None:
@@ -80,40 +191,24 @@ def main() -> None:
     parser.add_argument("names", nargs="*")
     parser.add_argument("--out")
     parser.add_argument("--axe")
-    parser.add_argument("--firefox", action="store_true")
+    parser.add_argument("--pictures", type=Path)
     options = parser.parse_args()
     from playwright.sync_api import sync_playwright
 
     axe = Path(options.axe, "axe.min.js").read_text(encoding="utf-8") if options.axe else None
     table: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as own:
-        kind = own.firefox if options.firefox else own.chromium
-        known = {} if options.firefox else {"executable_path": CHROMIUM, "args": ARGUMENTS}
-        browser = kind.launch(**known)
+        browser = own.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         for name in options.names or names():
             try:
-                made = md.page(name)
+                table[name] = measured(browser, name, Path(folder), axe, options.pictures)
             except MechdaeError as error:
                 print(name, "-", str(error).splitlines()[0])
                 continue
-            table[name] = measured(browser, made.save(Path(folder) / f"{name}.html"), axe)
             print(name, table[name], flush=True)
         version = browser.version
         browser.close()
-    live = [own for own in table.values() if own.get("live")]
-    summary = {
-        "browser": version,
-        "pages": len(table),
-        "live": len(live),
-        "largest_bytes": max(own["bytes"] for own in live),
-        "median_bytes": statistics.median(own["bytes"] for own in live),
-        "median_interactive_ms": statistics.median(own["interactive_ms"] for own in live),
-        "median_change_ms": statistics.median(
-            own["change_ms"] for own in live if own["change_ms"] is not None
-        ),
-        "median_frames": statistics.median(own["frames"] for own in live),
-        "said": sum(len(own["said"]) for own in table.values()),
-    }
+    summary = summed(table, version)
     print(json.dumps(summary, indent=1))
     if options.out:
         text = json.dumps({"summary": summary, "pages": table}, indent=1)

@@ -1,4 +1,5 @@
 /** The kinematic diagram as SVG. */
+import { Letters } from "./letters.js";
 
 const SPACE = "http://www.w3.org/2000/svg";
 
@@ -35,6 +36,9 @@ export class Diagram {
     this.box = null;
     /** Its place on the screen; null where that has to be looked up again. */
     this.rect = null;
+    this.lettering = new Letters();
+    /** What letters shun: lines, plates and discs of the pose drawn. */
+    this.shunned = { strokes: [], plates: [], discs: [] };
     this.layers = Object.fromEntries(["traces", "limits", "ghosts", "ground", "wheels", "links", "arrows", "forces", "pins", "letters"].map(
       (name) => [name, element("g", { class: name === "limits" ? "limit" : name === "ghosts" ? "ghost" : name }, svg)]));
   }
@@ -72,20 +76,28 @@ export class Diagram {
   /** Pixels to metres. */
   from([x, y]) { return [(x - this.shift[0]) / this.scale, (this.shift[1] - y) / this.scale]; }
 
-  outline(body, places) {
+  /** Corners of a body in pixels: none, the ends of a line, or a hull. */
+  corners(body, places) {
     const corners = body.shape.map((name) => places[name]).filter(Boolean).map((place) => this.at(place));
     const distinct = corners.filter((c, k) => corners.findIndex((d) => Math.hypot(d[0] - c[0], d[1] - c[1]) < 0.5) === k);
-    const around = distinct.length > 2 ? hull(distinct) : distinct;
-    return around.length ? `M${around.map((c) => c.map((v) => v.toFixed(2)).join(" ")).join("L")}${around.length > 2 ? "Z" : ""}` : "";
+    return distinct.length > 2 ? hull(distinct) : distinct;
   }
+
+  path(corners) {
+    return corners.length ? `M${corners.map((c) => c.map((v) => v.toFixed(2)).join(" ")).join("L")}${corners.length > 2 ? "Z" : ""}` : "";
+  }
+
+  outline(body, places) { return this.path(this.corners(body, places)); }
 
   /** Draw the pose; `driven` is the body whose motion is given. */
   draw(places, angles, driven) {
     const { ground, wheels, links, pins, letters } = this.layers;
     for (const layer of [ground, wheels, links, pins, letters]) layer.replaceChildren();
+    this.shunned = { strokes: [], plates: [], discs: [] };
     for (const body of this.scene.bodies) {
-      const path = this.outline(body, places);
-      if (path) element("path", { d: path, class: body.name === driven ? "body driven" : "body" }, links);
+      const corners = this.corners(body, places);
+      if (corners.length) element("path", { d: this.path(corners), class: body.name === driven ? "body driven" : "body" }, links);
+      this.shun(corners);
     }
     const taken = [];
     for (const joint of this.scene.joints) this.joint(joint, places, angles, taken);
@@ -98,6 +110,14 @@ export class Diagram {
       }
       this.number(body, places);
     }
+    this.write(taken);
+  }
+
+  /** Keep letters away from a line or a plate, and from its edges. */
+  shun(corners) {
+    const { strokes, plates } = this.shunned;
+    corners.forEach((corner, k) => { if (k || corners.length > 2) strokes.push([corners[(k + corners.length - 1) % corners.length], corner]); });
+    if (corners.length > 2) plates.push(corners);
   }
 
   joint(joint, places, angles, taken) {
@@ -114,11 +134,16 @@ export class Diagram {
       const from = Math.min(0, way) - 26, to = Math.max(0, way) + 26;
       element("line", { x1: x0 + from * along[0], y1: y0 + from * along[1], x2: x0 + to * along[0], y2: y0 + to * along[1],
         class: body === "ground" ? "ground" : "guide" }, body === "ground" ? ground : links);
+      this.shun([[x0 + from * along[0], y0 + from * along[1]], [x0 + to * along[0], y0 + to * along[1]]]);
+      for (const side of [-6, 6]) {
+        this.shun([-13, 13].map((own) => [here[0] + own * along[0] - side * along[1], here[1] + own * along[1] + side * along[0]]));
+      }
       if (body === "ground") this.hatch([x0, y0], along, from, to);
       element("rect", { x: -13, y: -7, width: 26, height: 14, class: "block",
         transform: `translate(${here[0]} ${here[1]}) rotate(${(-turned * 180) / Math.PI})` }, pins);
       if (!joint.block) element("circle", { cx: here[0], cy: here[1], r: 3.8, class: "pin" }, pins);
-    } else if (joint.ratio !== undefined || joint.radius !== undefined) {
+    } else if (joint.curve) this.curve(joint, places, angles);
+    else if (joint.ratio !== undefined || joint.radius !== undefined) {
       for (const [centre, radius] of this.circles(joint, first, second)) {
         const [x, y] = this.at(centre);
         element("circle", { cx: x, cy: y, r: radius * this.scale, class: "wheel" }, wheels);
@@ -129,12 +154,32 @@ export class Diagram {
       element("circle", { cx: here[0], cy: here[1], r: 4, class: "pin" }, pins);
     } else {
       element("line", { x1: this.at(first)[0], y1: this.at(first)[1], x2: this.at(second)[0], y2: this.at(second)[1], class: "body" }, links);
+      this.shun([this.at(first), this.at(second)]);
     }
     this.letter(joint.name, here, taken);
   }
 
-  /** Corners of what a joint's wheels cover. */
-  extent(joint, places) {
+  /** Places on the curve of a joint, which turns with its first body. */
+  onCurve(joint, places, angles) {
+    const turn = angles[joint.first.split(".")[0]] ?? 0;
+    const [x0, y0] = places[joint.first];
+    const [c, s] = [Math.cos(turn), Math.sin(turn)];
+    return joint.curve.map(([x, y]) => [x0 + c * x - s * y, y0 + s * x + c * y]);
+  }
+
+  curve(joint, places, angles) {
+    const { wheels, pins } = this.layers;
+    const corners = this.onCurve(joint, places, angles).map((place) => this.at(place));
+    element("path", { d: `M${corners.map((c) => c.map((v) => v.toFixed(2)).join(" ")).join("L")}${joint.closed ? "Z" : ""}`,
+      class: joint.closed && joint.roller ? "cam" : "track" }, wheels);
+    for (let k = 4; k < corners.length; k += 4) this.shun([corners[k - 4], corners[k]]);
+    const [x, y] = this.at(places[joint.second]);
+    element("circle", { cx: x, cy: y, r: joint.roller ? joint.roller * this.scale : 3.2, class: joint.roller ? "roller" : "pin" }, pins);
+  }
+
+  /** Corners of what a joint's wheels and curves cover. */
+  extent(joint, places, angles = {}) {
+    if (joint.curve && places[joint.first]) return this.onCurve(joint, places, angles);
     const first = places[joint.first], second = places[joint.second];
     if (!first || !second || (joint.ratio === undefined && joint.radius === undefined)) return [];
     return this.circles(joint, first, second).flatMap(([[x, y], r]) => [[x - r, y - r], [x + r, y + r]]);
@@ -156,6 +201,7 @@ export class Diagram {
     const { ground } = this.layers;
     element("path", { d: `M${x} ${y}l-8.5 13.5h17Z`, class: "ground" }, ground);
     this.hatch([x, y + 13.5], [1, 0], -13, 13);
+    this.shunned.discs.push([x, y + 10, 11]);
   }
 
   hatch([x, y], along, from, to) {
@@ -171,13 +217,19 @@ export class Diagram {
   /** Letters of joints on one pin are merged. */
   letter(text, [x, y], taken) {
     const same = taken.find((other) => Math.hypot(other.x - x, other.y - y) < 3);
-    if (same) {
-      same.label.textContent += `, ${text}`;
-      return;
-    }
-    const label = element("text", { x: x + 8, y: y - 8, class: "letter" }, this.layers.letters);
-    label.textContent = text;
-    taken.push({ x, y, label });
+    if (same) same.text += `, ${text}`;
+    else taken.push({ x, y, text });
+  }
+
+  /** Write the letters of a pose, each where it covers nothing. */
+  write(taken) {
+    const { strokes, plates, discs } = this.shunned;
+    const centres = this.lettering.centres(taken, strokes, plates, [...discs, ...taken.map(({ x, y }) => [x, y, 4])],
+      [this.rect.width, this.rect.height]);
+    taken.forEach(({ text }, k) => {
+      const [x, y] = centres[k];
+      element("text", { x: x.toFixed(1), y: y.toFixed(1), class: "letter" }, this.layers.letters).textContent = text;
+    });
   }
 
   number(body, places) {
@@ -185,8 +237,14 @@ export class Diagram {
     if (corners.length < 2) return;
     const x = corners.reduce((sum, c) => sum + c[0], 0) / corners.length;
     const y = corners.reduce((sum, c) => sum + c[1], 0) / corners.length;
+    this.disc([x, y], body.number);
+  }
+
+  /** The number of a body. */
+  disc([x, y], number) {
     element("circle", { cx: x, cy: y, r: 7.5, class: "disc" }, this.layers.letters);
-    element("text", { x, y, class: "number" }, this.layers.letters).textContent = String(body.number);
+    element("text", { x, y, class: "number" }, this.layers.letters).textContent = String(number);
+    this.shunned.discs.push([x, y, 8.5]);
   }
 
   /** Faint poses: limit positions or other modes; `choose` is called with the index of one clicked. */

@@ -134,7 +134,7 @@ class App {
         "aria-label": slider.name, "aria-valuetext": quantity(slider.value, unit),
         onpointerdown: () => session.remember(), onkeydown: () => session.remember(),
         oninput: () => this.want({ theta: [k, Number(range.value)] }) });
-      const field = made("input", { type: "number", step: "any", value: digits(slider.value * factor, 8), "aria-label": `${slider.name} [${name}]`,
+      const field = made("input", { type: "number", step: "any", value: digits(slider.value * factor, 7), "aria-label": `${slider.name} [${name}]`,
         onchange: () => { session.remember(); this.want({ theta: [k, Number(field.value) / factor] }); } });
       const note = made("span", { class: "note", hidden: true });
       box.append(made("div", { class: "row" }, made("label", {}, slider.name), range, field, made("span", { class: "unit" }, name), note));
@@ -230,7 +230,10 @@ class App {
       this.cost = performance.now() - begun;
     } else this.draw();
     if (hurried) this.showNumbers();
-    // an address for each frame costs 1 ms, and engines refuse more than some a second
+  }
+
+  /** Write the address when nothing changes any more: it costs 1 ms, and engines refuse more than some a second. */
+  address() {
     clearTimeout(this.addressed);
     this.addressed = setTimeout(() => this.writeHash(), 150);
   }
@@ -499,7 +502,7 @@ class App {
     (this.rows || []).forEach(({ range, field, factor, unit }, k) => {
       range.value = session.theta[k];
       range.setAttribute("aria-valuetext", quantity(session.theta[k], unit));
-      if (document.activeElement !== field) field.value = digits(session.theta[k] * factor, 8);
+      if (document.activeElement !== field) field.value = digits(session.theta[k] * factor, 7);
     });
   }
 
@@ -514,6 +517,7 @@ class App {
       this.say(`${data.driver.name} = ${quantity(value, data.driver.unit)}; ${this.recorded.status(this.shown)}`, false);
       return;
     }
+    this.address();
     const pose = session.pose;
     const places = session.places_of(pose);
     this.diagram.draw(places, session.angles_of(pose), driven);
@@ -532,7 +536,7 @@ class App {
     const [low, high] = session.range;
     this.slider.value = (session.s - low) / (high - low);
     this.slider.setAttribute("aria-valuetext", quantity(session.s, data.driver.unit));
-    if (document.activeElement !== this.number) this.number.value = digits(session.s * displayed(data.driver.unit)[0], 8);
+    if (document.activeElement !== this.number) this.number.value = digits(session.s * displayed(data.driver.unit)[0], 7);
     this.chart.mark(session.s, session.output(this.what.value).scalar(pose));
     this.table(pose, forces);
     const head = `${data.driver.name} = ${quantity(session.s, data.driver.unit)}`;
@@ -676,10 +680,10 @@ function interfaceOf(app) {
       let s = null;
       for (const [name, value] of Object.entries(values)) {
         const k = data.sliders.findIndex((slider) => slider.name === name);
-        if (typeof value !== "number" || !Number.isFinite(value)) { own.reason = `${name} is no number`; return false; }
+        if (typeof value !== "number" || !Number.isFinite(value)) { own.reason = `${name} ${app.words("nonumber")}`; return false; }
         if (name === data.driver.name) s = value;
         else if (k >= 0) theta[k] = value;
-        else { own.reason = `unknown name ${name}`; return false; }
+        else { own.reason = `${app.words("noname")} ${name}`; return false; }
       }
       const before = { theta: [...session.theta], s: session.s, mode: session.mode, anchor: session.motion.anchor };
       let ok = true;

@@ -5,9 +5,11 @@ const ROUND = 2 ** -53;
 const H_LIMIT = 0.2;
 const TINY = 1e-17;
 const ROUNDS = 8;
-const APPROACH = 1e-6;
+const APPROACH = 1e-6, SMALLEST = 1e-9;
+const TRIES = 20000;
 const TURN = 2 * Math.PI;
 const RETURN = 1e-8;
+const ROUGH = 0.5, AHEAD = 1024;
 
 /** Solve a small dense system in place by elimination with pivoting; null where it is singular. */
 export function eliminated(matrix, right) {
@@ -159,11 +161,11 @@ export class Motion {
     const side = sense > 0 ? 1 : 0;
     if (this.ends[side] !== null) return;
     let step = largest;
-    let tries = 0;
-    for (;;) {
+    let look = APPROACH * largest; // the step below which a limit position is looked for
+    for (let tries = 0, most = Math.max(TRIES, this.start.tries); ; tries += 1) {
       const last = sense > 0 ? this.nodes[this.nodes.length - 1] : this.nodes[0];
       const rest = sense * (to - last.s);
-      if (rest <= 1e-12 * largest || (tries += 1) > 20000) return;
+      if (rest <= 1e-12 * largest) return;
       const ds = Math.min(step, rest);
       const place = ds === rest ? to : last.s + sense * ds;
       const [after, test, det, miss] = this.step(last.state, last.s, place - last.s);
@@ -173,21 +175,33 @@ export class Motion {
         if (sense > 0) this.nodes.push(node);
         else this.nodes.unshift(node);
         step = Math.min(1.5 * step, largest);
+        look = Math.max(look, Math.min(step, APPROACH * largest));
         continue;
       }
       step = ds / 2;
-      if (step < APPROACH * largest) {
-        this.ends[side] = this.limit(last, failed, sense);
-        return;
+      if (step < look) {
+        look = step / 4;
+        this.ends[side] = this.limit(last, failed, sense, AHEAD * step);
       }
+      if (this.ends[side] === null && (step < SMALLEST * largest || tries > most)) this.ends[side] = this.stop(last, failed[0]);
+      if (this.ends[side] !== null) return;
     }
   }
 
-  /** The limit position ahead of a node: Newton on {F = 0, J v = 0, v.v = 1}. */
-  limit(node, failed, sense) {
+  /** The end of a path at a node beyond which nothing is proved: where unknowns grow without bound a pole. */
+  stop(node, b) {
+    const { own, group, joint } = this.start.blocks[b];
+    const kind = own.some((i) => Math.abs(node.state[i]) > this.far[i] / 2) ? "pole" : "unproved";
+    return { s: node.s, x: node.state.slice(0, this.n), group, joint, kind };
+  }
+
+  /** The limit position at most `far` ahead of a node, null without any: Newton on {F = 0, J v = 0, v.v = 1}. */
+  limit(node, failed, sense, far) {
     let found = null;
-    for (const b of failed) {
-      const { own, chain, group, joint } = this.start.blocks[b];
+    const { blocks } = this.start;
+    const inside = (b) => failed.some((other) => blocks[b].own.every((i) => blocks[other].chain.includes(i)));
+    for (const b of [...blocks.keys()].filter(inside)) {
+      const { own, chain, group, joint } = blocks[b];
       const w = this.start.weights;
       const speed = own.map((i) => node.state[this.n + i] / w[i]);
       const length = Math.hypot(...speed);
@@ -207,16 +221,32 @@ export class Motion {
       }
       const s = y[chain.length];
       const ahead = sense * (s - node.s);
-      if (!small || ahead < -1e-9 || ahead > 20 * this.start.largest) continue;
+      if (!small || ahead < -1e-9 || ahead > far) continue;
       if (found && Math.abs(found.s - node.s) <= Math.abs(ahead)) continue;
-      const x = node.state.slice(0, this.n).map((value, i) =>
-        (own.includes(i) ? value : value + node.state[this.n + i] * (s - node.s)));
+      const offset = own.map((i) => (node.state[i] - y[chain.indexOf(i)]) / w[i]);
+      const beside = offset.map((value, k) => value - 2 * (node.s - s) * speed[k]); // x - x* goes with the root of s - s*
+      if (!(Math.hypot(...beside) <= ROUGH * Math.hypot(...offset))) continue; // another fold than that of the path
+      const x = this.ahead(s, sense);
       chain.forEach((i, k) => { x[i] = y[k]; });
       found = { s, x, group, joint, kind: "limit" };
     }
-    if (found) return found;
-    const { group, joint } = this.start.blocks[failed[0]];
-    return { s: node.s, x: node.state.slice(0, this.n), group, joint, kind: "unproved" };
+    return found;
+  }
+
+  /** Unknowns at a limit position ahead of the last two nodes: cubic pieces in the root of what is left. */
+  ahead(s, sense) {
+    const { nodes, n } = this;
+    const ends = sense > 0 ? nodes.slice(-2).reverse() : nodes.slice(0, 2);
+    const [one, two] = ends;
+    const x = one.state.slice(0, n);
+    if (!two) return x.map((value, i) => value + one.state[n + i] * (s - one.s));
+    const [r, q] = ends.map((node) => Math.sqrt(Math.abs(node.s - s)));
+    const h = q - r, t = -r / h;
+    return x.map((value, i) => {
+      const [v, w] = [-2 * sense * r * one.state[n + i] * h, -2 * sense * q * two.state[n + i] * h];
+      const rise = two.state[i] - value;
+      return value + t * (v + t * (3 * rise - 2 * v - w + t * (v + w - 2 * rise)));
+    });
   }
 
   /** The place on the path for a value of the driver, whole turns away where it gets there so. */
@@ -238,6 +268,9 @@ export class Motion {
 
   guess(s) {
     const { nodes, n } = this;
+    for (const [end, last] of [[this.ends[0], nodes[0]], [this.ends[1], nodes[nodes.length - 1]]]) {
+      if (end && end.kind === "limit" && (s - last.s) * (end.s - s) > 0) return this.before(end, last, s);
+    }
     if (nodes.length === 1) return nodes[0].state.slice(0, n);
     let k = 0;
     let high = nodes.length - 1;
@@ -263,6 +296,17 @@ export class Motion {
     return x;
   }
 
+  /** A guess between the last node and a limit position, a parabola in the root of what is left. */
+  before(end, last, s) {
+    const reach = Math.sqrt(Math.abs(last.s - end.s)), root = Math.sqrt(Math.abs(s - end.s));
+    return end.x.map((there, i) => {
+      const rise = last.state[i] - there;
+      const slope = last.state[this.n + i] * 2 * Math.sign(last.s - end.s) * reach;
+      const bend = (slope * reach - rise) / reach ** 2;
+      return there + root * (rise / reach - bend * reach + bend * root);
+    });
+  }
+
   /** The certified pose at a value of the driver. */
   pose(s) {
     const place = this.placeOf(s);
@@ -270,19 +314,18 @@ export class Motion {
     for (const end of this.ends) {
       if (end && Math.abs(place - end.s) <= 1e-15 * Math.max(1, Math.abs(end.s)) * 8) {
         const there = end.kind === "limit" ? this.atLimit(s, end) : this.missing(s);
-        return there.y && s !== place && !this.same(there.y[0], this.kernels.outputs.run(end.x, [s], this.p)[0]) ? this.missing(s) : there;
+        return there.y && s !== place && !this.same(there.y[0], this.kernels.outputs.run(end.x, [place], this.p)[0]) ? this.missing(s) : there;
       }
     }
-    let found = this.solved(s, place, this.guess(place));
-    if (found.status !== "ok") found = this.solved(s, place, this.beside(place));
-    return s === place || this.returns(found) ? found : this.missing(s);
+    let found = this.solved(place, place, this.guess(place));
+    if (found.status !== "ok") found = this.solved(place, place, this.beside(place));
+    return s === place ? found : this.returned(s, found);
   }
 
-  /** Whether a pose found whole turns of the driver away is that of its own value: a rack on the crank is elsewhere. */
-  returns({ status, s, x, y }) {
-    if (status !== "ok") return false;
-    const own = this.solved(s, s, x);
-    return own.status === "ok" && this.same(own.y[0], y[0]);
+  /** The pose at a value whole turns away from a pose that was found, if it is the same: a rack on the crank is elsewhere. */
+  returned(s, { status, x, y }) {
+    const own = status === "ok" ? this.solved(s, s, x) : null;
+    return own && own.status === "ok" && this.same(own.y[0], y[0]) ? own : this.missing(s);
   }
 
   /** Whether outputs are the same but for whole turns of angles. */
@@ -342,7 +385,7 @@ export class Motion {
   }
 
   atLimit(s, end) {
-    const [y] = this.kernels.outputs.run(end.x, [end.s], this.p);
+    const [y] = this.kernels.outputs.run(end.x, [s], this.p);
     const none = new Float64Array(y.length).fill(NaN);
     return { status: "limit", s, place: end.s, x: end.x, y: [Float64Array.from(y), none, none], error: null, end };
   }

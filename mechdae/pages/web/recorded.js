@@ -13,6 +13,7 @@ export class Recorded {
     this.data = data;
     this.rows = data.recorded.rows;
     this.points = Object.fromEntries(Object.entries(data.recorded.points).map(([name, text]) => [name, unpacked(text)]));
+    this.angles = Object.entries(data.recorded.angles).map(([name, text]) => [name, unpacked(text)]);
     this.rotations = Object.fromEntries(Object.entries(data.recorded.turns).map(([name, text]) => [name, unpacked(text)]));
   }
 
@@ -30,8 +31,9 @@ export class Recorded {
     return places;
   }
 
-  /** Rotations of bodies, column by column. */
+  /** Angles of bodies; in space their rotations, column by column. */
   turns(k) {
+    if (this.data.scene.dimension === 2) return Object.fromEntries(this.angles.map(([name, own]) => [name, own[k]]));
     return Object.fromEntries(Object.entries(this.rotations).map(([name, own]) => {
       const [w, x, y, z] = own.slice(4 * k, 4 * k + 4);
       return [name, [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 2 * (x * y - w * z), 1 - 2 * (x * x + z * z),

@@ -4,9 +4,10 @@ import { Forces } from "./forces.js";
 import { Ghosts } from "./ghosts.js";
 import { rateOf } from "./units.js";
 import { unpacked } from "./recorded.js";
+import { wordsOf } from "./words.js";
 
 const SAMPLES = 361;
-const CHECK = 1e-12;
+const CHECK = 1e-12, ROUNDING = 2 ** -52, TELLING = 1e5;
 const FORCE_CHECK = 1e-9;
 const OTHERS = 12;
 const REACTION = { reaction: "N", Fx: "N", Fy: "N", M: "N m", loss: "W" };
@@ -33,6 +34,7 @@ export class Session {
   /** @param {any} data @param {any} code */
   constructor(data, code) {
     this.data = data;
+    this.words = wordsOf(data.lang);
     this.motion = new Motion(data, code);
     this.theta = data.sliders.map((slider) => slider.value);
     this.s = data.start.s;
@@ -75,28 +77,41 @@ export class Session {
     this.poses = this.places.map((s) => this.motion.pose(s));
   }
 
-  /** The poses at load against those of Python: the largest difference, relative to each series. */
+  /**
+   * The poses at load against those of Python: the largest difference, 1 for what rounding explains.
+   * Near a singular pose rounding of unknowns grows with the condition number, that of their rates
+   * with its square. Differences are relative to the pose or to what is usual, in each unit;
+   * those of accelerations also to the speeds times that of the driver, which they come from.
+   */
   selfTest() {
-    const checks = this.data.checks.map(({ s, y }) => ({ s, y: y.map(unpacked) }));
-    if (!checks.length) return 0;
+    const checks = this.data.checks.map(({ s, y }) => ({ pose: this.motion.pose(s), y: y.map(unpacked) }));
+    const { entries, start } = this.data;
+    const pace = Math.abs(this.data.speed) / (start.turns ? 1 : start.scale);
     let worst = 0;
-    const order = checks[0].y.length;
-    for (let k = 0; k < order; k += 1) {
-      const size = Math.max(1e-300, ...checks.flatMap((check) => Array.from(check.y[k], Math.abs)));
-      for (const check of checks) {
-        const pose = this.motion.pose(check.s);
-        if (!pose.y) return Infinity;
-        for (const { columns } of this.data.entries) {
-          const found = this.inTime(pose, columns, k);
-          if (!found) return Infinity; // rates that are none where Python has some
-          columns.forEach((i, j) => { worst = Math.max(worst, Math.abs(found[j] - check.y[k][i]) / size); });
-        }
+    for (const unit of new Set(entries.map((entry) => entry.unit))) {
+      const own = entries.filter((entry) => entry.unit === unit);
+      for (let order = 0; checks.length && order < checks[0].y.length; order += 1) {
+        const size = (y) => Math.max(...own.flatMap(({ columns }) => columns.map((i) => Math.abs(y[i]))));
+        const sizes = checks.map(({ y }) => Math.max(size(y[order]), order > 1 ? pace * size(y[1]) : 0));
+        const usual = [...sizes].sort((a, b) => a - b)[sizes.length >> 1];
+        checks.forEach(({ pose, y }, k) => {
+          const allowed = (CHECK + ROUNDING * this.motion.condition(pose) ** 2) * Math.max(sizes[k], usual, 1e-300);
+          for (const { columns } of own) {
+            const found = this.inTime(pose, columns, order);
+            // rates that are none where Python has some
+            worst = Math.max(worst, ...columns.map((i, j) => (found ? Math.abs(found[j] - y[order][i]) / allowed : Infinity)));
+          }
+        });
       }
     }
     return worst;
   }
 
-  get trusted() { return this.selfTest() <= CHECK * 100; }
+  /** Whether the page finds what Python found, at a pose at least that tells. */
+  get trusted() {
+    const telling = this.data.checks.some(({ s }) => this.motion.condition(this.motion.pose(s)) < TELLING);
+    return telling && this.selfTest() <= 1;
+  }
 
   get pose() { return this.held || this.motion.pose(this.s); }
 
@@ -240,7 +255,8 @@ export class Session {
   opening(s) {
     const [low, high] = this.motion.ends;
     const end = s > (high ? high.s : Infinity) ? high : s < (low ? low.s : -Infinity) ? low : high || low;
-    return end ? `${end.group} opens at ${end.joint}` : "";
+    const happens = end && { limit: "opens", pole: "grows" }[end.kind];
+    return end ? `${end.group} ${this.words(happens || "stops")} ${end.joint}` : "";
   }
 
   /**
@@ -301,8 +317,11 @@ export class Session {
     this.follow();
     if (!this.within(this.s)) this.s = Math.min(Math.max(this.s, this.range[0]), this.range[1]);
     this.sample();
-    const { group, joint } = this.data.start.blocks[best.opened || 0];
-    this.reason = best.t === 1 ? "" : `${group} opens at ${joint}`;
+    this.reason = "";
+    if (best.t < 1) {
+      const { group, joint } = this.data.start.blocks[best.opened || 0];
+      this.reason = `${group} ${this.words("opens")} ${joint}`;
+    }
     return best.t;
   }
 
@@ -322,16 +341,16 @@ export class Session {
   choose(label) {
     this.settle();
     const mode = this.data.modes.find((own) => own.label === label);
-    if (!mode) { this.reason = `no mode ${label}`; return false; }
+    if (!mode) { this.reason = `${this.words("nomode")} ${label}`; return false; }
     const before = { theta: [...this.theta], s: this.s, mode: this.mode, anchor: this.motion.anchor };
     const now = [...this.theta];
     const nominal = this.data.sliders.map((slider) => slider.value);
     this.motion.setNumbers(nominal);
     const begun = this.motion.solved(this.data.start.s, this.data.start.s, Float64Array.from(mode.x), false);
-    if (begun.status !== "ok") { this.restore(before); this.reason = "no pose"; return false; }
+    if (begun.status !== "ok") { this.restore(before); this.reason = this.words("unassembled"); return false; }
     this.motion.sign = Float64Array.from(begun.det, Math.sign);
     const found = this.motion.carry(begun, nominal, now);
-    if (found.t < 1) { this.restore(before); this.reason = `mode ${label} ends before these dimensions`; return false; }
+    if (found.t < 1) { this.restore(before); this.reason = `${label} ${this.words("fades")}`; return false; }
     this.motion.anchor = { x: found.x, s: this.data.start.s };
     this.theta = now;
     this.motion.setNumbers(now);

@@ -93,6 +93,7 @@ export class SpaceDiagram extends Diagram {
     const { ground, links, pins, letters } = this.layers;
     for (const layer of [ground, links, pins, letters, this.depths]) layer.replaceChildren();
     this.parts = [];
+    this.shunned = { strokes: [], plates: [], discs: [] };
     const lead = this.scene.joints.find((joint) => joint.name === driven);
     const moving = lead ? lead[lead.second.startsWith("ground.") ? "first" : "second"].split(".")[0] : driven;
     const anchors = new Map();
@@ -128,6 +129,7 @@ export class SpaceDiagram extends Diagram {
       else this.letter(joint.name, here, taken);
     }
     for (const body of this.scene.bodies) this.link(body, ends.get(body.name), body.name === moving);
+    this.write(taken);
     this.parts.sort((a, b) => a.depth - b.depth);
     this.depths.append(...this.parts.map((part) => part.made));
     this.triad();
@@ -141,6 +143,7 @@ export class SpaceDiagram extends Diagram {
   line(a, b, kind, gaps = true) {
     const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
     const count = Math.max(1, Math.round(length / PIECE));
+    this.shun([a, b]);
     for (let k = 0; k < count; k += 1) {
       const [p, q] = [k / count, (k + 1) / count].map((t) => plus(a, plus(b, a, -1), t));
       const d = `M${p[0].toFixed(2)} ${p[1].toFixed(2)}L${q[0].toFixed(2)} ${q[1].toFixed(2)}`;
@@ -168,9 +171,7 @@ export class SpaceDiagram extends Diagram {
     if (places.length < 2) return;
     const middle = times(places.reduce((sum, place) => plus(sum, place)), 1 / places.length);
     const side = places.length === 2 ? unit3([places[0][1] - places[1][1], places[1][0] - places[0][0], 0]) : [0, 0, 0];
-    const [x, y] = plus(middle, side, 13);
-    element("circle", { cx: x, cy: y, r: 7.5, class: "disc" }, this.layers.letters);
-    element("text", { x, y, class: "number" }, this.layers.letters).textContent = String(body.number);
+    this.disc(plus(middle, side, 13), body.number);
   }
 
   ring(center, axis, radius, count = 28) {

@@ -9,7 +9,7 @@ export function showIn(table) {
 }
 
 /** @param {string} unit SI @returns {[number, string]} factor and name of what is shown */
-export function displayed(unit) { return FACTORS[unit] || [1, unit]; }
+export function displayed(unit) { return FACTORS[unit] || [1, unit.replace(/(?<=[a-z])[23]/g, (power) => (power === "2" ? "²" : "³"))]; }
 
 /** At most so many significant digits, without zeros that say nothing. */
 export function digits(value, count = 6) {

@@ -1,0 +1,242 @@
+"""Live pages in Firefox and WebKit: what they show against what Python solved.
+
+    python -m tests.scripts.browsers --out docs/data/browsers.json [NAME ...]
+
+Firefox is spoken to over its own port (WebDriver BiDi), WebKitGTK by ``WebKitWebDriver`` and
+selenium under ``Xvfb`` (Debian: ``firefox-esr``, ``webkit2gtk-driver``, ``xvfb``;
+``pip install selenium``, which brings ``websocket-client``). Not in CI; run before a release.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import mechdae as md
+from mechdae.describe.file.library import names
+from mechdae.errors import MechdaeError
+
+ASKED = """(() => {
+  const data = JSON.parse(document.getElementById('mechdae').textContent);
+  const { live } = mechdae;
+  const poses = data.driver.values.map((value) => {
+    if (live === true) mechdae.set({ [data.driver.name]: value });
+    const pose = mechdae.pose();
+    const points = Object.entries(pose.points).map(([name, own]) => [name, own.position]);
+    return [pose.status, Object.fromEntries(points)];
+  });
+  const shown = document.querySelectorAll('#diagram path, #diagram line').length;
+  return JSON.stringify({ live, poses: live === true ? poses : [], shown });
+})()"""
+SPENT = """(() => {
+  const { sliders } = JSON.parse(document.getElementById('mechdae').textContent);
+  if (!sliders || !sliders.length) return 'null';
+  const { name, value } = sliders[0];
+  const spent = [];
+  for (let k = 0; k < 7; k += 1) {
+    const at = performance.now();
+    mechdae.set({ [name]: value * (1 + 0.002 * (k % 3)) });
+    spent.push(performance.now() - at);
+  }
+  mechdae.set({ [name]: value });
+  return JSON.stringify(spent.sort((a, b) => a - b)[3]);
+})()"""
+
+
+class Firefox:
+    """Firefox without a window, over WebDriver BiDi."""
+
+    def __init__(self, folder: Path) -> None:
+        from websocket import create_connection
+
+        program = shutil.which("firefox-esr") or shutil.which("firefox")
+        if program is None:
+            raise FileNotFoundError("no Firefox on this machine")
+        profile = folder / "profile"
+        profile.mkdir()
+        words = ["--headless", "--no-remote", "--profile", str(profile)]
+        self.process = subprocess.Popen(
+            [program, *words, "--remote-debugging-port=0"],
+            stderr=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            text=True,
+            env={**os.environ, "HOME": str(folder), "MOZ_HEADLESS": "1"},
+        )
+        address = ""
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            if "ws://" in line:
+                address = line[line.index("ws://") :].strip()
+                break
+        self.socket = create_connection(f"{address}/session", timeout=120, suppress_origin=True)
+        self.count, self.said = 0, []
+        found = self.call("session.new", capabilities={})["capabilities"]
+        self.version = f"Firefox {found['browserVersion']}"
+        self.call("session.subscribe", events=["log.entryAdded"])
+        self.context = self.call("browsingContext.getTree")["contexts"][0]["context"]
+
+    def call(self, method: str, **params: Any) -> Any:
+        """Send a command and wait for its answer; messages of the console are kept."""
+        self.count += 1
+        self.socket.send(json.dumps({"id": self.count, "method": method, "params": params}))
+        while True:
+            answer = json.loads(self.socket.recv())
+            if answer.get("method") == "log.entryAdded":
+                self.said.append(str(answer["params"].get("text")))
+            if answer.get("id") == self.count:
+                if answer["type"] == "error":
+                    raise RuntimeError(answer["message"])
+                return answer["result"]
+
+    def opens(self, file: Path) -> None:
+        """Open a page."""
+        self.call(
+            "browsingContext.navigate", context=self.context, url=f"file://{file}", wait="complete"
+        )
+
+    def asks(self, expression: str) -> Any:
+        """Return the value of an expression that gives JSON."""
+        found = self.call(
+            "script.evaluate",
+            expression=expression,
+            target={"context": self.context},
+            awaitPromise=True,
+        )
+        if found["type"] != "success":
+            raise RuntimeError(found["exceptionDetails"]["text"])
+        return json.loads(found["result"]["value"])
+
+    def close(self) -> None:
+        """End it."""
+        self.socket.close()
+        self.process.terminate()
+        self.process.wait(30)
+
+
+class WebKit:
+    """WebKitGTK's MiniBrowser on a display of its own, by its WebDriver."""
+
+    def __init__(self, folder: Path) -> None:
+        from selenium import webdriver
+        from selenium.webdriver.webkitgtk.service import Service
+
+        number = 70 + os.getpid() % 20
+        self.display = subprocess.Popen(
+            ["Xvfb", f":{number}", "-screen", "0", "1280x1024x24"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        time.sleep(2)
+        env = {**os.environ, "DISPLAY": f":{number}", "HOME": str(folder)}
+        env |= {"WEBKIT_DISABLE_SANDBOX_THIS_IS_DANGEROUS": "1", "LIBGL_ALWAYS_SOFTWARE": "1"}
+        options = webdriver.WebKitGTKOptions()
+        found = sorted(Path("/usr/lib").glob("*/webkit2gtk-*/MiniBrowser"))
+        options.binary_location = str(found[-1])
+        options.add_argument("--automation")
+        service = Service(shutil.which("WebKitWebDriver"), env=env)
+        self.driver = webdriver.WebKitGTK(options=options, service=service)
+        self.driver.set_script_timeout(120)
+        self.version = f"WebKitGTK {self.driver.capabilities['browserVersion']}"
+        self.said: list[str] = []  # its driver tells nothing of the console
+
+    def opens(self, file: Path) -> None:
+        """Open a page."""
+        self.driver.get(f"file://{file}")
+
+    def asks(self, expression: str) -> Any:
+        """Return the value of an expression that gives JSON."""
+        return json.loads(self.driver.execute_script(f"return {expression};"))
+
+    def close(self) -> None:
+        """End it."""
+        self.driver.quit()
+        self.display.terminate()
+        self.display.wait(30)
+
+
+def compared(page: md.Page, found: dict[str, Any]) -> dict[str, Any]:
+    """Return how far the poses shown are from Python's, as a share of the largest coordinate."""
+    data = page.data
+    places = {
+        name: np.frombuffer(base64.b64decode(text), "<f8").reshape(-1, data["scene"]["dimension"])
+        for name, text in data["recorded"]["points"].items()
+    }
+    size = max(np.nanmax(np.abs(own)) for own in places.values() if np.isfinite(own).any())
+    worst, statuses = 0.0, 0
+    for k, (status, points) in enumerate(found["poses"]):
+        python = data["status"][k]
+        statuses += status != python and {status, python} <= {"ok", "limit", "unassembled"}
+        if status != "ok" or python != "ok":
+            continue
+        for name, own in places.items():
+            if name in points:
+                worst = max(worst, float(np.abs(np.array(points[name]) - own[k]).max() / size))
+    return {"poses": len(found["poses"]), "worst": float(f"{worst:.2g}"), "statuses": statuses}
+
+
+def examined(kind: type[Firefox] | type[WebKit], chosen: list[str]) -> dict[str, Any]:
+    """Return the figures of one browser, page by page."""
+    table: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        browser = kind(Path(folder))
+        try:
+            for name in chosen:
+                try:
+                    page = md.page(name)
+                except MechdaeError:
+                    continue
+                browser.said.clear()
+                browser.opens(page.save(Path(folder) / f"{name}.html"))
+                found = browser.asks(ASKED)
+                own = {"live": found["live"] is True, "said": list(browser.said)}
+                own["as_python"] = own["live"] == bool(page.data["live"])
+                if own["live"]:
+                    own |= compared(page, found)
+                    own["change_ms"] = browser.asks(SPENT)
+                own["drawn"] = found["shown"] > 0
+                table[name] = own
+                print(browser.version, name, own, file=sys.stderr, flush=True)
+        finally:
+            browser.close()
+    live = [own for own in table.values() if own["live"]]
+    changed = sorted(own["change_ms"] for own in live if own["change_ms"] is not None)
+    return {
+        "browser": browser.version,
+        "pages": len(table),
+        "live": len(live),
+        "poses": sum(own["poses"] for own in live),
+        "worst": max(own["worst"] for own in live),
+        "other_statuses": sum(own["statuses"] for own in live),
+        "median_change_ms": round(changed[len(changed) // 2], 1),
+        "not_as_python": [name for name, own in table.items() if not own["as_python"]],
+        "empty": [name for name, own in table.items() if not own["drawn"]],
+        "said": {name: own["said"] for name, own in table.items() if own["said"]},
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--out", type=Path)
+    options = parser.parse_args()
+    figures = []
+    for kind in (Firefox, WebKit):
+        figures.append(examined(kind, options.names or list(names())))
+        if options.out:
+            options.out.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    print(json.dumps(figures, indent=1))
+
+
+if __name__ == "__main__":
+    main()
