@@ -116,8 +116,8 @@ def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:
 def sliders_of(setting: Setting, forces: set[int]) -> list[str]:
     """Return the parameters of the file that may be changed: plain numbers that move something.
 
-    Those at the places `forces` among the model's have a part in forces. Where the file has no
-    parameters, the numbers of the model themselves.
+    Ratios of gears and numbers of teeth are not among them. Those at the places `forces` among
+    the model's have a part in forces. Where the file has no parameters, the numbers of the model.
     """
     model = setting.scene.model
     mechanism = model.mechanism
@@ -127,12 +127,19 @@ def sliders_of(setting: Setting, forces: set[int]) -> list[str]:
     symbols = ca.SX.sym("s", len(known))
     whole = parameters_of(model, known, symbols)
     pattern = ca.jacobian(whole, symbols).sparsity() if known else ca.Sparsity(len(used), 0)
-    moved = {
-        known[j] for i, j in zip(*pattern.get_triplet(), strict=True) if model.p_names[i] in used
-    }
-    chosen = [name for name in known if name in moved]
+    # what gears turn by belongs to the structure: teeth are whole numbers
+    wheels = [name for name, joint in mechanism.joints.items() if joint.wheels == 2]
+    ratios = [model.numbers[f"{name}.ratio"] for name in wheels if f"{name}.ratio" in model.numbers]
+    kept = set(ca.jacobian(ca.vertcat(ca.SX(0, 1), *ratios), model.p).sparsity().get_triplet()[1])
+    moved, whole_numbers = set(), set()
+    for i, j in zip(*pattern.get_triplet(), strict=True):
+        if i in kept:
+            whole_numbers.add(known[j])
+        if model.p_names[i] in used:
+            moved.add(known[j])
+    chosen = [name for name in known if name in moved - whole_numbers]
     if not mechanism.parameters:
-        chosen = [name for name in model.p_names if name in used]
+        chosen = [n for k, n in enumerate(model.p_names) if n in used and k not in kept]
     return chosen[:MOST_SLIDERS]
 
 

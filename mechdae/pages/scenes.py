@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from mechdae.describe.curve import samples
+from mechdae.describe.curve import place, span
+from mechdae.describe.joints import follows_curve
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.pages.space_scenes import joint_in_space
+
+SAMPLES = 240
+"""Pieces of a curve."""
 
 
 def drawn(mechanism: Mechanism) -> dict[str, Any]:
@@ -65,8 +69,10 @@ def _joint(mechanism: Mechanism, name: str, values: dict[str, float]) -> dict[st
     }
     if mechanism.dimension == 3:
         return entry | joint_in_space(mechanism, joint)
-    if joint.on_curve:
-        entry |= {"curve": [[round_off(v) for v in own] for own in samples(joint, values)]}
+    if follows_curve(joint):
+        first, last = span(joint, values)
+        at = [first + (last - first) * k / SAMPLES for k in range(SAMPLES + 1)]
+        entry |= {"curve": [[round_off(v) for v in place(joint, values, s)] for s in at]}
         entry |= {"closed": joint.closed, "roller": values.get(f"{name}.roller_radius", 0.0)}
     if joint.straight:
         entry |= {"axis": values[f"{name}.axis"], "block": joint.keeps_angle}

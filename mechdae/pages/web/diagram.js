@@ -124,7 +124,7 @@ export class Diagram {
     const { ground, wheels, links, pins } = this.layers;
     const first = places[joint.first], second = places[joint.second];
     if (!first || !second) return;
-    const here = this.at(joint.axis === undefined ? first : second);
+    const here = this.at(joint.axis === undefined && !joint.curve ? first : second);
     if (joint.axis !== undefined) {
       const body = joint.first.split(".")[0];
       const turned = (body === "ground" ? 0 : angles[body] ?? 0) + joint.axis;
@@ -172,7 +172,7 @@ export class Diagram {
     const corners = this.onCurve(joint, places, angles).map((place) => this.at(place));
     element("path", { d: `M${corners.map((c) => c.map((v) => v.toFixed(2)).join(" ")).join("L")}${joint.closed ? "Z" : ""}`,
       class: joint.closed && joint.roller ? "cam" : "track" }, wheels);
-    for (let k = 4; k < corners.length; k += 4) this.shun([corners[k - 4], corners[k]]);
+    for (let k = 8; k < corners.length; k += 8) this.shun([corners[k - 8], corners[k]]);
     const [x, y] = this.at(places[joint.second]);
     element("circle", { cx: x, cy: y, r: joint.roller ? joint.roller * this.scale : 3.2, class: joint.roller ? "roller" : "pin" }, pins);
   }
