@@ -7,7 +7,6 @@ count is proven; larger groups by Newton's method from many starts, and their co
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -39,6 +38,7 @@ from mechdae.model.reduction import Scene, own_freedom
 from mechdae.model.space import PLANE
 from mechdae.numerics.least_squares import solve
 from mechdae.numerics.null_space import dependent
+from mechdae.records import dataclass
 from mechdae.setup.drivers import Sketch
 
 SAME = 1e-7

@@ -6,7 +6,6 @@ Blocks with more equations than unknowns are checked by the kernels themselves, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -18,6 +17,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Block
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 UNITS = {"m": "length", "rad": "angle", "1": "parameter"}

@@ -10,7 +10,6 @@ polynomial in exp(i alpha / m); m > 1 where gears let bodies turn by fractions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -25,6 +24,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import PI, NoDecimals, decimals
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 
 MAX_DENOMINATOR = 1000
 MAX_DEGREE = 4000

@@ -7,7 +7,6 @@ doubled until the last half found nothing new and each solution was reached seve
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -17,6 +16,7 @@ from mechdae.assembly.elimination import BlockSolver
 from mechdae.assembly.platform import newton_steps
 from mechdae.assembly.turn_lattice import Lattice
 from mechdae.kernels.run.batch import Batch
+from mechdae.records import dataclass
 
 FIRST = 256
 MOST = 16_384

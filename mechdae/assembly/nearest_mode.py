@@ -11,7 +11,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol
 
 import numpy as np
@@ -26,6 +26,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.local import Local, local
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 from mechdae.setup.scales import driver_size
 
 TIE = 1e-6

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +25,7 @@ from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.errors import SolveError
 from mechdae.kernels.run.call import Call
 from mechdae.model.model import Model
+from mechdae.records import dataclass
 from mechdae.results import FINE, Named, Result, Series, Status, Summary, SweepResult, statuses
 from mechdae.setup.drivers import plan, sketched
 

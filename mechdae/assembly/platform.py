@@ -15,10 +15,11 @@ none, as where D and N vanish together.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from mechdae.records import dataclass
 
 EPS = float(np.finfo(float).eps)
 DEGREE = 3

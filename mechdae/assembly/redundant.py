@@ -7,7 +7,7 @@ they do not hold. No equation is preferred: solutions are refined on all of them
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
@@ -19,6 +19,7 @@ from mechdae.assembly.elimination import BlockSolver, Solutions
 from mechdae.assembly.least_gap import opening
 from mechdae.kernels.graphs.blocks import BlockGraph
 from mechdae.model.reduction import Block, Scene
+from mechdae.records import dataclass
 
 SEED = 5
 PROBES = 3

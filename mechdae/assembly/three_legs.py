@@ -11,7 +11,6 @@ from __future__ import annotations
 import cmath
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from mechdae.assembly.linkage.rigid_parts import (
@@ -28,6 +27,7 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 
 ELIMINATED = "elimination: the roots of one polynomial"
 

@@ -11,7 +11,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import count
 from statistics import median
@@ -28,6 +28,7 @@ from mechdae.errors import InputError
 from mechdae.kernels.stored.folder import VARIABLE
 from mechdae.kinematics.prepared import SHAPES, Run, Setting, prepare
 from mechdae.kinematics.sweep import run
+from mechdae.records import dataclass
 from mechdae.tasks.solve import solve
 from mechdae.tasks.solver import Solver
 

@@ -8,7 +8,7 @@ that of a study is the largest difference of its rows from their sets solved alo
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from mechdae.bench.kinematics import AGAIN, FIRST, WARM, calls, interleaved, set
 from mechdae.bench.yardstick import yardstick
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
+from mechdae.records import dataclass
 from mechdae.tasks.check import check
 from mechdae.tasks.solve import solve
 from mechdae.tasks.solver import Solver

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -17,6 +16,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.errors import MechdaeError
+from mechdae.records import dataclass
 
 SX = ca.SX
 TIGHT = 1e-13

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from itertools import pairwise, permutations, product
 
 from mechdae.composition.polygons import Contracted, contracted
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 LARGEST = 14
 """Links of the chains that are listed."""

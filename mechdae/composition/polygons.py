@@ -10,10 +10,10 @@ lexicographic order is kept. Counting so is the way of the atlas literature (Woo
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations
 
 from mechdae.composition.labelling import Matrix, Permutation, automorphisms, canonical
+from mechdae.records import dataclass
 
 Laid = tuple[tuple[int, ...], ...]
 """For each pair of vertices that is joined, the numbers of binary links on its edges, ascending."""

@@ -9,7 +9,6 @@ determinant has changed its sign, and Newton-Kantorovich holds from the predicti
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from mechdae.continuation.change_points import Branch, Crossing, CrossingFinder,
 from mechdae.kernels.graphs.blocks import ADJUGATE_LIMIT
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.numerics.least_squares import solve
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 ZONE = 0.35

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from mechdae.continuation.curve_ends import CurveEnds
 from mechdae.continuation.limit_positions import Limit
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.sequence import Sequence
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 STRIDE = 64

@@ -13,7 +13,7 @@ derivative of F in the same way (Keller, Numerical Methods in Bifurcation Proble
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import LONG, NoDecimals, decimals, evaluate, exactly
 from mechdae.numerics.hermite import upper_coefficients
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 NODES_PER_TURN = 128

@@ -11,7 +11,6 @@ each of them is known as well as rounding of e lets it be, the root of order 2 m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from mechdae.continuation.change_points import CrossingFinder, Scaling
 from mechdae.kernels.graphs.bounds import ROUNDOFF
 from mechdae.kernels.graphs.singular import vertex
 from mechdae.kernels.run.call import Call
+from mechdae.records import dataclass
 
 SAMPLES = 17
 REACHES = (16.0, 8.0, 4.0, 2.0, 1.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ from mechdae.continuation.near_change_point import ZonePoses
 from mechdae.continuation.reachable_arc import Arc, arc_of
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
+from mechdae.records import dataclass
 from mechdae.setup.outputs import Outputs, ReportedQuantity
 from mechdae.setup.scales import Constants
 

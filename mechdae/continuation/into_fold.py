@@ -9,7 +9,7 @@ are proved by the tube of `Graphs.advance`. One of them that folds earlier has n
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from mechdae.continuation.limit_positions import Limit, LimitFinder
 from mechdae.kernels.graphs.steps import PATH_STEP_LIMIT, Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.numerics.least_squares import solve
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 ITERATIONS = 12

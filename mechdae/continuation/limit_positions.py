@@ -6,7 +6,6 @@ path turns back there as s = s* + c sigma^2, x = x* + v sigma + ...
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -16,6 +15,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.high_precision import LONG, evaluate
 from mechdae.numerics.least_squares import solve
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 ITERATIONS = 30

@@ -6,7 +6,7 @@ over the whole step one solution exists near the tangent and no other one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -21,6 +21,7 @@ from mechdae.continuation.limit_positions import LimitFinder
 from mechdae.continuation.series_steps import Expansion
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 APPROACH = 1e-6

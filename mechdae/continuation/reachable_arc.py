@@ -8,7 +8,6 @@ driver the other way round only where all groups are on that way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ import numpy as np
 from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.limit_positions import Limit
 from mechdae.continuation.path import Path
+from mechdae.records import dataclass
 
 TURNING = ("limit", "pole")
 """Ends at which the mechanism can only turn back."""

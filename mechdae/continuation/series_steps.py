@@ -13,7 +13,6 @@ of the nearest singular pose, not by the square of the condition number.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -30,6 +29,7 @@ from mechdae.kernels.bounds.series import (
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.call import Call
 from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants
 
 ORDER = 16

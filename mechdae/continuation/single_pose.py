@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.continuation.evaluate import H_LIMIT
 from mechdae.kernels.graphs.steps import Graphs
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants, divisors
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError, MechdaeError, UnknownName
+from mechdae.records import dataclass
 
 RELATIVE = {
     "angle": "joint angle",

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import cache
 from typing import Any, ClassVar, TypeGuard
 
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import MechanismError
+from mechdae.records import dataclass
 
 
 @cache

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import Any, ClassVar
 
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 TIME = "t"
 """Abscissa of a table over the time."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -27,6 +27,7 @@ from mechdae.errors import (
     UnavailableError,
     UnknownName,
 )
+from mechdae.records import dataclass
 
 if TYPE_CHECKING:
     from mechdae.describe.vectors.closure import Closure

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Any, ClassVar
 
 from mechdae.describe.joints import JOINTS, Distance, Gear, Joint
 from mechdae.describe.values import Number, key
 from mechdae.errors import MechanismError
+from mechdae.records import dataclass
 
 AXES = "xyz"
 ALONG = 1e-9

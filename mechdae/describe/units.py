@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
 from mechdae.errors import nearest
+from mechdae.records import dataclass
 
 LENGTHS = ("m", "m/s", "m/s2", "m/s3")
 FORCES = ("N", "N or N m")

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from dataclasses import MISSING, Field, field, fields, replace
 from functools import partial
 from typing import Any, Self
 
 from mechdae.describe.expression import evaluate, parse
 from mechdae.describe.table import Table
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
+from mechdae.records import dataclass
 
 Number = float | str
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from mechdae.draw.moving import VIDEOS, film, moving_svg
 from mechdae.draw.swinging import shape_of, swing_text, swinging
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 MOVING = ("gif", "svg", *VIDEOS)
 """Formats of animations; films need ffmpeg."""

@@ -6,12 +6,12 @@ A new kind of picture is an entry of `PICTURES` and a module with ``draw(result,
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
 from mechdae.describe.tasks.kinds import TASKS
 from mechdae.errors import InputError, UnavailableError, UnknownName
+from mechdae.records import dataclass
 
 PAGE = "page"
 """No picture of matplotlib's: `mechdae.pages` and ``mechdae page`` write it."""

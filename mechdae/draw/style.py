@@ -8,9 +8,11 @@ one unit is a point (1/72 in) on a picture of 7 x 5 in and grows with the pictur
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from types import MappingProxyType
 from typing import Final
+
+from mechdae.records import dataclass
 
 INK: Final = "#1c2733"
 PAPER: Final = "#ffffff"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -22,6 +22,7 @@ from mechdae.draw.graphs import coupler, curves
 from mechdae.draw.graphs.scale import number, scale_of
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 FEW = 2
 """Parameters by which variants are named at most."""

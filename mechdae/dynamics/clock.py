@@ -9,7 +9,6 @@ breakpoints, at which steps end and begin.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +18,7 @@ import numpy as np
 from mechdae.dynamics.equations import Setup
 from mechdae.kernels.bounds.time_rates import ORDER, Tempo, signals
 from mechdae.numerics.roots import halved
+from mechdae.records import dataclass
 
 SX = ca.SX
 SMOOTH = 1e-6

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -32,6 +32,7 @@ from mechdae.model.forces.time_tables import Timed
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.model.motion_equations import Law, Released
+from mechdae.records import dataclass
 
 SX = ca.SX
 TOLERANCE = 1e-9

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -13,6 +12,7 @@ from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.verdict import NoWay
 from mechdae.kernels.graphs.stepper import Chunk, interpolate
 from mechdae.numerics.roots import root_between
+from mechdae.records import dataclass
 
 LEAST = 1e-13
 """Step, as a share of the whole time, below which the integration gives up."""

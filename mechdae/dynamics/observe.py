@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -15,6 +15,7 @@ from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.generalised import Wrench, add, reaction, times
 from mechdae.model.gradients import gradients
 from mechdae.model.kept import kept_property
+from mechdae.records import dataclass
 
 SX = ca.SX
 

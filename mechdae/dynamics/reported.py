@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -15,6 +14,7 @@ from mechdae.dynamics.expressions import WithReactions
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.model.model import Model
+from mechdae.records import dataclass
 from mechdae.results import Named, Series
 from mechdae.setup.named_outputs import NamedOutputs, requests
 from mechdae.setup.outputs import Outputs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from mechdae.dynamics.watchers.ranges import Ranges
 from mechdae.dynamics.watchers.sticking import Sticking, Turn
 from mechdae.dynamics.watchers.stiffness import Stiffness
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 MOST = 400_000
 """States that are kept."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -24,6 +23,7 @@ from mechdae.dynamics.equations import STILL, Setup
 from mechdae.errors import AssemblyError, InconsistentStartError, MechanismError, MechdaeError
 from mechdae.kernels.run.call import Call
 from mechdae.kinematics.prepared import prepare
+from mechdae.records import dataclass
 from mechdae.setup.drivers import sketched
 
 STEPS = 60

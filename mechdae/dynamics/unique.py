@@ -8,7 +8,7 @@ holds a locked pair is one more multiplier.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from mechdae.model.forces.generalised import Wrench
 from mechdae.model.gradients import gradients
 from mechdae.model.model import Model
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space
+from mechdae.records import dataclass
 
 
 @dataclass

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from mechdae.explanations.words import Said
 from mechdae.export import whole_file
 from mechdae.formulas import Document, Facts, Section
 from mechdae.formulas.writers import as_data, as_html, as_text, as_typst
+from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
 

@@ -8,7 +8,6 @@ accelerations of the result. So a sum that closes is a check.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import degrees
 
 import numpy as np
@@ -31,6 +30,7 @@ from mechdae.formulas import (
     Sum,
 )
 from mechdae.formulas.tree import columns, decimals, number, numbers, rounded
+from mechdae.records import dataclass
 
 NOTHING = 1e-12
 """Share of the largest force of the pose below which a force is left out."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +12,7 @@ from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scen
 from mechdae.draw.plans.relations import Relations
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.explanations.words import Said
+from mechdae.records import dataclass
 
 KINDS = ("sweep", "reactions")
 ORDERS = ("velocity", "acceleration")

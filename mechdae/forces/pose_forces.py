@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from mechdae.forces.friction_solutions import FrictionSolutions
 from mechdae.forces.inverse_dynamics import Loaded, Motion, Statics, some
+from mechdae.records import dataclass
 
 
 @dataclass

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from mechdae.model.forces.inertia import massive
 from mechdae.model.forces.loads import Loads
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 from mechdae.setup.named_outputs import time_of
 from mechdae.setup.outputs import Request
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -11,6 +10,7 @@ import numpy as np
 
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 
 
 @dataclass

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -27,6 +27,7 @@ from mechdae.model.forces.generalised import Wrench, reaction
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model
 from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
+from mechdae.records import dataclass
 
 SX_NOWHERE = ca.SX(6, 1)
 """A way of no length: joints that do not move have a matrix of ways too."""

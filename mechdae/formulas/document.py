@@ -5,9 +5,8 @@ Writers are in `writers`: text, HTML, Typst and plain data.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechdae.formulas.tree import Part
+from mechdae.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import floor, isfinite, log10
+
+from mechdae.records import dataclass
 
 SIGNIFICANT = 5
 """Digits of the largest number of an equation; the others have as many decimals."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 from mechdae.homotopy.linkage import PinLinkage
+from mechdae.records import dataclass
 
 Code = tuple[tuple[int, ...], ...]
 

@@ -9,12 +9,12 @@ term.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage
+from mechdae.records import dataclass
 
 GRAIN = 1e-13
 LARGEST = 0.25

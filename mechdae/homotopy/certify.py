@@ -7,10 +7,11 @@ rounding of F, K a bound of the second derivative and beta K eta <= 1/4 there is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from mechdae.records import dataclass
 
 UNIT = 2.0**-53
 ROUNDINGS = 100

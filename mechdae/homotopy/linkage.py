@@ -12,7 +12,6 @@ only slide on each other have one turn. The first turn is 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +19,7 @@ import numpy as np
 
 from mechdae.homotopy.generic_count import LARGEST, generic_count
 from mechdae.homotopy.loops import walk
+from mechdae.records import dataclass
 
 FAR, FAR_SLIDE = 20.0, 1e6
 """Logarithm of a turn, and size of a slide, that are at infinity."""

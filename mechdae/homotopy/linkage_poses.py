@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from mechdae.homotopy.certified_poses import apart, certify
 from mechdae.homotopy.linkage import ComplexDimensions, straight
 from mechdae.homotopy.monodromy import different, followed, within_a_turn
 from mechdae.homotopy.stored_instances import Instance
+from mechdae.records import dataclass
 
 ROUTES = 4
 BENT = 0.5

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from mechdae.errors import InputError
 from mechdae.homotopy.certify import apart, certify
 from mechdae.homotopy.study import MOST, along, displacement, quadrics, route
 from mechdae.homotopy.tracker import distinct, track
+from mechdae.records import dataclass
 
 STORE = Path(__file__).resolve().parent / "platform.json"
 ROUTES = 4

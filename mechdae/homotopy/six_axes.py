@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ import numpy as np
 
 from mechdae.errors import InputError
 from mechdae.homotopy.tracker import distinct, track
+from mechdae.records import dataclass
 
 STORE = Path(__file__).resolve().parent / "six_axes.json"
 MOST, UNKNOWNS, NUMBERS = 16, 12, 23

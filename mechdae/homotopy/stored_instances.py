@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
@@ -19,6 +18,7 @@ from mechdae.homotopy.canonical import Canonical, canonical
 from mechdae.homotopy.certified_poses import apart, certify
 from mechdae.homotopy.linkage import ComplexDimensions, PinLinkage
 from mechdae.homotopy.monodromy import generic_instance, within_a_turn
+from mechdae.records import dataclass
 
 STORE = Path(__file__).resolve().parent / "trusses.npz"
 MOST_UNKNOWNS = 8

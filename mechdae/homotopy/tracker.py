@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from mechdae.records import dataclass
 
 FIRST, SMALLEST, MOST = 0.02, 1e-9, 4000
 FAR = 1e8

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from dataclasses import dataclass
 from typing import Any
 
 from mechdae.errors import MechdaeError, SolveError
 from mechdae.jobs.executors import Borrowed, Processes, Supply
+from mechdae.records import dataclass
 
 GRACE = 2.0
 """How long the pieces under way may take to end when their pool breaks [s]."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from mechdae.continuation.evaluate import Evaluator, Poses
 from mechdae.continuation.interpolate import turning
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
+from mechdae.records import dataclass
 from mechdae.results import Later, Summary
 from mechdae.setup.outputs import Outputs
 from mechdae.types import Floats, Integers

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -19,6 +19,7 @@ from mechdae.errors import InputError
 from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.undercut import cuts
 from mechdae.model.groups import formula
+from mechdae.records import dataclass
 from mechdae.results import ModesResult, Named, Series, Status, Summary
 from mechdae.setup.drivers import plan
 from mechdae.setup.named_outputs import NamedOutputs

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,6 +33,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.kinematics.near_numbers import NearNumbers
 from mechdae.kinematics.poses import PoseArrays
 from mechdae.kinematics.prepared import Setting, prepare
+from mechdae.records import dataclass
 
 STILL = 1e-9
 """Largest step of Newton's method from a closed form that is one but for rounding."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError
 from mechdae.kinematics.prepared import Setting, covered, first_pose, prepare
 from mechdae.kinematics.sweep import cover
+from mechdae.records import dataclass
 from mechdae.setup.scales import Constants, driver_size
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, TypeVar
 
 import numpy as np
@@ -25,6 +25,7 @@ from mechdae.measures import measure
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
 from mechdae.model.tree.choice import groups_of, model_of
+from mechdae.records import dataclass
 from mechdae.results import Summary
 from mechdae.setup.drivers import DriverPlan, plan, sketched
 from mechdae.setup.named_outputs import NamedOutputs, requests, time_of

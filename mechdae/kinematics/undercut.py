@@ -9,7 +9,7 @@ then nearer to the centre than the radius.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -17,6 +17,7 @@ import numpy as np
 
 from mechdae.model.curve_contacts import Contact
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 
 PLACES = 1024
 """Places of the curve that are compared."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from mechdae.measures.stops import AT_REST, stops
 from mechdae.measures.track import SAME, Sample, Track
+from mechdae.records import dataclass
 from mechdae.setup.outputs import Outputs
 
 TIE = 1e-12

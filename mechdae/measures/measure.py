@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from mechdae.measures.extremes import envelope, extremes, stationary_events
 from mechdae.measures.strokes import time_ratios
 from mechdae.measures.track import Track
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 from mechdae.setup.outputs import Outputs, Request
 
 ORDERS = {

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mechdae.measures.track import FINEST, SAME, Family, Piece, Sample, Track
+from mechdae.records import dataclass
 
 AT_REST = 1e-11
 """Share of a radian, or of a length of the mechanism, by which rounding may move what rests."""

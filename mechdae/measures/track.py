@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import arc_of, before_limits
 from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.numerics.roots import refined
+from mechdae.records import dataclass
 
 TURN = 2 * np.pi
 FINEST = TURN / 64

@@ -9,7 +9,6 @@ the other line is that of the follower.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -21,6 +20,7 @@ from mechdae.measures.stops import AT_REST
 from mechdae.measures.track import SAME, Sample, Track
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 from mechdae.setup.outputs import Outputs, Request
 
 PREFIX = "transmission of "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, PLACE, CoordinateKind
+from mechdae.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)

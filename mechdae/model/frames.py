@@ -7,13 +7,13 @@ only, so that other coordinates (or a third axis) need no second set of joints.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from mechdae.model.coordinates import Coordinate, of_owner
 from mechdae.model.space import PLANE
+from mechdae.records import dataclass
 
 SX = ca.SX
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -26,6 +25,7 @@ from mechdae.model.model import Model, Row
 from mechdae.model.redundant_constraints import redundant_blocks, square_blocks
 from mechdae.model.space import PLANE
 from mechdae.model.tree.idle_links import idle_links
+from mechdae.records import dataclass
 
 ROMAN = ("0", "I", "II", "III", "IV", "V", "VI", "VII", "VIII", "IX", "X")
 SPATIAL = "spatial"

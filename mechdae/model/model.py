@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -26,6 +25,7 @@ from mechdae.model.gradients import gradients
 from mechdae.model.joints import Ends, rows_of
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.space import PLANE
+from mechdae.records import dataclass
 
 SX = ca.SX
 FUNCTIONS: dict[str, Callable[..., Any]] = {

@@ -13,7 +13,6 @@ the eliminated coordinates (`kernels.recovery`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -30,6 +29,7 @@ from mechdae.model.forces.loads import Loads
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model, Row
 from mechdae.model.reduction import eliminate, with_unknowns
+from mechdae.records import dataclass
 
 SX = ca.SX
 

@@ -11,7 +11,7 @@ unknowns, and an equation that loses all of its unknowns is kept as a check.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import casadi as ca
@@ -25,6 +25,7 @@ from mechdae.model.groups import Group
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import Model, Row
 from mechdae.model.tree.choice import groups_of
+from mechdae.records import dataclass
 
 SX = ca.SX
 

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -25,6 +24,7 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND
 from mechdae.model.model import Model, Row
 from mechdae.numerics.null_space import freedoms
+from mechdae.records import dataclass
 
 SEED = 7
 LOOSE = 1e-6

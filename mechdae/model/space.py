@@ -7,10 +7,11 @@ rows of a body's own coordinates; `mechdae.model.tree.solid` has that of a tree 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
+
+from mechdae.records import dataclass
 
 SX = ca.SX
 

@@ -7,8 +7,10 @@ towards z. A module is a closed loop with as many unknowns as equations: two, or
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
+
+from mechdae.records import dataclass
 
 WORDS = {"l": "length", "a": "elevation", "b": "azimuth"}
 PLANE_WORDS = {"l": "length", "a": "angle"}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from mechdae.records import dataclass
 
 Y = np.array([0.0, 1.0, 0.0])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from mechdae.errors import InputError, UnknownName
 from mechdae.modules.catalogue import MODULES, PLANE, WORDS
 from mechdae.modules.places import candidates
 from mechdae.modules.sets import Vector3
+from mechdae.records import dataclass
 
 CLOSED = 1e-13
 """Largest gap of a solution, by the sizes of the vectors."""

@@ -7,10 +7,11 @@ as rounding lets them be. Continuous numbers beside them only tell where to look
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from mechdae.records import dataclass
 
 NEAR = 7
 """Places on either side of where a change is expected, each nearer by `CLOSER` than the last."""

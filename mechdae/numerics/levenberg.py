@@ -13,10 +13,11 @@ share of hits that would be new (Good and Turing: hits that stand alone, over al
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from mechdae.records import dataclass
 
 Rows = tuple[Any, Any, Any]
 """Residuals (n, k, e), their derivatives by x (n, k, e, q) and by the own t (n, k, e) or None."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from mechdae.records import dataclass
 
 _HALF = (
     (0.99145537112081263921, 0.022935322010529224964, 0.0),

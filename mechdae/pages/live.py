@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -20,6 +19,7 @@ from mechdae.kernels.run.javascript import HELPERS, Printed, printed
 from mechdae.kinematics.prepared import Run, Setting
 from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
+from mechdae.records import dataclass
 from mechdae.setup.outputs import RATES, ReportedQuantity
 
 MOST_SLIDERS = 24

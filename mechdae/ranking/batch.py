@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.structure import structure_of
 from mechdae.errors import MechdaeError
 from mechdae.ranking.criteria import Criteria
+from mechdae.records import dataclass
 from mechdae.tasks.solve import solve
 from mechdae.tasks.study import study
 

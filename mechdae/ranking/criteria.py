@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +15,7 @@ from mechdae.describe.loads import Resistance
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Reactions, Sweep
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 Get = Callable[[str], Any]
 """Path below the task -> its array."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.ranking.batch import Values, valued
 from mechdae.ranking.variants import first_sweep, variants
 from mechdae.ranking.weights import checked, front, intervals, ordered, shares
+from mechdae.records import dataclass
 
 
 @dataclass(frozen=True)

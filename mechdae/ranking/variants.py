@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Modes, Sweep
 from mechdae.errors import AssemblyError, InputError, MechdaeError, UnknownName
+from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.solve import solve
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from mechdae.describe.dimensions import parameter_units
 from mechdae.explanations.subject import Subject
 from mechdae.formulas import Grid, Letter, Listed, Number, Part, Wording
 from mechdae.formulas.tree import decimals, number, rounded
+from mechdae.records import dataclass
 
 WIDEST = 8
 """Columns of numbers side by side; more go into further tables."""

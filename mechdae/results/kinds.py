@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from mechdae.records import dataclass
 from mechdae.results.later import Summary
 from mechdae.results.result import Result
 from mechdae.results.series import Series

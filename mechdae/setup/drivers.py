@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -19,6 +19,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.tasks.kinds import DEFAULT_POSES, Driven, Driver, Sweep
 from mechdae.errors import InputError, MechdaeError, UnknownName
 from mechdae.kernels.graphs.driver_curve import DriverCurve
+from mechdae.records import dataclass
 from mechdae.setup.laws import Timing, interval, timing
 
 MAX_POSES = 2_000_000

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -14,6 +13,7 @@ from mechdae.describe.tasks.kinds import Driver
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.graphs.driver_curve import FINITE, DriverCurve
 from mechdae.model.model import FUNCTIONS
+from mechdae.records import dataclass
 
 SAMPLES = 1025
 """Places at which corners of a law are looked for, beside the poses."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from copy import copy
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -16,6 +15,7 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
 from mechdae.model.tree.tree_model import TreeModel
+from mechdae.records import dataclass
 from mechdae.results import Later, Named, Series
 from mechdae.setup.turning import turning
 from mechdae.types import Floats, Points, Sym

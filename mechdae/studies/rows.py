@@ -8,7 +8,7 @@ from __future__ import annotations
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from typing import Any
 
@@ -22,6 +22,7 @@ from mechdae.describe.file.writing import alone
 from mechdae.describe.tasks.kinds import Reactions, Sweep, Task
 from mechdae.errors import InputError, MechanismError, MechdaeError, SolveError, UnknownName
 from mechdae.jobs.distribute import Failure
+from mechdae.records import dataclass
 from mechdae.results import FINE, Result, Status
 from mechdae.studies.batches.batch import SERIES, SeriesBatch
 from mechdae.studies.batches.readings import SPANS, is_of_the_way

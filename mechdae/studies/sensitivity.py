@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -43,6 +43,7 @@ from mechdae.kinematics.prepared import prepare
 from mechdae.kinematics.report import report
 from mechdae.kinematics.sweep import run
 from mechdae.model.model import FUNCTIONS
+from mechdae.records import dataclass
 from mechdae.results import Result, SensitivityResult, Summary, whole_path
 from mechdae.solver.kinds import TaskKind
 from mechdae.solver.solve import placed, solve

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -14,6 +14,7 @@ from mechdae.describe.file.load import from_dict
 from mechdae.describe.file.writing import dumps
 from mechdae.describe.tasks.constraints import Box, TransmissionAngle
 from mechdae.describe.tasks.kinds import Driver, Sweep
+from mechdae.records import dataclass
 from mechdae.synthesis.design_motion import PATH, DesignMotion
 from mechdae.synthesis.exchange import exchanged
 from mechdae.synthesis.fourbar.cognates import are_cognates

@@ -7,13 +7,13 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from mechdae.kernels.run.quiet import quiet
+from mechdae.records import dataclass
 
 SETTINGS: dict[str, Any] = {
     "expand": True,

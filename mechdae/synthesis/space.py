@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import Any
@@ -16,6 +15,7 @@ from mechdae.describe.tasks.synthesis import Demand
 from mechdae.errors import InputError
 from mechdae.measures.transmission import Dyad
 from mechdae.model.parameters import parameters_of
+from mechdae.records import dataclass
 from mechdae.synthesis.fourbar.loops import FourBar, four_bar
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.poses import FreePoses

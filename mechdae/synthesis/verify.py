@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +20,7 @@ from mechdae.kinematics.sweep import sweep
 from mechdae.model.coordinates import Coordinate
 from mechdae.model.parameters import parameters_of
 from mechdae.model.space import PLANE
+from mechdae.records import dataclass
 from mechdae.results import FINE, Result, Status
 from mechdae.solver.solve import solve
 from mechdae.studies.sensitivity import sharp

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.problem import Expected, Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import InputError, MechdaeError
+from mechdae.records import dataclass
 from mechdae.results import KINDS as SECTIONS
 from mechdae.results import Result
 from mechdae.setup.slips import doubts

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -19,6 +18,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 from mechdae.model.space import PLANE
+from mechdae.records import dataclass
 
 Pose = tuple[complex, float]
 """Origin and angle of a frame in another."""

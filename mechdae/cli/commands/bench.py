@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechdae.cli import message
+from mechdae.records import dataclass
 
 if TYPE_CHECKING:
     from mechdae.describe.file.problem import Problem

@@ -9,7 +9,7 @@ both sides: R in all, in two bearings of R/2 each where the fork carries the pin
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from typing import Any
@@ -21,6 +21,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 FORMS = ("o1", "o2", "a1", "a2", "b1", "b2")
 """o overhung, a fork on the first link, b on the second; then which link carries the pin."""

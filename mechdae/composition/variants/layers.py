@@ -10,11 +10,12 @@ bracket on the other side of its link.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import combinations
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 MOST = 9
 """Moving links that are laid in layers."""

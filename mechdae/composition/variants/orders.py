@@ -7,7 +7,7 @@ and different joints, paths, boxes, reactions and losses.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import permutations, product
 from math import factorial, prod
@@ -23,6 +23,7 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driver
 from mechdae.describe.vectors.expand import from_loops
 from mechdae.errors import InputError, MechdaeError
+from mechdae.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from mechdae.describe.file.load import from_dict
@@ -16,6 +16,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Driver, Modes, Sweep, Task
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 MEASURES = ("envelope", "transmission")
 """What sweeps of variants read off, so that variants can be ranked by it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import Any
 
 from mechdae.describe import values
@@ -21,6 +21,7 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Driven, Task
 from mechdae.describe.values import Number, Value, key, number
 from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
@@ -18,6 +18,7 @@ from mechdae.describe.values import (
     sequence,
 )
 from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.records import dataclass
 
 ALIASES = {
     **dict.fromkeys(("pin", "hinge", "pivot", "rotary", "turning"), "revolute"),

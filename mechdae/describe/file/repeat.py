@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from mechdae.describe.expression import evaluate, names_in
@@ -18,6 +18,7 @@ from mechdae.describe.mechanism import MAX_BODIES
 from mechdae.describe.table import Table
 from mechdae.describe.values import NAME, NAME_RULE, Number, describe, free
 from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
+from mechdae.records import dataclass
 
 INDEX = "k"
 MAX_COUNT = 2000

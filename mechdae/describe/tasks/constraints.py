@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, ClassVar
 
 from mechdae.describe.coordinates import coordinate
@@ -13,6 +13,7 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.goals import REDUCTIONS, Minimise, Within, known, known_point
 from mechdae.describe.values import COERCE, Number, Value, describe, entries, key, numbers, text
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 Bounds = tuple[float, float]
 EVERYWHERE = (-float("inf"), float("inf"))

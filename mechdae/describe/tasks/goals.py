@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from mechdae.describe.coordinates import coordinate
@@ -17,6 +17,7 @@ from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.records import dataclass
 
 FITS = ("least-squares", "exact", "minimax")
 REDUCTIONS = ("mean", "peak", "rms", "least")

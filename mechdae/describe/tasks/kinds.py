@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from mechdae.describe.file.reading import Nested, nest, split_unit, to_si
@@ -13,6 +12,7 @@ from mechdae.describe.tasks.constraints import Constraint, Turned
 from mechdae.describe.tasks.goals import GoalDescription
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 DEFAULT_POSES = 361
 HINT = 'driver = { coordinate = "..." } in a file, Driver("...") in Python'

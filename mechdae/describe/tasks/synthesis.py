@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from mechdae.describe.coordinates import coordinate
@@ -21,6 +21,7 @@ from mechdae.describe.tasks.goals import Asked, GoalDescription, Within, known
 from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
 from mechdae.describe.values import evaluated
 from mechdae.errors import InputError, MechdaeError
+from mechdae.records import dataclass
 
 STARTS = 40
 KEEP = 5

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.table import Table
 from mechdae.describe.values import Number
 from mechdae.describe.vectors.values import Node, Vector
+from mechdae.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from mechdae.describe.expression import evaluate
@@ -27,6 +27,7 @@ from mechdae.describe.vectors.nodes import (
 from mechdae.describe.vectors.numbers import add, less
 from mechdae.describe.vectors.values import Node
 from mechdae.errors import InputError, MechdaeError
+from mechdae.records import dataclass
 
 FRICTION = ("friction", "friction_static")
 

@@ -8,7 +8,7 @@ one link; a vector of unknown length is a sliding pair of two links of its direc
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from mechdae.describe.expression import evaluate
 from mechdae.describe.mechanism import GROUND, Body, Ground
@@ -17,6 +17,7 @@ from mechdae.describe.vectors.nodes import HEAD, TAIL, Merged, in_order, reached
 from mechdae.describe.vectors.numbers import add, components, less, plain
 from mechdae.describe.vectors.values import Vector
 from mechdae.errors import InputError, UnknownName
+from mechdae.records import dataclass
 
 FIXED = ""
 """The direction of what does not turn."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 from mechdae.describe.spatial_joints import SpatialJoint
 from mechdae.describe.values import Number, key
+from mechdae.records import dataclass
 
 WORDS = ("length", "elevation", "azimuth")
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechdae.describe.joints import SIDES
 from mechdae.describe.values import Number, Value, key
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 PAIRS = ("block", "pin-in-slot")
 

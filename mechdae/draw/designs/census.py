@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -16,6 +15,7 @@ from mechdae.draw.diagram.diagram import fitted
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.sheet import font
 from mechdae.draw.words import Words
+from mechdae.records import dataclass
 
 SAME = 1e-5
 """Share by which objectives of one optimum may differ, as in the search."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -24,6 +24,7 @@ from mechdae.describe.tasks.synthesis import Demand, demand, listed_goals
 from mechdae.draw.diagram.scene import Array, read_scene
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 from mechdae.results import UNITS, Result
 
 TURN = 2 * np.pi

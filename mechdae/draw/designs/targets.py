@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from mechdae.draw.labels.layout import cheapest
 from mechdae.draw.labels.obstacles import Obstacles
 from mechdae.draw.sheet import Sheet, arc, font, ink, unit
 from mechdae.draw.words import Words
+from mechdae.records import dataclass
 
 RING, DOT = 3.0, 1.2
 """Radius of a target, and of one that is also drawn enlarged elsewhere."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,6 +33,7 @@ from mechdae.draw.figure import new_axes
 from mechdae.draw.labels.labels import Links, draw_labels
 from mechdae.draw.sheet import Sheet, font, ink, normal, unit
 from mechdae.draw.words import ENGLISH, Words
+from mechdae.records import dataclass
 
 FAR = 1.5
 """Paths and guides are in the picture up to so many sizes of the mechanism beside it."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from mechdae.draw.diagram.places import Place
 from mechdae.draw.diagram.scene import Array, DrawnScene, turned
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.draw.words import Words
+from mechdae.records import dataclass
 
 RADII = (style.ARC + 8.0, style.ARC + 15.0)
 """Radii of the curved arrows of torques, outside the driver's."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from math import dist
 from typing import Protocol
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
+from mechdae.records import dataclass
 
 LONG = 3
 """A joint name of more letters gives way to the name of the point."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
 from typing import Any
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import InputError, UnavailableError
+from mechdae.records import dataclass
 
 Array = NDArray[np.float64]
 

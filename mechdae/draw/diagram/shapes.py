@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram import symbols
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.sheet import Sheet, unit
+from mechdae.records import dataclass
 
 FLAT = 0.02
 """Points this close to one line, as a share of their spread, count as collinear."""

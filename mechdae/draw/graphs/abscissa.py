@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from mechdae.draw.graphs.frame import Entry
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 REFINED = {"jammed": "jammed_arcs", "ambiguous": "ambiguous_arcs"}
 """Statuses whose arcs a cycle locates between the poses."""

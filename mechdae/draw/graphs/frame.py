@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from mechdae.draw import style
 from mechdae.draw.diagram.diagram import fitted, in_lines
 from mechdae.draw.figure import Drawing
 from mechdae.draw.sheet import font, ink
+from mechdae.records import dataclass
 
 LEFT, BOTTOM, GAP = 62.0, 40.0, 16.0
 HEIGHTS = {1: 262.0, 2: 158.0}

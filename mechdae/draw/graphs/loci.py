@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, with_gaps
 from mechdae.draw.graphs.scale import Scale, number
 from mechdae.draw.graphs.series import Array
+from mechdae.records import dataclass
 
 HEIGHT = 330.0
 ROOM = 26.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array, lines_of
 from mechdae.draw.sheet import font
 from mechdae.errors import InputError, UnknownName
+from mechdae.records import dataclass
 
 HEIGHT = 300.0
 LEVELS = 9

@@ -8,10 +8,11 @@ other values is left outside of it. A peak that is no pole, such as the push of 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mechdae.records import dataclass
 
 Array = NDArray[np.float64]
 STEEPER = 2.0

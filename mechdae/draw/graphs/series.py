@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechdae.draw.graphs.poles import cuts
 from mechdae.errors import InputError, UnknownName
+from mechdae.records import dataclass
 from mechdae.results import KINDS, UNITS, reaction_parts
 
 Array = NDArray[np.float64]

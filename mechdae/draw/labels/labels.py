@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +18,7 @@ from mechdae.draw.diagram.shapes import Piece, inside
 from mechdae.draw.labels import layout
 from mechdae.draw.labels.arrangement import feet_of
 from mechdae.draw.sheet import Sheet, font, ink, unit
+from mechdae.records import dataclass
 
 AIR = 2.5
 """Room kept around letters,"""

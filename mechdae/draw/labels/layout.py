@@ -9,13 +9,14 @@ the sheet.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechdae.draw.labels.arrangement import Arrangement, Ladder
 from mechdae.draw.labels.obstacles import Array, Obstacles, length_inside
+from mechdae.records import dataclass
 
 POOR = 12.0
 """A label that covers so much gets places farther off, if there are better ones."""

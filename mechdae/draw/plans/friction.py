@@ -6,7 +6,6 @@ rho = r sin(arctan f), on the side on which its moment opposes the turning.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from mechdae.draw.plans.forces import BodyForces
 from mechdae.draw.plans.vectors import Arrow, round_up
 from mechdae.draw.sheet import Sheet, arc, normal, unit
 from mechdae.formulas.mathtext import written_letter
+from mechdae.records import dataclass
 
 NEAR = 3.0
 """A pin is drawn so far around its friction circle, in radii of that."""

@@ -9,7 +9,6 @@ plan is turned clockwise, so that counter-clockwise moments are positive powers.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,6 +30,7 @@ from mechdae.draw.plans.motion import motion_plan
 from mechdae.draw.plans.vectors import CLOSED, Arrow, End, Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink, normal
 from mechdae.errors import UnavailableError
+from mechdae.records import dataclass
 
 LONG = 12.0
 """Shorter forces have no name."""

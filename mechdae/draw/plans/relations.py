@@ -11,7 +11,6 @@ the gap of the relation.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow
 from mechdae.formulas import Equation, Letter, Sum
 from mechdae.formulas.mathtext import mathtext, written_letter
+from mechdae.records import dataclass
 
 SYMBOLS = {"velocity": ("v", "m/s", "p"), "acceleration": ("a", r"m/s$^2$", r"\pi")}
 STILL = 1e-9

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mechdae.draw.diagram.scene import Array
+from mechdae.records import dataclass
 
 CLOSED = 1e-9
 """Share of its size by which a plan may stay open before the picture says so."""

@@ -9,13 +9,14 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from mechdae.draw import style
 from mechdae.draw.sheet import Array, Sheet, unit
+from mechdae.records import dataclass
 
 NEARER = 0.5
 """Depths that differ by less are those of one place,"""

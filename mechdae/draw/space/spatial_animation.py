@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -29,6 +28,7 @@ from mechdae.draw.space.view_choice import best_view
 from mechdae.draw.space.viewpoint import Viewpoint, upward_of, viewpoint
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 LOOKED_AT = 7
 """Poses by which the direction is chosen."""

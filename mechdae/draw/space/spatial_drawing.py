@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -36,6 +35,7 @@ from mechdae.draw.space.triad import draw_triad
 from mechdae.draw.space.vector_arrows import vector_items, vector_names
 from mechdae.draw.space.viewpoint import Array, Viewpoint
 from mechdae.draw.words import Words
+from mechdae.records import dataclass
 
 FAR = 1.5
 """Paths are in the picture up to so many sizes of the mechanism beside it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import combinations
 
 import numpy as np
@@ -14,6 +14,7 @@ from mechdae.draw.sheet import Array
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import Item
 from mechdae.draw.space.spatial_symbols import Start
+from mechdae.records import dataclass
 
 SAME = 1.0
 """Places nearer than that are one, in units of the sheet."""

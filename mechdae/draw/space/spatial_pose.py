@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from mechdae.draw.space.spatial_links import SpatialLink, link_items
 from mechdae.draw.space.spatial_scene import SpatialScene
 from mechdae.draw.space.spatial_symbols import SYMBOLS, DrawnSymbol, JointPlace, JointSide
 from mechdae.draw.space.viewpoint import Viewpoint
+from mechdae.records import dataclass
 
 GAP = 8.0
 """Room between the middle of a joint and its letter."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +14,7 @@ from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 MOVES = 1e-9
 """A point whose path is shorter than this share of the longest one stands still."""

@@ -7,7 +7,7 @@ directions are (right, up, towards the eye) in units of the sheet.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from mechdae.draw import style
 from mechdae.draw.sheet import Array, unit
 from mechdae.draw.space import solids
 from mechdae.draw.space.depth import Facet, Item
+from mechdae.records import dataclass
 
 RADIUS, HALF = 5.2, 9.0
 """Of the barrel of a turning pair: radius and half length,"""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechdae.draw.space.viewpoint import Array, Viewpoint
+from mechdae.records import dataclass
 
 Indices = NDArray[np.intp]
 AZIMUTHS = tuple(range(-170, 190, 10))

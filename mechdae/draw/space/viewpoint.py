@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechdae.describe.mechanism import Mechanism
 from mechdae.errors import InputError
+from mechdae.records import dataclass
 
 Array = NDArray[np.float64]
 

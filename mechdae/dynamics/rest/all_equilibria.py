@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.dynamics.rest.balance import ACCEPTED, SOLVED, EquilibriumEquations, stability
 from mechdae.dynamics.rest.chart import Chart
+from mechdae.records import dataclass
 
 NEAR = 0.35
 """Distance from the sketch within which an unstable equilibrium may be meant: 20 degrees."""

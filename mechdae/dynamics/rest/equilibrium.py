@@ -5,7 +5,6 @@ Which equilibrium is meant is told by `Rests`; small motions around it are those
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from mechdae.dynamics.start import start
 from mechdae.dynamics.unique import unique
 from mechdae.errors import InputError, SolveError
 from mechdae.forces.meshes import meshed
+from mechdae.records import dataclass
 from mechdae.results import EquilibriumResult, Named, Series, Summary, statuses
 
 MOST = 20

@@ -13,7 +13,6 @@ at the state: x follows the independent coordinates z by J dx = 0, H dx = dz.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -32,6 +31,7 @@ from mechdae.kernels.run.call import Call
 from mechdae.model.forces.generalised import couple, push
 from mechdae.model.gradients import gradients
 from mechdae.model.motion_equations import Law, Released
+from mechdae.records import dataclass
 
 SX = ca.SX
 RANK = 1e-11

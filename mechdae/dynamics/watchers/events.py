@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +15,7 @@ from mechdae.dynamics.expressions import over_states
 from mechdae.dynamics.integrate import Cut, Integrator, Nodes
 from mechdae.dynamics.watchers.zeros import Looker, changes
 from mechdae.errors import MechdaeError
+from mechdae.records import dataclass
 
 SX = ca.SX
 ROUNDING = 4e-15

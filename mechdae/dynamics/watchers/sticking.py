@@ -13,7 +13,6 @@ side is idle: it has neither a sign nor a lock until it is pressed.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -27,6 +26,7 @@ from mechdae.dynamics.verdict import NoWay
 from mechdae.dynamics.watchers.onset import Onset
 from mechdae.dynamics.watchers.zeros import Looker, changes
 from mechdae.numerics.null_space import freedoms
+from mechdae.records import dataclass
 
 RESTS = 1e-9
 """Speed, as a share of the largest so far, that is none."""

@@ -9,12 +9,12 @@ so that what is found is as exact as the integration, and nothing is found that 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.dynamics.integrate import Integrator, Nodes
+from mechdae.records import dataclass
 
 DEGREE = 8
 RESOLVED = 1e-4

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -23,6 +22,7 @@ import casadi as ca
 
 from mechdae.kernels.bounds.majorant import NoMajorant
 from mechdae.kernels.bounds.walk import SYMBOLIC, replay
+from mechdae.records import dataclass
 
 SX = ca.SX
 SLOTS = 64

@@ -16,12 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from mechdae.model.tree.ways import Freedom, RigidPart, Way, WayProduct, back, joined
+from mechdae.records import dataclass
 
 SX = ca.SX
 ONE, ZERO = SX(1), SX(0)

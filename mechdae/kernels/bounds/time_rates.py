@@ -9,7 +9,6 @@ at which it is looked at. Corners (abs, sign, min, max) count as either of their
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +16,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.kernels.bounds.walk import ARRAYS, replay, symbolic
+from mechdae.records import dataclass
 
 ORDER = 8
 """Of the last coefficient that is bounded."""

@@ -7,7 +7,7 @@ block. Blocks whose equations are the same in their unknowns, the drivers and q 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,7 @@ import casadi as ca
 
 from mechdae.kernels.bounds.walk import replay, symbolic, with_trig
 from mechdae.model.kept import Kept
+from mechdae.records import dataclass
 
 SX = ca.SX
 EXACT = (ca.OP_NEG, ca.OP_TWICE)

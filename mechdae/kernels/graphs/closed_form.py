@@ -12,7 +12,6 @@ one solution.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -24,6 +23,7 @@ from mechdae.kernels.graphs.blocks import BlockGraph, column, inverse, placed
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
+from mechdae.records import dataclass
 
 SX = ca.SX
 SAMPLES = 4

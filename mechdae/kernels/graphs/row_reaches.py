@@ -7,7 +7,6 @@ with constant weights, so do the bounds. Other equations are bounded by majorant
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -17,6 +16,7 @@ from mechdae.kernels.bounds.majorant import majorant
 from mechdae.kernels.bounds.reaches import Bounded, bounded
 from mechdae.model.reduction import Scene
 from mechdae.model.tree.ways import Freedom, WayProducts
+from mechdae.records import dataclass
 
 SX = ca.SX
 ZERO = SX(0)

@@ -10,10 +10,11 @@ from __future__ import annotations
 import heapq
 import math
 import re
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
+
+from mechdae.records import dataclass
 
 PIECE = 300
 """Operations in one piece,"""

@@ -12,8 +12,9 @@ import os
 import stat
 import tempfile
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+
+from mechdae.records import dataclass
 
 VARIABLE = "MECHDAE_CACHE"
 """0: nothing is kept on disk; a path: the folder."""

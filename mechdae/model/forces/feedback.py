@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from mechdae.model.forces.generalised import Wrench
+from mechdae.records import dataclass
 
 SX = ca.SX
 ACROSS = ("across x", "across y", "across z")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -22,6 +21,7 @@ from mechdae.model.forces.feedback import Slip
 from mechdae.model.forces.generalised import Wrench, add, couple, push
 from mechdae.model.forces.time_tables import Timed
 from mechdae.model.model import FUNCTIONS, Model
+from mechdae.records import dataclass
 
 SX = ca.SX
 

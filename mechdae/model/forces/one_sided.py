@@ -7,7 +7,6 @@ contact parts where the force would have to change its sign.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -16,6 +15,7 @@ from mechdae.model.forces.friction import tangent_of
 from mechdae.model.joints import Ends
 from mechdae.model.model import Model
 from mechdae.model.space import left
+from mechdae.records import dataclass
 
 SX = ca.SX
 POSITIVE = ("left", "positive", "push")

@@ -8,13 +8,14 @@ other pairs hold for axes of opposite sense too: what must be positive is listed
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import casadi as ca
 
 from mechdae.model.tree.ways import Freedom, Way, WayProduct, WayProducts, X, Z, back, joined
+from mechdae.records import dataclass
 
 SX = ca.SX
 

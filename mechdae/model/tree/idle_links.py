@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from mechdae.describe.joints import Distance, Joint
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.table import Table
+from mechdae.records import dataclass
 
 
 @dataclass(frozen=True)

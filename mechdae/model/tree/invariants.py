@@ -15,7 +15,6 @@ rows hold for a direction of opposite sense too: what must be positive is given 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -24,6 +23,7 @@ from mechdae.describe.joints import Joint
 from mechdae.model.tree.closures import UNIT, Closed, CutJoint, Rows
 from mechdae.model.tree.spatial_frames import TreeFrame, placed
 from mechdae.model.tree.ways import Freedom, Way, WayProduct, WayProducts, X, Z, back, joined
+from mechdae.records import dataclass
 
 SX = ca.SX
 

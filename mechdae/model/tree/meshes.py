@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError
+from mechdae.records import dataclass
 
 
 @dataclass(frozen=True)

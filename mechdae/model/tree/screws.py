@@ -7,13 +7,13 @@ a_c = a_p + sum (w_k q_k'' + w_before x w_k q_k').
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from mechdae.model.tree.spanning import Edge
 from mechdae.model.tree.spatial_frames import QUATERNION, about_z
+from mechdae.records import dataclass
 
 SX = ca.SX
 SHIFTS = {"slide": 2, "x": 0, "y": 1}

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
+from mechdae.records import dataclass
 
 FREEDOMS = 6
 

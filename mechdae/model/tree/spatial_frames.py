@@ -7,13 +7,13 @@ constant rotations are multiplied with each other and not with what moves.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 
 from mechdae.model.tree.ways import Freedom, RigidPart, Way, X, back, freedoms
+from mechdae.records import dataclass
 
 SX = ca.SX
 

@@ -8,10 +8,12 @@ derivatives, because a rotation turns what is behind it and stretches nothing
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import casadi as ca
+
+from mechdae.records import dataclass
 
 SX = ca.SX
 X, Z = 0, 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import Any
 
@@ -15,6 +15,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.kernels.graphs.closed_form import ClosedForm, closed_form
 from mechdae.kinematics.prepared import Setting, prepare
+from mechdae.records import dataclass
 from mechdae.results import Status
 from mechdae.studies.batches.march import Followed, March
 from mechdae.studies.batches.modes import StartingModes, Starts

@@ -9,7 +9,7 @@ others go on. What neither proves is left to be solved alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from mechdae.continuation.front import SHRUNK, SMALLEST
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
+from mechdae.records import dataclass
 
 GROWTH = 1.5
 AGAIN = 1 / 64

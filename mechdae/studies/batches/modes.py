@@ -7,7 +7,6 @@ assemble, as it does for a single set.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from mechdae.describe.coordinate_kinds import ANGLE
 from mechdae.kernels.graphs.closed_form import ClosedForm
 from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Setting
+from mechdae.records import dataclass
 from mechdae.studies.batches.numbers import Numbers, Sketches
 
 MOST = 64

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -26,6 +26,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.kinematics.prepared import Setting
 from mechdae.model.model import Model
+from mechdae.records import dataclass
 from mechdae.setup.drivers import sketched
 from mechdae.setup.scales import scale_of
 

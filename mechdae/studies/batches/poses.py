@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -23,6 +22,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kernels.run.batch import Batch
 from mechdae.kernels.run.without_repeats import without_repeats
 from mechdae.numerics.hermite import upper_coefficients
+from mechdae.records import dataclass
 from mechdae.setup.outputs import Outputs
 from mechdae.studies.batches.march import Followed
 

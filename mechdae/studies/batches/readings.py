@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import UnknownName
 from mechdae.measures import transmission
 from mechdae.measures.courses import quantities
+from mechdae.records import dataclass
 from mechdae.setup.outputs import Outputs
 
 SPANS = {"swing": "bodies/{}/angle", "stroke": "joints/{}/slide"}

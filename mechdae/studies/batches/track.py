@@ -7,7 +7,6 @@ and refined, so that what is read off does not depend on the poses.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from mechdae.measures.stops import AT_REST, SHORT
 from mechdae.measures.track import FINEST
 from mechdae.numerics.roots import refined
+from mechdae.records import dataclass
 from mechdae.studies.batches.poses import AT_ONCE, LaneNodes, LanePoses, Lanes
 
 Family = Callable[[list[Any], Any], tuple[Any, Any]]

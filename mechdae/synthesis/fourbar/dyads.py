@@ -10,7 +10,6 @@ More than five poses have no exact four-bar in general: least squares.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import Rows, solve_all
+from mechdae.records import dataclass
 from mechdae.synthesis.fourbar.linkage import Linkage, linkage
 
 UNKNOWNS = ("pivot_x", "pivot_y", "pin_x", "pin_y")

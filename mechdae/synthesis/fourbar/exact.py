@@ -11,7 +11,6 @@ and branches not prescribed here: `linkage.faults` tells which solutions move we
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ import numpy as np
 from mechdae.errors import InputError, UnknownName
 from mechdae.numerics.levenberg import DistinctSolutions, Rows, solve_all
 from mechdae.numerics.linear_fits import linear_fit
+from mechdae.records import dataclass
 from mechdae.synthesis.fourbar.cognates import invariants, variants
 from mechdae.synthesis.fourbar.linkage import Linkage, faults, linkage, transmission
 

@@ -13,13 +13,13 @@ those that became the same are dropped.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.errors import InputError
 from mechdae.numerics.levenberg import Rows, descend
+from mechdae.records import dataclass
 
 SAMPLES = 20_000
 TRIED, DRAWN = 400, 50

@@ -6,11 +6,11 @@ between them. ``faults`` names what closed forms tell about that way.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mechdae.records import dataclass
 from mechdae.synthesis.fourbar.projection import StartingFourBar
 
 TURN = 2 * np.pi

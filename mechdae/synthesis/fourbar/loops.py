@@ -7,13 +7,13 @@ a point of the coupler has coordinates along A-B and across it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from mechdae.describe.mechanism import GROUND
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 
 SX = ca.SX
 

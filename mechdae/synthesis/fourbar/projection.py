@@ -8,12 +8,12 @@ least squares problem for all samples at once; the best and mutually distant one
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechdae.numerics.linear_fits import linear_fit
+from mechdae.records import dataclass
 
 RIDGE = 1e-12
 """Damping for each target, of coordinates of order one."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechdae.model.model import Model
+from mechdae.records import dataclass
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.space import DesignSpace
 

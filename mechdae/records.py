@@ -1,0 +1,162 @@
+"""Dataclasses whose methods are written when a class is first used.
+
+`dataclass` does what that of the standard library does, with ``frozen``, ``eq``, ``repr`` and
+``kw_only``, but compiles nothing on import: of the classes that a command imports most are never
+made an instance of. ``fields``, ``replace`` and ``asdict`` work as they do there.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Callable
+from operator import attrgetter
+from reprlib import recursive_repr
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dataclasses import dataclass as dataclass
+else:
+
+    def dataclass(cls=None, /, *, frozen=False, eq=True, repr=True, kw_only=False):
+        """Return the class as a dataclass."""
+
+        def made(own):
+            own.__doc__ = own.__doc__ or own.__name__  # else its signature is written there
+            dataclasses.dataclass(own, init=False, repr=False, eq=False, kw_only=kw_only)
+            _write(own, frozen, eq, repr)
+            return own
+
+        return made if cls is None else made(cls)
+
+
+def _write(cls: Any, frozen: bool, eq: bool, shown: bool) -> None:
+    """Give a class its methods; those that it has of its own stay."""
+    own = vars(cls)
+    entries = dataclasses.fields(cls)
+    hashes = own.get("__hash__") is not None
+    if "__init__" not in own:
+        cls.__init__ = _first_init(cls, frozen)
+        cls.__signature__ = _Signature()
+    if shown and "__repr__" not in own:
+        cls.__repr__ = _repr
+    if eq and "__eq__" not in own:
+        cls.__eq__ = _equality([e.name for e in entries if e.compare])
+    if eq and not hashes:
+        hashed = [e.name for e in entries if (e.compare if e.hash is None else e.hash)]
+        cls.__hash__ = _hash(hashed) if frozen else None
+    if frozen:
+        _freeze(cls, frozenset(entry.name for entry in entries))
+
+
+def _first_init(cls: Any, frozen: bool) -> Any:
+    """Return a method that puts the one compiled for the class in its own place."""
+
+    def first_init(self: Any, *values: Any, **named: Any) -> None:
+        compiled = _compiled_init(cls, frozen)
+        cls.__init__ = compiled
+        compiled(self, *values, **named)
+
+    first_init.__qualname__ = f"{cls.__qualname__}.__init__"
+    vars(first_init)["compiled"] = lambda: _compiled_init(cls, frozen)
+    return first_init
+
+
+def _compiled_init(cls: Any, frozen: bool) -> Any:
+    known: dict[str, Any] = {"_set": object.__setattr__, "_made": _MADE}
+    plain: list[str] = []
+    named: list[str] = []
+    body = []
+    for entry in dataclasses.fields(cls):
+        name = entry.name
+        known[f"_default_{name}"], known[f"_factory_{name}"] = entry.default, entry.default_factory
+        value, default = name, ""
+        if entry.default_factory is not dataclasses.MISSING:
+            default = " = _made"
+            made = f"_factory_{name}()"
+            value = f"{made} if {name} is _made else {name}" if entry.init else made
+        elif entry.default is not dataclasses.MISSING:
+            default = f" = _default_{name}"
+        if entry.init:
+            (named if entry.kw_only else plain).append(name + default)
+        elif value == name:
+            continue  # the class has its default
+        body.append(f"_set(self, '{name}', {value})" if frozen else f"self.{name} = {value}")
+    if hasattr(cls, "__post_init__"):
+        body.append("self.__post_init__()")
+    heads = ", ".join(["self", *plain, *(["*", *named] if named else [])])
+    exec(f"def __init__({heads}):\n " + "\n ".join(body or ["pass"]), known)
+    init = known["__init__"]
+    init.__qualname__, init.__module__ = f"{cls.__qualname__}.__init__", cls.__module__
+    init.__annotations__ = {e.name: e.type for e in dataclasses.fields(cls) if e.init}
+    init.__annotations__["return"] = None
+    return init
+
+
+class _Made:
+    """Stands in a signature for a value that is made for each instance."""
+
+    def __repr__(self) -> str:
+        return "<factory>"
+
+
+_MADE = _Made()
+
+
+class _Signature:
+    """What ``inspect.signature`` says of a class, also before its first instance."""
+
+    def __get__(self, item: Any, owner: type[Any]) -> inspect.Signature:
+        init = owner.__init__
+        init = vars(init).get("compiled", lambda: init)()
+        signature = inspect.signature(init)
+        return signature.replace(parameters=list(signature.parameters.values())[1:])
+
+
+def _getter(names: list[str]) -> Callable[[Any], Any]:
+    """Return what reads the values of an item as a tuple."""
+    if len(names) > 1:
+        return attrgetter(*names)
+    return lambda item: tuple(getattr(item, name) for name in names)
+
+
+def _equality(names: list[str]) -> Any:
+    values = _getter(names)
+
+    def equal(self: Any, other: Any) -> Any:
+        if other.__class__ is not self.__class__:
+            return NotImplemented
+        return values(self) == values(other)
+
+    return equal
+
+
+def _hash(names: list[str]) -> Any:
+    values = _getter(names)
+
+    def hashed(self: Any) -> int:
+        return hash(values(self))
+
+    return hashed
+
+
+@recursive_repr()
+def _repr(self: Any) -> str:
+    entries = [entry for entry in dataclasses.fields(self) if entry.repr]
+    told = ", ".join(f"{entry.name}={getattr(self, entry.name)!r}" for entry in entries)
+    return f"{type(self).__qualname__}({told})"
+
+
+def _freeze(cls: Any, names: frozenset[str]) -> None:
+    def put(self: Any, name: str, value: Any) -> None:
+        if type(self) is cls or name in names:
+            raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r}")
+        super(cls, self).__setattr__(name, value)
+
+    def delete(self: Any, name: str) -> None:
+        if type(self) is cls or name in names:
+            raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r}")
+        super(cls, self).__delattr__(name)
+
+    cls.__setattr__ = put
+    cls.__delattr__ = delete
