@@ -2,6 +2,6 @@
 
 import sys
 
-from mechdae.cli import main
+from mechdae.cli import console
 
-sys.exit(main())
+sys.exit(console())

@@ -20,7 +20,6 @@ error: the result has them with their status, and says what is wrong in ``fault`
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -124,10 +123,17 @@ def nearest(name: str, known: Iterable[str], count: int = 3) -> list[str]:
     names = sorted(set(known))
     short = str(name)[:100]
     last = [entry for entry in names if entry.rpartition(".")[2].lower() == short.lower()]
-    close = difflib.get_close_matches(short, names, n=count, cutoff=0.6)
+    close = close_matches(short, names, count)
     part = [entry for entry in names if len(short) > 2 and short.lower() in entry.lower()]
     found = list(dict.fromkeys([*last, *close, *part]))[:count]
     return found or (names if len(names) <= 6 else [])
+
+
+def close_matches(word: str, known: Iterable[str], count: int, cutoff: float = 0.6) -> list[str]:
+    """Return up to `count` known words that share letters with `word`, best first."""
+    from difflib import get_close_matches  # only where something is wrong
+
+    return get_close_matches(word, list(known), n=count, cutoff=cutoff)
 
 
 def is_control(letter: str) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
@@ -18,14 +18,8 @@ from mechdae.assembly.closure import Closing, Gap, NoPose
 from mechdae.assembly.contacts import Contacts, ContactSolver
 from mechdae.assembly.elimination import BlockSolver, Solutions, angle_slopes
 from mechdae.assembly.idle_freedom import free_poses, moving
-from mechdae.assembly.least_gap import opening
-from mechdae.assembly.linkage.rigid_parts import GroupPoses
-from mechdae.assembly.multistart import CROWD, MOST, BlockSearch, BlockSolutions
 from mechdae.assembly.nearest_mode import Nearest, Sketched
-from mechdae.assembly.redundant import RedundantSolver
-from mechdae.assembly.three_legs import truss
 from mechdae.assembly.turn_lattice import lattices, with_periods
-from mechdae.assembly.vector_loops import of_loop
 from mechdae.assembly.whole_turns import WholeTurns
 from mechdae.describe.coordinate_kinds import ANGLE, LENGTH, PLACE
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
@@ -41,10 +35,20 @@ from mechdae.numerics.null_space import dependent
 from mechdae.records import dataclass
 from mechdae.setup.drivers import Sketch
 
+if TYPE_CHECKING:
+    from mechdae.assembly.linkage.rigid_parts import GroupPoses
+    from mechdae.assembly.multistart import BlockSearch, BlockSolutions
+
 SAME = 1e-7
 """Largest difference of one and the same solution [rad, sizes of the mechanism]."""
 SILENT = 1e-3
 """What the turns of a body count that the sketch does not name, beside those that it does."""
+
+
+def _three_legs(scene: Scene, group: Group, p: Any) -> Any:
+    from mechdae.assembly.three_legs import truss
+
+    return truss(scene, group, p)
 
 
 def _linkage(scene: Scene, group: Group, p: Any) -> Any:
@@ -53,7 +57,7 @@ def _linkage(scene: Scene, group: Group, p: Any) -> Any:
     return linkage_group(scene, group, p)
 
 
-WAYS = (truss, _linkage)
+WAYS = (_three_legs, _linkage)
 """Ways to find all poses of a group whose blocks have no closed form, tried in this order."""
 
 
@@ -127,6 +131,8 @@ class Assembler:
 
     def _solver(self, graph: BlockGraph, slopes: Any, contact: bool) -> BlockSolver:
         if graph.redundant:
+            from mechdae.assembly.redundant import RedundantSolver
+
             return RedundantSolver(self.scene, graph, self.p, self.size, slopes)
         solver = BlockSolver(self.scene, graph, self.p, self.size, slopes)
         if not contact or solver.linear:
@@ -207,7 +213,7 @@ class Assembler:
                 if result is None and not search:
                     return [], False, None
                 if result is None or (nearby and result.infinite):
-                    most = 1 if result is not None else MOST
+                    most = 1 if result is not None else None
                     self._check_freedom(group, b, start, u)
                     solutions, sure, gap = self._search(b, start, u, most), False, 0.0
                     infinite = False
@@ -223,7 +229,7 @@ class Assembler:
                     starts = 0 if result is not None else self.searched[group.index][-1].starts
                     free = group in self.free if result is None else result.free
                     if (gap > 0 or starts) and at is None and measured:
-                        at = opening(solver, self.scene.model, start, u)
+                        at = self._opening(b, start, u)
                         gap = at.size
                     failure = NoPose(group, gap, infinite, starts, at, free)
                 own = []
@@ -301,6 +307,8 @@ class Assembler:
         mechanism = self.scene.model.mechanism
         if mechanism.dimension == 2 or mechanism.closure is None:
             return None
+        from mechdae.assembly.vector_loops import of_loop
+
         known, values = self.coordinates(x, u), mechanism.values()
         for name, joint in mechanism.joints.items():
             known |= {(name, word): values[f"{name}.{word}"] for word, _ in joint.numbers()}
@@ -350,7 +358,12 @@ class Assembler:
     def _opened(self, group: Group, x: Any, u: Any) -> Gap | None:
         """Return which joint of a group of one block stays open and by how much."""
         own = self.blocks_of(group)
-        return opening(self.solvers[own[0]], self.scene.model, x, u) if len(own) == 1 else None
+        return self._opening(own[0], x, u) if len(own) == 1 else None
+
+    def _opening(self, b: int, x: Any, u: Any) -> Gap:
+        from mechdae.assembly.least_gap import opening
+
+        return opening(self.solvers[b], self.scene.model, x, u)
 
     def _placed(self, group: Group, poses: list[Any], x: Any, u: Any) -> list[Any]:
         """Return poses given as coordinates of bodies as unknowns, with their whole turns."""
@@ -461,8 +474,10 @@ class Assembler:
             return places.get(own.owner, own.middle)
         return self.turns.wanted(i, x, u) if own.kind is ANGLE else self.sketch.get(own.owner, 0.0)
 
-    def _search(self, b: int, x: Any, u: Any, most: int = MOST) -> Any:
+    def _search(self, b: int, x: Any, u: Any, most: int | None = None) -> Any:
         """Return the distinct solutions that Newton's method finds, the sketch its first start."""
+        from mechdae.assembly.multistart import CROWD, MOST, BlockSearch
+
         graph, solver = self.graphs.blocks[b], self.solvers[b]
         if b not in self._searches:
             sizes = self.natural[graph.own]
@@ -472,7 +487,7 @@ class Assembler:
         z = x[graph.uses] if graph.uses else np.zeros(0)
         counts = [run.generic for run in self.counted.get(graph.block.group, ()) if run.bounded]
         crowd = min([*counts, CROWD])
-        found = self._searches[b](z, u, np.array(hint), most, crowd)
+        found = self._searches[b](z, u, np.array(hint), most or MOST, crowd)
         self.searched.setdefault(graph.block.group, []).append(found)
         free = moving(graph, found.x, x, u, self.p, self.natural[graph.own], self.size)
         if free.any():

@@ -15,7 +15,7 @@ from mechdae.describe.coordinate_kinds import ANGLE, UNIT
 from mechdae.kernels.run.local import local
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
-from mechdae.model.tree.tree_model import TreeModel
+from mechdae.model.tree.choice import is_tree
 from mechdae.setup.drivers import Sketch
 
 FOUR = 4
@@ -35,7 +35,7 @@ class AxisSenses:
                 places.setdefault(c.owner, []).append(i)
         self.quaternions = [own for own in places.values() if len(own) == FOUR]
         """Places of those among the unknowns: a quaternion and its opposite are one orientation."""
-        if isinstance(scene.model, TreeModel):
+        if is_tree(scene.model):
             for name, value in scene.model.senses:
                 group = next((g.index for g in scene.groups if name in g.joints), None)
                 if group is not None:
@@ -73,7 +73,7 @@ class AxisSenses:
 
 def told_angles(scene: Scene, sketch: Sketch) -> dict[str, float]:
     """Return the sketched angles of spatial joints that are coordinates, by joint."""
-    if not isinstance(scene.model, TreeModel):
+    if not is_tree(scene.model):
         return {}
     vectors = {j.name for j in scene.model.mechanism.joints.values() if j.pointer}
     own = {c.key for c in scene.model.coordinates if c.kind is ANGLE and c.owner not in vectors}

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import importlib
 import os
 import sys
@@ -55,6 +56,19 @@ class _Version(argparse.Action):
         parser.exit()
 
 
+COLLECTED = 50_000
+"""New objects after which a command looks for garbage: what it imports is none."""
+
+
+def console() -> int:
+    """Run the command of a process of its own, which does not tidy up what ends with it."""
+    gc.set_threshold(COLLECTED)
+    try:
+        return main()
+    finally:
+        gc.freeze()
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
@@ -65,6 +79,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(dest="command", metavar="command", required=True)
     asked = next((word for word in words if not word.startswith("-")), None)
     for name, title in COMMANDS.items():
+        if asked in COMMANDS and name != asked:
+            continue  # its parser says nothing of the others
         command = commands.add_parser(name, help=title, description=title, allow_abbrev=False)
         command.add_argument("--quiet", action="store_true", help="no messages, only results")
         command.add_argument("--debug", action="store_true", help="tracebacks of errors")

@@ -40,7 +40,7 @@ SEARCH = 8.0
 """How far ahead a crossing may lie, in largest steps of the path."""
 EXACT = 2.0**-90
 """Residual in 50 digits up to which the branches cross, in lengths of the mechanism."""
-LESS_EXACT = 64 * float(np.finfo(LONG).eps)
+LESS_EXACT = 64 * float(np.spacing(LONG(1)))
 """The same in 80-bit floats, where 50 digits are not to be had."""
 MEANT = 8 * ROUNDOFF
 """Residual that numbers rounded to double may leave where a crossing is meant."""

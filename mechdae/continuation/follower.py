@@ -13,7 +13,6 @@ import numpy as np
 from mechdae.continuation.across_change_point import ZONE
 from mechdae.continuation.any_path import STRIDE, strides
 from mechdae.continuation.front import LONGER, SHRUNK, SMALLEST, Front
-from mechdae.continuation.obstacles import across, end_of, over_corner, to_fold
 from mechdae.continuation.path import APPROACH, Path, Tries
 from mechdae.errors import InputError, SolveError
 
@@ -139,6 +138,8 @@ def _careful(front: Front, step: float, goal: float) -> float:
 
 def _past(front: Front, b: int, step: float, rest: float, goal: float) -> float | None:
     """Go past what makes the steps of block `b` shrink; return the step to try next, or None."""
+    from mechdae.continuation.obstacles import across, end_of, over_corner, to_fold
+
     path, tries, key = front.path, front.path.tries, (b, front.sense)
     largest = path.largest
     if step < tries.bridge.get(key, SHRUNK * largest):

@@ -22,6 +22,7 @@ from mechdae.kernels.graphs.steps import Graphs
 from mechdae.kinematics.extremes import Spans
 from mechdae.kinematics.shapes import Shapes, Sized, free_numbers, size_of
 from mechdae.measures import measure
+from mechdae.measures.measured import Measured
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene, scene
 from mechdae.model.tree.choice import groups_of, model_of
@@ -99,7 +100,7 @@ class Run:
     places: Any
     events: list[dict[str, Any]]
     summary: Summary
-    found: measure.Measured = field(default_factory=measure.Measured)
+    found: Measured = field(default_factory=Measured)
     spans: Spans | None = None
 
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from mechdae.assembly import start
-from mechdae.assembly.beyond_reach import assembled
 from mechdae.continuation.across_change_point import Zone
 from mechdae.continuation.any_path import AnyPath
 from mechdae.continuation.evaluate import Poses
@@ -16,7 +15,6 @@ from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.kinematics.prepared import Run, Setting
-from mechdae.kinematics.undercut import cuts, refined
 from mechdae.measures.measure import sorted_events
 from mechdae.model.groups import Group, formula
 from mechdae.results import (
@@ -230,6 +228,8 @@ def _undercut(setting: Setting, run: Run) -> tuple[list[dict[str, Any]], list[di
     """Return events and intervals of the poses in which a roller cuts into its curve."""
     if not setting.graphs.contacts:
         return [], []
+    from mechdae.kinematics.undercut import cuts, refined
+
     groups = {name: group for group in setting.scene.groups for name in group.joints}
     events, intervals = [], []
     x, values, s = run.poses.x, run.values, run.places
@@ -354,6 +354,8 @@ def _failed(setting: Setting, run: Run, status: Any) -> list[dict[str, Any]]:
     lost = among(status, LOST) if status.any() else np.zeros(0, bool)
     if not lost.any():
         return []
+    from mechdae.assembly.beyond_reach import assembled
+
     there = assembled(setting.assembler, run.values, np.flatnonzero(lost))
     edges = np.flatnonzero(np.diff(np.concatenate([[0], lost.astype(int), [0]])))
     places, plan = run.places, setting.plan

@@ -15,7 +15,6 @@ from mechdae.continuation.reachable_arc import arc_of
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Sweep
 from mechdae.errors import SolveError
-from mechdae.kinematics.curve_corners import without_two_values
 from mechdae.kinematics.extremes import Spans
 from mechdae.kinematics.prepared import Run, Setting, covered, first_pose, prepare
 from mechdae.kinematics.report import begins_singular, limit_events, report
@@ -62,6 +61,8 @@ def run(setting: Setting, task: Sweep) -> Run:
     """Evaluate a prepared sweep."""
     result = _followed(setting, task)
     if setting.graphs.contacts:
+        from mechdae.kinematics.curve_corners import without_two_values
+
         without_two_values(setting, result)
     result.poses.y = result.poses.y[: task.derivatives + 1]
     return result

@@ -14,7 +14,7 @@ from mechdae.describe.coordinate_kinds import ANGLE, KINDS, LENGTH, CoordinateKi
 from mechdae.describe.mechanism import GROUND
 from mechdae.errors import UnknownName
 from mechdae.model.reduction import Scene
-from mechdae.model.tree.tree_model import TreeModel
+from mechdae.model.tree.choice import is_tree
 from mechdae.records import dataclass
 from mechdae.results import Later, Named, Series
 from mechdae.setup.turning import turning
@@ -88,14 +88,14 @@ class Outputs:
         model, chosen = scene.model, scene.selection
         self._group_of = {body: group.index for group in scene.groups for body in group.bodies}
         for name in chosen.bodies:
-            if isinstance(model, TreeModel):
+            if is_tree(model):
                 whole, reaches = ca.vec(model.frame(name).R), model.turn_reaches(name)
                 self._add("bodies", name, "orientation", whole, (name,), reaches)
             else:
                 self._add("bodies", name, "angle", model.frame(name).angle, (name,))
         for reference in chosen.points:
             body = reference.split(".")[0]
-            known = model.point_reaches(reference) if isinstance(model, TreeModel) else ()
+            known = model.point_reaches(reference) if is_tree(model) else ()
             self._add("points", reference, "position", model.point(reference), (body,), known)
         for name in chosen.joints:
             self._add_joint(name)
@@ -143,7 +143,7 @@ class Outputs:
         model = self.scene.model
         joint = model.mechanism.joints[name]
         bodies = tuple(body for body in joint.bodies if body != GROUND)
-        if isinstance(model, TreeModel):
+        if is_tree(model):
             for word in joint.coordinates:
                 known = (model.relative_reach(name, word),)
                 self._add("joints", name, word, model.relative(name, word), bodies, known)
@@ -191,7 +191,7 @@ class Outputs:
     @property
     def without_rates(self) -> list[int]:
         """The columns of which no rates are reported: turns of joints of the plane."""
-        if isinstance(self.scene.model, TreeModel):
+        if is_tree(self.scene.model):
             return []
         turns = (e for e in self.entries if e.kind == "joints" and e.quantity is ANGLE)
         return [i for entry in turns for i in entry.columns]
@@ -200,7 +200,7 @@ class Outputs:
         """Return the names of a quantity and of its rates."""
         if entry.kind != "joints" or entry.quantity is not ANGLE:
             return RATES[entry.name]
-        if isinstance(self.scene.model, TreeModel):  # bodies have no angles whose rates would tell
+        if is_tree(self.scene.model):  # bodies have no angles whose rates would tell
             return (entry.name, *(f"{entry.name}_{rate}" for rate in RATES["position"][1:]))
         return RATES[entry.name][:1]
 
@@ -254,7 +254,7 @@ class Outputs:
                 series[name] = values[order][:, first if one else slice(first, last + 1)]
         if len(values) >= 3:
             for entry in self.entries:
-                if entry.name == "slide" and not isinstance(self.scene.model, TreeModel):
+                if entry.name == "slide" and not is_tree(self.scene.model):
                     later = Later(partial(self._coriolis, entry, values))
                     tables["joints"][entry.part]["coriolis"] = later
         for kind, parts in (extra or {}).items():

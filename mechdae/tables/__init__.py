@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html as markup
 import shutil
 from collections.abc import Callable, Mapping
 
@@ -52,27 +51,31 @@ def html(result: Result, picture: str = "") -> str:
 
     ``picture`` is the address of one that stands below it, "" for none.
     """
+    from html import escape
+
     if result.kind in TEXTS or result.kind == "sensitivity" or len(result) == 1:
-        body = f"<pre>{markup.escape(table(result))}</pre>"
+        body = f"<pre>{escape(table(result))}</pre>"
     else:
         body = _short(result)
     if picture:
-        body += f'<img alt="{markup.escape(result.task)}" src="{picture}" style="max-width:100%">'
+        body += f'<img alt="{escape(result.task)}" src="{picture}" style="max-width:100%">'
     return f"<div>{body}</div>"
 
 
 def _short(result: Result) -> str:
+    from html import escape
+
     columns = poses_columns(result)[:FEW]
     places = rows_of(len(result), SHORT)
-    head = "".join(f"<th>{markup.escape(title)}</th>" for title, _ in columns)
+    head = "".join(f"<th>{escape(title)}</th>" for title, _ in columns)
     rows = "".join(
-        "<tr>" + "".join(f"<td>{markup.escape(own[k])}</td>" for _, own in columns) + "</tr>"
+        "<tr>" + "".join(f"<td>{escape(own[k])}</td>" for _, own in columns) + "</tr>"
         for k in places
     )
     title = f"{result.problem} / {result.task} ({result.kind}) {result.title}".rstrip()
     notes = [f"{len(places)} of {len(result)} poses"] if len(places) < len(result) else []
     notes += [result.fault] if result.fault else []
     return (
-        f"<p><b>{markup.escape(title)}</b></p><table><thead><tr>{head}</tr></thead>"
-        f"<tbody>{rows}</tbody></table><p>{markup.escape('; '.join(notes))}</p>"
+        f"<p><b>{escape(title)}</b></p><table><thead><tr>{head}</tr></thead>"
+        f"<tbody>{rows}</tbody></table><p>{escape('; '.join(notes))}</p>"
     )

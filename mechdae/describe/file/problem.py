@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping
 from dataclasses import field, fields, replace
 from typing import Any
@@ -87,6 +86,8 @@ class Problem:
 
     def _repr_html_(self) -> str:
         """Return the screen for notebooks."""
+        import html
+
         return f"<pre>{html.escape(str(self))}</pre>"
 
     def task(self, name: str | None) -> Task:

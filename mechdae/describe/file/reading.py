@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
-from difflib import get_close_matches
 from typing import Any, TypeVar
 
 from mechdae.describe.units import UNITS, nearest_suffixes
@@ -17,7 +16,7 @@ from mechdae.describe.values import (
     required,
     sequence,
 )
-from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.errors import InputError, MechdaeError, UnknownName, close_matches
 from mechdae.records import dataclass
 
 ALIASES = {
@@ -94,7 +93,7 @@ def chosen(table: Any, kinds: Mapping[str, Any], word: str) -> tuple[str, dict[s
         meant = ALIASES.get(kind.lower())
         if meant in kinds:
             error.hint = f"did you mean {meant}?"
-        elif not get_close_matches(kind, kinds, 1):
+        elif not close_matches(kind, kinds, 1):
             error.hint = f"one of {', '.join(kinds)}"
         raise error
     return kind, {entry: value for entry, value in table.items() if entry != "kind"}
@@ -123,7 +122,7 @@ def unit_meant(key: str, known: Iterable[str]) -> str:
         return ""
     base = max(bases, key=len)
     meant = [f"{base}{own}" for own in nearest_suffixes(key[len(base) :])]
-    if not {*get_close_matches(key, [*(names - {base}), *meant], 1)} <= {*meant}:
+    if not {*close_matches(key, [*(names - {base}), *meant], 1)} <= {*meant}:
         return ""
     advice = f"did you mean {' or '.join(meant)}? " if meant else ""
     return advice + f"units are {', '.join(UNITS)}"
@@ -174,7 +173,7 @@ def plain(table: Any, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
         base, suffix = (key, "") if known is not None and key in known else split_unit(key)
         if known is not None and base not in known:
             error = UnknownName("key", key, known)
-            typo = get_close_matches(key, known, 1, 0.9)
+            typo = close_matches(key, known, 1, 0.9)
             if not typo:
                 error.hint = unit_meant(key, known) or error.hint
             raise error

@@ -20,8 +20,6 @@ from mechdae.describe.tasks.kinds import (
     TASKS,
     Task,
 )
-from mechdae.describe.vectors.expand import from_loops
-from mechdae.describe.vectors.values import Node, Vector
 from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 
 
@@ -47,6 +45,9 @@ def read_problem(
     }
     loops = [entry for entry in ("vectors", "loops", "nodes") if _table(data, entry)]
     if loops:
+        from mechdae.describe.vectors.expand import from_loops
+        from mechdae.describe.vectors.values import Node, Vector
+
         mechanism = from_loops(
             [read(Vector, t, f"vectors.{n}", name=n) for n, t in _table(data, "vectors").items()],
             _table(data, "loops"),

@@ -6,7 +6,6 @@ The file lies in the folder of the problem file or below it. Its first row may b
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -122,6 +121,8 @@ def write_tables(mechanism: Mechanism, tasks: Mapping[str, Task], folder: Path) 
             for place, name in enumerate(load.columns or ("abscissa", "value")):
                 columns[name] = [row[place] for row in load.from_file or ()]
         path.parent.mkdir(parents=True, exist_ok=True)
+        import csv  # only where there are tables
+
         lines = [list(columns), *map(list, zip(*columns.values(), strict=True))]
         partial = path.with_name(path.name + ".part")
         with partial.open("w", encoding="utf-8", newline="") as stream:
@@ -149,6 +150,8 @@ def _read(path: Path, columns: tuple[str, ...] | None) -> Rows:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError):
         raise InputError("is not a text file in UTF-8", where="file") from None
+    import csv
+
     lines = [
         (place, row)
         for place, row in enumerate(csv.reader(_kept(text.splitlines())), start=1)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 
@@ -97,6 +96,8 @@ class Folder:
                 self.path.mkdir(mode=0o700, exist_ok=True)
             if self.fault:
                 return
+            import tempfile  # only where something is written
+
             handle, name_there = tempfile.mkstemp(dir=self.path, suffix=".part")
         except OSError:
             return

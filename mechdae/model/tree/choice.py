@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, TypeGuard
 
 from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.mechanism import Mechanism
 from mechdae.model.groups import Group, assur_groups
 from mechdae.model.model import Model, Row
-from mechdae.model.tree.tree_model import TreeModel
+
+if TYPE_CHECKING:
+    from mechdae.model.tree.tree_model import TreeModel
+
+
+def is_tree(model: Model) -> TypeGuard[TreeModel]:
+    """Say whether a model is a tree of joints in space."""
+    return model.mechanism.dimension == 3
 
 
 def model_of(
@@ -16,12 +24,14 @@ def model_of(
 ) -> Model:
     """Return the model of a mechanism with these drivers."""
     if mechanism.dimension == 3:
+        from mechdae.model.tree.tree_model import TreeModel
+
         return TreeModel(mechanism, drivers, free)
     return Model(mechanism, free=free)
 
 
 def groups_of(model: Model, rows: Sequence[Row], coarse: bool = False) -> list[Group]:
     """Return the Assur groups of a model's rows in solve order; see `assur_groups`."""
-    if isinstance(model, TreeModel):
+    if is_tree(model):
         return model.groups(rows, coarse)
     return assur_groups(model, rows, coarse)

@@ -1,0 +1,124 @@
+"""Computes the measures of a sweep: at its poses, and along its path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from mechdae.continuation.evaluate import Evaluator, Poses
+from mechdae.continuation.path import Path
+from mechdae.describe.expression import evaluate
+from mechdae.describe.tasks.kinds import Sweep
+from mechdae.errors import InputError, UnavailableError
+from mechdae.measures import centres, curve, transmission
+from mechdae.measures.courses import courses, quantities
+from mechdae.measures.dwell import dwells
+from mechdae.measures.extremes import envelope, extremes, stationary_events
+from mechdae.measures.measured import Measured
+from mechdae.measures.strokes import time_ratios
+from mechdae.measures.track import Track
+from mechdae.model.reduction import Scene
+from mechdae.setup.outputs import Outputs, Request
+
+ALONG = ("extremes", "time-ratio", "dwell", "envelope")
+"""Measures that follow the path of a single driver."""
+TURNED = "turn of "
+
+
+def requests(scene: Scene, task: Sweep, by_value: bool) -> list[Request]:
+    """Return what the measures of a task need evaluated beside what is reported."""
+    asked = task.measures or ()
+    along = [name for name in asked if name in ALONG]
+    if along and not by_value:
+        raise UnavailableError(
+            f"'{along[0]}' needs a single driver that moves, by at, from and to, or range",
+            where="measures",
+            hint="leave it out",
+        )
+    found = []
+    if "transmission" in asked:
+        found += transmission.requests(scene)
+    if "centrodes" in asked or "instant-centres" in asked:
+        found += centres.requests(scene, "instant-centres" in asked)
+    if set(asked) - {"instant-centres"} and by_value:
+        for name in centres.bodies_of(scene):
+            found.append((TURNED + name, scene.model.frame(name).angle, (name,)))
+    return found
+
+
+def at_poses(
+    outputs: Outputs, asked: Sequence[str], poses: Poses, unit: float, found: Measured
+) -> None:
+    """Add the measures of single poses to `found`; `unit` is what a radian is for other drivers."""
+    scale = outputs.scene.model.mechanism.scale
+    if "transmission" in asked:
+        found.put("joints", transmission.angles(outputs, poses.y[0]))
+    if "curve" in asked:
+        found.put("points", curve.directions(outputs, poses.y, unit))
+    if "centrodes" in asked or "instant-centres" in asked:
+        planes = centres.Planes(outputs, poses.y[:2], scale)
+    if "centrodes" in asked:
+        found.put("bodies", centres.centrodes(planes, outputs.scene.selection.bodies))
+    if "instant-centres" in asked:
+        found.centres, far = centres.instant_centres(planes)
+        if far:
+            found.summary["centres_at_infinity"] = far
+
+
+def along_path(
+    outputs: Outputs,
+    task: Sweep,
+    evaluator: Evaluator,
+    path: Path,
+    values: Any,
+    found: Measured,
+    moving: int,
+) -> None:
+    """Add the measures of the whole sweep of the driver that moves to `found`."""
+    asked = task.measures or ()
+    scene = outputs.scene
+    mechanism = scene.model.mechanism
+    turns = outputs.columns(TURNED + name for name in centres.bodies_of(scene))
+    driver = scene.drivers[moving]
+    track = Track(evaluator, path, values, driver.is_angle, mechanism.scale, turns)
+    summary = found.summary
+    if "curve" in asked:
+        facts, cusps = curve.curves(track, outputs)
+        summary |= {"curve": facts} if facts else {}
+        found.events += cusps
+    if track.high == track.low:
+        alone = [name for name in asked if name in (*ALONG, "transmission")]
+        if alone:
+            text = f"{', '.join(alone)}: over a single value of the driver there is no range"
+            found.notes.append(text)
+        return
+    if "transmission" in asked:
+        summary["transmission"] = transmission.summary(track, outputs)
+    if "centrodes" in asked:
+        summary["centrodes"] = centres.at_infinity(track, outputs, turns)
+    wanted = quantities(outputs)
+    followed = courses(track, wanted) if set(asked) & set(ALONG) else {}
+    if "extremes" in asked:
+        summary["extremes"] = extremes(track, followed)
+        found.events += _once(stationary_events(followed))
+    if "time-ratio" in asked:
+        summary |= time_ratios(track, [q for q in wanted if q.name != driver.text])
+    if "dwell" in asked:
+        share = evaluate(task.dwell_tolerance, mechanism.parameter_values)
+        if not 0 < share < 0.5:
+            raise InputError(
+                f"a share of the swing between 0 and 0.5 is needed, not {share:g}",
+                where="dwell_tolerance",
+                hint="0.01 is a band of 2 % of it",
+            )
+        summary["dwell"] = dwells(track, followed, share)
+    if "envelope" in asked:
+        summary["envelope"] = envelope(followed)
+    if track.lost:
+        found.notes.append(f"measures: {track.lost} places of the path were not certified")
+
+
+def _once(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return one event of a quantity at a place: a rest is met on all pieces that it joins."""
+    found = {(event.get("of"), event["at"]): event for event in reversed(events)}
+    return list(reversed(found.values()))

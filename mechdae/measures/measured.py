@@ -1,0 +1,23 @@
+"""What measures put into a result."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import Any
+
+from mechdae.records import dataclass
+
+
+@dataclass
+class Measured:
+    """Series by kind, part and name; pairs of bodies; entries of the summary; events."""
+
+    series: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict)
+    centres: dict[str, Any] = field(default_factory=dict)
+    summary: dict[str, Any] = field(default_factory=dict)
+    events: list[dict[str, Any]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def put(self, kind: str, parts: dict[str, dict[str, Any]]) -> None:
+        for part, arrays in parts.items():
+            self.series.setdefault(kind, {}).setdefault(part, {}).update(arrays)
