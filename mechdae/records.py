@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from operator import attrgetter
 from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any
@@ -23,11 +24,35 @@ else:
 
         def made(own):
             own.__doc__ = own.__doc__ or own.__name__  # else its signature is written there
-            dataclasses.dataclass(own, init=False, repr=False, eq=False, kw_only=kw_only)
+            with _thawed(own, frozen):
+                dataclasses.dataclass(own, init=False, repr=False, eq=False, kw_only=kw_only)
+            told = own.__dataclass_params__
+            told.init, told.repr, told.eq, told.frozen = True, repr, eq, frozen
             _write(own, frozen, eq, repr)
             return own
 
         return made if cls is None else made(cls)
+
+
+@contextmanager
+def _thawed(cls: Any, frozen: bool) -> Iterator[None]:
+    """Let a frozen class have frozen bases while its fields are gathered, and no others."""
+    bases = [
+        base.__dataclass_params__
+        for base in cls.__mro__[1:]
+        if "__dataclass_params__" in vars(base)
+    ]
+    held = [base.frozen for base in bases]
+    if bases and any(held) != frozen:
+        words = ("non-frozen", "frozen") if any(held) else ("frozen", "non-frozen")
+        raise TypeError(f"cannot inherit {words[0]} dataclass from a {words[1]} one")
+    for base in bases:
+        base.frozen = False
+    try:
+        yield
+    finally:
+        for base, flag in zip(bases, held, strict=True):
+            base.frozen = flag
 
 
 def _write(cls: Any, frozen: bool, eq: bool, shown: bool) -> None:

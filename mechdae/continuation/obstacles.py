@@ -6,12 +6,14 @@ says whether the path went on, or ended, there.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mechdae.continuation.across_change_point import ZONE, Bridge
+from mechdae.continuation.any_path import STRIDE, strides
 from mechdae.continuation.change_points import Crossing
 from mechdae.continuation.cusps import CuspFinder, Touch
 from mechdae.continuation.front import LONGER, SHRUNK, SMALLEST, Front
@@ -23,6 +25,8 @@ HAIR, MOVED = 1e-7, 1e3
 over that."""
 BESIDE = 1e-3
 """Largest steps before a limit position within which its own expansion tells the poses."""
+STEADY = 0.2
+"""Share of the way to a limit position below which steps are taken many at once."""
 NEAREST = 1e-6
 """Share of the largest step that must be left for the way across a change point."""
 NARROWER = 12
@@ -106,7 +110,36 @@ def _approach(front: Front, limit: Limit, rest: float) -> bool:
                 before = path.graphs.ancestors(limit.block)[:-1]
                 return not set(before) & set(bad) and _into(front, limit)
         share = 0.6 if taken else min(0.6, 1.5 * step / distance)
+        if not taken and step < STEADY * distance:
+            share = _in_shares(front, limit, step / distance)
         rest -= sense * (front.s - passed)
+
+
+def _in_shares(front: Front, limit: Limit, share: float) -> float:
+    """Take steps that are each a share of what is left to a limit, many in one call.
+
+    Returns the share to go on with: where one step is not proved, that of those before it.
+    """
+    path, sense = front.path, front.sense
+    while True:
+        distance = sense * (limit.s - front.s)
+        left = math.log(max(1.0, distance / (APPROACH * path.largest))) / -math.log1p(-share)
+        count = min(STRIDE, math.ceil(left))
+        if not count:
+            return share
+        ahead = sense * distance * (1 - share) ** np.arange(1, count + 1)
+        places = np.concatenate([[front.s], limit.s - ahead])
+        states, test, det, miss = strides(path.graphs)(
+            front.state, places[:-1], np.diff(places), path.whole, count
+        )
+        good = path.good(states, test, det, miss, front.alive, front.sign)
+        held = count if good.all() else int(np.argmin(good))
+        path.append_all(places[1 : held + 1].tolist(), list(states[:held]), front.up)
+        path.counts.steps += held
+        if held < count:
+            path.counts.rejected += 1
+            return share
+        share = min(0.6, 1.5 * share)
 
 
 def _into(front: Front, limit: Limit) -> bool:

@@ -116,6 +116,8 @@ def whole_file(path: Path) -> Iterator[Any]:
         with partial.open("wb") as file:
             yield file
         partial.replace(path)
-    except BaseException:
+    except BaseException as error:
         partial.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno and not error.filename:
+            error.filename = str(path)  # a full disk is met while writing, which names nothing
         raise

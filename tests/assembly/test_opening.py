@@ -105,7 +105,7 @@ def test_a_rod_that_does_not_reach_its_guide() -> None:
 
 def test_poses_that_a_sweep_loses_are_not_measured(monkeypatch) -> None:
     """Whether they assemble anywhere is asked of many: by how much not would cost far more."""
-    from mechdae.assembly import assembler
+    from mechdae.assembly import least_gap
 
     measured = []
 
@@ -113,8 +113,8 @@ def test_poses_that_a_sweep_loses_are_not_measured(monkeypatch) -> None:
         measured.append(given)
         return opening(*given)
 
-    opening = assembler.opening
-    monkeypatch.setattr(assembler, "opening", counted)
+    opening = least_gap.opening
+    monkeypatch.setattr(least_gap, "opening", counted)
     mechanism = four_bar(0.5, (2.0, 2.5, 2.0, 3.0))
     mechanism = replace(mechanism, sketch={"crank": 0.5, "rocker": 1.3})
     turn = md.Sweep(md.Driver("crank.angle", at=tuple(np.linspace(0.5, np.pi, 40))))

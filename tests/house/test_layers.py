@@ -194,12 +194,16 @@ def test_only_drawing_knows_matplotlib() -> None:
             assert room(module_of(path)) == "draw", path
 
 
-def loaded(code: str) -> set[str]:
+def modules_of(code: str) -> set[str]:
     script = f"{code}\nimport sys; print(*sys.modules)"
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
-    return {name.split(".")[0] for name in done.stdout.splitlines()[-1].split()}
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def loaded(code: str) -> set[str]:
+    return {name.split(".")[0] for name in modules_of(code)}
 
 
 @pytest.mark.parametrize(
@@ -214,3 +218,19 @@ def test_light_commands_load_no_numerics(code: str) -> None:
 def test_solving_loads_no_drawing() -> None:
     code = "import mechdae as md; md.solve('slider-crank', 'modes')"
     assert "matplotlib" not in loaded(code)
+
+
+RARE = {
+    "mechdae.assembly.linkage.linkage_group", "mechdae.assembly.multistart",
+    "mechdae.assembly.vector_loops", "mechdae.describe.vectors.expand", "mechdae.export",
+    "mechdae.kinematics.curve_corners", "mechdae.measures.along_sweep",
+    "mechdae.model.tree.tree_model", "mechdae.studies", "csv", "difflib", "html",
+}  # fmt: skip
+"""What a plain sweep on the command line does without: each is a part of its start."""
+
+
+def test_a_plain_sweep_loads_what_it_needs() -> None:
+    words = ["solve", "four-bar-crank-rocker", "--task", "turn", "--poses", "9"]
+    found = modules_of(f"from mechdae.cli import main; main({words})")
+    assert not found & RARE
+    assert len([name for name in found if name.startswith("mechdae")]) < 185

@@ -160,6 +160,32 @@ def test_copies_and_pickles() -> None:
         item.value = 4
 
 
+def test_classes_inherit_from_those_of_the_standard_library_and_these_from_them() -> None:
+    for first, second in ((records, dataclasses), (dataclasses, records)):
+
+        @first.dataclass(frozen=True)
+        class Base:
+            x: int
+
+        @second.dataclass(frozen=True)
+        class Sub(Base):
+            y: int = 4
+
+        assert (Sub(3).x, Sub(3).y, Sub(3) == Sub(3, 4)) == (3, 4, True)
+        assert (Base.__dataclass_params__.frozen, Sub.__dataclass_params__.frozen) == (True, True)
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            Sub(3).x = 4
+        with pytest.raises(TypeError, match="non-frozen dataclass from a frozen"):
+            second.dataclass(type("Open", (Base,), {}))
+
+    @records.dataclass
+    class Plain:
+        x: int
+
+    with pytest.raises(TypeError, match="frozen dataclass from a non-frozen"):
+        records.dataclass(frozen=True)(type("Closed", (Plain,), {}))
+
+
 def test_nothing_is_compiled_before_it_is_used() -> None:
     point, *_ = classes(records.dataclass)
     stub = point.__init__
