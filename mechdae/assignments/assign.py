@@ -9,7 +9,6 @@ import json
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import degrees, pi, radians
 from pathlib import Path
 from typing import Any
@@ -32,6 +31,7 @@ from mechdae.explanations.subject import Subject, subject_of
 from mechdae.explanations.words import TABLE as TOLD
 from mechdae.explanations.words import Said
 from mechdae.formulas import Document, Facts, Part, Section
+from mechdae.records import dataclass
 from mechdae.reports import sections
 from mechdae.reports.report import ENDINGS, MOST, Report
 from mechdae.reports.words import TABLE as REPORTED

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import degrees, prod
 from random import Random
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 
 from mechdae.assignments.ranges import RoundRange
 from mechdae.errors import AssemblyError, InputError, SolveError
+from mechdae.records import dataclass
 from mechdae.results import Result
 from mechdae.tasks.solver import Solver
 

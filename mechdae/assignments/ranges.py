@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal, DecimalException
 from math import isfinite
 from typing import Any
@@ -12,6 +11,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.reading import split_unit
 from mechdae.describe.units import UNITS
 from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.records import dataclass
 
 FINEST = 20
 """A range has at least so many round steps where none is asked for."""

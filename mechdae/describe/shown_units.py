@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from types import MappingProxyType
 
 from mechdae.describe.units import TABLE, nearest_suffixes
 from mechdae.errors import InputError, UnknownName
+from mechdae.records import dataclass
 
 POWERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
     "m": {"m": (1, "{}"), "m/s": (1, "{}/s"), "m/s2": (1, "{}/s2"), "m/s3": (1, "{}/s3"),

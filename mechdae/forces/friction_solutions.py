@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ import numpy as np
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.feedback import ACROSS
+from mechdae.records import dataclass
 
 CHOICES = 4096
 """Choices of pieces that are tried in one group."""

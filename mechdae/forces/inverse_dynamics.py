@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from functools import cached_property
 from typing import Any
 
@@ -28,6 +28,7 @@ from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.kept import Kept
 from mechdae.model.model import Model
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 
 SOLVED = 1e-12
 """Left-over of the sizes of friction, relative to them, that counts as solved."""

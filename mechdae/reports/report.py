@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from mechdae.explanations.words import Said
 from mechdae.export import whole_file
 from mechdae.formulas import Document, Image, Passage, Section
 from mechdae.formulas.writers import as_html, as_typst
+from mechdae.records import dataclass
 from mechdae.reports import sections
 from mechdae.reports.words import TABLE
 from mechdae.results import Result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any, Self, TypeVar, cast
@@ -14,6 +14,7 @@ from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.shown_units import SI, Units, units_of
 from mechdae.describe.tasks.kinds import Task
 from mechdae.errors import UnknownName
+from mechdae.records import dataclass
 from mechdae.results.columns import columns_of
 from mechdae.results.events import Event
 from mechdae.results.later import Later, Summary

@@ -13,9 +13,14 @@ from tests.shared.command import run
 def test_a_full_disk_names_the_file_and_leaves_what_was_there(tmp_path) -> None:
     path = tmp_path / "turn.csv"
     path.write_text("before")
-    with pytest.raises(OSError, match="No space left") as caught, whole_file(path) as file:
-        file.write(b"half")
-        raise OSError(28, os.strerror(28))
+
+    def write() -> None:
+        with whole_file(path) as file:
+            file.write(b"half")
+            raise OSError(28, os.strerror(28))
+
+    with pytest.raises(OSError, match="No space left") as caught:
+        write()
     assert caught.value.filename == str(path)
     assert path.read_text() == "before"
     assert list(tmp_path.iterdir()) == [path]

@@ -13,7 +13,6 @@ pivots are eliminated; what is left is as small as in kinematics.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -41,6 +40,7 @@ from mechdae.model.forces.meshes import Mesh
 from mechdae.model.forces.spatial_meshes import SpatialMesh
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
+from mechdae.records import dataclass
 
 SX = ca.SX
 NEWTON, QUICK = 6, 3

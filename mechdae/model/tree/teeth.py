@@ -6,7 +6,6 @@ directions follow in symbols (`mechdae.model.forces.spatial_meshes`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.errors import MechanismError, UnavailableError
 from mechdae.model.tree.meshes import Bearing, bearings
+from mechdae.records import dataclass
 
 SAME = 1e-9
 """Sine, or share of the mechanism's size, below which directions or places are one."""
