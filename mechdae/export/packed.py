@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.sections import read_task
 from mechdae.describe.file.writing import alone, task_text
 from mechdae.errors import MechdaeError, SolveError
+from mechdae.records import dataclass
 from mechdae.results import Named, Result, Series, Summary, events_of, kinds, plain
 
 FORMAT = 1

@@ -26,7 +26,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    from mechdae.export import check_folder, json_text, save
     from mechdae.tables import table
     from mechdae.tasks.registry import KINDS
     from mechdae.tasks.solve import solve
@@ -48,8 +47,11 @@ def run(options: argparse.Namespace) -> int:
     if options.poses is not None and options.poses < 1:
         raise InputError("a whole number above 0 is needed", where="--poses")
     check_workers(options.workers, {problem.tasks[name].kind for name in names})
-    for name in names if options.out else ():
-        check_folder(options.out, problem.name, name)
+    if options.out:
+        from mechdae.export import check_folder, save
+
+        for name in names:
+            check_folder(options.out, problem.name, name)
     for note in problem.notes:
         message(f"mechdae: note: {note}", options.quiet)
     code = 0
@@ -84,6 +86,8 @@ def run(options: argparse.Namespace) -> int:
             message(f"mechdae: task {name}: {result.fault}", False)
             code = 1
     if options.json:
+        from mechdae.export import json_text
+
         print(json_text(results) if results else _empty(problem.name))
     if options.out:
         for result in results:

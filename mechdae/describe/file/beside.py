@@ -53,7 +53,7 @@ def _notes(
         return []
     notes = []
     for key, value in table.items():
-        if _looks(value) and is_angle(key):
+        if key not in ends and _looks(value) and is_angle(key):
             notes.append(
                 f"{place}: {key} = {_shown(value)} is in radians, beside {beside[0]}; did you mean "
                 f"{key}_deg?"

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from mechdae.describe.file.problem import Problem
 from mechdae.describe.file.writing import alone
 from mechdae.describe.tasks.kinds import Synthesis, Task
 from mechdae.jobs.distribute import Failure
+from mechdae.records import dataclass
 
 if TYPE_CHECKING:
     from mechdae.synthesis.ipopt import Optimum
