@@ -6,7 +6,7 @@ import base64
 import html
 import json
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -29,6 +29,7 @@ from mechdae.kinematics.sweep import run as followed
 from mechdae.pages import efforts, link, live, scenes
 from mechdae.pages.reasons import said
 from mechdae.pages.space_scenes import space_of
+from mechdae.records import dataclass
 from mechdae.results import Result, plain
 from mechdae.tasks.solve import solve
 
