@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mechdae.forces.inverse_dynamics import Motion, Statics, some
+from mechdae.forces.inverse_dynamics import LoadedPoses, Statics, some
 
 POSES = 2
 """Poses at which the critical factor is looked for: those where friction feeds itself most."""
@@ -15,7 +15,7 @@ MOST = 1000.0
 
 
 def critical_factor(
-    statics: Statics, motion: Motion, inputs: list[Any], sizes: Any, rows: Any, lead: int
+    statics: Statics, motion: LoadedPoses, inputs: list[Any], sizes: Any, rows: Any, lead: int
 ) -> dict[str, Any]:
     """Return the least factor on all coefficients of friction at which a pose jams.
 

@@ -47,7 +47,7 @@ STANDING = 1e-9
 
 
 @dataclass
-class Motion:
+class LoadedPoses:
     """Poses to be loaded, rows are poses; nan where one has no value.
 
     ``w``, ``v``, ``a`` (n, nx + nu) are unknowns and drivers' values with their rates in time,
@@ -90,18 +90,18 @@ class Motion:
         """Which poses have accelerations."""
         return np.isfinite(self.a).all(axis=1)
 
-    def rows(self, chosen: Any) -> Motion:
+    def rows(self, chosen: Any) -> LoadedPoses:
         """Return some of the poses."""
         t = None if self.t is None else self.t[chosen]
         w, v, a, condition = (own[chosen] for own in (self.w, self.v, self.a, self.condition))
         p, length = (None if own is None else own[chosen] for own in (self.p, self.length))
-        return Motion(w, v, a, t, condition, self.nx, p, length)
+        return LoadedPoses(w, v, a, t, condition, self.nx, p, length)
 
     def __len__(self) -> int:
         return len(self.w)
 
 
-def absolute(scene: Scene, motion: Motion) -> list[Any]:
+def absolute(scene: Scene, motion: LoadedPoses) -> list[Any]:
     """Return the scene's coordinates and speeds at poses, (n, columns) each."""
 
     def make() -> Batch:
@@ -134,7 +134,7 @@ class Loaded:
             own = getattr(self, entry.name)
             own[rows] = getattr(other, entry.name) if isinstance(other, Loaded) else other
 
-    def driven(self, motion: Motion) -> Any:
+    def driven(self, motion: LoadedPoses) -> Any:
         """Return the power of the drivers (n,) [W]."""
         return np.einsum("nk,nk->n", self.efforts, motion.speeds)
 
@@ -170,11 +170,13 @@ class Statics:
         Poses that tell real pairs of wheels from mere ratios of angles.
     """
 
-    def __init__(self, scene: Scene, evaluator: Evaluator, task: Reactions, motion: Motion) -> None:
+    def __init__(
+        self, scene: Scene, evaluator: Evaluator, task: Reactions, motion: LoadedPoses
+    ) -> None:
         self.scene, self.evaluator, self.task = scene, evaluator, task
         model = scene.model
         self.p, self.length = model.p_values, model.mechanism.scale
-        self._last: tuple[Motion, float, list[Any]] | None = None
+        self._last: tuple[LoadedPoses, float, list[Any]] | None = None
         real = real_along(scene, lambda: absolute(scene, motion), self.length)
         friction, turned = task.friction != "none", task.direction == "load"
         self.key = ("forces", real, task.friction_radius, friction, turned, timed_numbers(model))
@@ -266,7 +268,7 @@ class Statics:
 
     # -- inputs ----------------------------------------------------------------------------
 
-    def inputs(self, motion: Motion, factor: float = 1.0) -> list[Any]:
+    def inputs(self, motion: LoadedPoses, factor: float = 1.0) -> list[Any]:
         """Return the arrays that the functions of the balance take, sizes left out.
 
         Those of the motion that was asked for last are kept.
@@ -275,7 +277,7 @@ class Statics:
             self._last = (motion, factor, self._inputs(motion, factor))
         return list(self._last[2])
 
-    def _inputs(self, motion: Motion, factor: float) -> list[Any]:
+    def _inputs(self, motion: LoadedPoses, factor: float) -> list[Any]:
         pieces, signs = self._pieces(motion), self.signs(motion)
         return [
             motion.w, motion.v, motion.a, motion.times, pieces, signs, self._p(motion),
@@ -292,7 +294,7 @@ class Statics:
 
         return self.batch("abscissae", make, SPEEDS)
 
-    def _pieces(self, motion: Motion) -> Any:
+    def _pieces(self, motion: LoadedPoses) -> Any:
         """Return abscissa, value and slope of the piece of each table, (n, 3 tables)."""
         n = len(motion)
         columns: list[Any] = []
@@ -314,7 +316,7 @@ class Statics:
         slope = (Y[place + 1] - Y[place]) / (X[place + 1] - X[place])
         return [X[place] + (at - inside), Y[place], slope, np.nan_to_num(turns) * len(X) + place]
 
-    def cells(self, motion: Motion) -> Iterator[tuple[Any, Any]]:
+    def cells(self, motion: LoadedPoses) -> Iterator[tuple[Any, Any]]:
         """Yield a number (n,) for the piece of each table, its abscissa and the piece's (n, 2)."""
         for k, table in enumerate(self.tables):
             at = self.abscissae(motion.w, motion.v, self._p(motion))[0][:, k]
@@ -325,11 +327,11 @@ class Statics:
             rows = np.searchsorted(timed.X, start)
             yield turn * len(timed.X) + rows, np.stack([motion.times[:, 0], np.nan * start], axis=1)
 
-    def speeds(self, motion: Motion) -> Any:
+    def speeds(self, motion: LoadedPoses) -> Any:
         """Return the sliding speeds, (n, slips)."""
         return self._of("slipping")(motion.w, motion.v, self._p(motion))[0]
 
-    def lost(self, motion: Motion) -> Iterator[tuple[str, Any, str, str, str]]:
+    def lost(self, motion: LoadedPoses) -> Iterator[tuple[str, Any, str, str, str]]:
         """Yield loads that may have no value: name, poses (n,), what is wrong, its key, a hint."""
         loads = self.scene.model.mechanism.loads
         for name, (low, high), at in self._ends(motion):
@@ -364,7 +366,7 @@ class Statics:
             for name, own in zip(names, finite.T, strict=True):
                 yield name, ~own & there, "it has no finite value", "", ""
 
-    def _ends(self, motion: Motion) -> Iterator[tuple[str, tuple[float, float], Any]]:
+    def _ends(self, motion: LoadedPoses) -> Iterator[tuple[str, tuple[float, float], Any]]:
         """Yield tables that end: name, ends, and where they are read (n,)."""
         for k, table in enumerate(self.tables):
             load = self.loads.signals[k].load
@@ -375,7 +377,7 @@ class Statics:
             if timed.ends is not None:
                 yield timed.name.removeprefix("load "), timed.ends, motion.times[:, 0]
 
-    def signs(self, motion: Motion) -> Any:
+    def signs(self, motion: LoadedPoses) -> Any:
         """Return the sign of each sliding speed, (n, slips).
 
         Where a speed vanishes it is the sign of the coming motion; zero between bodies that do
@@ -412,11 +414,11 @@ class Statics:
             signs[rows] = np.where(doubtful[:, rows].T, chosen, signs[rows])
         return signs
 
-    def _p(self, motion: Motion) -> Any:
+    def _p(self, motion: LoadedPoses) -> Any:
         """Return the numbers of poses, (np,) or (n, np)."""
         return self.p if motion.p is None else motion.p
 
-    def _length(self, motion: Motion) -> Any:
+    def _length(self, motion: LoadedPoses) -> Any:
         """Return a length of the mechanism at poses, one number or (n,)."""
         return self.length if motion.length is None else motion.length
 
@@ -448,7 +450,7 @@ class Statics:
 
         return self._stored("refined", refined), self._stored("exact speeds", speeds)
 
-    def _settled(self, motion: Motion) -> tuple[Any, float]:
+    def _settled(self, motion: LoadedPoses) -> tuple[Any, float]:
         """Return sliding speeds in 80-bit floats, and what is rounding in them."""
         refine, speeds = self._exactly
         g = self.evaluator.graphs

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechdae.forces.friction_solutions import FrictionSolutions
-from mechdae.forces.inverse_dynamics import Loaded, Motion, Statics, some
+from mechdae.forces.inverse_dynamics import Loaded, LoadedPoses, Statics, some
 from mechdae.records import dataclass
 
 
@@ -22,7 +22,7 @@ class PoseForces:
     ``free`` and ``whole`` what acts; the same where friction is not coupled.
     """
 
-    motion: Motion
+    motion: LoadedPoses
     inputs: list[Any]
     there: Any
     quiet: Any
@@ -61,7 +61,7 @@ class PoseForces:
         return self.whole is not self.free
 
 
-def solved(statics: Statics, motion: Motion, there: Any, critical: bool = True) -> PoseForces:
+def solved(statics: Statics, motion: LoadedPoses, there: Any, critical: bool = True) -> PoseForces:
     """Return the forces at poses, all solutions where there may be none or several.
 
     Only poses that are `there` (n,) are examined for these. Of several solutions the one that

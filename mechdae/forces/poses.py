@@ -11,7 +11,7 @@ import numpy as np
 from mechdae.continuation.evaluate import Poses, in_time
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Reactions
-from mechdae.forces.inverse_dynamics import Motion, Statics
+from mechdae.forces.inverse_dynamics import LoadedPoses, Statics
 from mechdae.kinematics.prepared import Run, Setting, prepare
 from mechdae.kinematics.sweep import run
 from mechdae.model.forces.inertia import massive
@@ -72,14 +72,14 @@ class Moving:
         self.speed = float(plan.speed[0, plan.lead]) if plan.by_value else 1.0
         """The rate of the path's parameter in time."""
 
-    def poses(self) -> Motion:
+    def poses(self) -> LoadedPoses:
         """Return the motion at the poses of the run."""
         plan, run = self.setting.plan, self.run
         shape = run.values.shape
         rates = tuple(np.broadcast_to(r, shape) for r in (plan.speed, plan.acceleration))
         return self._motion(run.poses, run.values, rates, time_of(plan, run.values))
 
-    def at(self, places: Any) -> Motion:
+    def at(self, places: Any) -> LoadedPoses:
         """Return the motion at places of the path, the driver's speed constant.
 
         Along lines in the values of several drivers the path's parameter is the time.
@@ -99,7 +99,7 @@ class Moving:
             time = places if plan.timing and run.path.graphs.course else None
         return self._motion(poses, values, rates, time)
 
-    def _motion(self, poses: Poses, values: Any, rates: tuple[Any, ...], time: Any) -> Motion:
+    def _motion(self, poses: Poses, values: Any, rates: tuple[Any, ...], time: Any) -> LoadedPoses:
         n, nx, dead = len(values), len(self._columns), ~poses.alive.all(axis=1)
         found = []
         for y, driven in zip(poses.y, (values, *rates), strict=False):
@@ -110,7 +110,7 @@ class Moving:
             own[dead] = np.nan
             found.append(own)
         w, v, a = found[:3]
-        return Motion(w, v, a, time, poses.condition, nx)
+        return LoadedPoses(w, v, a, time, poses.condition, nx)
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class LoadedRun:
     """A run with what acts at its poses."""
 
     moving: Moving
-    motion: Motion
+    motion: LoadedPoses
     statics: Statics
 
     @property

@@ -19,7 +19,7 @@ from mechdae.forces.checks import CHECKS, checks
 from mechdae.forces.critical_friction import critical_factor
 from mechdae.forces.cycle import cycle
 from mechdae.forces.faults import assumptions_of, failed_checks, lost_poses, slack, verdicts
-from mechdae.forces.inverse_dynamics import Motion, Statics
+from mechdae.forces.inverse_dynamics import LoadedPoses, Statics
 from mechdae.forces.lift_off import along
 from mechdae.forces.load_wrenches import acting_loads
 from mechdae.forces.pose_forces import PoseForces, solved
@@ -175,7 +175,7 @@ def _without_rank(result: SweepResult) -> Any:
     return rows[result.codes[rows] == CODES[Status.OK]]
 
 
-def _check_time(statics: Statics, motion: Motion) -> None:
+def _check_time(statics: Statics, motion: LoadedPoses) -> None:
     if statics.loads.uses_time and motion.t is None:
         raise InputError(
             "it uses t, and this task has no time",
@@ -184,7 +184,7 @@ def _check_time(statics: Statics, motion: Motion) -> None:
         )
 
 
-def _check_loads(setting: Setting, statics: Statics, motion: Motion) -> None:
+def _check_loads(setting: Setting, statics: Statics, motion: LoadedPoses) -> None:
     """Raise `InputError` for a load without a value at some pose."""
     lead = setting.plan.lead
     c = setting.plan.coordinates[lead]

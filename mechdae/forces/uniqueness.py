@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.errors import IndeterminateFrictionError, SolveError
-from mechdae.forces.inverse_dynamics import Motion, Statics, absolute
+from mechdae.forces.inverse_dynamics import LoadedPoses, Statics, absolute
 from mechdae.forces.unique_in_space import Orientations, SpatialDirections, still_directions
 from mechdae.kernels.graphs.kinetostatics import Balance
 from mechdae.kernels.run.batch import Batch
@@ -81,7 +81,7 @@ class Uniqueness:
         return not reaction or bool(self.whole[balance.joints.index(name)])
 
 
-def require_unique(statics: Statics, motion: Motion, paths: Iterable[str]) -> None:
+def require_unique(statics: Statics, motion: LoadedPoses, paths: Iterable[str]) -> None:
     """Raise `SolveError` for paths of reactions that are not unique."""
     unique = uniqueness(statics, motion)
     for path in paths if unique is not None else ():
@@ -94,7 +94,7 @@ def require_unique(statics: Statics, motion: Motion, paths: Iterable[str]) -> No
             )
 
 
-def uniqueness(statics: Statics, motion: Motion) -> Uniqueness | None:
+def uniqueness(statics: Statics, motion: LoadedPoses) -> Uniqueness | None:
     """Return what is unique, None in a scene without superfluous constraints.
 
     Raises

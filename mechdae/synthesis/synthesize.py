@@ -271,4 +271,4 @@ def _fault(
         "the search for them ran out of iterations too" if exhausted
         else "no design near keeps its links together"
     )  # fmt: skip
-    return f"{text}; limits in conflict could not be told: {why}", best
+    return f"{text}; limits in conflict were not found: {why}", best

@@ -156,10 +156,6 @@ def test_folders_are_small() -> None:
         assert len(modules) <= MOST, folder
 
 
-OPEN = {"Motion"}
-"""Class names that still mean several things; none may be added."""
-
-
 def test_a_class_name_means_one_thing() -> None:
     homes: dict[str, list[str]] = {}
     for path in FILES:
@@ -167,8 +163,7 @@ def test_a_class_name_means_one_thing() -> None:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 homes.setdefault(node.name, []).append(module_of(path))
     several = {name: found for name, found in homes.items() if len(found) > 1}
-    assert not several.keys() - OPEN, several
-    assert not OPEN - several.keys(), "these are mended: take them off the list"
+    assert not several, several
 
 
 def test_no_circles() -> None:

@@ -135,7 +135,7 @@ def check_in_space(mechanism: Mechanism) -> None:
             if mechanism.values().get(f"{end}.friction", 0.0):
                 raise UnavailableError(
                     f"{link.name} spins freely about the line of its ball joints: how fast they "
-                    f"rub is not told",
+                    f"rub is not determined",
                     where=f"joints.{end}.friction",
                     hint=f"a universal joint at one end of {link.name}",
                 )

@@ -21,7 +21,7 @@ from mechdae.errors import UnknownName
 from mechdae.forces.checks import powers_of
 from mechdae.forces.faults import TOLERANCE, about_friction
 from mechdae.forces.friction_solutions import FrictionSolutions
-from mechdae.forces.inverse_dynamics import Motion, Statics, some
+from mechdae.forces.inverse_dynamics import LoadedPoses, Statics, some
 from mechdae.forces.meshes import meshed
 from mechdae.forces.pose_forces import PoseForces, solved
 from mechdae.forces.poses import loaded_bodies, requests, unknown_columns
@@ -45,7 +45,7 @@ class LaneStatics(Statics):
     def __init__(self, setting: Setting, task: Reactions) -> None:
         nx = setting.graphs.nx
         none = np.zeros((0, nx + setting.graphs.nu))
-        motion = Motion(none, none, none, None, np.zeros(0), nx)
+        motion = LoadedPoses(none, none, none, None, np.zeros(0), nx)
         super().__init__(setting.scene, Evaluator(setting.graphs, setting.outputs), task, motion)
 
     def batch(self, name: str, make: Callable[[], Any], take: Sequence[int] = range(8)) -> Batch:
@@ -107,7 +107,7 @@ class ForcesBatch(SeriesBatch):
         g = self.setting.graphs
         none = np.zeros((0, g.nx + g.nu))
         p = np.zeros((0, g.np))
-        motion = Motion(none, none, none, None, np.zeros(0), g.nx, p, np.zeros(0))
+        motion = LoadedPoses(none, none, none, None, np.zeros(0), g.nx, p, np.zeros(0))
         return solved(self.statics, motion, np.zeros(0, bool))
 
     def _tables(self, statics: Statics, answer: PoseForces) -> dict[str, dict[str, Any]]:
@@ -147,7 +147,7 @@ class ForcesBatch(SeriesBatch):
             if isinstance(own, ForceReading):
                 part[run.lanes[rows]] = series[own.part][own.word].reshape(k, n, own.width)
 
-    def _motion(self, run: LaneRun, rows: Any, y: list[Any]) -> tuple[Motion, Any]:
+    def _motion(self, run: LaneRun, rows: Any, y: list[Any]) -> tuple[LoadedPoses, Any]:
         """Return the motion at the poses of some lanes, and at which of them all is there."""
         k, n, nx = len(rows), run.complete.shape[1], len(self.unknowns)
         place = {column: i for i, column in enumerate(self.asked.columns)}
@@ -168,7 +168,7 @@ class ForcesBatch(SeriesBatch):
             each = run.mu[rows].T[:, :, None] * run.beta[:, rows]
         condition = np.fmax.reduce(each, axis=0, initial=1.0).ravel()
         p, scale = (np.repeat(own, n, axis=0) for own in (numbers.p[lanes], run.scale[rows]))
-        motion = Motion(parts[0], parts[1], parts[2], None, condition, nx, p, scale)
+        motion = LoadedPoses(parts[0], parts[1], parts[2], None, condition, nx, p, scale)
         return motion, there & motion.there
 
     @staticmethod
