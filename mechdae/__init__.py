@@ -43,6 +43,7 @@ _HOMES = {
     "mechdae.explanations": "Explanation explain",
     "mechdae.reports": "Report report",
     "mechdae.assignments": "Assignment Assignments assign",
+    "mechdae.exchange": "Exported exported imported",
     "mechdae.composition.chains": "KinematicChain chains count_chains assur_groups",
     "mechdae.composition.mechanisms": "mechanism_of problem_of",
     "mechdae.composition.variants.scheme": "Variant",

@@ -14,7 +14,7 @@ GROUPS = {
     "Describe": ["problem-file", "joints", "space", "editor", "command-line", "python"],
     "Compute": ["measures", "forces", "motion", "sensitivity", "solver", "studies", "modules"],
     "Design": ["synthesis", "synthesis-jobs", "composition"],
-    "Show": ["page", "explain", "assignments", "pictures", "symbols", "gallery"],
+    "Show": ["page", "explain", "assignments", "pictures", "symbols", "gallery", "exchange"],
     "Know": ["theory", "homotopy", "honesty", "speed-and-error", "back-ends", "articles"],
 }
 """Groups of the contents with pages of ``docs/``; what is in none of them comes under "Further"."""

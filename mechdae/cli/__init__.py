@@ -28,6 +28,7 @@ COMMANDS = {
     "edit": "an editor of mechanisms, one HTML file",
     "report": "a course report: assignment, structure, positions, forces",
     "assign": "variants of a problem for a class, with sheets and answer keys",
+    "export": "formats of other programs: dxf, mjcf, sdf, urdf, c, js",
     "synthesize": "dimensions that do what a task asks for",
     "study": "one task for many sets of numbers",
     "sensitivity": "derivatives by parameters, tolerances",

@@ -114,6 +114,11 @@ def _slopes(graphs: Graphs) -> tuple[list[int], list[int], Any]:
 
 
 def sliders_of(setting: Setting, forces: set[int]) -> list[str]:
+    """Return the parameters that have sliders."""
+    return numbers_that_move(setting, forces)[:MOST_SLIDERS]
+
+
+def numbers_that_move(setting: Setting, forces: set[int]) -> list[str]:
     """Return the parameters of the file that may be changed: plain numbers that move something.
 
     Ratios of gears and numbers of teeth are not among them. Those at the places `forces` among
@@ -140,7 +145,7 @@ def sliders_of(setting: Setting, forces: set[int]) -> list[str]:
     chosen = [name for name in known if name in moved - whole_numbers]
     if not mechanism.parameters:
         chosen = [n for k, n in enumerate(model.p_names) if n in used and k not in kept]
-    return chosen[:MOST_SLIDERS]
+    return chosen
 
 
 def _used(setting: Setting) -> list[str]:

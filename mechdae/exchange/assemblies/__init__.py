@@ -1,0 +1,1 @@
+"""Assemblies of Ondsel and FreeCAD."""

@@ -1,0 +1,265 @@
+"""Reads assemblies of Ondsel and FreeCAD: a tree of lines indented by tabs.
+
+A line is a key, those below it with one tab more are its values or parts. What is after the
+parameters of the simulation (``TimeSeries``) are results and is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechdae.errors import ProblemFileError
+
+HEADS = ("OndselSolver", "freeCAD:")
+MOST_BYTES = 20_000_000
+ORTHOGONAL = 1e-6
+
+
+@dataclass
+class AsmtNode:
+    """A line with what is below it."""
+
+    text: str
+    line: int
+    children: list[AsmtNode] = field(default_factory=list)
+
+    def get(self, key: str) -> AsmtNode | None:
+        """Return the part of that key, None without one."""
+        return next((own for own in self.children if own.text == key), None)
+
+    def word(self, key: str) -> str:
+        """Return the text below a key, "" without one."""
+        own = self.get(key)
+        return own.children[0].text if own is not None and own.children else ""
+
+    def parts(self, key: str) -> list[AsmtNode]:
+        """Return the parts below a key."""
+        own = self.get(key)
+        return own.children if own is not None else []
+
+
+@dataclass(frozen=True)
+class AsmtFrame:
+    """Origin (3,) and directions of the axes (3, 3) of a frame."""
+
+    origin: Any
+    R: Any
+
+    def inside(self, other: AsmtFrame) -> AsmtFrame:
+        """Return a frame that is given in another one."""
+        return AsmtFrame(other.origin + other.R @ self.origin, other.R @ self.R)
+
+
+@dataclass(frozen=True)
+class AsmtPart:
+    """A body: where it is, its markers in its frame, its mass where it has one."""
+
+    name: str
+    frame: AsmtFrame
+    markers: dict[str, AsmtFrame]
+    mass: tuple[float, AsmtFrame, Any] | None
+
+
+@dataclass(frozen=True)
+class AsmtJoint:
+    """A joint: its form, the part ("" of the assembly) and marker of both sides, its numbers."""
+
+    form: str
+    name: str
+    first: tuple[str, str]
+    second: tuple[str, str]
+    numbers: dict[str, float]
+
+
+@dataclass(frozen=True)
+class AsmtMotion:
+    """What moves a joint, as an expression of ``time``."""
+
+    kind: str
+    name: str
+    joint: str
+    law: str
+
+
+@dataclass(frozen=True)
+class AsmtAssembly:
+    """An assembly; ``others`` are what else is in it and has a part in the motion."""
+
+    name: str
+    markers: dict[str, AsmtFrame]
+    parts: dict[str, AsmtPart]
+    joints: list[AsmtJoint]
+    motions: list[AsmtMotion]
+    gravity: Any
+    times: tuple[float, float, float] | None
+    others: list[str]
+
+
+def read_assembly(path: str | Path) -> AsmtAssembly:
+    """Return the assembly in a file.
+
+    Raises
+    ------
+    ProblemFileError
+        No such file, another kind of file, parts that are missing, numbers that are none.
+    """
+    root = _tree(Path(path))
+    try:
+        return _assembly(root)
+    except _Wrong as error:
+        raise ProblemFileError(str(error), where=f"{path}: line {error.line}") from None
+
+
+class _Wrong(Exception):
+    def __init__(self, what: str, node: AsmtNode) -> None:
+        super().__init__(what)
+        self.line = node.line
+
+
+def _tree(path: Path) -> AsmtNode:
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise ProblemFileError("more than 20 MB", where=str(path))
+        lines = path.read_bytes().decode("utf-8-sig", "replace").splitlines()
+    except OSError as error:
+        raise ProblemFileError(
+            f"cannot be read: {error.strerror or error}", where=str(path)
+        ) from None
+    if len(lines) < 2 or not lines[0].startswith(HEADS) or lines[1].strip() != "Assembly":
+        raise ProblemFileError(
+            "is no assembly of Ondsel or FreeCAD", where=str(path), hint="OndselSolver, Assembly"
+        )
+    root = AsmtNode("Assembly", 2)
+    open_nodes = [root]
+    for number, line in enumerate(lines[2:], 3):
+        if not line.strip():
+            continue
+        level = len(line) - len(line.lstrip("\t"))
+        if level == 0:  # results follow
+            break
+        if level > len(open_nodes):
+            raise ProblemFileError("indented too far", where=f"{path}: line {number}")
+        own = AsmtNode(line.strip(), number)
+        open_nodes[level - 1].children.append(own)
+        open_nodes[level:] = [own]
+    return root
+
+
+def _row(node: AsmtNode, count: int) -> Any:
+    try:
+        values = [float(word) for word in node.text.split()]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise _Wrong(f"{count} numbers are needed, not '{node.text[:40]}'", node)
+    return np.array(values)
+
+
+def _value(node: AsmtNode, key: str) -> float:
+    own = node.get(key)
+    if own is None or not own.children:
+        raise _Wrong(f"{key} is missing", node)
+    return float(_row(own.children[0], 1)[0])
+
+
+def _frame(node: AsmtNode) -> AsmtFrame:
+    place, turn = node.parts("Position3D"), node.parts("RotationMatrix")
+    origin = _row(place[0], 3) if place else np.zeros(3)
+    if turn and len(turn) != 3:
+        raise _Wrong("a RotationMatrix has three rows", node)
+    R = np.array([_row(row, 3) for row in turn]) if turn else np.eye(3)
+    if np.abs(R @ R.T - np.eye(3)).max() > ORTHOGONAL or np.linalg.det(R) < 0:
+        raise _Wrong("a RotationMatrix that is no rotation", node)
+    return AsmtFrame(origin, R)
+
+
+def _markers(node: AsmtNode) -> dict[str, AsmtFrame]:
+    """Return the markers of a part in its frame."""
+    found = {}
+    for point in node.parts("RefPoints"):
+        around = _frame(point)
+        for marker in point.parts("Markers"):
+            found[_named(marker)] = _frame(marker).inside(around)
+    return found
+
+
+def _named(node: AsmtNode) -> str:
+    name = node.word("Name")
+    if not name:
+        raise _Wrong(f"{node.text} has no Name", node)
+    return name
+
+
+def _mass(node: AsmtNode) -> tuple[float, AsmtFrame, Any] | None:
+    own = node.get("PrincipalMassMarker")
+    if own is None or own.get("Mass") is None:
+        return None
+    moments = own.parts("MomentOfInertias")
+    return _value(own, "Mass"), _frame(own), _row(moments[0], 3) if moments else np.zeros(3)
+
+
+def _assembly(root: AsmtNode) -> AsmtAssembly:
+    name = _named(root)
+    _frame(root)  # nothing depends on it, but it has to be one
+    parts = {}
+    for node in root.parts("Parts"):
+        own = AsmtPart(_named(node), _frame(node), _markers(node), _mass(node))
+        if own.name in parts:
+            raise _Wrong(f"two parts are called {own.name}", node)
+        parts[own.name] = own
+    sets = root.get("ConstraintSets") or AsmtNode("", root.line)
+    markers = _markers(root)
+    known = {("", marker) for marker in markers}
+    known |= {(part.name, marker) for part in parts.values() for marker in part.markers}
+    joints = [_joint(node, name, known) for node in sets.parts("Joints")]
+    gravity = root.parts("ConstantGravity")
+    others = [node.text for node in sets.parts("GeneralConstraintSets")]
+    others += [f"{node.text} {node.word('Name')}".strip() for node in sets.parts("Limits")]
+    others += [f"{n.text} {n.word('Name')}".strip() for n in root.parts("ForceTorques")]
+    return AsmtAssembly(
+        name,
+        markers,
+        parts,
+        joints,
+        list(_motions(sets, name)),
+        _row(gravity[0], 3) if gravity else np.zeros(3),
+        _times(root),
+        others,
+    )
+
+
+def _joint(node: AsmtNode, assembly: str, known: set[tuple[str, str]]) -> AsmtJoint:
+    sides = []
+    for key in ("MarkerI", "MarkerJ"):
+        words = node.word(key).split("/")
+        side = (words[2], words[3]) if len(words) == 4 else ("", words[-1])
+        if len(words) not in (3, 4) or words[:2] != ["", assembly] or side not in known:
+            raise _Wrong(f"{key} '{node.word(key)}' is no marker", node)
+        sides.append(side)
+    numbers = {}
+    for own in node.children:
+        if own.text not in ("Name", "MarkerI", "MarkerJ") and own.children:
+            try:
+                numbers[own.text] = float(own.children[0].text)
+            except ValueError:
+                continue
+    return AsmtJoint(node.text, _named(node), sides[0], sides[1], numbers)
+
+
+def _motions(sets: AsmtNode, assembly: str) -> Iterator[AsmtMotion]:
+    for node in sets.parts("Motions"):
+        law = node.word("RotationZ") or node.word("TranslationZ")
+        yield AsmtMotion(node.text, _named(node), node.word("MotionJoint").split("/")[-1], law)
+
+
+def _times(root: AsmtNode) -> tuple[float, float, float] | None:
+    own = root.get("SimulationParameters")
+    if own is None or own.get("tend") is None or own.get("hout") is None:
+        return None
+    return _value(own, "tstart"), _value(own, "tend"), _value(own, "hout")

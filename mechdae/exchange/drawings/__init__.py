@@ -1,0 +1,1 @@
+"""DXF drawings, to and fro."""

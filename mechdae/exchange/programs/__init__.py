@@ -1,0 +1,1 @@
+"""Kernels as programs in C and JavaScript."""

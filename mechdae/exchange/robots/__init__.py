@@ -1,0 +1,1 @@
+"""Trees of links with loops: formats of simulators of robots."""

@@ -1,0 +1,172 @@
+"""Assemblies of Ondsel and FreeCAD: ten of them, imported, solved, compared with closed forms."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from tests.shared.paths import DATA
+
+SAMPLES = sorted((DATA / "asmt").glob("*.asmt"))
+
+
+@cache
+def solved(name: str) -> Any:
+    problem = md.imported(DATA / "asmt" / f"{name}.asmt")
+    return md.solve(problem, next(iter(problem.tasks)))
+
+
+@pytest.mark.parametrize("path", SAMPLES, ids=lambda path: path.stem)
+def test_ten_samples_are_imported_and_solved(path: Path, tmp_path: Path) -> None:
+    assert len(SAMPLES) == 10
+    problem = md.imported(path)
+    md.dump(problem, tmp_path / "back.toml")
+    assert md.load(tmp_path / "back.toml").mechanism == problem.mechanism
+    result = solved(path.stem)
+    assert result.fault is None
+    assert set(result.status) == {"ok"}
+
+
+def test_pendulum_swings_by_its_law() -> None:
+    result = solved("pendulum")
+    t = result.time
+    assert result.bodies["bar"].angle == pytest.approx(0.5 * np.sin(2 * np.pi * t) - 0.5, abs=1e-13)
+    mechanism = result.mechanism
+    assert mechanism.gravity == (0.0, -9.81)
+    assert (mechanism.bodies["bar"].mass, mechanism.bodies["bar"].inertia) == (0.8, 0.012)
+
+
+def test_four_bar_of_freecad_is_in_millimetres_and_placed_roughly() -> None:
+    """Freudenstein: r1 90, r2 30, r3 80, r4 70 mm, the branch that was drawn."""
+    result = solved("four_bar")
+    crank, rocker = result.bodies["Body001"].angle, result.bodies["Body003"].angle
+    x, y = 0.09 - 0.03 * np.cos(crank), -0.03 * np.sin(crank)
+    d = np.hypot(x, y)
+    inner = np.arccos((d**2 + 0.07**2 - 0.08**2) / (2 * 0.07 * d))
+    expected = np.arctan2(-y, -x) - inner  # at D: towards B, then to the side of C
+    apart = (rocker - expected + np.pi) % (2 * np.pi) - np.pi
+    assert np.abs(apart).max() < 1e-12
+    assert "base" not in result.mechanism.bodies
+
+
+def test_slider_crank_turns_with_its_motion() -> None:
+    result = solved("slider_crank")
+    phi = math.radians(35) + 2 * np.pi * result.time
+    assert result.bodies["crank"].angle == pytest.approx(phi, abs=1e-12)
+    x = 0.06 * np.cos(phi) + np.sqrt(0.21**2 - (0.06 * np.sin(phi)) ** 2)
+    assert result.joints["cylinder"].slide == pytest.approx(x, abs=1e-14)
+    assert result.mechanism.bodies["rod"].center == (0.08, 0.0)
+
+
+def test_quick_return_follows_its_block() -> None:
+    result = solved("quick_return")
+    phi = result.bodies["crank"].angle
+    x, y = 0.05 * np.cos(phi), 0.05 * np.sin(phi) + 0.12
+    assert np.unwrap(np.arctan2(y, x)) == pytest.approx(result.bodies["rocker"].angle, abs=1e-12)
+
+
+def test_six_bar_stands_in_another_plane_and_turns_the_other_way() -> None:
+    """Its normal is -y: the motor's law runs backwards about the normal of the plane z, x."""
+    result = solved("six_bar")
+    crank, t = result.bodies["crank"].angle, result.time
+    assert crank[0] == pytest.approx(np.pi / 2 - math.radians(70), abs=1e-12)
+    assert crank - crank[0] == pytest.approx(-6.0 * t, abs=1e-12)
+    gap = result.points["coupler.C"].position - result.points["rocker.C"].position
+    assert np.abs(gap).max() < 1e-13
+    ends = result.points["link.E"].position, result.points["link.Q"].position
+    assert np.hypot(*(ends[1] - ends[0]).T) == pytest.approx(0.09, abs=1e-13)
+
+
+def test_gears_turn_by_their_radii() -> None:
+    result = solved("gears")
+    one, two = result.bodies["pinion"].angle, result.bodies["wheel"].angle
+    assert one == pytest.approx(0.2 + 4.0 * result.time, abs=1e-12)
+    assert two - two[0] == pytest.approx(-0.5 * (one - one[0]), abs=1e-12)
+    assert two[0] == pytest.approx(-0.1, abs=1e-12)
+
+
+def test_scotch_yoke_is_a_cosine() -> None:
+    result = solved("scotch_yoke")
+    x = 0.04 * np.cos(0.6 + result.time)
+    assert result.joints["way"].slide == pytest.approx(x, abs=1e-14)
+
+
+def test_trammel_is_pushed_in_millimetres() -> None:
+    result = solved("trammel")
+    x = 0.09 + 0.02 * np.sin(result.time)
+    assert result.joints["Slider"].slide == pytest.approx(x, abs=1e-14)
+    y = np.sqrt(0.15**2 - x**2)
+    assert result.joints["Slider001"].slide == pytest.approx(y, abs=1e-13)
+
+
+def test_rssr_keeps_its_bar() -> None:
+    result = solved("rssr")
+    phi = 0.4 + 2 * np.pi * result.time
+    B = np.stack([0.05 * np.cos(phi), 0.05 * np.sin(phi), 0 * phi], axis=1)
+    assert result.points["crank.B"].position == pytest.approx(B, abs=1e-13)
+    C = result.points["rocker.C"].position
+    assert np.linalg.norm(C - B, axis=1) == pytest.approx(0.3, abs=1e-12)
+    from_pivot = C - np.array([0.1, 0.25, 0.05])
+    assert from_pivot[:, 0] == pytest.approx(0, abs=1e-13)
+    assert np.linalg.norm(from_pivot, axis=1) == pytest.approx(0.15, abs=1e-12)
+
+
+def test_cardan_joint_has_its_uneven_speed() -> None:
+    """tan out = tan in / cos bend, where the input's pin lies in the plane of the shafts at 0."""
+    result = solved("cardan")
+    bend, phi = math.radians(25), result.joints["in"].angle
+    assert phi == pytest.approx(3.0 * result.time, abs=1e-12)
+    speed = result.joints["out"].angle_velocity / 3.0
+    expected = math.cos(bend) / (1 - math.sin(bend) ** 2 * np.cos(phi) ** 2)
+    assert speed == pytest.approx(expected, rel=1e-9)
+
+
+# -- refused ---------------------------------------------------------------------------------------
+
+
+def changed(name: str, folder: Path, *pairs: tuple[str, str]) -> Path:
+    text = (DATA / "asmt" / f"{name}.asmt").read_text()
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = folder / "changed.asmt"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "words"),
+    [
+        ("rssr", "SphericalJoint", "ConstantVelocityJoint", "B: a ConstantVelocityJoint has no"),
+        ("gears", "GearJoint", "RackPinionJoint", "mesh: a RackPinionJoint has no counterpart"),
+        ("pendulum", "0.5*sin(2.0*pi*time)", "2*unknown", "Turn: .* is no expression of time"),
+        ("pendulum", "/Assembly1/hook", "/Assembly1/hooc", "'/Assembly1/hooc' is no marker"),
+        ("pendulum", "Position3D\n\t\t0.0\t0.0", "Position3D\n\t\t0.0\tx", "3 numbers are needed"),
+        ("pendulum", "1.0\t0.0\t0.0", "2.0\t0.0\t0.0", "a RotationMatrix that is no rotation"),
+        ("pendulum", "OndselSolver", "Something", "is no assembly of Ondsel or FreeCAD"),
+        ("pendulum", "\tParts", "\t\t\t\tParts", "indented too far"),
+        ("pendulum", "RotationalMotion", "GeneralMotion", "a GeneralMotion of joint 'Pin'"),
+    ],
+)  # fmt: skip
+def test_what_has_no_counterpart_is_refused_by_name(
+    name: str, old: str, new: str, words: str, tmp_path: Path
+) -> None:
+    pairs = [(old, new)]
+    if new == "Something":
+        pairs = [("freeCAD: 3D CAD with Motion Simulation  by  askoh.com", new)]
+    with pytest.raises(md.InputError, match=words) as caught:
+        md.imported(changed(name, tmp_path, *pairs))
+    assert "changed.asmt" in str(caught.value)
+
+
+def test_a_unit_of_the_lengths(tmp_path: Path) -> None:
+    problem = md.imported(DATA / "asmt" / "four_bar.asmt", unit="in")
+    assert problem.mechanism.bodies["Body001"].points["m1"][0] == pytest.approx(30 * 0.0254)
+    with pytest.raises(md.InputError, match="unknown unit 'mile'"):
+        md.imported(DATA / "asmt" / "four_bar.asmt", unit="mile")

@@ -1,0 +1,247 @@
+"""URDF and SDF: loops close at 200 poses, polynomials stay within the errors that are stated."""
+
+from __future__ import annotations
+
+import json
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+import mechdae as md
+from mechdae.exchange.robots.link_frames import of_quaternion, turned
+from mechdae.exchange.robots.link_tree import link_tree
+from mechdae.exchange.robots.mimic import NotProved, mimics
+from tests.shared.exports import coordinate, in_space, motion, rows
+
+CLOSURE = 1e-9
+
+
+# -- URDF by a reader of others --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["gorshkov-seven-link", "geared-five-bar", "quick-return-pin", "rack-and-pinion",
+     "double-cardan", "bennett"],
+)  # fmt: skip
+def test_urdf_closes_at_200_poses(name: str, tmp_path) -> None:
+    yourdfpy = pytest.importorskip("yourdfpy", reason="the extra exchange is not installed")
+    path = tmp_path / "robot.urdf"
+    written = md.exported(name, "urdf").save(path)
+    assert [own.name for own in written] == ["robot.urdf", "robot.urdf.loops.json"]
+    side = json.loads(written[1].read_text())
+    robot = yourdfpy.URDF.load(str(path), load_meshes=False)
+    result, tree = motion(name).result, link_tree(motion(name))
+    joints = {own["joint"]: word for word, own in side["coordinates"].items()}
+    assert set(robot.joint_names) == set(joints)
+    for row in rows(name):
+        value = {joint: coordinate(result, word, row) for joint, word in joints.items()}
+        robot.update_cfg({joint: value[joint] for joint in robot.actuated_joint_names})
+        place = {link: robot.get_transform(link, "ground") for link in robot.link_map}
+        for loop in side["loops"]:
+            ends = [
+                place[loop[end]["link"]] @ np.array([*loop[end]["xyz"], 1.0])
+                for end in ("first", "second")
+            ]
+            gap = (ends[1] - ends[0])[:3]
+            for freedom in loop["freedoms"]:
+                axis = place[loop["first"]["link"]][:3, :3] @ np.array(freedom["axis_first"])
+                gap = gap - axis * (axis @ gap) if freedom["kind"] == "slide" else gap
+            assert np.abs(gap).max() <= CLOSURE, (loop["joint"], row)
+        for link in tree.links.values():
+            for point, local in link.points.items():
+                reference = f"{link.name}.{point}"
+                if reference in result.points:
+                    there = place[link.name] @ np.array([*local, 1.0])
+                    known = in_space(result.points[reference].position[row])
+                    assert np.abs(there[:3] - known).max() <= CLOSURE, (reference, row)
+
+
+def test_mimic_elements_only_where_a_line_is_exact() -> None:
+    root = ET.fromstring(md.exported("spur-gears-idler", "urdf").text)
+    found = {own.get("name"): own.find("mimic") for own in root.iter("joint")}
+    lines = {name: own for name, own in found.items() if own is not None}
+    assert (len(lines), len(found)) == (2, 3)
+    ratios = sorted(float(own.get("multiplier")) for own in lines.values())
+    values = md.load("spur-gears-idler").mechanism
+    teeth = [joint.turn_ratio(values.values()) for joint in values.joints.values() if joint.meshes]
+    assert ratios[0] == pytest.approx(1 / teeth[0], rel=1e-12)
+    assert ratios[1] == pytest.approx(1 / (teeth[0] * teeth[1]), rel=1e-12)
+    text = md.exported("four-bar-crank-rocker", "urdf").text
+    assert "<mimic" not in text
+
+
+# -- polynomials -----------------------------------------------------------------------------------
+
+
+def test_error_is_that_of_the_closed_form() -> None:
+    """Crank r, rod l in line with the guide: rod angle -asin(r sin phi / l)."""
+    values = md.load("slider-crank").mechanism.values()
+    r, rod = values["r"], values["l"]
+    for tolerance in (1e-2, 1e-5, 1e-9):
+        found = mimics(motion("slider-crank"), ["B.angle"], tolerance, 1.0)
+        assert (found.low, found.high) == (0.0, 2 * np.pi)
+        phi = np.linspace(0, 2 * np.pi, 20001)
+        own = found.polynomials["B.angle"]
+        error = np.abs(own.at(phi, found.low, found.high) + np.arcsin(r * np.sin(phi) / rod) + phi)
+        assert error.max() <= own.error <= 1.02 * error.max() + 1e-11
+        assert own.error <= tolerance
+
+
+@pytest.mark.parametrize("name", ["gorshkov-seven-link", "jansen-leg", "rssr", "geared-five-bar"])
+def test_error_holds_between_the_samples(name: str) -> None:
+    own = motion(name)
+    words = [m.coordinate for m in link_tree(own).motions() if m.kind != "ball"]
+    found = mimics(own, words, 1e-6, own.mechanism.scale)
+    s = np.sort(np.random.default_rng(7).uniform(found.low, found.high, 200))
+    driver = next(iter(own.result.drivers))
+    sweep = md.Sweep(driver=md.Driver(driver, at=tuple(s.tolist())))
+    result = md.solve(own.problem, sweep)
+    assert set(result.status) == {"ok"}
+    for word in words:
+        joint, _, quantity = word.partition(".")
+        polynomial = found.polynomials[word]
+        values = np.asarray(result.joints[joint][quantity])
+        error = np.abs(polynomial.at(s, found.low, found.high) - values).max()
+        assert error <= polynomial.error <= 1.1e-6 * max(1.0, own.mechanism.scale), word
+        assert error >= 0.3 * polynomial.error or polynomial.error < 1e-9, word
+
+
+def test_a_range_to_limit_positions_stops_short_of_them() -> None:
+    found = mimics(motion("four-bar-double-rocker"), ["A.angle"], 1e-6, 1.0)
+    low, high = motion("four-bar-double-rocker").result.summary["limits"]
+    share = (found.low - low) / (high - low), (high - found.high) / (high - low)
+    assert share == pytest.approx((0.02, 0.02), rel=1e-6)
+
+
+def test_nothing_is_claimed_that_is_not_proved() -> None:
+    with pytest.raises(NotProved):
+        mimics(motion("bennett"), ["P.angle"], 1e-6, 1.0)
+    side = json.loads(md.exported("bennett", "urdf").files[".loops.json"])
+    assert side["mimic"] is None
+    assert "no step is proved" in side["why_no_mimic"]
+
+
+# -- SDF -------------------------------------------------------------------------------------------
+
+
+def pose_of(element: ET.Element) -> np.ndarray:
+    """Return the matrix (4, 4) of a pose element."""
+    found = np.eye(4)
+    own = element.find("pose")
+    if own is None:
+        return found
+    numbers = [float(word) for word in own.text.split()]
+    found[:3, 3] = numbers[:3]
+    if own.get("rotation_format") == "quat_xyzw":
+        x, y, z, w = numbers[3:]
+        found[:3, :3] = of_quaternion(np.array([w, x, y, z]))
+    return found
+
+
+def sdf_links(root: ET.Element, values: dict[str, float]) -> dict[str, np.ndarray]:
+    """Return the poses of links when joints have turned from the pose of the file.
+
+    The tree is that of joints whose values are given.
+    """
+    model = root.find("model")
+    home = {own.get("name"): pose_of(own) for own in model.iter("link")} | {"world": np.eye(4)}
+    found = {"world": np.eye(4)}
+    joints = [own for own in model.findall("joint") if own.get("name") in values]
+    while len(found) <= len(joints):
+        before = len(found)
+        for joint in joints:
+            parent, child = joint.find("parent").text, joint.find("child").text
+            if parent in found and child not in found:
+                value, move = values[joint.get("name")], np.eye(4)
+                at = home[child] @ pose_of(joint)
+                if joint.get("type") != "fixed":
+                    axis = np.array([float(w) for w in joint.find("axis/xyz").text.split()])
+                    if joint.get("type") == "prismatic":
+                        move[:3, 3] = axis * value
+                    else:
+                        move[:3, :3] = turned(axis, value)
+                    assert np.linalg.norm(axis) == pytest.approx(1, abs=1e-12)
+                # the child as it was, moved in the joint's frame, carried with the parent
+                own = at @ move @ np.linalg.inv(at) @ home[child]
+                found[child] = found[parent] @ np.linalg.inv(home[parent]) @ own
+        assert len(found) > before
+    return found
+
+
+@pytest.mark.parametrize("name", ["gorshkov-seven-link", "quick-return-pin", "double-cardan"])
+def test_sdf_closes_at_200_poses(name: str) -> None:
+    root = ET.fromstring(md.exported(name, "sdf").text)
+    tree, result = link_tree(motion(name)), motion(name).result
+    for row in rows(name):
+        values = {}
+        for edge in tree.edges.values():
+            for own in edge.motions:
+                word = own.coordinate if len(edge.motions) > 1 else own.coordinate.split(".")[0]
+                moved = coordinate(result, own.coordinate, row) - own.start
+                values[word.replace(".", "_")] = moved
+        found = sdf_links(root, values)
+        for link in tree.links.values():
+            for point, local in link.points.items():
+                reference = f"{link.name}.{point}"
+                if reference in result.points:
+                    there = found[link.name] @ np.array([*local, 1.0])
+                    known = in_space(result.points[reference].position[row])
+                    assert np.abs(there[:3] - known).max() <= CLOSURE, (reference, row)
+
+
+def test_sdf_joints_meet_in_the_pose_of_the_file() -> None:
+    """Each joint's place, in the child's frame, is where mechdae has the points of the joint."""
+    for name in ("gorshkov-seven-link", "car-axis", "rssr"):
+        root = ET.fromstring(md.exported(name, "sdf").text)
+        own = motion(name)
+        model = root.find("model")
+        home = {link.get("name"): pose_of(link) for link in model.iter("link")}
+        for joint in model.findall("joint"):
+            if joint.get("name") not in own.mechanism.joints or joint.get("type") == "prismatic":
+                continue
+            at = home[joint.find("child").text] @ pose_of(joint)
+            described = own.mechanism.joints[joint.get("name")]
+            body = next(p for p in (described.first, described.second) if p in own.result.points)
+            place = in_space(own.result.points[body].position[own.first])
+            assert np.abs(at[:3, 3] - place).max() <= CLOSURE
+        names = [link.get("name") for link in model.iter("link")]
+        assert len(names) == len(set(names))
+
+
+def test_sdf_gears_have_the_sign_of_the_format() -> None:
+    """theta2 = -gearbox_ratio theta1, angles from the reference body."""
+    root = ET.fromstring(md.exported("geared-five-bar", "sdf").text)
+    (gear,) = [own for own in root.iter("joint") if own.get("type") == "gearbox"]
+    ratio = float(gear.find("gearbox_ratio").text)
+    result = motion("geared-five-bar").result
+    carrier = result.bodies[gear.find("gearbox_reference_body").text].angle
+    one = result.bodies[gear.find("parent").text].angle - carrier
+    two = result.bodies[gear.find("child").text].angle - carrier
+    change = (two - two[0]) + ratio * (one - one[0])
+    assert np.abs(change).max() <= CLOSURE
+
+
+# -- refused ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "form", "words"),
+    [
+        ("cam-roller-follower", "mjcf", "joints.profile: a curve joint"),
+        ("rssr", "urdf", "joints.B: URDF has no joint for a ball joint"),
+        ("delta-robot", "urdf", "URDF has no joint for a body that only bars hold"),
+        ("rack-and-pinion", "sdf", "SDFormat has no rack"),
+        ("screw-press", "sdf", "screws differ"),
+        ("c1-line6-free", "mjcf", "no task with poses along a path"),
+    ],
+)
+def test_what_a_format_cannot_hold_is_refused_by_name(name: str, form: str, words: str) -> None:
+    with pytest.raises(md.InputError, match=words):
+        md.exported(name, form)
+
+
+def test_loads_that_are_left_out_are_named() -> None:
+    text = md.exported("slider-crank-friction", "mjcf").text
+    assert "not in this file: load work, friction in O, friction in B" in text
