@@ -210,10 +210,11 @@ def test_headers_say_inputs_outputs_units() -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("cam-roller-follower", "no kernel of this task: with curves that touch"),
+        ("cam-roller-follower", "no kernel of this task: its curves touch"),
         ("pendulum", "a kernel is made of a task with one driver"),
-        ("bennett", "with superfluous equations"),
+        ("bennett", "it has superfluous equations"),
         ("five-bar-robot", "one driver"),
+        ("spur-gears-idler", "nothing is left to be solved"),
     ],
 )
 def test_what_is_no_kernel_is_refused(name: str, words: str) -> None:

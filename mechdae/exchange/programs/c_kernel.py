@@ -9,6 +9,7 @@ from typing import Any
 
 import casadi as ca
 
+from mechdae.errors import UnavailableError
 from mechdae.exchange.motion_of import ExportedMotion
 from mechdae.exchange.programs.kernel_functions import KernelSource, kernel_source, told
 
@@ -28,6 +29,12 @@ def c(motion: ExportedMotion) -> dict[str, str]:
         A task that cannot be followed by proved steps alone.
     """
     source = kernel_source(motion)
+    if not source.setting.graphs.nx:
+        raise UnavailableError(
+            "nothing is left to be solved: all follows from the driver by formulas",
+            where=f"tasks.{motion.task}",
+            hint="export --format js",
+        )
     name = re.sub(r"\W", "_", motion.problem.name)
     name = name if name[:1].isalpha() else f"m_{name}"
     functions = source.functions(FUNCTIONS)

@@ -16,6 +16,14 @@ from mechdae.kinematics.prepared import Run, Setting
 from mechdae.model.parameters import parameters_of
 from mechdae.pages import live
 
+WHY = {
+    "curves": "its curves touch, which steps of the path alone do not follow",
+    "superfluous": "it has superfluous equations",
+    "change points": "its path goes through change points",
+    "open": "it does not assemble",
+}
+"""What stands in the way of a kernel, by the key of the reason."""
+
 
 @dataclass(frozen=True)
 class KernelOutput:
@@ -101,9 +109,8 @@ def kernel_source(motion: ExportedMotion) -> KernelSource:
     setting, run = motion.single("a kernel")
     reason = live.why_recorded(setting, run, motion.problem.task(motion.task))
     if reason:
-        text = reason.removesuffix("it is recorded").strip().removesuffix(":")
         raise UnavailableError(
-            f"no kernel of this task: {text}",
+            f"no kernel of this task: {WHY.get(reason, reason)}",
             where=f"tasks.{motion.task}",
             hint="md.function gives its outputs as a casadi function",
         )
