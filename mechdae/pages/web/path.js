@@ -46,20 +46,22 @@ export class Motion {
       Object.keys(layout).filter((name) => code[name]).map((name) => [name, new Kernel(code[name], layout[name])]));
     this.n = this.start.nx;
     this.nb = this.start.nb;
-    this.far = this.start.far.map((value) => (value === null ? Infinity : value));
     this.sizeX = Float64Array.from(this.start.size_x);
     this.sizeU = Float64Array.from(this.start.size_u);
     this.anchor = { x: Float64Array.from(this.start.x), s: this.start.s };
     this.theta = data.sliders.map((slider) => slider.value);
     this.nodes = [];
     this.ends = [null, null];
-    /** The block that stopped Newton's method last. */
+    /** The block that stopped Newton's method last, -1 where numbers were not real. */
     this.opened = 0;
     this.setNumbers(this.theta);
   }
 
   /** Use other values of the sliders: parameters and bounds, no pose. */
   setNumbers(theta) {
+    // what is far grows with the mechanism
+    const grown = this.data.sliders.map(({ value }, k) => Math.abs(theta[k] / (value || this.start.scale)));
+    this.far = this.start.far.map((value) => (value === null ? Infinity : value * Math.max(1, ...grown)));
     this.p = Float64Array.from(this.kernels.numbers.run(theta)[0]);
     this.ground = Float64Array.from(this.kernels.ground.run(this.p)[0]);
     this.bounds();
@@ -425,7 +427,9 @@ export class Motion {
       this.setNumbers(from.map((value, i) => (next === 1 ? to[i] : value + next * (to[i] - value))));
       if (det) this.sign = Float64Array.from(det, Math.sign);
       const found = this.solved(pose.s, pose.place, x, Boolean(det));
-      if (found.status === "ok") {
+      const real = found.status !== "ok" || found.y[0].every(Number.isFinite); // three sides may make no triangle
+      if (!real) this.opened = -1;
+      if (found.status === "ok" && real) {
         ({ x, det } = found);
         t = next;
         step *= 2;

@@ -80,8 +80,8 @@ export class Session {
   /**
    * The poses at load against those of Python: the largest difference, 1 for what rounding explains.
    * Near a singular pose rounding of unknowns grows with the condition number, that of their rates
-   * with its square. Differences are relative to the pose or to what is usual, in each unit;
-   * those of accelerations also to the speeds times that of the driver, which they come from.
+   * with its square. Differences are relative to the pose, to what is usual, or to the mechanism at
+   * the driver's pace, in each unit; those of accelerations also to the speeds they come from.
    */
   selfTest() {
     const checks = this.data.checks.map(({ s, y }) => ({ pose: this.motion.pose(s), y: y.map(unpacked) }));
@@ -95,7 +95,8 @@ export class Session {
         const sizes = checks.map(({ y }) => Math.max(size(y[order]), order > 1 ? pace * size(y[1]) : 0));
         const usual = [...sizes].sort((a, b) => a - b)[sizes.length >> 1];
         checks.forEach(({ pose, y }, k) => {
-          const allowed = (CHECK + ROUNDING * this.motion.condition(pose) ** 2) * Math.max(sizes[k], usual, 1e-300);
+          const natural = (unit === "m" ? start.scale : 1) * pace ** order;
+          const allowed = (CHECK + ROUNDING * this.motion.condition(pose) ** 2) * Math.max(sizes[k], usual, natural, 1e-300);
           for (const { columns } of own) {
             const found = this.inTime(pose, columns, order);
             // rates that are none where Python has some
@@ -319,8 +320,8 @@ export class Session {
     this.sample();
     this.reason = "";
     if (best.t < 1) {
-      const { group, joint } = this.data.start.blocks[best.opened || 0];
-      this.reason = `${group} ${this.words("opens")} ${joint}`;
+      const block = this.data.start.blocks[best.opened];
+      this.reason = block ? `${block.group} ${this.words("opens")} ${block.joint}` : this.words("unreal");
     }
     return best.t;
   }
