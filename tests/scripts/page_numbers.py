@@ -73,7 +73,7 @@ for (let k = 0; k < FRAMES && session.theta.length; k += 1) {
     if (!pose.y) continue;
     const places = session.places_of(pose);
     const size = Math.max(data.start.scale, ...Object.values(places).flat().map(Math.abs));
-    const now = data.scene.bodies.flatMap(({ shape }) => shape.slice(1).filter((name) => places[name]).map((name) =>
+    const now = data.scene.bodies.flatMap(({ shape }) => shape.slice(1).map((name) =>
       Math.hypot(...places[name].map((v, j) => v - places[shape[0]][j]))));
     lengths = lengths || now;
     now.forEach((own, j) => { worst = Math.max(worst, Math.abs(own - lengths[j]) / size); });
