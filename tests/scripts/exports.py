@@ -1,30 +1,35 @@
 """Exports of all predefined problems, read by other programs and compared at 200 poses.
 
-python -m tests.scripts.exports --out docs/data/exports.json
+python -m tests.scripts.exports --out docs/data/exports.json --page docs/exchange.md [NAMES]
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib
 import json
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
 import mechdae as md
 from mechdae.describe.file import library
+from mechdae.exchange.formats import WRITERS
 from mechdae.exchange.robots.link_tree import link_tree
 from mechdae.exchange.robots.mimic import NotProved, mimics
+from mechdae.exchange.robots.mjcf import mjcf
 from tests.shared.exports import coordinate, in_space, motion, rows
 
+BEGIN, END = "<!-- measured -->", "<!-- end of measured -->"
 FORMATS = ("dxf", "mjcf", "sdf", "urdf", "c", "js")
 
 
 def closure(name: str) -> float | None:
     """Return the largest residual of MuJoCo's equalities and of sites, None with ball joints."""
-    model = mujoco.MjModel.from_xml_string(md.exported(name, "mjcf").text)
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(mjcf(motion(name))[""])
     data = mujoco.MjData(model)
     if any(int(kind) in (0, 1) for kind in model.jnt_type):
         return None
@@ -74,9 +79,14 @@ def polynomials(name: str) -> dict[str, Any] | str:
 def measured(name: str) -> dict[str, Any]:
     """Return what each format says of a problem."""
     found: dict[str, Any] = {}
+    try:
+        motion(name)
+    except md.MechdaeError as error:
+        return {"motion": error.what}
     for form in FORMATS:
+        module, _, function = WRITERS[form].partition(":")
         try:
-            md.exported(name, form)
+            getattr(importlib.import_module(module), function)(motion(name))
             found[form] = True
         except md.MechdaeError as error:
             found[form] = error.what
@@ -86,10 +96,32 @@ def measured(name: str) -> dict[str, Any]:
     return found
 
 
+def written(table: dict[str, Any]) -> str:
+    """Return the table of the page."""
+    lines = [
+        "| problem | closure in MuJoCo | degree | error proved | largest error at 200 values |",
+        "|---|---|---|---|---|",
+    ]
+    for name, own in table.items():
+        if own.get("mjcf") is not True:
+            continue
+        gap = own["closure"]
+        cells = [f"`{name}`", "balls" if gap is None else f"{gap:.1e}"]
+        proved = own["polynomials"]
+        if isinstance(proved, dict):
+            error = proved["error"]
+            cells += [str(proved["degree"]), f"{error:.2e}", f"{proved['share']:.1%} of it"]
+        else:
+            cells += ["", proved, ""]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
 def main() -> None:
     """Measure and write."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--page", type=Path)
     parser.add_argument("names", nargs="*")
     options = parser.parse_args()
     table = {}
@@ -100,8 +132,14 @@ def main() -> None:
         ):
             continue
         table[name] = measured(name)
+        motion.cache_clear()
         print(name, table[name].get("closure"), table[name].get("polynomials"), flush=True)
     options.out.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    if options.page:
+        before, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)
+        after = rest.partition(END)[2]
+        text = f"{before}{BEGIN}\n\n{written(table)}\n{END}{after}"
+        options.page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ LETTER = 0.028
 """and height of names, as shares of the drawing's size."""
 ROUND = 8
 """Directions in which a name may stand."""
-Spans = dict[str, tuple[Any, Any]]
+Rims = dict[str, list[float]]
 
 
 def dxf(motion: ExportedMotion, pose: int | None = None) -> dict[str, str]:
@@ -78,9 +78,9 @@ class _Drawing:
             if name != GROUND and scene.shown(name, self.pose):
                 self._link(name)
         places = places_of(scene, self.pose)
-        spans: Spans = {}
+        rims: Rims = {}
         for joint in scene.joints(self.pose):
-            self._joint(joint, spans)
+            self._joint(joint, rims)
         for place in places:
             self._pin(place)
         self._paths()
@@ -112,7 +112,7 @@ class _Drawing:
 
     # -- joints ----------------------------------------------------------------------------
 
-    def _joint(self, joint: Joint, spans: Spans) -> None:
+    def _joint(self, joint: Joint, drawn: Rims) -> None:
         scene, pose, out = self.scene, self.pose, self.out
         if joint.straight:
             self._guide(joint)
@@ -135,12 +135,32 @@ class _Drawing:
             if joint.wheels == 1:
                 start, end, _ = rack_span(scene, joint, pose)
                 out.line("JOINTS", start, end)
-            for reference, center, radius in circles(scene, joint, pose):
-                if reference not in spans:
+            rims = circles(scene, joint, pose)
+            for reference, center, radius in rims:
+                known = drawn.setdefault(reference, [])
+                if not any(abs(radius - own) <= SAME * self.size for own in known):
                     out.circle("JOINTS", center, radius)
                     turns = np.linspace(0, 2 * np.pi, 25)[:, None]
                     self._keep_clear(center + radius * np.hstack([np.cos(turns), np.sin(turns)]))
-                spans[reference] = (center, radius)
+                known.append(radius)
+            if joint.strands and len(rims) == 2:
+                self._strands(joint, *rims)
+
+    def _strands(self, joint: Joint, first: Any, second: Any) -> None:
+        """Draw the two strands of a belt: tangents of both wheels, crossed ones between them."""
+        (_, a, one), (_, b, other) = first, second
+        way = b - a
+        far = float(np.hypot(*way))
+        along = way / far
+        across = np.array([-along[1], along[0]])
+        other = joint.sense * other
+        cosine = (one - other) / far
+        if abs(cosine) >= 1:
+            return
+        for side in (1.0, -1.0):
+            out = cosine * along + side * (1 - cosine**2) ** 0.5 * across
+            self.out.line("JOINTS", a + one * out, b + other * out)
+            self.lines.append((a + one * out, b + other * out))
 
     def _guide(self, joint: Joint) -> None:
         """Draw a block on its guide, or a slot around its pin."""

@@ -229,18 +229,19 @@ def _sidecar(
             "coordinate": next(iter(motion.result.drivers), None),
             "joint": robot.names.get(robot.lead),
         },
-        "mimic": _polynomials(found, tolerance) if found else None,
+        "mimic": _polynomials(found, tolerance, tree.size) if found else None,
     }
     if found is None:
         data["why_no_mimic"] = reason
     return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
 
 
-def _polynomials(found: Mimics, tolerance: float) -> dict[str, Any]:
+def _polynomials(found: Mimics, tolerance: float, size: float) -> dict[str, Any]:
     joints = {
         word: {
             "coefficients": own.coefficients.tolist(),
             "error": own.error,
+            "within_tolerance": own.error <= tolerance * (size if word.endswith(".slide") else 1.0),
             "unit": "m" if word.endswith(".slide") else "rad",
         }
         for word, own in found.polynomials.items()
