@@ -94,7 +94,7 @@ def link_tree(motion: ExportedMotion) -> LinkTree:
             raise UnavailableError(
                 f"a {joint.kind} joint is no joint between links that simulators of robots know",
                 where=f"joints.{name}",
-                hint="export --format js or c has the whole motion",
+                hint="export --format dxf draws it",
             )
     for edge_joint, forward in _chosen(motion):
         _grow(tree, described, frames, edge_joint, forward)
