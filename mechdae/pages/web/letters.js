@@ -5,7 +5,7 @@ const WAYS = 16;
 const RINGS = [0, 7, 15, 26];
 
 /** Pixels that a text takes at most. */
-const wide = (text) => [...text].reduce((sum, own) => sum + (/[\s,.'ijl1]/.test(own) ? 5 : /[A-ZА-ЯMWmw]/.test(own) ? 12 : 8.5), 0);
+const wide = (text) => [...text].reduce((sum, own) => sum + (/[\s,.'ijl1]/.test(own) ? 5 : /[MWmwЖШЩЮжшщю]/.test(own) ? 16 : /[A-ZА-Я]/.test(own) ? 12 : 8.5), 0);
 
 /** How much of a stroke lies inside of a box [left, right, low, high]. */
 function inside([[x, y], [u, v]], [left, right, low, high]) {

@@ -154,8 +154,13 @@ class App {
     if (!session) return;
     this.what = made("select", { "aria-label": words("output"), style: "max-width:100%", onchange: () => this.drawAll() },
       ...session.outputs().map((path) => made("option", { value: path }, path)));
-    const usual = data.entries.filter((entry) => entry.kind === "bodies").pop();
+    // the last body that turns without being driven, else what moves
+    const driven = data.driver.name.split(".")[0];
+    const changes = ({ columns, part }) => part !== driven && this.moving(columns);
+    const usual = data.entries.filter((entry) => entry.kind === "bodies" && changes(entry)).pop();
+    const other = data.entries.filter((entry) => entry.kind !== "bodies" && changes(entry)).pop();
     if (usual) this.what.value = `bodies/${usual.part}/${usual.names[data.scene.space ? 1 : 0]}`;
+    else if (other) this.what.value = `${other.kind}/${other.part}/${other.names[other.kind === "points" ? 1 : 0]}`;
     if (session.forces) this.what.value = `efforts/${data.forces.efforts[0]}`;
     const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     svg.setAttribute("style", "width:100%;height:200px;touch-action:none;display:block");
@@ -425,7 +430,7 @@ class App {
       this.two = [there[0], there[Math.floor(there.length / 3)]];
     }
     const [a, b] = this.two;
-    return a && b && columns.some((k) => a.y[0][k] !== b.y[0][k]);
+    return a && b && columns.some((k) => Math.abs(a.y[0][k] - b.y[0][k]) > 1e-12 * Math.max(1, Math.abs(a.y[0][k])));
   }
 
   /** The place nearest to the pointer on the part of the path around the present one. */
