@@ -21,6 +21,8 @@ RELATIVE = {
     "azimuth": "azimuth",
 }
 """Kinds of the relative coordinates of joints by their names."""
+BALL = "component of a unit quaternion"
+"""Kind of what tells the turn of a ball joint; no file names it."""
 ANGLES = ("body angle", *(RELATIVE[word] for word in ("angle", "angle2", "elevation", "azimuth")))
 
 
@@ -56,7 +58,7 @@ class NamedCoordinate:
     @property
     def unit(self) -> str:
         """The unit: "rad", "m", or "1" for the parameter of a curve."""
-        return "rad" if self.is_angle else "1" if self.on_curve else "m"
+        return "rad" if self.is_angle else "1" if self.on_curve or self.kind == BALL else "m"
 
 
 def coordinate(mechanism: Mechanism, text: str) -> NamedCoordinate:

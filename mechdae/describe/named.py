@@ -17,8 +17,13 @@ from mechdae.errors import InputError, MechdaeError, UnknownName, shorten
 
 RATES = (".speed", ".acceleration")
 TIME = "t"
-COMPONENTS = ("x", "y", "moment")
-"""Of ``JOINT.reaction``: force [N] in world axes, moment about the second body's point [N m]."""
+COMPONENTS = {
+    2: ("x", "y", "moment"),
+    3: ("x", "y", "z", "moment_x", "moment_y", "moment_z"),
+}
+"""Of ``JOINT.reaction`` by dimension: force [N] in world axes, moment about the second body's point
+[N m].
+"""
 
 
 def split_rate(name: str) -> tuple[str, int]:
@@ -36,7 +41,7 @@ def is_reaction(mechanism: Mechanism, name: str) -> bool:
         len(parts) == 3
         and parts[0] in mechanism.joints
         and parts[1] == "reaction"
-        and parts[2] in COMPONENTS
+        and parts[2] in COMPONENTS[mechanism.dimension]
     )
 
 

@@ -16,6 +16,7 @@ from mechdae.errors import (
     SolveError,
 )
 from mechdae.kernels.run.call import Call
+from mechdae.model.motion_equations import row_size
 from mechdae.numerics.null_space import dependences, freedoms, rank, unit_rows
 
 SX = ca.SX
@@ -46,7 +47,7 @@ def check_start(setup: Setup, begin: Start) -> None:
         return Call(ca.Function("rows", inputs, [ca.densify(rows)]))
 
     values = r.kept("rows", made)(begin.q, 0.0, setup.loose, setup.model.p_values)[0]
-    sizes = np.array([1.0 if row.unit == "rad" else setup.length for row in r.rows])
+    sizes = np.array([row_size(row.unit, setup.length) for row in r.rows])
     left = {
         row.name: float(value)
         for row, value, size in zip(r.rows, values, sizes, strict=True)

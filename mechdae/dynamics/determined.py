@@ -96,8 +96,9 @@ class Determined:
         def found() -> dict[str, Any]:
             sole, dependence = self.sole, list[str]()
             multipliers: dict[str, float | None] = dict(forced)
+            known = {*forced, *(".".join(own) for own in self.setup.held)}
             for row, own, alone in self._rows():
-                if row.name not in forced and (row.owner, row.part) not in self.setup.held:
+                if row.name not in known and self.setup.released.tells(row):
                     multipliers[row.name] = float(own[-1]) if alone else None
             summary: dict[str, Any] = {"multipliers": multipliers, **sole.summary}
             if superfluous and sole.dependent:

@@ -32,6 +32,8 @@ from mechdae.model.forces.time_tables import Timed
 from mechdae.model.kept import Kept, kept_property
 from mechdae.model.model import FUNCTIONS, Model
 from mechdae.model.motion_equations import Law, Released
+from mechdae.model.tree.bars import check_in_space
+from mechdae.model.tree.choice import released_model
 from mechdae.records import dataclass
 
 SX = ca.SX
@@ -118,7 +120,7 @@ class Setup:
 
         Forces of teeth load bearings: they count in the motion if anything rubs.
         """
-        if self.task.friction != "none":
+        if self.task.friction != "none" and not self.model.space.behind:
             found = self._rubbing(True)
             if found.frictional:
                 return found
@@ -285,6 +287,8 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
     """
     mechanism = problem.mechanism
     known = mechanism.parameter_values
+    if mechanism.dimension == 3:
+        check_in_space(mechanism, teeth=False)
     notes = _without_friction(mechanism, task, moves)
     end, times = _times(task, known)
     tolerance = TOLERANCE if task.tolerance is None else evaluate(task.tolerance, known)
@@ -312,14 +316,26 @@ def setup(problem: Problem, task: Motion, moves: bool = True) -> Setup:
 def _shape(mechanism: Mechanism, task: Motion) -> MotionShape:
     """Return the shape of a motion: one that is kept, or a new one."""
     names, gradual = free_numbers(), task.friction == "smooth"
-    key = ("motion", structure_of(mechanism, names), task.drivers, gradual, names)
+    named = _named_joints(mechanism, task)
+    key = ("motion", structure_of(mechanism, names), task.drivers, gradual, names, named)
     shape = prepared.SHAPES.get(key)
     if not isinstance(shape, MotionShape):
-        model = Model(mechanism, free=names)
+        model = released_model(mechanism, named, names)
         loads = Loads(model, gradual=gradual)
         shape = MotionShape(model, loads, _laws(model, loads, task))
         prepared.SHAPES.put(key, shape)
     return shape
+
+
+def _named_joints(mechanism: Mechanism, task: Motion) -> tuple[str, ...]:
+    """Return the joints in space whose coordinates a task or a load names."""
+    if mechanism.dimension == 2:
+        return ()
+    given = {**(task.start or {}), **(task.start_speed or {})}
+    texts = [*given, *(driver.coordinate for driver in task.drivers or ())]
+    texts += [getattr(load, "coordinate", None) or "" for load in mechanism.loads.values()]
+    parts = (text.split(".")[0] for text in texts)
+    return tuple(dict.fromkeys(part for part in parts if part in mechanism.joints))
 
 
 def as_motion(task: Equilibrium) -> Motion:
@@ -422,6 +438,12 @@ def _without_friction(mechanism: Mechanism, task: Motion, moves: bool) -> list[s
             f"with friction in joints {', '.join(found)} many poses are at rest",
             where="friction",
             hint='friction = "none" leaves it out',
+        )
+    if mechanism.dimension == 3:
+        raise UnavailableError(
+            f"friction of {', '.join(found)} is not computed in motions in space by this version",
+            where="friction",
+            hint='friction = "none" leaves it out; tasks of kind reactions have it',
         )
     joints = mechanism.joints
     other = [own for own in found if not joints[own].smoothed]

@@ -10,7 +10,7 @@ import numpy as np
 
 from mechdae.describe.coordinates import coordinate
 from mechdae.describe.expression import build, names_in
-from mechdae.describe.named import RATES, TIME, split_rate
+from mechdae.describe.named import COMPONENTS, RATES, TIME, split_rate
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.loads import Loads
@@ -53,11 +53,12 @@ class WithReactions:
         mechanism = model.mechanism
         self.names = list(names)
         self.joints = list(mechanism.joints)
-        forces = SX.sym("reactions", 3 * len(self.joints))
+        words = COMPONENTS[mechanism.dimension]
+        forces = SX.sym("reactions", len(words) * len(self.joints))
         known = {
-            f"{joint}.reaction.{axis}": forces[3 * k + i]
+            f"{joint}.reaction.{word}": forces[len(words) * k + i]
             for k, joint in enumerate(self.joints)
-            for i, axis in enumerate(("x", "y", "moment"))
+            for i, word in enumerate(words)
         }
         rows = []
         for name in self.names:

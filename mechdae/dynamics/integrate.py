@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any, Protocol
 
+import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
@@ -143,11 +144,24 @@ class Integrator:
             self.rhs += 1
             top = max(omega, self._frequency(v, self._rhs(t, x, v, self.setup.loose)[0]))
             omega = omega if omega > STILL * top else 0.0
+        top = max(top, self._driven(t, x, v, signs))
         span = self.setup.end
         natural = FIRST * self.setup.tolerance ** (1 / 8) / omega if omega > 0 else np.inf
         state[lay["h"]] = h or min(natural, span / 10)
         state[lay["omega"]] = top if top > 0 else 1 / span
         return state
+
+    def _driven(self, t: float, x: Any, v: Any, signs: Any) -> float:
+        """Return the frequency of what laws of time turn in space, 0 without any.
+
+        Beside a shaft that turns steadily, arms may rest: rounding of their speeds is no motion.
+        """
+        setup, k = self.setup, self.kernel
+        if not setup.laws or not setup.model.space.behind:
+            return 0.0
+        rates = k.call("rates of q", lambda: k.function("rates", [ca.densify(setup.released.qd)]))
+        sizes = setup.model.coordinates.sizes(setup.length)
+        return float(np.max(np.abs(rates(t, x, v, signs)[0]) / sizes, initial=0.0))
 
     def _frequency(self, v: Any, a: Any) -> float:
         sizes = self.kernel.sizes

@@ -10,11 +10,14 @@ import casadi as ca
 import numpy as np
 
 from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.space.reactions import reactions_in_space
+from mechdae.forces.meshes import meshed
 from mechdae.kernels.graphs.recovery import recovered
 from mechdae.kernels.run.batch import Batch
 from mechdae.model.forces.generalised import Wrench, add, reaction, times
 from mechdae.model.gradients import gradients
 from mechdae.model.kept import kept_property
+from mechdae.model.motion_equations import row_size
 from mechdae.records import dataclass
 
 SX = ca.SX
@@ -56,7 +59,7 @@ class Observer:
         self.model = setup.model
         self.kept, self.p = self.kernel.kept, self.model.p_values
 
-    def _many(self, name: str, made: Callable[[], tuple[list[Any], list[Any]]]) -> Any:
+    def many(self, name: str, made: Callable[[], tuple[list[Any], list[Any]]]) -> Any:
         """Return a function of (t, x, v, signs, ...); signs have one row for each state.
 
         `made` gives its results and further inputs.
@@ -76,13 +79,13 @@ class Observer:
             a = SX.sym("a", r.x.numel())
             return [r.q, r.qd, r.bias + r.V @ a], [a]
 
-        q, v, a = self._many("absolute", made)(s.t[:, None], s.x, s.v, s.signs, s.a)
+        q, v, a = self.many("absolute", made)(s.t[:, None], s.x, s.v, s.signs, s.a)
         return q, v, a
 
     def energies(self, s: States) -> tuple[Any, dict[str, Any]]:
         """Return the kinetic energy (n,) and the potential ones by load."""
         r = self.r
-        energies = self._many("energies", lambda: ([ca.vertcat(r.kinetic, *r.stores.values())], []))
+        energies = self.many("energies", lambda: ([ca.vertcat(r.kinetic, *r.stores.values())], []))
         found = energies(s.t[:, None], s.x, s.v, s.signs)[0]
         stores = {name: found[:, k + 1] for k, name in enumerate(r.stores)}
         return found[:, 0], stores
@@ -104,7 +107,7 @@ class Observer:
         if not self.r.rows:
             return np.zeros(len(s.t)), np.zeros(len(s.t))
         length = self.setup.length
-        sizes = np.array([1.0 if row.unit == "rad" else length for row in self.r.rows])
+        sizes = np.array([row_size(row.unit, length) for row in self.r.rows])
         gaps, rates = self._gaps(q, v, s.t[:, None], s.signs, self.p)
         return np.max(np.abs(gaps / sizes), axis=1), np.max(np.abs(rates / sizes), axis=1)
 
@@ -137,7 +140,7 @@ class Observer:
         if not self.r.rows:
             return np.zeros((len(s.t), 0))
         inner = self._inner(s)
-        multipliers = self._many("multipliers", self._multipliers)
+        multipliers = self.many("multipliers", self._multipliers)
         found: Any = multipliers(s.t[:, None], s.x, s.v, s.signs, s.a, inner)[0]
         return found
 
@@ -148,8 +151,8 @@ class Observer:
 
     def loads(self, s: States) -> float:
         """Return the largest load on a body over the states, times a length of the mechanism."""
-        sizes = self.model.coordinates.sizes(self.setup.length)
-        applied = self._many("loads", lambda: ([self.r.applied], []))
+        sizes = self.r.acting_sizes(self.setup.length)
+        applied = self.many("loads", lambda: ([self.r.acting], []))
         found = np.abs(applied(s.t[:, None], s.x, s.v, s.signs)[0]) * sizes
         return float(np.max(found, initial=0.0, where=np.isfinite(found)))
 
@@ -179,10 +182,31 @@ class Observer:
         return Batch(function, [4], straight=lambda: None)
 
     def reactions(self, s: States, q: Any, lam: Any) -> dict[str, Any]:
-        """Return force and moment about the second body's point, on the second body, (n, 3).
+        """Return force and moment about the second body's point, on the second body.
 
-        Friction of the joint is in them.
+        (n, 3), in space (n, 6); friction of the joint is in them.
         """
+        if self.model.space.behind:
+            return self._in_space(s, lam)
         flat = self._reactions(q, lam, self._inner(s), s.signs, self.p)[0]
         flat = flat.reshape(len(q), -1, 3)
         return {name: flat[:, k] for k, name in enumerate(self.model.mechanism.joints)}
+
+    def _in_space(self, s: States, lam: Any) -> dict[str, Any]:
+        """Return them in space; beside gears and racks they are not known."""
+        joints = list(self.model.mechanism.joints)
+        if meshed(self.model):
+            return {name: np.full((len(s.t), 6), np.nan) for name in joints}
+        r, k = self.r, self.kernel
+
+        def made() -> tuple[list[Any], list[Any]]:
+            a, every = SX.sym("a", r.x.numel()), SX.sym("lam", len(r.rows))
+            inner = SX.sym("inner", k.inner)
+            held = [inner[k.m + j] for j in range(k.slips)]
+            return [reactions_in_space(r, every, held, a)], [a, every, inner]
+
+        flat = self.many("reactions", made)(
+            s.t[:, None], s.x, s.v, s.signs, s.a, lam, self._inner(s)
+        )[0]
+        flat = flat.reshape(len(s.t), -1, 6)
+        return {name: flat[:, i] for i, name in enumerate(joints)}

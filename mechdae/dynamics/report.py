@@ -12,6 +12,7 @@ from mechdae.dynamics.determined import Determined
 from mechdae.dynamics.observe import Observer
 from mechdae.dynamics.reported import Reported
 from mechdae.dynamics.run import MotionRun
+from mechdae.dynamics.space.lagrange import left_over
 from mechdae.forces.meshes import slack_belts
 from mechdae.results import Event, MotionResult, Named, Series, Status, Summary, events_of, statuses
 
@@ -20,6 +21,8 @@ BALANCED = 1e-3
 ROUNDED = 1e-9
 """Share of the energies stored, and of loads times a length, below which energies do not move."""
 CORRECTED = 1e-9
+EQUAL = 1e-6
+"""What may be left of Lagrange's equations."""
 
 
 def report(
@@ -57,7 +60,10 @@ def report(
         lambda own: forces.reactions[own][:, 2],
         lambda slack: f", first at t = {states.t[int(np.argmax(slack))]:.6g} s",
     )
-    faults += _faults(run, balance)
+    checks = {"energy": balance}
+    if setup.model.space.behind:
+        checks["balance"] = left_over(observer, states)
+    faults += _faults(run, checks)
     return MotionResult(
         problem.name,
         name,
@@ -66,7 +72,7 @@ def report(
         problem.title,
         status=status,
         events=_events(run),
-        checks={"energy": balance},
+        checks=checks,
         summary=Summary(summary),
         fault="; ".join(faults) or None,
         definition=task,
@@ -201,8 +207,13 @@ def _events(run: MotionRun) -> tuple[Event, ...]:
     return events_of(entry | {"in_range": True} for entry in found)
 
 
-def _faults(run: MotionRun, balance: float) -> list[str]:
-    faults = run.ranges.faults()
+def _faults(run: MotionRun, checks: dict[str, float]) -> list[str]:
+    faults, balance = run.ranges.faults(), checks["energy"]
+    if not checks.get("balance", 0.0) <= EQUAL:
+        faults.append(
+            f"Lagrange's equations are left with {checks['balance']:.1g} of their largest term: "
+            "the accelerations are wrong"
+        )
     if run.passages.found and run.integrator.implicit:
         faults.append(
             f"the motion passes a singular pose at t = {run.passages.found[0][0]:.9g} s, behind "

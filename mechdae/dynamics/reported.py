@@ -59,7 +59,8 @@ class Reported:
     def __init__(self, setup: Setup, asked: tuple[str, ...] | None, moves: bool) -> None:
         self.setup, self.moves, self._key = setup, moves, (asked, moves)
         mechanism = setup.problem.mechanism
-        self.chosen = selection(mechanism, asked, forces=True)
+        chosen = selection(mechanism, asked, forces=True)
+        self.chosen = setup.model.reported(chosen, asked is not None)
         named = self.chosen.named
         self.forced = [own for own in named if moves and reactions_of(mechanism, own)]
         plain = [own for own in named if own not in self.forced]

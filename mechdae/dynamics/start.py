@@ -20,9 +20,11 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import STILL, Setup
+from mechdae.dynamics.space.sketch import SpatialSketch
+from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.errors import AssemblyError, InconsistentStartError, MechanismError, MechdaeError
 from mechdae.kernels.run.call import Call
-from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.prepared import Setting, prepare
 from mechdae.records import dataclass
 from mechdae.setup.drivers import sketched
 
@@ -92,7 +94,7 @@ class _Starter:
         self._rows = r.kept(("start", *(c.text for c in self.moving)), made)
         self.m, self.n = r.phi.numel(), r.x.numel()
         self.sizes = r.coordinates.sizes(setup.length)
-        self.gaps = np.array([1.0 if unit == "rad" else setup.length for unit in r.units])
+        self.gaps = np.array(self.r.gaps(setup.length))
         own = [1.0 if c.is_angle else setup.length for c in self.moving]
         self.scales = np.concatenate([self.gaps, own])
 
@@ -144,6 +146,11 @@ class _Starter:
         MechanismError
             Bodies without an angle in the sketch can be placed in several ways.
         """
+        if self.setup.problem.mechanism.dimension == 3:
+            x, nearest = SpatialSketch(self, self._by_groups).pose()
+            if x is None:
+                raise self._not_assembled(nearest)
+            return x
         guess, loose = self._guess()
         found, nearest = self._closed(guess, loose)
         if len(found) != 1:
@@ -213,9 +220,18 @@ class _Starter:
             u, pose = sketched_pose(setting.assembler, setting.plan)
         except MechdaeError:
             return None
-        q = setting.assembler.coordinates(pose, u)
-        x, left = self.close(np.array([q[c.key] for c in self.r.coordinates]), {})
+        x, left = self.close(self._free(setting, pose, u), {})
         return x if left < CLOSED else None
+
+    def _free(self, setting: Setting, pose: Any, u: Any) -> Any:
+        """Return the free coordinates at a pose of a sweep."""
+        q = setting.assembler.coordinates(pose, u)
+        if self.setup.problem.mechanism.dimension == 2:
+            return np.array([q[c.key] for c in self.r.coordinates])
+        model = setting.scene.model
+        found = Transfer(model, self.setup.model)(np.array([q[key] for key in model.q_names]))
+        near = {(c.part, c.word): value for c, value in self.places.items()}
+        return wound(self.r.coordinates, found[self.r.free], near)
 
     def _placed(self, x: Any) -> Any:
         """Return x with its lengths fitted while its angles stay."""

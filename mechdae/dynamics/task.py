@@ -23,9 +23,12 @@ from mechdae.dynamics.rest.linear_system import LinearisedState, LinearSystem
 from mechdae.dynamics.run import MotionRun, OutputStates, integrate
 from mechdae.dynamics.start import Start, start
 from mechdae.errors import InputError, UnavailableError
-from mechdae.forces.meshes import about_meshes, meshes_beside
+from mechdae.forces.meshes import about_meshes, meshed, meshes_beside
 from mechdae.numerics.null_space import freedoms
 from mechdae.results import Result
+
+TEETH = "they are not computed in space, and no reactions are given beside them"
+"""What is said of gears and racks in space."""
 
 
 def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any]:
@@ -41,8 +44,12 @@ def motion_start(problem: Problem, task: Motion) -> tuple[Setup, Start, Any, Any
     whole = setup(problem, task)
     begin = start(whole)
     whole.held = {own: float(begin.q[whole.model.places[own]]) for own in idle(whole)}
-    whole.meshes = meshes_beside(whole.plain, whole.model, begin.q, whole.length)
-    whole.notes += about_meshes(whole.meshes)
+    if whole.model.space.behind:
+        wheels = meshed(whole.model)
+        whole.notes += [f"forces of teeth of {', '.join(wheels)}: {TEETH}"] if wheels else []
+    else:
+        whole.meshes = meshes_beside(whole.plain, whole.model, begin.q, whole.length)
+        whole.notes += about_meshes(whole.meshes)
     r = whole.released
     x, v = begin.q[r.free], begin.qd[r.free]
     check_start(whole, begin)

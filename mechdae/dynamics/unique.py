@@ -14,11 +14,15 @@ from typing import Any
 import numpy as np
 
 from mechdae.dynamics.observe import Observer, States, alike
-from mechdae.forces.uniqueness import ForceColumns, Stressed, directions, shared_bodies
+from mechdae.dynamics.space.reactions import columns_in_space, lock_columns
+from mechdae.forces.unique_in_space import Orientations
+from mechdae.forces.uniqueness import ForceColumns, Stressed, directions, in_space, shared_bodies
 from mechdae.model.forces.generalised import Wrench
 from mechdae.model.gradients import gradients
+from mechdae.model.kept import Kept
 from mechdae.model.model import Model
-from mechdae.numerics.null_space import ZERO, equilibrated_null_space
+from mechdae.model.motion_equations import row_size
+from mechdae.numerics.null_space import ZERO, equilibrated_null_space, natural_null_space
 from mechdae.records import dataclass
 
 
@@ -52,6 +56,11 @@ class _Holding:
         self.rows, self.slips = len(self.r.rows), len(rubbing.slips)
         self.names = list(self.model.mechanism.joints)
         meshes = {n: mesh for n, mesh in rubbing.meshes.items() if mesh.column is not None}
+        self.weights: Any = None
+        self.length = observer.setup.length
+        if self.model.space.behind:
+            self._columns_in_space()
+            return
         columns: list[tuple[str, Wrench]] = []
         for row in self.r.rows:
             (own,) = gradients(row.expression, self.model.q)
@@ -67,10 +76,25 @@ class _Holding:
         self.maps = ForceColumns(self.model, columns, self.names, range(self.model.q.numel()))
         self.kept = self.maps.kept
 
+    def _columns_in_space(self) -> None:
+        """Fill in columns with what they do in all joints of the tree."""
+        owners = ["" if row.driver else row.owner for row in self.r.rows]
+        owners += ["" for _ in self.r.rubbing.slips]
+        owners = [owner if owner in self.names else "" for owner in owners]
+        wrenches = [*columns_in_space(self.r), *lock_columns(self.r)]
+        columns = list(zip(owners, wrenches, strict=True))
+        self.owners = owners
+        self.maps = ForceColumns(self.model, columns, self.names, range(self.model.q.numel()))
+        self.kept = self.maps.kept
+
     def of(self, model: Model) -> _Holding:
         """Return the same for a copy of the model with other numbers."""
         other = copy(self)
-        other.maps = self.maps.of(model)
+        other.maps, other.model = self.maps.of(model), model
+        if model.space.behind:
+            length = model.mechanism.scale
+            other.length = length
+            other.maps.weights = np.array([1.0] * 3 + [1 / length] * 3)
         return other
 
     def stresses(self, B: Any, locked: Any) -> Any:
@@ -93,15 +117,29 @@ class _Holding:
         open_ = np.max([np.abs(N).max(axis=1, initial=0.0) for N in found.null], axis=0)
         return found, np.isin(self.names, found.lost), open_[: self.rows] <= ZERO
 
-    @staticmethod
-    def _null(B: Any, used: Any) -> Any:
+    def _null(self, B: Any, used: Any) -> Any:
         held = np.abs(B[:, used]).max(axis=1, initial=0.0) > 0
         N = np.zeros((len(used), 0))
-        if held.any():
+        if held.any() and self.model.space.behind:
+            sizes = self.model.coordinates.sizes(self.length)
+            units = [row_size(row.unit, self.length) for row in self.r.rows]
+            units += [row_size(slip.unit, self.length) for slip in self.r.rubbing.slips]
+            inside = natural_null_space(B[held][:, used], sizes[held], np.array(units)[used])
+            N = np.zeros((len(used), inside.shape[1]))
+            N[used] = inside
+        elif held.any():
             inside = equilibrated_null_space(B[held][:, used])
             N = np.zeros((len(used), inside.shape[1]))
             N[used] = inside
         return N
+
+
+@dataclass(frozen=True)
+class PlacedModel:
+    """What `Orientations` reads of a scene."""
+
+    model: Model
+    kept: Kept = field(default_factory=Kept)
 
 
 def unique(observer: Observer, s: States, q: Any, reactions: dict[str, Any]) -> Unique:
@@ -149,14 +187,20 @@ def _describe(
     def turned(body: str) -> Any:
         return q[:, model.turn(body)]
 
+    scene: Any = PlacedModel(model)
     for name in left.lost:
-        own = directions(model, name, len(q), turned, left)
+        own: Any
+        if model.space.behind:
+            own = in_space(Orientations(scene, range(q.shape[1]), q), name, left)
+        else:
+            own = directions(model, name, len(q), turned, left)
         found.joints[name] = own.values(reactions[name])
     found.summary["not_unique"] = left.lost
     found.summary["unique_sums"] = sums = []
     for body, names in shared_bodies(model, model.mechanism.bodies, left.lost).items():
         sides = [1 if joints[name].second_body == body else -1 for name in names]
-        parts = [side * reactions[name][:, :2] for side, name in zip(sides, names, strict=True)]
+        forces = [reactions[name][:, : len(model.space.axes)] for name in names]
+        parts = [side * own for side, own in zip(sides, forces, strict=True)]
         sums.append({"body": body, "joints": names, "force": sum(parts)})
 
 

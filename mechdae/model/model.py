@@ -153,6 +153,11 @@ class Model:
         other.contacts = {name: c.at(mechanism.joints[name]) for name, c in self.contacts.items()}
         return other
 
+    @property
+    def spinning(self) -> Iterable[str]:
+        """Bodies that spin freely: their frames are not known."""
+        return ()
+
     def frame(self, body: str) -> Frame:
         """Return the frame of a body or of the ground; its origin is `anchor`."""
         return self._frames[body]

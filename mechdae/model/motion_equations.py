@@ -17,13 +17,14 @@ from functools import cached_property
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from mechdae.describe.coordinates import NamedCoordinate, coordinate
 from mechdae.describe.expression import names_in
 from mechdae.describe.loads import Spring
 from mechdae.model.coordinates import Coordinates
 from mechdae.model.forces.dry_friction import Rubbing
-from mechdae.model.forces.generalised import Wrench, add
+from mechdae.model.forces.generalised import Wrench, add, of_coordinates, power
 from mechdae.model.forces.inertia import inertia, kinetic_energy
 from mechdae.model.forces.loads import Loads
 from mechdae.model.kept import Kept
@@ -40,6 +41,10 @@ class Law:
 
     coordinate: NamedCoordinate
     value: Any
+
+
+AUXILIARY = ("norm", "angle", "angle2")
+"""Equations in space that hold nothing: of unit quaternions, and of angles of cut joints."""
 
 
 class Released:
@@ -126,6 +131,10 @@ class Released:
         self.residue = _column([expression for expression, _, _ in without])
         self.units = [self.rows[i].unit for i in self.left]
 
+    def tells(self, row: Row) -> bool:
+        """Return whether the multiplier of an equation is a force or a moment that holds."""
+        return row.driver or not self.model.space.behind or row.part not in AUXILIARY
+
     # -- kinematics --------------------------------------------------------------------------
 
     def rate(self, expression: Any) -> Any:
@@ -199,8 +208,12 @@ class Released:
                 result.setdefault(own.joint, []).append((j, self.moved(own.rate)))
         return result
 
-    def moved(self, absolute: Any) -> Any:
-        """Return an expression over (q, v, t) as one over (x, v, t)."""
+    def gaps(self, length: float) -> list[float]:
+        """Return natural sizes of the rows that are left: a `length`, or 1."""
+        return [row_size(unit, length) for unit in self.units]
+
+    def moved(self, absolute: Any, acceleration: Any = None) -> Any:
+        """Return an expression over (q, v, a, t) as one over (x, v, t), at x'' = 0 or another."""
         model = self.model
         result = SX(absolute)
         if self.loads.signals:
@@ -211,12 +224,13 @@ class Released:
             result = ca.substitute(result, pieces, ca.vertcat(*values))
         inputs = [model.q, model.velocity, model.acceleration, self.t, model.p, self.signs]
         function = ca.Function("moved", inputs, [result])
-        at = [self.q, self.qd, self.bias, self.t, model.p, self.signs]
+        turned = self.bias if acceleration is None else self.bias + self.V @ acceleration
+        at = [self.q, self.qd, turned, self.t, model.p, self.signs]
         return function(*at)
 
     def stack(self, wrench: Wrench) -> Any:
         """Return a generalised force as a column over the absolute coordinates."""
-        size = self.model.q.numel()
+        size, wrench = self.model.q.numel(), of_coordinates(wrench)
         pattern = ca.Sparsity.triplet(size, 1, list(wrench), [0] * len(wrench))
         column = SX(pattern)
         for i, force in wrench.items():
@@ -227,6 +241,25 @@ class Released:
     def applied(self) -> Any:
         """Generalised force of loads and pretensions at the absolute coordinates, (nq,)."""
         return self.moved(self.stack(add(self.loads.total, self.rubbing.steady)))
+
+    @cached_property
+    def acting(self) -> Any:
+        """Loads on the bodies: of the plane `applied`, in space sizes of the forces and moments.
+
+        The generalised forces of a tree vanish where loads are in balance.
+        """
+        if not self.model.space.behind:
+            return self.applied
+        every = self.loads.wrenches.values()
+        keys = [("on", body, k) for body in self.model.mechanism.bodies for k in range(6)]
+        sizes = [sum((ca.fabs(own.get(key, SX(0))) for own in every), SX(0)) for key in keys]
+        return self.moved(ca.vertcat(SX(0, 1), *sizes))
+
+    def acting_sizes(self, length: float) -> Any:
+        """Return by what its entries are multiplied to be moments, `length` that of forces."""
+        if not self.model.space.behind:
+            return self.model.coordinates.sizes(length)
+        return np.tile([length] * 3 + [1.0] * 3, len(self.model.mechanism.bodies))
 
     @cached_property
     def push(self) -> Any:
@@ -267,7 +300,7 @@ class Released:
             total = SX(0)
             for body in model.mechanism.bodies:
                 if f"{body}.mass" in model.numbers:
-                    place = model.frame(body).point(model.center(body))
+                    place = model.mass_center(body)
                     total -= model.numbers[f"{body}.mass"] * ca.dot(g, place)
             result["gravity"] = total
         return {name: self.moved(expression) for name, expression in result.items()}
@@ -294,7 +327,7 @@ class Released:
             if name == "gravity":
                 continue
             load: Any = self.model.mechanism.loads[name]
-            total = sum((w * self.model.velocity[i] for i, w in wrench.items()), SX(0))
+            total = sum(power(self.model, wrench), SX(0))
             if name in self.stores:
                 if not _damped(load):
                     continue
@@ -335,6 +368,11 @@ def _broken_line(signal: Any) -> Any:
         at = at - span * ca.floor((at - first) / span)
     abscissae, values = zip(*points, strict=True)
     return ca.pw_lin(at, ca.DM(list(abscissae)), ca.DM(list(values)))
+
+
+def row_size(unit: str, length: float) -> float:
+    """Return the natural size of an equation: 1 of angles, else a `length`."""
+    return 1.0 if unit == "rad" else length
 
 
 def _column(items: list[Any]) -> Any:

@@ -205,7 +205,8 @@ class Result(Shown):
         """Return the plain data at a slash path below the task (``points/rod.B/velocity``).
 
         A named output stands for its value, or is the first step of a path; a number is a place
-        in a list (``summary/frequencies/0``). Nothing but what the path names is copied.
+        in a list (``summary/frequencies/0``), and what follows ``table/`` the output of a study
+        (``table/last/points/rod.B/position``). Nothing but what the path names is copied.
 
         Raises
         ------
@@ -213,7 +214,12 @@ class Result(Shown):
             With the nearest names on that level.
         """
         here: Any = self._content
-        for step in self.whole_path(path).split("/"):
+        steps = self.whole_path(path).split("/")
+        if steps[0] == "table":
+            table, output = here.get("table", {}), "/".join(steps[1:])
+            if output in table:
+                return plain(table[output])
+        for step in steps:
             if _is_list(here) and step.isdigit() and int(step) < len(here):
                 here = here[int(step)]
                 continue

@@ -71,7 +71,7 @@ def placed(problem: Problem, task: str) -> Iterator[None]:
         raise
 
 
-IN_SPACE = ("sweep", "modes", "reactions", "study", "sensitivity")
+IN_SPACE = ("sweep", "modes", "reactions", "motion", "equilibrium", "study", "sensitivity")
 """Kinds of tasks that are computed of spatial mechanisms."""
 
 

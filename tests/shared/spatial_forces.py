@@ -103,7 +103,7 @@ def pose_of(result: Any, k: int, skip: tuple[str, ...] = ()) -> Pose:
         here = place(result, joint.second, k)
         contacts[name] = Contact(joint.first_body, joint.second_body, here, found)
     drives = []
-    for driver in result.definition.drivers:
+    for driver in result.definition.drivers or ():
         part, word = driver.coordinate.split(".")
         joint = mechanism.joints[part]
         (axis, *_), zero = orientation_of_axis(result, joint, k), np.zeros(3)

@@ -16,6 +16,7 @@ import numpy as np
 
 from mechdae.dynamics.rest.balance import ACCEPTED, SOLVED, EquilibriumEquations, stability
 from mechdae.dynamics.rest.chart import Chart
+from mechdae.dynamics.space.transfer import balls_of
 from mechdae.records import dataclass
 
 NEAR = 0.35
@@ -80,6 +81,7 @@ class Rests:
         self.balance, self.chart, self.x = balance, chart, x
         self.sizes = balance.sizes
         self.angle = balance.setup.released.coordinates.turns
+        self.balls = balls_of(balance.setup.released.coordinates)
         self.found: list[Rest] = []
         self.whole, self.crossed = True, False
         self.steps = 0
@@ -115,11 +117,19 @@ class Rests:
     # -- what was found --------------------------------------------------------------------
 
     def _far(self, x: Any, y: Any, wound: bool = True) -> float:
-        gap = (y - x) / self.sizes
+        gap = (self._alike(x, y) - x) / self.sizes
         if not wound:
             turned = np.remainder(gap + np.pi, 2 * np.pi) - np.pi
             gap = np.where(self.angle, turned, gap)
         return float(np.linalg.norm(gap))
+
+    def _alike(self, x: Any, y: Any) -> Any:
+        """Return y with unit quaternions of the sign that is nearer to x: they are the same."""
+        for ball in self.balls:
+            if x[ball] @ y[ball] < 0:
+                y = y.copy()
+                y[ball] = -y[ball]
+        return y
 
     def _enter(
         self, x: Any, own: bool, circuit: bool | None, most: float = SAME, downhill: bool = False

@@ -54,8 +54,8 @@ class EquilibriumEquations:
             return k.function("balance", [ca.densify(part) for part in (r.f, r.J, r.phi)])
 
         self._call, self._light = k.call("statics", whole), k.call("balance", light)
-        self._applied = k.call("applied", lambda: k.function("applied", [ca.densify(r.applied)]))
-        self._weights = setup.model.coordinates.sizes(setup.length)
+        self._applied = k.call("applied", lambda: k.function("applied", [ca.densify(r.acting)]))
+        self._weights = r.acting_sizes(setup.length)
         self.sizes, self.gaps, self.n, self.m = k.sizes, k.gaps, k.n, k.m
         self.signs = setup.loose
         self.still = np.zeros(self.n)

@@ -16,14 +16,16 @@ import numpy as np
 
 from mechdae.assembly.start import mode_by_label
 from mechdae.describe.coordinate_kinds import ANGLE
-from mechdae.describe.coordinates import NamedCoordinate, coordinate
+from mechdae.describe.coordinates import BALL, NamedCoordinate, coordinate
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
 from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.errors import InputError, MechdaeError
 from mechdae.kinematics.prepared import Setting, prepare
+from mechdae.model.tree.spatial_frames import QUATERNION
 
 INDEPENDENT = 1e-6
 """Share of a coordinate's gradient across the others from which it is independent."""
@@ -55,6 +57,7 @@ class Chart:
 
     def __init__(self, setup: Setup, x: Any, basis: Any, names: list[str]) -> None:
         self.setup = setup
+        self.in_space = setup.problem.mechanism.dimension == 3
         self.coordinates = self._chosen(x, basis, names)
         self.names = [c.text for c in self.coordinates]
         r, model = setup.released, setup.model
@@ -78,7 +81,8 @@ class Chart:
         setup, k = self.setup, self.setup.kernel
         found: list[NamedCoordinate] = []
         across = np.zeros((basis.shape[1], 0))
-        for c in dict.fromkeys(_candidates(setup.problem, names)):
+        turns = turns_of_balls(setup.model) if self.in_space else []
+        for c in dict.fromkeys([*_candidates(setup.problem, names), *turns]):
             if len(found) == basis.shape[1]:
                 break
             if c in [law.coordinate for law in setup.laws]:
@@ -133,8 +137,21 @@ class Chart:
 
     def _scene(self, q: Any) -> Any:
         assert self.setting is not None
+        model = self.setting.scene.model
+        if self.in_space:  # its tree is another one
+            q = self._transfer(True)(q)
+            return np.array([q[model.places[name]] for name in self.setting.scene.x_names])
         places = self.setup.model.places
         return np.array([q[places[name]] for name in self.setting.scene.x_names])
+
+    def _transfer(self, there: bool) -> Transfer:
+        """Return what leads from the motion's tree to the scene's, or back."""
+        assert self.setting is not None
+        own, other = self.setup.model, self.setting.scene.model
+        pair = (own, other) if there else (other, own)
+        key = ("transfer", there, *(c.text for c in self.drivers))
+        made: Transfer = self.setup.kept(key, lambda: Transfer(*pair))
+        return made.at(*pair)
 
     def signs(self, x: Any) -> str:
         """Return the signs of the groups' Jacobians at a pose."""
@@ -212,12 +229,26 @@ class Chart:
         assert self.setting is not None
         found: Mapping[tuple[str, str], float] = self.setting.assembler.coordinates(pose, u)
         model, q = self.setup.model, q.copy()
+        if self.in_space:
+            names = self.setting.scene.model.q_names
+            near = dict(zip(model.q_names, q.tolist(), strict=True))
+            q = self._transfer(False)(np.array([found[key] for key in names]))
+            return wound(model.coordinates, q, near)[self.setup.released.free]
         for key, value in found.items():
             k = model.places[key]
             if model.coordinates[k].kind is ANGLE:
                 value -= 2 * np.pi * np.round((value - q[k]) / (2 * np.pi))
             q[k] = value
         return q[self.setup.released.free]
+
+
+def turns_of_balls(model: Any) -> list[NamedCoordinate]:
+    """Return components of unit quaternions: half the turns about the axes, beside a pose."""
+    found = []
+    for owner, name in model.q_names:
+        if name in QUATERNION[1:]:
+            found.append(NamedCoordinate(f"{owner}.{name}", BALL, owner))
+    return found
 
 
 def _candidates(problem: Problem, names: list[str]) -> Iterator[NamedCoordinate]:
@@ -234,6 +265,10 @@ def _candidates(problem: Problem, names: list[str]) -> Iterator[NamedCoordinate]
         for name, joint in joints.items():
             if (GROUND in joint.bodies) is not ground:
                 continue
+            if mechanism.dimension == 3:
+                for word in joint.coordinates:
+                    yield coordinate(mechanism, f"{name}.{word}")
+                continue
             if joint.slides:
                 yield coordinate(mechanism, f"{name}.slide")
             for body in joint.bodies:
@@ -241,5 +276,5 @@ def _candidates(problem: Problem, names: list[str]) -> Iterator[NamedCoordinate]
                     yield coordinate(mechanism, f"{body}.angle")
     for body, part in mechanism.bodies.items():
         for point in part.points:
-            yield coordinate(mechanism, f"{body}.{point}.x")
-            yield coordinate(mechanism, f"{body}.{point}.y")
+            for axis in mechanism.axes:
+                yield coordinate(mechanism, f"{body}.{point}.{axis}")

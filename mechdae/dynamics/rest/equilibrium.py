@@ -231,11 +231,11 @@ def _report(
     named["joints"] = reported.with_reactions(named["joints"], reactions)
     summary |= sole.summary
     summary["state"] = {own: float(series[own].value[0]) for own in series}
-    rows = whole.released.rows
+    rows, tells = whole.released.rows, whole.released.tells
     summary["multipliers"] = {
         row.name: float(every[0, i]) if sole.multipliers[i] else None
         for i, row in enumerate(rows)
-        if (row.owner, row.part) not in whole.held
+        if (row.owner, row.part) not in whole.held and tells(row)
     }
     notes = whole.notes + more + reported.notes
     if whole.loads.slips:

@@ -19,7 +19,7 @@ import casadi as ca
 import numpy as np
 
 from mechdae.describe.coordinate_kinds import KINDS, PLACE
-from mechdae.describe.coordinates import coordinate, selection
+from mechdae.describe.coordinates import BALL, coordinate, selection
 from mechdae.describe.loads import Force, Torque
 from mechdae.describe.named import reactions_of
 from mechdae.describe.tasks.motion import named_coordinate
@@ -121,22 +121,28 @@ class LinearSystem:
 
     def _inputs(self, asked: Sequence[str] | None, drivers: list[str]) -> list[_Input]:
         model, mechanism = self.model, self.model.mechanism
+        axes = mechanism.axes
+        units = ca.horzsplit(SX(ca.DM.eye(len(axes))))
         known: dict[str, _Input] = {
             name: _Input(f"{name}.acceleration", driver=i) for i, name in enumerate(drivers)
         }
         for name, load in mechanism.loads.items():
-            if isinstance(load, Torque):
+            if isinstance(load, Torque) and mechanism.dimension == 2:
                 known[f"loads.{name}"] = _Input(f"loads.{name}", couple(model, load.body, SX(1)))
+            elif isinstance(load, Torque):
+                for axis, unit in zip(axes, units, strict=True):
+                    column = couple(model, load.body, unit)
+                    known[f"loads.{name}.{axis}"] = _Input(f"loads.{name}.{axis}", column)
             if isinstance(load, Force):
                 body = load.point.split(".")[0]
-                for axis, unit in zip("xy", (SX([1, 0]), SX([0, 1])), strict=True):
+                for axis, unit in zip(axes, units, strict=True):
                     column = push(model, body, model.point(load.point), unit)
                     known[f"loads.{name}.{axis}"] = _Input(f"loads.{name}.{axis}", column)
         if asked is None:
             return list(known.values())
         found = []
         for i, name in enumerate(asked):
-            both = [f"{name}.{axis}" for axis in "xy" if f"{name}.{axis}" in known]
+            both = [f"{name}.{axis}" for axis in axes if f"{name}.{axis}" in known]
             if name in known:
                 found.append(known[name])
             elif name.startswith("loads.") and both:
@@ -193,8 +199,10 @@ class LinearSystem:
         parts = range(len(found) // 5)
         slopes = [found[5 * i : 5 * i + 5] for i in parts]
         sizes = r.coordinates.sizes(setup.length)
-        gaps = np.array([1.0 if unit == "rad" else setup.length for unit in r.units])
-        units = [1.0 if c.is_angle else setup.length for c in self.chart.coordinates]
+        gaps = np.array(r.gaps(setup.length))
+        units = [
+            1.0 if c.is_angle or c.kind == BALL else setup.length for c in self.chart.coordinates
+        ]
         scales = np.concatenate([gaps, units])
         # deviations over (z, zd, d, u): places, speeds, accelerations with multipliers
         whole = 2 * k + 3 * nd + nu
@@ -251,15 +259,17 @@ class LinearSystem:
         """Return names and expressions over (x, v, a, d, t) of the outputs."""
         model, mechanism, r = self.model, self.model.mechanism, self.r
         chosen = selection(mechanism, outputs, forces=True)
+        chosen = model.reported(chosen, outputs is not None)
         found: dict[str, Any] = {}
         for name in chosen.named:
             if not reactions_of(mechanism, name):
                 text = mechanism.outputs[name]
                 found[name] = over_states(model, self.setup.loads, text, {}, (name,))
-        for body in chosen.bodies:
+        for body in chosen.bodies if mechanism.dimension == 2 else ():
             found[f"{body}.angle"] = model.coordinate(coordinate(mechanism, f"{body}.angle"))
         for point in chosen.points:
-            for axis, part in zip("xy", ca.vertsplit(SX(model.point(point))), strict=True):
+            parts = ca.vertsplit(SX(model.point(point)))
+            for axis, part in zip(mechanism.axes, parts, strict=True):
                 found[f"{point}.{axis}"] = part
         for joint in chosen.joints:
             for word in sorted(mechanism.joints[joint].coordinates):

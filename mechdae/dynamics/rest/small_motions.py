@@ -16,7 +16,7 @@ from mechdae.describe.tasks.motion import named_coordinate
 from mechdae.dynamics.equations import Setup
 from mechdae.dynamics.rest.balance import NEUTRAL, EquilibriumEquations
 from mechdae.errors import InputError, SingularMassError
-from mechdae.model.space import PLANE
+from mechdae.model.forces.generalised import spin
 
 SETTLED = math.log(50)
 """Time, in those of the slowest small motion, after which 2 % of it are left."""
@@ -57,7 +57,7 @@ def small_motions(
         shape = scaled @ vectors[:n, k]
         largest_of = shape[np.argmax(np.abs(shape))]
         shape = shape / largest_of
-        bodies = np.reshape(placed @ vectors[:n, k] / largest_of, (-1, 3))
+        bodies = np.reshape(placed @ vectors[:n, k] / largest_of, (-1, whole.model.space.freedoms))
         shown = {
             label: [float(z.real), float(z.imag)] for label, z in zip(labels, shape, strict=True)
         }
@@ -71,9 +71,9 @@ def small_motions(
                 "bodies": {
                     body: {
                         word: [float(z.real), float(z.imag)]
-                        for word, z in zip(PLANE.twist, row, strict=True)
+                        for word, z in zip(whole.model.space.twist, row, strict=True)
                     }
-                    for body, row in zip(whole.problem.mechanism.bodies, bodies, strict=True)
+                    for body, row in zip(_placed_bodies(whole), bodies, strict=True)
                 },
             }
         )
@@ -94,13 +94,38 @@ def small_motions(
 
 
 def _placements(whole: Setup, x: Any) -> Any:
-    """Return the gradients of origin and angle of each body by the free coordinates."""
+    """Return the gradients of origin and angle of each body by the free coordinates.
+
+    In space small turns about the world's axes take the place of the angle.
+    """
     model = whole.model
+    if model.space.behind:
+        return _turned(whole, x)
     rows = [
         ca.vertcat(model.origin(body), model.frame(body).angle)
         for body in whole.problem.mechanism.bodies
     ]
     return _gradient(whole, x, "placements", rows)
+
+
+def _placed_bodies(whole: Setup) -> list[str]:
+    """Return the bodies that have a placement: not those that spin freely between ball joints."""
+    return [body for body in whole.problem.mechanism.bodies if body not in whole.model.spinning]
+
+
+def _turned(whole: Setup, x: Any) -> Any:
+    """Return the gradients of origin and turn of each body in space."""
+    r, k, model = whole.released, whole.kernel, whole.model
+
+    def made() -> Any:
+        rows = []
+        for body in _placed_bodies(whole):
+            rows.append(ca.jacobian(model.origin(body), model.q))
+            rows.append(ca.jacobian(spin(model, body), model.velocity))
+        return k.function("gradient", [ca.densify(r.moved(ca.vertcat(*rows)) @ r.V)])
+
+    found = k.call("placements", made)(0.0, x, np.zeros(k.n), whole.loose)[0]
+    return np.reshape(found, (-1, k.n), order="F")
 
 
 def _gradient(whole: Setup, x: Any, name: str, rows: list[Any]) -> Any:

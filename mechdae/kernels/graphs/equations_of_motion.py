@@ -102,7 +102,7 @@ class Kernel:
         """
         other, r = copy(self), self.released
         other.sizes = np.asarray(r.coordinates.sizes(length), float)
-        other.gaps = np.array([1.0 if unit == "rad" else length for unit in r.units])
+        other.gaps = np.array(r.gaps(length))
         other.numbers = np.ones(self.c.numel())
         other._put(p=p, sizes=other.sizes, gaps=other.gaps)
         if widths is not None:

@@ -105,8 +105,8 @@ class SpinningBar:
         return squares / 2 + m12 * ca.dot(first, second)
 
 
-def check_in_space(mechanism: Mechanism) -> None:
-    """Raise for what has no forces in space.
+def check_in_space(mechanism: Mechanism, teeth: bool = True) -> None:
+    """Raise for what has no forces in space: gears and racks where forces of `teeth` are needed.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def check_in_space(mechanism: Mechanism) -> None:
                 where=f"vectors.{joint.name}",
                 hint="bodies and joints in their place",
             )
-        if joint.meshes:
+        if joint.meshes and teeth:
             axes_of_mesh(mechanism, joint)
         if getattr(joint, "one_sided", None) is not None:
             raise UnavailableError(

@@ -30,6 +30,17 @@ def model_of(
     return Model(mechanism, free=free)
 
 
+def released_model(
+    mechanism: Mechanism, named: Iterable[str] = (), free: Iterable[str] = ()
+) -> Model:
+    """Return the model of a mechanism without drivers, of which these joints are `named`."""
+    if mechanism.dimension == 3:
+        from mechdae.model.tree.released_tree import ReleasedTree
+
+        return ReleasedTree(mechanism, named, free)
+    return Model(mechanism, free=free)
+
+
 def groups_of(model: Model, rows: Sequence[Row], coarse: bool = False) -> list[Group]:
     """Return the Assur groups of a model's rows in solve order; see `assur_groups`."""
     if is_tree(model):

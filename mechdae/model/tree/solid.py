@@ -237,7 +237,7 @@ class Solid(Space):
     def inertia_force(self, model: Any, name: str) -> Wrench:
         if name in model.idle:
             return self.on_bar(model, name, *self.bar(model, name).inertia())
-        mass, J, arm = self._numbers(model, name)
+        mass, J, arm = self.solid(model, name)
         frame, twist = model.frame(name), self.kinetics(model).twists[name]
         force, moment = mass * twist.acceleration_at(arm), SX.zeros(3)
         if J is not None:
@@ -248,7 +248,7 @@ class Solid(Space):
     def kinetic_energy(self, model: Any, name: str) -> Any:
         if name in model.idle:
             return self.bar(model, name).kinetic_energy()
-        mass, J, arm = self._numbers(model, name)
+        mass, J, arm = self.solid(model, name)
         twist = self.kinetics(model).twists[name]
         energy = mass * ca.sumsqr(twist.velocity_at(arm)) / 2
         if J is not None:
@@ -256,7 +256,8 @@ class Solid(Space):
             energy += ca.dot(spin, J @ spin) / 2
         return energy
 
-    def _numbers(self, model: Any, name: str) -> tuple[Any, Any, Any]:
+    def solid(self, model: Any, name: str) -> tuple[Any, Any, Any]:
+        """Return mass, inertia (3, 3) about the centre in body axes or None, arm to the centre."""
         mass = model.numbers.get(f"{name}.mass", SX(0))
         return mass, tensor(model, name), model.frame(name).direction(model.center(name))
 

@@ -26,13 +26,14 @@ def edges(
     joints: Iterable[Joint],
     groups: Sequence[Collection[str]],
     first: Collection[str] = (),
+    then: Collection[str] = (),
 ) -> list[Edge]:
     """Return the edges in the order in which they place the bodies.
 
     In each group of bodies a tree of the largest weight grows from what is placed already (Prim's
     algorithm): the weight of a joint are the equations that it would have if it were cut. Of equal
     ones the nearest to the root is taken: the tree is balanced. Joints of `first` come before all
-    others.
+    others, those of `then` next.
     """
     usable = [j for j in joints if j.spatial]
     found: list[Edge] = []
@@ -49,7 +50,7 @@ def edges(
                 ):
                     if parent not in depth or child not in left:
                         continue
-                    key = (-_weight(joint, first), depth[parent])
+                    key = (-_weight(joint, first, then), depth[parent])
                     if best is None or key < best[0]:
                         best = key, Edge(joint.name, parent, child, forward)
             edge = best[1] if best is not None else Edge("", GROUND, left[0])
@@ -60,7 +61,9 @@ def edges(
     return found
 
 
-def _weight(joint: Joint, first: Collection[str]) -> float:
+def _weight(joint: Joint, first: Collection[str], then: Collection[str]) -> float:
     if joint.name in first:
         return math.inf
+    if joint.name in then:
+        return FREEDOMS + 1
     return FREEDOMS - joint.freedoms

@@ -95,7 +95,7 @@ class TreeModel(TreeForces):
         every = [name for name in mechanism.bodies if name not in self.idle]
         parts = [list(group.bodies) for group in self._groups] or [every]
         joints = [j for name, j in mechanism.joints.items() if name not in self._spun]
-        self.edges = edges(joints, parts, self._first())
+        self.edges = edges(joints, parts, self._first(), self._then())
         self._anchors, self._frames = {}, {}
         self._of: dict[tuple[str, str], Coordinate] = {}
         self._placed: dict[str, str] = {}
@@ -131,6 +131,10 @@ class TreeModel(TreeForces):
             if joint.meshes:
                 found |= {own.joint for own in bearings(self.mechanism, joint)}
         return found
+
+    def _then(self) -> set[str]:
+        """Return the joints that should be edges where they can be."""
+        return set()
 
     # -- the tree --------------------------------------------------------------------------
 
@@ -341,6 +345,10 @@ class TreeModel(TreeForces):
         ]
 
     # -- what others ask for ---------------------------------------------------------------
+
+    @property
+    def spinning(self) -> Iterable[str]:
+        return tuple(self.idle)
 
     def bodies_of(self, part: str) -> tuple[str, ...]:
         """Return the bodies that place a body or a joint: of an idle link its neighbours."""

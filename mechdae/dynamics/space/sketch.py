@@ -1,0 +1,214 @@
+"""The assembled sketch of a spatial mechanism that moves under forces.
+
+What the sketch says of joints and of points is met as well as the joints let it be. Where it says
+all of the tree's coordinates the pose next to them is taken; else the mechanism is assembled group
+by group, as a sweep does it; where that is no sweep's business the nearest of the poses is taken
+that are found from many starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.describe.coordinates import NamedCoordinate
+from mechdae.dynamics.equations import Setup
+from mechdae.dynamics.space.transfer import balls_of
+from mechdae.errors import MechanismError
+from mechdae.kernels.run.call import Call
+from mechdae.model.motion_equations import Released
+from mechdae.model.tree.reading import placements
+
+CLOSED = 1e-12
+STARTS = 48
+NEAR = 0.35
+"""Distance from a sketch within which it is a pose's own: 20 degrees."""
+TIE = 1e-6
+"""Difference of two distances, over the distance, at which a sketch does not tell poses apart."""
+FITS = 30
+SAME = 1e-6
+RANK = 1e-8
+LIGHT = 0.05
+"""Weight of the sketch beside the joints, after a few steps with 1."""
+
+
+class JointClosing(Protocol):
+    """What closes the joints at the start of a motion."""
+
+    setup: Setup
+    r: Released
+    places: dict[NamedCoordinate, float]
+    moving: list[NamedCoordinate]
+    m: int
+    n: int
+    sizes: Any
+    scales: Any
+
+    def rows(self, x: Any) -> tuple[Any, Any]: ...
+    def close(self, x: Any, aims: Any, short: float = ...) -> tuple[Any, float]: ...
+
+
+class SpatialSketch:
+    """A sketch in space, to be assembled.
+
+    Parameters
+    ----------
+    closing
+        Equations of the joints and of the coordinates that are given.
+    by_groups
+        Gives the pose as a sweep assembles it, None where it cannot.
+    """
+
+    def __init__(self, closing: JointClosing, by_groups: Callable[[], Any]) -> None:
+        self.closing, self.by_groups = closing, by_groups
+        self.model: Any = closing.setup.model
+        r, self.p = closing.r, closing.setup.model.p_values
+        self.given = {
+            closing.m + k: closing.places[c] / closing.scales[closing.m + k]
+            for k, c in enumerate(closing.moving)
+            if c in closing.places
+        }
+
+        def made() -> Call:
+            model: Any = r.model
+            senses = ca.vertcat(ca.SX(0, 1), *[value for _, value in model.senses])
+            parts = [r.moved(ca.densify(senses)), r.moved(placements(model))]
+            return Call(ca.Function("sketch", [r.x, model.p], [ca.densify(own) for own in parts]))
+
+        self._look = r.kept("sketch", made)
+
+    def pose(self) -> tuple[Any, Any]:
+        """Return the free coordinates of the assembled sketch, None and the nearest try else.
+
+        Raises
+        ------
+        MechanismError
+            The sketch does not tell which pose is meant.
+        """
+        guess, unknown, held = self._guess()
+        nearest = guess
+        if not unknown:
+            x, left = self._tried(guess)
+            if left < CLOSED and self._right(x) and self._far(x) <= NEAR:
+                return x, x
+        grouped = self.by_groups()
+        if grouped is not None:
+            return grouped, grouped
+        found: list[tuple[float, Any]] = []
+        least = np.inf
+        for start in self._starts(guess, unknown):
+            x, left = self._tried(start)
+            if left < least and self._right(x):
+                least, nearest = left, x
+            if left < CLOSED and self._right(x):
+                found.append((self._far(x), x))
+        if not found:
+            return None, nearest
+        far = min(own for own, _ in found)
+        x, *tied = [own for gap, own in found if gap - far <= TIE * max(far, 1e-3)]
+        # without joints that hold them, what turns freely stays as near as it is to angles of 0
+        if held and any(not self._same(x, other) for other in tied) and self._told(x):
+            raise MechanismError(
+                "does not tell which assembly mode is meant",
+                where="sketch",
+                hint=f"say more of {', '.join(unknown)}: joint values, or places of points",
+            )
+        return x, x
+
+    def _guess(self) -> tuple[Any, list[str], bool]:
+        """Return what the sketch says of coordinates, and owners of those that are to be found.
+
+        The last result tells whether joints hold any of these.
+
+        Components of quaternions are never said: the places of points tell them. What nothing is
+        said of, and no joint holds, stays at zero.
+        """
+        closing = self.closing
+        guess, unknown, loops = np.zeros(closing.n), [], False
+        known = {(c.part, c.word): value for c, value in closing.places.items()}
+        norms = [i for i, own in enumerate(closing.r.left) if closing.r.rows[own].part == "norm"]
+        held = [i for i in range(closing.m) if i not in norms]
+        columns = set(closing.r.J[held, :].sparsity().get_col()) if held else set()
+        cut = set(self.model._cut_joints)
+        keys = {own.key for own in closing.r.coordinates}
+        pointed = any(key not in keys for key in known)
+        for i, own in enumerate(closing.r.coordinates):
+            if own.key in known:
+                guess[i] = known[own.key]
+            elif own.name == "e0":
+                guess[i] = 1.0
+            sought = (i in columns or pointed) and own.owner not in cut
+            if own.key not in known and sought:
+                unknown.append(own.owner)
+                loops |= i in columns
+        return guess, list(dict.fromkeys(unknown)), loops
+
+    def _starts(self, guess: Any, unknown: list[str]) -> Iterator[Any]:
+        """Yield the guess, then poses with what is not known drawn at random."""
+        yield guess
+        draw, coordinates = np.random.default_rng(0), self.closing.r.coordinates
+        for _ in range(STARTS if unknown else 0):
+            x = guess.copy()
+            for i, own in enumerate(coordinates):
+                if own.owner in unknown:
+                    width = np.pi if own.kind is ANGLE else 1.0
+                    x[i] = self.closing.sizes[i] * draw.uniform(-width, width)
+            for ball in balls_of(coordinates):
+                if coordinates[ball[0]].owner in unknown:
+                    e = draw.normal(size=4)
+                    x[ball] = e / np.linalg.norm(e)
+            yield x
+
+    def _tried(self, x: Any) -> tuple[Any, float]:
+        """Return x fitted to the sketch and closed, and what is left of the joints."""
+        closing, m = self.closing, self.closing.m
+        places = [*range(m), *self.given]
+        target = np.concatenate([np.zeros(m), np.array(list(self.given.values()), float)])
+        for k in range(FITS if self.given else 0):
+            values, J = closing.rows(x)
+            weights = np.ones(len(places))
+            weights[m:] = 1.0 if 2 * k < FITS else LIGHT
+            left = (values[places] - target) * weights
+            if not np.isfinite(left).all():
+                return x, np.inf
+            step = np.linalg.lstsq(J[places] * weights[:, None], -left, rcond=RANK)[0]
+            largest = float(np.max(np.abs(step), initial=0.0))
+            if largest < 1e-13:
+                break
+            x = x + closing.sizes * step * min(1.0, 0.5 / largest)
+        found, left = closing.close(x, {}, short=0.5)
+        return found, left
+
+    def _far(self, x: Any) -> float:
+        """Return the distance from what the sketch says, over natural sizes."""
+        if not self.given:
+            return 0.0
+        values, _ = self.closing.rows(x)
+        gaps = [values[k] - wanted for k, wanted in self.given.items()]
+        turns = [self.closing.moving[k - self.closing.m].is_angle for k in self.given]
+        gaps = [
+            np.remainder(gap + np.pi, 2 * np.pi) - np.pi if turn else gap
+            for gap, turn in zip(gaps, turns, strict=True)
+        ]
+        return float(np.linalg.norm(gaps))
+
+    def _told(self, x: Any) -> bool:
+        """Return whether the sketch leaves no freedom open at a pose."""
+        _, J = self.closing.rows(x)
+        rows = J[[*range(self.closing.m), *self.given]]
+        return bool(np.linalg.matrix_rank(rows, RANK) == self.closing.n)
+
+    def _right(self, x: Any) -> bool:
+        """Return whether the axes of cut joints have the sense they should have."""
+        senses = self._look(x, self.p)[0]
+        return bool(np.all(senses > 0))
+
+    def _same(self, x: Any, other: Any) -> bool:
+        """Return whether all bodies have the same places in two poses."""
+        one, two = (self._look(own, self.p)[1] for own in (x, other))
+        size = np.tile([self.closing.setup.length] * 3 + [1.0] * 9, len(one) // 12)
+        return bool(np.max(np.abs((one - two).ravel() / size), initial=0.0) < SAME)

@@ -1,0 +1,75 @@
+"""Poses of one model of a spatial mechanism as those of another one, whose tree may be another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import copy
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.kernels.run.call import Call
+from mechdae.model.coordinates import Coordinates
+from mechdae.model.tree.reading import placements, reading
+from mechdae.model.tree.spatial_frames import QUATERNION
+from mechdae.setup.turning import quaternions
+
+SX = ca.SX
+
+
+class Transfer:
+    """From the coordinates of a model to those of another one of the same mechanism.
+
+    Parameters
+    ----------
+    source, target
+        Tree models with the numbers of one mechanism.
+    """
+
+    def __init__(self, source: Any, target: Any) -> None:
+        self.source, self.target = source, target
+
+    @cached_property
+    def _function(self) -> Any:
+        source, target = self.source, self.target
+        bodies = [edge.child for edge in source.edges]
+        values, turns = reading(target, bodies, placements(source))
+        inputs, results = [source.q, source.p, target.p], [values, turns]
+        return Call(ca.Function("transfer", inputs, [ca.densify(part) for part in results]))
+
+    def at(self, source: Any, target: Any) -> Transfer:
+        """Return the same for copies of the models with other numbers."""
+        other, self._function = copy(self), self._function
+        other.source, other.target = source, target
+        return other
+
+    def __call__(self, q: Any) -> Any:
+        """Return the coordinates (nq,) of the target at a pose (nq,) of the source."""
+        found, turns = self._function(q, self.source.p_values, self.target.p_values)
+        found = found.copy()
+        balls = [key[0] for key in self.target.q_names if key[1] == QUATERNION[0]]
+        for k, owner in enumerate(balls):
+            matrix = turns[9 * k : 9 * (k + 1)].reshape(3, 3, order="F")
+            places = [self.target.places[owner, name] for name in QUATERNION]
+            found[places] = quaternions(matrix[None])[0]
+        return found
+
+
+def balls_of(coordinates: Coordinates) -> list[list[int]]:
+    """Return the places of the four components of each unit quaternion."""
+    found: dict[str, list[int]] = {}
+    for i, own in enumerate(coordinates):
+        if own.name in QUATERNION:
+            found.setdefault(own.owner, []).append(i)
+    return list(found.values())
+
+
+def wound(coordinates: Coordinates, x: Any, near: Mapping[tuple[str, str], float]) -> Any:
+    """Return x with angles moved by whole turns to the values they are said to be near to."""
+    x = x.copy()
+    for i, own in enumerate(coordinates):
+        if own.period and own.key in near:
+            x[i] += own.period * np.round((near[own.key] - x[i]) / own.period)
+    return x
