@@ -83,15 +83,20 @@ def test_what_bodies_have_no_angle_of() -> None:
 
 
 def test_planar_tasks_are_refused_by_name() -> None:
-    data = changed(RSSR, "tasks", "forces", to={"kind": "motion", "until": 1.0})
-    with pytest.raises(md.UnavailableError, match="not computed in space"):
-        md.solve(from_dict(data), "forces")
-    sets = {"kind": "study", "of": "forces", "vary": {"l": [0.29, 0.31, 3]}}
-    with pytest.raises(md.UnavailableError, match="kind 'motion' are not computed in space"):
-        md.solve(from_dict(changed(data, "tasks", "sets", to=sets)), "sets")
     turn = {**RSSR["tasks"]["turn"], "measures": ["transmission"]}
     with pytest.raises(md.UnavailableError, match="measures"):
         md.solve(from_dict(changed(RSSR, "tasks", "turn", to=turn)), "turn")
+
+
+def test_motions_in_space_refuse_friction_by_name() -> None:
+    data = changed(RSSR, "joints", "A", "friction", to=0.1)
+    data = changed(data, "joints", "A", "pin_radius", to=0.01)
+    data = changed(data, "tasks", "forces", to={"kind": "motion", "until": 1.0})
+    with pytest.raises(md.UnavailableError, match="friction of A is not computed in motions"):
+        md.solve(from_dict(data), "forces")
+    sets = {"kind": "study", "of": "forces", "vary": {"l": [0.29, 0.31, 3]}, "outputs": ["last/A"]}
+    with pytest.raises(md.InputError):
+        md.solve(from_dict(changed(data, "tasks", "sets", to=sets)), "sets")
 
 
 def test_joints_of_the_other_dimension_are_named() -> None:
