@@ -20,7 +20,6 @@ from mechdae.describe.coordinates import NamedCoordinate
 from mechdae.describe.tasks.kinds import Driver, Sweep
 from mechdae.describe.tasks.motion import start_values
 from mechdae.dynamics.equations import STILL, Setup
-from mechdae.dynamics.space.sketch import SpatialSketch
 from mechdae.dynamics.space.transfer import Transfer, wound
 from mechdae.errors import AssemblyError, InconsistentStartError, MechanismError, MechdaeError
 from mechdae.kernels.run.call import Call
@@ -147,6 +146,8 @@ class _Starter:
             Bodies without an angle in the sketch can be placed in several ways.
         """
         if self.setup.problem.mechanism.dimension == 3:
+            from mechdae.dynamics.space.sketch import SpatialSketch
+
             x, nearest = SpatialSketch(self, self._by_groups).pose()
             if x is None:
                 raise self._not_assembled(nearest)

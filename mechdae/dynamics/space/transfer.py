@@ -12,7 +12,6 @@ import numpy as np
 
 from mechdae.kernels.run.call import Call
 from mechdae.model.coordinates import Coordinates
-from mechdae.model.tree.reading import placements, reading
 from mechdae.model.tree.spatial_frames import QUATERNION
 from mechdae.setup.turning import quaternions
 
@@ -33,6 +32,8 @@ class Transfer:
 
     @cached_property
     def _function(self) -> Any:
+        from mechdae.model.tree.reading import placements, reading
+
         source, target = self.source, self.target
         bodies = [edge.child for edge in source.edges]
         values, turns = reading(target, bodies, placements(source))
