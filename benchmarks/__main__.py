@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from benchmarks import alternatives, forces, integrators, studies
+from benchmarks import alternatives, forces, integrators, startup, studies
 from mechdae.bench import kinematics, motions
 from mechdae.cli.commands import bench
 from mechdae.describe.file.load import load
@@ -37,7 +37,10 @@ def more(quick: bool, say: Callable[[str], None]) -> list[dict[str, Any]]:
         studies.measured(entry, sets, rounds) for entry in studies.CASES[: 1 if quick else None]
     ]
     print(studies.page(many))
-    return [*records, *moved, *(row for own in many for row in studies.records(own))]
+    say("measuring starts of processes")
+    started = startup.measured(3 if quick else 11)
+    print(startup.table(started))
+    return [*records, *moved, *started, *(row for own in many for row in studies.records(own))]
 
 
 def main(words: list[str] | None = None) -> int:

@@ -102,9 +102,10 @@ def warm(call: Callable[[float], Any], rounds: int) -> float:
 
 def memory() -> Iterator[tuple[str, float]]:
     code = (
-        "import mechdae as md, resource\n"
+        "import mechdae as md\n"
         "md.solve('four-bar-crank-rocker', 'turn', poses=1_000_000)\n"
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+        "lines = open('/proc/self/status').read().splitlines()\n"
+        "print(next(line for line in lines if line.startswith('VmHWM')).split()[1])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     yield "memory", float(done.stdout) * 1024 / 1e6
@@ -184,6 +185,51 @@ def table(data: dict[str, dict[str, float]]) -> str:
             cells += [told, f"{aim.sense} {bar:,g}"]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+REASONS = {
+    "four-bar": "half of it is the kernel, half fresh memory for 25 MB of results",
+    "seven-link": "as for the four-bar",
+    "jansen": "as for the four-bar",
+    "warm": "each result is assembled from its sketch, followed, bounded and reported in Python, "
+    "whatever the number of poses; the same poses as arrays need a sixth of it",
+    "arrays": "a dozen calls of NumPy for each proved stretch",
+    "window": "both limit positions are found and proved anew in each call",
+    "cold": "some 170 modules are read, then the mechanism is modelled before its kernels are read",
+    "built": "as above",
+    "wide": "a quarter of the legs lock within the turn: steps that have to be proved beside their "
+    "limit positions take most of it, and one leg in 1000 is computed alone",
+    "reactions": "signs, checks and series of all joints are passes over fresh memory",
+    "coupled": "as above",
+    "slider": "the means over a cycle look for the places where friction changes: forces are "
+    "evaluated twice at all poses",
+    "andrews": "the aim is against equations written by hand in NumPy, which take twice as long as "
+    "these; the whole task has energy, drift and reactions besides",
+    "build": "ten loops also carry what every mechanism costs; each further one takes 7 to 10 ms "
+    "of Python: elimination, bounds and names differ from loop to loop",
+    "growth": "the sketch of a long chain is rough: up to 2000 modes are begun to find the nearest "
+    "of the whole; without that a loop and pose take 490 ns in a chain of 10, 300 ns in one of 300",
+}
+"""Why an aim may be missed."""
+
+
+def missed(data: dict[str, dict[str, float]]) -> str:
+    """Return the aims that are not reached as a list, each with its figures and the reason."""
+    lines = []
+    for key, aim in AIMS.items():
+        told = []
+        for name, words, bar in (("numpy", "NumPy", aim.numpy), ("c", "compiled", aim.c)):
+            value = data.get(name, {}).get(key)
+            if value is not None and not aim.met(value, name == "c"):
+                told.append(f"{words} {_text(value)}, aim {aim.sense} {bar:,g}")
+        if told:
+            lines.append(f"- {aim.work} [{aim.unit or 'ratio'}]: {'; '.join(told)}. {_why(key)}")
+    return "\n".join(lines) + "\n"
+
+
+def _why(key: str) -> str:
+    text = REASONS.get(key, "")
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def _text(value: float) -> str:

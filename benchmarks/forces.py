@@ -108,9 +108,9 @@ def measure(
     for work, friction in WORKS.items():
         truth = None
         for n in sizes:
-            start = time.perf_counter()
+            start = time.process_time()
             solve(problem(n, friction))
-            first = time.perf_counter() - start
+            first = time.process_time() - start
             stage = Stage(n, friction)
             answer = stage.forces()
             crank = np.linspace(FIRST, FIRST + 2 * np.pi, n)

@@ -24,8 +24,8 @@ WAYS = (
     ("import numpy, casadi", "", ("-c", "import numpy, casadi")),
     ("mechdae --version", "", ("-m", "mechdae", "--version")),
     ("mechdae list", "", ("-m", "mechdae", "list")),
-    (f"mechdae solve, {POSES} poses", KEPT, ("-m", "mechdae", *SOLVE)),
-    (f"mechdae solve, {POSES} poses", BUILT, ("-m", "mechdae", *SOLVE)),
+    (f"mechdae solve --poses {POSES}", KEPT, ("-m", "mechdae", *SOLVE)),
+    (f"mechdae solve --poses {POSES}", BUILT, ("-m", "mechdae", *SOLVE)),
 )
 
 

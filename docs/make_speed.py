@@ -18,6 +18,7 @@ from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
 PAGE, DATA = FOLDER / "speed-and-error.md", FOLDER / "data" / "bench.json"
+AIMS = FOLDER / "data" / "aims.json"
 README = FOLDER.parent / "README.md"
 BEGIN, END = "<!-- speed -->", "<!-- end of speed -->"
 sys.path.insert(0, str(FOLDER.parent))
@@ -36,8 +37,8 @@ measures other methods beside them in the same run, as far as they can be had: a
 (where a compiler is), pylinkage, scipy, casadi's rootfinder, SUNDIALS. Times are ratios to a
 yardstick that runs interleaved with each: the closed-form four-bar in NumPy, two angles with two
 derivatives each, for the same number of poses ([yardstick.py](../mechdae/bench/yardstick.py)).
-Ratios carry from machine to machine, seconds do not. Medians are shown. `python docs/make_speed.py
---measure` repeats all of this page.
+Ratios carry from machine to machine, seconds do not. Medians of processor time are shown; each
+table is of one run. `python docs/make_speed.py --measure` repeats all of this page but the aims.
 
 The error is the true one: one Newton step whose residual is evaluated in 80-bit floats, at 400
 of the poses, in radians or lengths of the mechanism. The bound is what the result itself
@@ -53,6 +54,15 @@ disk; *again*: the same with another value of a dimension; *warm*: a call of an 
 another value, which the last columns are about; *arrays*: its `poses` at the same driver values,
 certified too, without a report.
 
+"""
+START = """
+## From the start of a process
+
+The command line from the start of the process to its end, processor time, in multiples of a
+process that imports NumPy and casadi and ends.
+
+| process | | ms | x `import numpy, casadi` |
+|---|---|---|---|
 """
 FOUR = """
 ## The four-bar by other means
@@ -105,8 +115,9 @@ poses.
 """
 TAIL = """
 From {first} to {last} loops the building grows {build:.2f} times per loop, a sweep {pose:.2f}
-times per loop and pose. The error grows because absolute coordinates of the last link carry
-the errors of all links before it.
+times per loop and pose: what grows from a hundred loops on is the search for the mode nearest to a
+rough sketch, which begins up to 2000 modes and costs as much for one pose as for a thousand. The
+error grows because absolute coordinates of the last link carry the errors of all links before it.
 """
 FORCES = """
 ## Forces
@@ -133,6 +144,19 @@ precision](motion.md#work-against-precision).
 
 | integrator | tolerance | right-hand sides | ms | x yardstick | error |
 |---|---|---|---|---|---|
+"""
+GOALS = """
+## Aims
+
+What mechdae is meant to reach on two cores, and what it does; y is the yardstick at as many
+poses. `python -m benchmarks.aims` measures it with the back end that `MECHDAE_BACKEND` names.
+Figures that miss their aim are bold. Times are of the processor, on two cores that some twenty
+other processes shared: that lengthens calls that touch much memory more than the yardstick.
+
+"""
+MISSED = """
+Aims not reached, and why:
+
 """
 ENDS = """
 ## Two back ends
@@ -166,6 +190,26 @@ def ms(
 ) -> list[str]:
     """Return the milliseconds of first, again, warm, or of other ways."""
     return [f"{own[way]['seconds'] * 1e3:.{digits}f}" if way in own else "" for way in ways]
+
+
+def started(records: list[dict[str, Any]]) -> str:
+    """Return the table of what a process costs from its start."""
+    lines = rows(
+        (f"`{r['method']}`", r["setting"], f"{r['seconds'] * 1e3:.0f}", f"{r['ratio']:.2f}")
+        for r in records
+        if r.get("task") == "start"
+    )  # fmt: skip
+    return START + lines if lines else ""
+
+
+def aims() -> str:
+    """Return the table of aims, and those that are missed."""
+    from benchmarks.aims import missed, table
+
+    if not AIMS.exists():
+        return ""
+    data = json.loads(AIMS.read_text(encoding="utf-8"))
+    return f"{GOALS}{table(data)}{MISSED}{missed(data)}"
 
 
 def calls(records: list[dict[str, Any]], shown: tuple[int, ...] | None = None) -> str:
@@ -256,8 +300,8 @@ def page(records: list[dict[str, Any]]) -> str:
     """Return the text of the page."""
     moving = [r for r in records if "loops" not in r and "task" not in r]
     return "".join(
-        (HEAD, calls(moving), beside(moving), tasks(records),
-         chains([r for r in records if "loops" in r]), forces(records), ENDS)
+        (HEAD, calls(moving), started(records), beside(moving), tasks(records),
+         chains([r for r in records if "loops" in r]), forces(records), aims(), ENDS)
     )  # fmt: skip
 
 

@@ -129,9 +129,9 @@ def sets_of(problem: Problem, changed: str | None) -> Iterator[dict[str, Any]]:
 def timed_first(way: Way) -> float:
     """Return the seconds of a call that has nothing kept."""
     with nothing_kept():
-        begin = time.perf_counter()
+        begin = time.process_time()
         way()
-        return time.perf_counter() - begin
+        return time.process_time() - begin
 
 
 def measure(
@@ -204,14 +204,14 @@ def timing(seconds: float, stick: float) -> dict[str, float]:
 
 
 def interleaved(ours: Way, theirs: Way, repeats: int) -> tuple[float, float]:
-    """Return the medians of two functions that are called in turn, each once before."""
+    """Return median processor seconds of two functions called in turn, each once before."""
     times: tuple[list[float], list[float]] = ([], [])
     for k in range(repeats + 1):
         for function, kept in zip((ours, theirs), times, strict=True):
-            start = time.perf_counter()
+            start = time.process_time()
             function()
             if k:
-                kept.append(time.perf_counter() - start)
+                kept.append(time.process_time() - start)
     return median(times[0]), median(times[1])
 
 

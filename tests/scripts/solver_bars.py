@@ -112,6 +112,7 @@ def cases() -> list[Case]:
     return [
         solver_case("four-bar", "four-bar-crank-rocker", "turn", "b", 3.0),
         solver_case("seven-link", "gorshkov-seven-link", "turn", "OA", 8.0),
+        solver_case("seven-link, its whole arc", "gorshkov-seven-link", "window", "OA", 8.0),
         solver_case("Jansen's leg", "jansen-leg", "turn", "a", 10.0),
         Case("four-bar, `md.solve(set=...)` again", 8.0, 361, repeated, repeated),
         Case("four-bar, one pose as arrays, another dimension", 0.3, 1, pose),
