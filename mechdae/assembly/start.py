@@ -87,10 +87,10 @@ def doubts(
     for group in assembler.scene.groups:
         off = assembler.sketched.distance(group, x, u)
         if off > math.pi / 4 and not group.driven:
-            notes.append(
-                f"the pose of group {group.name} nearest to the sketch is "
-                f"{math.degrees(off):.0f} degrees away from it"
-            )
+            away = f"is {math.degrees(off):.0f} degrees away from it"
+            if assembler.scene.model.space.behind:  # places count as shares of the size
+                away = "lies far from it"
+            notes.append(f"the pose of group {group.name} nearest to the sketch {away}")
     return notes
 
 
@@ -139,6 +139,12 @@ def not_assembled(scene: Scene, failure: NoPose, u: Any) -> AssemblyError:
     hint = long_length(scene.model.mechanism) or (
         "check the lengths, or give the sketch with a driver value at which it closes"
     )
+    if group.superfluous and scene.model.space.behind:
+        hint = (
+            f"{group.superfluous} of the equations of its joints are superfluous: it holds "
+            f"together for special dimensions only; a joint with more freedoms, or dimensions that "
+            f"depend on each other as expressions"
+        )
     if failure.starts:
         what = (
             f"group {group.name}: no pose was found by Newton's method from {failure.starts} starts"

@@ -68,6 +68,8 @@ class Joint(Value):
     """Rank among joints to be opened where a mechanism cannot be assembled: pins first."""
     pointer: ClassVar[bool] = False
     """A vector of a loop in space: its bodies are points."""
+    lacking: ClassVar[Mapping[str, str]] = {}
+    """Keys that others have and this one cannot have, and why."""
     spatial: ClassVar[bool] = False
     """A pair of spatial mechanisms only."""
     freedoms: ClassVar[int] = 0

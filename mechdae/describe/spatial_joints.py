@@ -339,6 +339,10 @@ class PlanarPair(SpatialJoint):
     kind: ClassVar[str] = "planar"
     letter: ClassVar[str] = "E"
     coordinates: ClassVar[tuple[str, ...]] = ("angle", "x", "y")
+    lacking: ClassVar[Mapping[str, str]] = {
+        "friction": "friction of a planar pair is not computed: where on the plane its load "
+        "presses does not follow from force and moment"
+    }
     freedoms: ClassVar[int] = 3
 
 

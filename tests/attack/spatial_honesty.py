@@ -9,7 +9,7 @@ import argparse
 import collections
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,7 @@ NEAR_LIMIT = 0.01
 
 @dataclass
 class Case:
-    """A mechanism, the closure of it, and the planted pose."""
+    """A mechanism, the closure of it, and the planted pose: joints, places and turns of bodies."""
 
     name: str
     mechanism: md.Mechanism
@@ -58,6 +58,7 @@ class Case:
     planted: dict[str, Any]
     driver: str = "J0.angle"
     reach: float = ANGLE
+    frames: dict[str, Any] = field(default_factory=dict)
 
 
 def random_turn(rng: Any) -> Any:
@@ -141,9 +142,8 @@ def case(rng: Any, loop: str, near: str = "") -> Case:
         joints=joints,
         sketch=sketch,
     )
-    return Case(
-        loop, mechanism, Closure(names[1:], pairs), {f"P{k}": p for k, p in enumerate(places)}
-    )
+    planted = {f"P{k}": p for k, p in enumerate(places)}
+    return Case(loop, mechanism, Closure(names[1:], pairs), planted, frames=frames)
 
 
 def meshed(rng: Any, loop: str, near: str = "") -> Case:
@@ -184,7 +184,8 @@ def meshed(rng: Any, loop: str, near: str = "") -> Case:
         driven = last
         driver, reach = f"JW.{'angle' if mesh == 'g' else 'slide'}", ANGLE * abs(size)
     closure = Closure(names, pairs, driven)
-    return Case(f"{mesh}-{loop}", whole, closure, found.planted, driver, reach)
+    frames = found.frames
+    return Case(f"{mesh}-{loop}", whole, closure, found.planted, driver, reach, frames)
 
 
 def drawn(rng: Any, loop: str, near: str = "") -> Case:

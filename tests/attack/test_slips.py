@@ -10,13 +10,14 @@ import sys
 
 import pytest
 
-from tests.attack import slips_measures, slips_motion, slips_synthesis
+from tests.attack import slips_measures, slips_motion, slips_space, slips_synthesis
 from tests.shared.paths import ROOT
 from tests.shared.planting import Slip, plant
 
 SLIPS = {
     "measures": slips_measures.SLIPS,
     "motion": slips_motion.SLIPS,
+    "space": slips_space.SLIPS,
     "synthesis": slips_synthesis.SLIPS,
 }
 ALL = [slip for slips in SLIPS.values() for slip in slips]

@@ -9,6 +9,7 @@ import pytest
 
 import mechdae as md
 from tests.attack.spatial_honesty import LOOPS, case, drawn, error_of, judged, platform
+from tests.attack.spatial_sketches import assembled, sketched
 
 SLOW = ("RCCC", "RRRRRRR", "RUURR")
 
@@ -34,6 +35,15 @@ def test_the_closure_sees_a_point_that_is_off() -> None:
     assert told["wrong"] == told["ok"] >= 1
 
 
+def test_no_mode_has_a_flipped_axis() -> None:
+    """Equations of cut axes hold for opposite ones too: of all modes each solves the closure."""
+    found = case(np.random.default_rng(1), "RCCC")
+    result = md.solve(found.mechanism, md.Modes(driver=md.Driver("J0.angle", at=[0.0])))
+    assert len(result) >= 1
+    for k in range(len(result)):
+        assert error_of(found, result, k) < 1e-9
+
+
 def test_a_plate_on_six_bars() -> None:
     found = platform(np.random.default_rng(4))
     driver = md.Driver("J0.angle", from_=-0.04, to=0.0)
@@ -53,3 +63,21 @@ def test_a_quaternion_and_its_opposite_are_one_mode() -> None:
     assert modes.summary["count"] == len(modes) >= 1
     for k, own in enumerate(places):
         assert all(np.abs(own - other).max() > 1e-6 for other in places[:k])
+
+
+@pytest.mark.parametrize("loop", ["RSRC", "RRSRR", "RCUC", "k-RSSR"])
+def test_rough_places_of_points_alone_tell_the_pose(loop: str) -> None:
+    rng = np.random.default_rng((3, sum(map(ord, loop))))
+    word, off = assembled(sketched(rng, drawn(rng, loop), noise=0.2))
+    assert word == "ok"
+    assert off < 2.0
+
+
+def test_a_flipped_axis_would_be_seen() -> None:
+    """The judge of sketches: a pose whose last axis is the other way round is no solution."""
+    found = case(np.random.default_rng(3), "RSRC")
+    pair = found.closure.pairs[3]
+    turned = replace(pair, a2=-np.array(pair.a2), n2=np.array(pair.n2))
+    closure = replace(found.closure, pairs=[*found.closure.pairs[:3], turned])
+    assert assembled(found)[0] == "ok"
+    assert assembled(replace(found, closure=closure))[0] == "flipped"

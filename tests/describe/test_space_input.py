@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 import tomllib
 from typing import Any
 
@@ -10,9 +11,14 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
+from tests.shared.command import run
 from tests.shared.paths import DATA, PROBLEMS
 
 RSSR = tomllib.loads((DATA / "spatial" / "examples" / "rssr.toml").read_text("utf-8"))
+LOOPS = tomllib.loads(
+    (DATA / "spatial" / "examples" / "spatial-slider-crank-loops.toml").read_text("utf-8")
+)
+BENNETT = tomllib.loads((DATA / "spatial" / "examples" / "bennett.toml").read_text("utf-8"))
 PLANAR = tomllib.loads((PROBLEMS / "slider-crank.toml").read_text("utf-8"))
 
 
@@ -53,6 +59,82 @@ def test_one_message_with_the_key(path: Any, to: Any, where: str, what: str) -> 
         from_dict(changed(RSSR, *path, to=to))
     assert caught.value.where == where
     assert what in str(caught.value)
+
+
+def hinges(data: dict[str, Any]) -> dict[str, Any]:
+    """Return four hinges that hold each other still."""
+    for name, other, axis in (("B", "crank", [1, 0, 0.3]), ("C", "rocker", [0, 1, 0.2])):
+        hinge = {"kind": "revolute", "between": [f"{other}.{name}", f"bar.{name}"], "axis": axis}
+        data = changed(data, "joints", name, to=hinge)
+    return data
+
+
+GIVEN = {"length": 0.3, "elevation": 0, "azimuth": 0}
+LONGER = {"slide": GIVEN | {"length": 1}}
+REACTIONS = {"kind": "reactions", "driver": {"coordinate": "crank.azimuth", "at": [0.5]}}
+AT_THE_TERMINAL: dict[str, tuple[dict[str, Any], str, int, str]] = {
+    "axis without length": (changed(RSSR, "joints", "A", "axis", to=[0, 0, 0]), "turn", 2,
+        "joints.A.axis: a direction needs a length"),
+    "zero along the axis": (changed(RSSR, "joints", "D", "zero", to=[2, 0, 0]), "turn", 2,
+        "joints.D.zero: zero lies along axis"),
+    "two numbers in space": (changed(RSSR, "bodies", "crank", "points", "B", to=[1, 0]), "turn", 2,
+        "bodies.crank.points.B: 3 coordinates are needed"),
+    "loops that do not close": (
+        LOOPS | {"vectors": dict.fromkeys(LOOPS["vectors"], GIVEN) | LONGER},
+        "turn", 2, "given vectors do not close"),
+    "no shared tail": (
+        changed(LOOPS, "loops", "other", to=["a", "-b"])
+        | {"vectors": LOOPS["vectors"] | {"a": {"length": 1}, "b": {"length": 1}}}, "turn", 2,
+        "loops.other: the loop shares no vector and no tail"),
+    "a vector twice": (changed(LOOPS, "loops", "closure", to=["crank", "rod", "-slide", "-rod"]),
+        "turn", 2, "'rod' is in the loop twice"),
+    "a value twice": (changed(LOOPS, "vectors", "offset", "elevation", to=1.0), "turn", 2,
+        "vectors.offset: 'elevation' is given twice"),
+    "a loop the other way round": (changed(LOOPS, "loops", "second", to=["crank", "-rod"]), "turn",
+        2, "loops.closure: head and tail"),
+    "a key of the plane": (changed(LOOPS, "vectors", "slide", "angle", to=1.0), "turn", 2,
+        "vectors.slide.angle: 'angle' is a key of vectors in the plane"),
+    "hinges that freeze": (hinges(RSSR), "turn", 1, "3 of the equations of its joints are superfl"),
+    "hinges that nearly move": (changed(BENNETT, "parameters", "beta", to=0.5), "turn", 1,
+        "holds together for special dimensions only"),
+    "friction of a plane": (changed(RSSR, "joints", "B", to={
+        "kind": "planar", "between": ["crank.B", "bar.B"], "axis": [0, 0, 1], "friction": 0.1
+        }), "turn", 2, "joints.B.friction: friction of a planar pair"),
+    "forces of a loop": (changed(LOOPS, "tasks", "f", to=REACTIONS), "f", 2,
+        "tasks.f.vectors.crank: forces on vector loops in space are not computed"),
+    "bodies beside loops": (changed(LOOPS, "bodies", "x", to={"points": {"A": [0, 0, 0]}}), "turn",
+        2, "bodies: bodies and joints beside vector loops are not computed in space"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", AT_THE_TERMINAL)
+def test_bad_input_at_the_terminal(
+    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Any
+) -> None:
+    data, task, code, said = AT_THE_TERMINAL[name]
+    path = tmp_path / "own.toml"
+    path.write_text(toml({k: v for k, v in data.items() if k != "expected"}), "utf-8")
+    found, out, err = run(capsys, "solve", str(path), "--task", task)
+    assert found == code
+    assert said in err
+    assert out == ""
+
+
+def toml(tables: dict[str, Any]) -> str:
+    """Return tables as text, tables of tables in one line each."""
+    plain = [f"{key} = {value(v)}" for key, v in tables.items() if not isinstance(v, dict)]
+    for key, table in tables.items():
+        if isinstance(table, dict):
+            plain += [f"[{key}]", *(f'"{own}" = {value(v)}' for own, v in table.items())]
+    return "\n".join(plain) + "\n"
+
+
+def value(one: Any) -> str:
+    if isinstance(one, dict):
+        return "{" + ", ".join(f'"{key}" = {value(v)}' for key, v in one.items()) + "}"
+    if isinstance(one, list | tuple):
+        return "[" + ", ".join(map(value, one)) + "]"
+    return json.dumps(one)
 
 
 def test_a_screw_needs_a_pitch() -> None:

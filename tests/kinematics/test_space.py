@@ -165,7 +165,10 @@ def test_sarrus(name: str) -> None:
         assert result.summary["superfluous"][0]["count"] == 1
 
 
-@pytest.mark.parametrize("name", ["rssr", "bennett"])
+EXAMPLES = ("rssr", "bennett", "seven-link-loops", "spatial-slider-crank-loops")
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_example_files_run_as_printed(name: str) -> None:
     problem = md.load(DATA / "spatial" / "examples" / f"{name}.toml")
     for task in problem.tasks:

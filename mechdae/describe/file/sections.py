@@ -8,7 +8,7 @@ from typing import Any
 
 from mechdae.describe.file.beside import degrees_beside
 from mechdae.describe.file.problem import Expected, Problem
-from mechdae.describe.file.reading import check_suffix, chosen, plain, read
+from mechdae.describe.file.reading import check_suffix, chosen, plain, read, split_unit
 from mechdae.describe.file.repeat import Read, pattern_of
 from mechdae.describe.file.units import check_units
 from mechdae.describe.joints import JOINTS, Joint
@@ -135,6 +135,12 @@ def _read_joint(name: str, table: Any, dimension: int) -> Joint:
             hint=f"available: {', '.join(kinds)}",
         )
     kind, rest = _chosen(table, place, kinds, "joint")
+    for entry in rest:
+        lacking = kind.lacking.get(split_unit(entry)[0])
+        if lacking is not None:
+            raise UnavailableError(
+                lacking, where=f"{place}.{entry}", hint="leave it out, or take other joints"
+            )
     for entry in ("axis", "axis2", "zero", "zero2"):
         if dimension == 2 and isinstance(rest.get(entry), list):
             raise InputError(
