@@ -33,8 +33,8 @@ def plot(result: Any, kind: str | None = None, ax: Axes | None = None, **options
         What `mechdae.solve` returned.
     kind
         One of `mechdae.draw.catalogue.PICTURES`, which says what each shows. Without it the
-        diagram; of a study the map; of a synthesis the best design, of one without designs the
-        census.
+        diagram; of a study the map; of a synthesis the best design, of one with several
+        objectives the front, of one without designs the census.
     ax
         Axes to draw in; without it a new figure is made. No window is opened. On axes that
         hold a diagram, curves or paths of points already, one more of that kind is drawn as a
@@ -86,6 +86,8 @@ def _variants() -> Any:
 def usual(result: Any) -> str:
     """Return the kind of picture that is drawn of a result if none is asked for."""
     kind = usual_kind(getattr(result, "kind", ""))
+    if kind == "design" and "front" in result.summary:
+        return "front"
     return "census" if kind == "design" and not result.data["designs"] else kind
 
 

@@ -151,6 +151,14 @@ PICTURES: Mapping[str, Picture] = {
         hint=_DESIGNS,
         first=("synthesis",),
     ),
+    "front": Picture(
+        "mechdae.draw.designs.front",
+        "the best compromises of a synthesis with several objectives",
+        of=("designs",),
+        options=("lang",),
+        hint=_DESIGNS,
+        first=("synthesis",),
+    ),
     "compare": Picture(
         "mechdae.draw.designs.compare",
         "all designs of a synthesis",

@@ -48,7 +48,7 @@ def columns_of(result: Any) -> Iterator[Column]:
             if np.shape(array)[:1] == np.shape(result.status):
                 for word, _, column in _flat(path, np.asarray(array), ""):
                     yield f"d {word} / d {name}", "", column
-    yield from _of_designs(result.data.get("designs", ()))
+    yield from _of_designs(result.data.get("designs", ()), result.summary.get("front", {}))
     for pair, array in result.centres.items():
         yield from _of_series(f"centre.{pair}", "centre", array, "m")
     for name, unit in (("length", "m"), ("angle", "rad")):
@@ -84,10 +84,14 @@ def _flat(path: str, array: Any, unit: str) -> Iterator[tuple[str, str, Any]]:
         yield name, own, array[(slice(None), *place)]
 
 
-def _of_designs(designs: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, Any]]:
-    """Yield objective, transmission angle, hits and dimensions of the designs of a synthesis."""
+def _of_designs(
+    designs: Sequence[Mapping[str, Any]], front: Mapping[str, Any]
+) -> Iterator[tuple[str, str, Any]]:
+    """Yield objectives, transmission angle, hits and dimensions of the designs of a synthesis."""
     if not designs:
         return
+    for k, own in enumerate(front.get("objectives", ())):
+        yield own["name"], own["unit"], np.array([design["objectives"][k] for design in designs])
     for name, unit in (("objective", ""), ("transmission_angle_min", "rad"), ("hits", "1")):
         values = [design.get(name) for design in designs]
         if any(value is not None for value in values):

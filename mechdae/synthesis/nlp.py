@@ -32,6 +32,8 @@ class Nlp:
     rough
         Whether the objective or a limit bends sharply, as forces with friction do where a speed
         changes its sign: second derivatives are approximate then.
+    exact
+        Rough or not, exact second derivatives are tried first.
 
     Attributes
     ----------
@@ -41,8 +43,8 @@ class Nlp:
         What the objective is made of, one for each goal.
     """
 
-    def __init__(self, rough: bool = False) -> None:
-        self.rough = rough
+    def __init__(self, rough: bool = False, exact: bool = False) -> None:
+        self.rough, self.exact = rough, exact
         self._variables: dict[str, tuple[Any, Any, Any, Any]] = {}
         self._parameters: dict[str, tuple[Any, Any]] = {}
         self._constraints: list[tuple[str, Any, Any, Any]] = []
@@ -205,6 +207,12 @@ class Nlp:
         Second derivatives are exact but for `rough` problems: a mean over poses couples them
         all, which makes these dear, and where forces bend they mislead.
         """
+        if self.exact and self.rough and not self._outside:
+            found = self._solver.solve(z0, self.settings(given), *self.bounds)
+            if found.solved and found.violation <= MET:
+                return found
+            new = self.gone_on(z0, given)
+            return new if new.violation <= max(found.violation, MET) else found
         if self.rough or self._outside:
             return self.gone_on(z0, given)
         return self._solver.solve(z0, self.settings(given), *self.bounds)
@@ -304,9 +312,12 @@ class Nlp:
 
     def terms_at(self, z: Any, given: Mapping[str, Any]) -> list[float]:
         """Return the terms of the objective at a point."""
+        return [float(v) for v in np.array(self._terms(z, self.settings(given))).ravel()]
+
+    @cached_property
+    def _terms(self) -> Any:
         own, p, terms = self._over([ca.vertcat(*self.terms)])
-        values = ca.Function("terms", [own, p], terms)
-        return [float(v) for v in np.array(values(z, self.settings(given))).ravel()]
+        return ca.Function("terms", [own, p], terms)
 
     @cached_property
     def _rows(self) -> Any:

@@ -34,6 +34,10 @@ from mechdae.synthesis.starts.spread import Spread
 from mechdae.synthesis.verify import sketched
 from mechdae.synthesis.watch import watched
 
+PICK, MOST = "pick", "most"
+"""Parameters of the NLP of a front: share of each objective, the most that it may be."""
+NO_LIMIT = 1e6
+"""An objective, dimensionless, that every design keeps."""
 ENDS = ("stroke", "swing", "time_ratio")
 """Scalars of a summary that follow from the two ends of a coordinate."""
 
@@ -220,14 +224,22 @@ class Search:
 
     def build(self, kind: str) -> Nlp:
         """Return the NLP of a class."""
+        import casadi as ca
+
         every = [*self.goals, *self.limits]
         rough = any(isinstance(goal, ExtremeGoal) and goal.quantity.forces for goal in every)
-        nlp, space = Nlp(rough), self.space
+        nlp, space = Nlp(rough, exact=bool(self.asked.objectives)), self.space
         d = space.design(nlp)
         sigma = nlp.parameter("sigma", np.ones(space.poses.nb))
-        for goal, share in zip(self.goals, self.shares, strict=True):
+        count = self.asked.objectives
+        pick = nlp.parameter(PICK, np.ones(count))
+        most = nlp.parameter(MOST, np.full(count, NO_LIMIT))
+        for k, (goal, share) in enumerate(zip(self.goals, self.shares, strict=True)):
             nlp.terms.append(goal.add(nlp, d, sigma))
-            nlp.objective += share * nlp.terms[-1]
+            nlp.objective += (pick[k] if k < count else share) * nlp.terms[-1]
+            if k < count:
+                gap = (nlp.terms[-1] - most[k]) / (ca.fabs(most[k]) + 1)
+                nlp.constrain(f"objective {k + 1}", gap, -np.inf, 0.0)
         for limit in self.limits:
             limit.add(nlp, d, sigma)
         space.limits(nlp, d, sigma, kind)

@@ -54,15 +54,18 @@ def synthesize(
     """
     began = time.process_time()
     search = Search(problem, task)
+    if search.asked.objectives:
+        from mechdae.synthesis.front import front_of
+
+        return front_of(search, name, starts, seed, run)
     problems = [search.build(kind) for kind in search.kinds]
     seed = search.asked.seed if seed is None else seed
     count = search.asked.starts if starts is None else starts
     built = time.process_time() - began
     by_class = planned(search, problems, count, seed)
     drawn = time.process_time() - began - built
-    jobs, optima = _solved(search, problems, by_class, count, run)
-    again = _gone_on(problems, jobs, optima)
-    _followed(search, problems, jobs, optima)
+    jobs, optima = solved_in_rounds(search, problems, by_class, count, run)
+    again = finished(search, problems, jobs, optima)
     candidates = [
         Candidate(found, kind, start.given, len(search.space.box))
         for (kind, start), found in zip(jobs, optima, strict=True)
@@ -98,7 +101,7 @@ def synthesize(
         summary["solutions"] = search.all_solutions
     fault = None
     if not sound:
-        fault, conflicts = _fault(problems, jobs, optima, candidates, rejected)
+        fault, conflicts = fault_of(problems, jobs, optima, candidates, rejected)
         proof = out_of_reach(search)
         if proof:
             fault, summary["status"] = f"{proof}; {fault}", "none exists"
@@ -123,6 +126,15 @@ def _runs(
         }
         for (kind, start), found in zip(jobs, optima, strict=True)
     ]  # fmt: skip
+
+
+def finished(
+    search: Search, problems: Sequence[Nlp], jobs: list[Job], optima: list[Optimum]
+) -> int:
+    """Go on with starts that ended short of what they could; returns how many had no end."""
+    again = _gone_on(problems, jobs, optima)
+    _followed(search, problems, jobs, optima)
+    return again
 
 
 def _gone_on(problems: Sequence[Nlp], jobs: Sequence[Job], optima: list[Optimum]) -> int:
@@ -196,7 +208,7 @@ def planned(search: Search, problems: Sequence[Nlp], count: int, seed: int) -> l
     return found
 
 
-def _solved(
+def solved_in_rounds(
     search: Search, problems: Sequence[Nlp], by_class: list[list[Seed]], count: int, run: Run
 ) -> tuple[list[Job], list[Optimum]]:
     """Return starts and their optima: a share of each class, the rest of the best one."""
@@ -227,7 +239,7 @@ ELASTIC = 5
 """Starts from which the limits in conflict are looked for."""
 
 
-def _fault(
+def fault_of(
     problems: Sequence[Nlp],
     jobs: Sequence[Job],
     optima: Sequence[Optimum],

@@ -16,7 +16,13 @@ Design = Mapping[str, Any]
 def designs_text(result: Result, width: int) -> list[str]:
     """Return a row for each design, the dimensions and active limits of each, the census."""
     designs: Sequence[Design] = result.data.get("designs", [])
-    lines = _ranked(designs, result.units) if designs else []
+    front = result.summary.get("front", {})
+    lines = _ranked(designs, result.units, front.get("objectives", ())) if designs else []
+    if front:
+        shown = [result.units.of(own["unit"]) for own in front["objectives"]]
+        ends = [f"{v * u.factor:.6g}" for v, u in zip(front["reference"], shown, strict=True)]
+        text = f"{len(designs)} points, hypervolume {front['hypervolume']:.6g} (SI) up to "
+        lines += fact("front", f"{text}({', '.join(ends)})", width)
     for rank, design in enumerate(designs, 1):
         sizes = [together(f"{k} = {v:.9g}") for k, v in design["parameters"].items()]
         lines += fact(f"design {rank}", ", ".join(sizes), width)
@@ -28,11 +34,18 @@ def designs_text(result: Result, width: int) -> list[str]:
     return lines + _census(result, width)
 
 
-def _ranked(designs: Sequence[Design], units: Units) -> list[str]:
+def _ranked(
+    designs: Sequence[Design], units: Units, objectives: Sequence[Mapping[str, str]]
+) -> list[str]:
     columns: list[tuple[str, list[str]]] = [
-        ("design", [str(rank) for rank in range(1, len(designs) + 1)]),
-        ("objective", [f"{design['objective']:.9g}" for design in designs]),
+        ("design", [str(rank) for rank in range(1, len(designs) + 1)])
     ]
+    for k, asked in enumerate(objectives):
+        scale = units.of(asked["unit"])
+        title = f"{asked['name']} [{scale.name}]" if scale.name else asked["name"]
+        columns.append((title, [f"{own['objectives'][k] * scale.factor:.6g}" for own in designs]))
+    if not objectives:
+        columns.append(("objective", [f"{design['objective']:.9g}" for design in designs]))
     if any(design.get("class", "any") != "any" for design in designs):
         columns.append(("class", [str(design.get("class") or "-") for design in designs]))
     angles = [design.get("transmission_angle_min") for design in designs]

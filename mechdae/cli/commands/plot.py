@@ -11,6 +11,7 @@ from mechdae.cli import message
 from mechdae.cli.options import problem_arguments, problem_of, units_argument, units_asked
 from mechdae.cli.pictures import file_name, kind_for, options_for, task_for
 from mechdae.cli.progress import progress
+from mechdae.draw import usual
 from mechdae.draw.catalogue import OPTIONS, PAGE, PICTURES, check_suits, kinds_with, picture_of
 from mechdae.errors import AssemblyError, InputError, SolveError, UnknownName
 
@@ -87,8 +88,8 @@ def run(options: argparse.Namespace) -> int:
             del extra["pose"], asked["pose"]
             stem = file_name(drawn.problem, drawn.task, f"open-{pose}", {})
             return _written(options, drawn, kind, extra, f"{stem}.{form}")
-    if kind == "design" and not options.kind and not result.data["designs"]:
-        kind, extra, asked = "census", {}, {}
+    if kind == "design" and not options.kind and not extra and usual(result) != "design":
+        kind, extra, asked = usual(result), {}, {}
     stem = file_name(result.problem, result.task, kind, asked)
     return _written(options, result, kind, extra, f"{stem}.{form}")
 
@@ -115,8 +116,8 @@ def _of_folder(options: argparse.Namespace, asked: dict[str, Any], form: str) ->
     kind = options.kind or kind_for(result.kind, asked)
     check_suits(kind, result.kind, "result", f"{options.problem}: {name}")
     extra = options_for(kind, asked)
-    if kind == "design" and not options.kind and not result.data["designs"]:
-        kind, extra, asked = "census", {}, {}
+    if kind == "design" and not options.kind and not extra and usual(result) != "design":
+        kind, extra, asked = usual(result), {}, {}
     try:
         stem = file_name(result.problem, result.task, kind, asked)
         return _written(options, result, kind, extra, f"{stem}.{form}")

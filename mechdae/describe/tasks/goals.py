@@ -365,3 +365,4 @@ GOALS: Mapping[str, type[GoalDescription]] = {
 }  # fmt: skip
 nest("goal", Nested("goal", GOALS))
 nest("goals", Nested("goal", GOALS, 'goals = [{ kind = "..." }]', several=True))
+nest("objectives", Nested("goal", GOALS, 'objectives = [{ kind = "..." }, ...]', several=True))

@@ -239,13 +239,19 @@ class Synthesis(Task):
     driver: Turned | None = key("turned", None)
     goal: GoalDescription | None = key("goal", None)
     goals: tuple[GoalDescription, ...] | None = key("goals", None)
+    objectives: tuple[GoalDescription, ...] | None = key(
+        "objectives", None, doc="two or three goals whose best compromises are sought, a front"
+    )
+    reference: tuple[Number, ...] | None = key(
+        "numbers", None, doc="worst value of each objective that a front is measured from"
+    )
     free: Table[Any] | None = key(
         "freedoms", None, doc="name -> [low, high], { ratios }, or { point, polygon or disc }"
     )
     constraints: tuple[Constraint, ...] | None = key("constraints", None)
     starts: int | None = key("whole", None)
     seed: int | None = key("natural", None)
-    keep: int | None = key("whole", None, doc="designs that are reported, 5")
+    keep: int | None = key("whole", None, doc="designs that are reported, 5; of a front points, 12")
 
     kind: ClassVar[str] = "synthesis"
     available: ClassVar[bool] = True

@@ -17,15 +17,19 @@ from mechdae.describe.tasks.constraints import (
     Region,
     TransmissionAngle,
 )
-from mechdae.describe.tasks.goals import Asked, GoalDescription, Within, known
+from mechdae.describe.tasks.goals import Asked, Extreme, GoalDescription, Rocker, Within, known
 from mechdae.describe.tasks.kinds import Equilibrium, Motion, Sweep, Synthesis
 from mechdae.describe.values import evaluated
 from mechdae.errors import InputError, MechdaeError
 from mechdae.records import dataclass
 
 STARTS = 40
-KEEP = 5
-"""Designs that are reported where the task does not say how many."""
+KEEP, POINTS = 5, 12
+"""Designs that are reported, and points of a front, where the task does not say how many."""
+SINGLE = ("summary", "last", "highest", "lowest", "peak", "fluctuation", "settling")
+"""First steps of paths of one number, which nothing reduces."""
+MOST = 3
+"""Objectives of a front at most."""
 C = TypeVar("C", bound=Constraint)
 
 
@@ -34,7 +38,8 @@ class Demand:
     """Everything a task of synthesis asks for, in plain numbers [SI, rad].
 
     ``free`` has (low, high) by name, ``choices`` the values out of which a parameter is chosen;
-    a pivot stays in its region; ``keep`` designs are reported.
+    a pivot stays in its region; ``keep`` designs are reported. The first goals are the objectives
+    of a front, `objectives` of them (0: none is asked for), measured from `reference`.
     """
 
     driver: str
@@ -46,6 +51,8 @@ class Demand:
     regions: tuple[Region, ...]
     constraints: tuple[Constraint, ...]
     keep: int
+    objectives: int = 0
+    reference: tuple[float, ...] | None = None
 
     @property
     def full_turn(self) -> bool:
@@ -87,22 +94,78 @@ def demand(problem: Problem, task: Synthesis) -> Demand:
     free, choices, regions = _freedoms(within, task)
     within = replace(within, free=[*free, *choices])
     goals = tuple(_goal(goal, within, place) for goal, place in listed_goals(task))
+    count = len(task.objectives or ())
+    if task.objectives is not None:
+        _check_objectives(task, [goal for goal, _ in goals])
     if not goals:
         raise InputError("no goal is given", where="goals")
+    reference = (
+        None if task.reference is None else evaluated(task.reference, mechanism.parameter_values)
+    )
+    if reference is not None and len(reference) != count:
+        raise InputError(f"{count} numbers are needed, one for each objective", where="reference")
     constraints = tuple(_constraints(within, task))
     return Demand(
         driver, goals, free, choices, task.starts or STARTS, task.seed or 0, regions, constraints,
-        task.keep or KEEP,
+        task.keep or (POINTS if count else KEEP), count, reference,
     )  # fmt: skip
 
 
 def listed_goals(task: Synthesis) -> list[tuple[GoalDescription, str]]:
-    """Return the goals of a task with their key paths."""
-    if (task.goal is None) == (task.goals is None):
+    """Return the goals of a task with their key paths, objectives of a front first."""
+    if task.goal is not None and task.goals is not None:
         raise InputError("give either 'goal' or 'goals'", where="goal")
+    if task.goal is None and task.goals is None and task.objectives is None:
+        raise InputError("give either 'goal' or 'goals'", where="goal")
+    found = [(goal, f"objectives[{i}]") for i, goal in enumerate(task.objectives or ())]
     if task.goal is not None:
-        return [(task.goal, "goal")]
-    return [(goal, f"goals[{i}]") for i, goal in enumerate(task.goals or ())]
+        return [*found, (task.goal, "goal")]
+    return [*found, *((goal, f"goals[{i}]") for i, goal in enumerate(task.goals or ()))]
+
+
+def only_constrains(goal: Asked) -> bool:
+    """Return whether a goal is met or not, with nothing to be better or worse at."""
+    return isinstance(goal, Rocker) or getattr(goal, "measure", "") == "exact"
+
+
+def _check_objectives(task: Synthesis, goals: list[Asked]) -> None:
+    """Raise for objectives that make no front."""
+    objectives = task.objectives or ()
+    count = len(objectives)
+    if count < 2:
+        what = "one objective has no front" if count else "no objective is given"
+        raise InputError(what, where="objectives", hint="goal = {...} for a single one")
+    if count > MOST:
+        raise InputError(f"at most {MOST} objectives have a front", where="objectives")
+    for i, goal in enumerate(goals):
+        place = f"objectives[{i}]"
+        if i >= count and not only_constrains(goal):
+            raise InputError(
+                "beside objectives a goal must be one that is met exactly",
+                where="goal" if task.goal is not None else f"goals[{i - count}]",
+                hint='put it among the objectives, or give it measure = "exact"',
+            )
+        if i < count and only_constrains(goal):
+            raise InputError(
+                "this goal is met or not, there is no better or worse", where=place,
+                hint="goal = {...} beside the objectives",
+            )  # fmt: skip
+        for j in range(min(i, count)) if i < count else ():
+            if goal == goals[j]:
+                raise InputError(f"is the same as objectives[{j}]", where=place)
+            if _what(goal) is not None and _what(goal) == _what(goals[j]):
+                raise InputError(
+                    f"is the opposite of objectives[{j}]: every design is a compromise of the two",
+                    where=place,
+                )
+
+
+def _what(goal: Asked) -> tuple[str, str] | None:
+    """Return path and reduction of a quantity that is smallest or largest."""
+    if not isinstance(goal, Extreme):
+        return None
+    one_number = goal.path.partition("/")[0] in SINGLE
+    return goal.of, "" if one_number else goal.reduce
 
 
 def _goal(goal: GoalDescription, within: Within, place: str) -> tuple[Asked, float]:

@@ -46,7 +46,7 @@ def text_of(problem: Problem, name: str, task: Synthesis) -> str:
 
     Tables of loads stand in it with their numbers, and of the other tasks those that it names.
     """
-    asked = repr((task.goal, task.goals, task.constraints))
+    asked = repr((task.goal, task.goals, task.objectives, task.constraints))
     tasks: dict[str, Task] = {
         own: other
         for own, other in problem.tasks.items()

@@ -1,0 +1,111 @@
+"""The front of a synthesis: its designs over each pair of objectives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mechdae.draw import style
+from mechdae.draw.designs.parts import SEPARATOR
+from mechdae.draw.graphs.frame import Panels
+from mechdae.draw.graphs.scale import number, scale_of
+from mechdae.draw.words import Words
+from mechdae.errors import InputError
+
+WIDE = 30.0
+"""Ratio of largest to least value from which an axis is logarithmic."""
+ROOM = 0.08
+"""Room around the points, as a share of the axis."""
+NUMBERED = 20
+"""Points that have their numbers; of more, every second or third."""
+
+
+def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
+    """Draw the points of a front, numbered as the designs are, with what they dominate.
+
+    Of three objectives a panel for each pair. Returns the upper panel.
+
+    Raises
+    ------
+    InputError
+        The synthesis has no front.
+    """
+    words = Words(lang)
+    front = result.summary.get("front")
+    if front is None:
+        raise InputError(
+            "there is no front in this result", hint="objectives = [...] in the task of synthesis"
+        )
+    values = np.array(front["points"], float)
+    facts = [
+        words("front of", len(values)),
+        words("hypervolume", words.number(front["hypervolume"], 4)),
+    ]
+    pairs = list(combinations(range(values.shape[1]), 2))
+    title = str(result.title or result.problem)
+    height = 300.0 if len(pairs) == 1 else 210.0 * len(pairs)
+    frame = Panels(ax, len(pairs), title, SEPARATOR.join(facts), height=height)
+    for panel, (i, j) in zip(frame.panels, pairs, strict=True):
+        _pair(frame, panel, result, front["objectives"], values, (i, j), len(pairs) == 1)
+    return frame.panels[0]
+
+
+def _pair(
+    frame: Panels,
+    panel: Axes,
+    result: Any,
+    objectives: Sequence[Mapping[str, str]],
+    values: Any,
+    pair: tuple[int, int],
+    alone: bool,
+) -> None:
+    """Draw one objective over another; the stairs are the edge of what two of them dominate."""
+    k = frame.k
+    scales = [scale_of(objectives[m]["unit"], [values[:, m]], result.units) for m in pair]
+    x, y = (scale(values[:, m]) for scale, m in zip(scales, pair, strict=True))
+    logs = [_limits(panel, axis, own) for axis, own in zip("xy", (x, y), strict=True)]
+    if alone:
+        steps: Any = "post" if objectives[pair[0]]["sense"] == "least" else "pre"
+        order = np.argsort(x, kind="stable")
+        panel.step(
+            x[order], y[order], where=steps, color=style.SERIES[0], linewidth=0.8 * k,
+            zorder=2, gid="front-edge",
+        )  # fmt: skip
+    panel.plot(
+        x, y, linestyle="", marker="o", markersize=5.0 * k, color=style.SERIES[0],
+        markeredgecolor=style.PAPER, markeredgewidth=0.7 * k, zorder=3, gid="front",
+    )  # fmt: skip
+    every = -(-len(x) // NUMBERED)
+    for n in range(0, len(x), every):
+        panel.annotate(
+            str(n + 1), (x[n], y[n]), (5.0 * k, 4.0 * k), textcoords="offset points",
+            fontsize=7.0 * k, color=style.FAINT, gid=f"front-{n + 1}",
+        )  # fmt: skip
+    for axis, log, own in zip("xy", logs, (x, y), strict=True):
+        if log and own.max() < 1e3 * own.min():
+            panel.minorticks_off()
+            ticks = np.geomspace(own.min(), own.max(), 4)
+            getattr(panel, f"set_{axis}ticks")(ticks, [number(tick, 2) for tick in ticks])
+    labels = []
+    for m, scale in zip(pair, scales, strict=True):
+        unit = f" [{scale.unit}]" if scale.unit else ""
+        labels.append(f"{objectives[m]['name']}{unit}")
+    frame.label(panel, *labels)
+
+
+def _limits(panel: Axes, axis: str, values: Any) -> bool:
+    """Set the limits of an axis; return whether it is logarithmic, where values span decades."""
+    low, high = float(values.min()), float(values.max())
+    set_limits = getattr(panel, f"set_{axis}lim")
+    if low > 0 and high > WIDE * low:
+        getattr(panel, f"set_{axis}scale")("log")
+        share = (high / low) ** ROOM
+        set_limits(low / share, high * share)
+        return True
+    room = ROOM * ((high - low) or abs(high) or 1.0)
+    set_limits(low - room, high + room)
+    return False

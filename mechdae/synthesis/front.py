@@ -1,0 +1,368 @@
+"""Fronts: the best compromises between objectives, by the epsilon-constraint method.
+
+First each objective alone, from many starts; then, at levels between what it is at best and what
+the best of the others leave of it, each of the others as small as the levels allow (Haimes, Lasdon
+and Wismer 1971), started from what is known on both sides of the level. Levels are parameters of
+one NLP, so that derivatives, jobs, their logs and their workers are those of single goals. Each
+point is swept and certified like any design; points that others dominate are left out.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechdae.results import Summary, SynthesisResult
+from mechdae.synthesis.designs import (
+    AGREES,
+    FEASIBLE,
+    FINER,
+    Candidate,
+    judged_design,
+    motions,
+)
+from mechdae.synthesis.dominance import best_of, hypervolume, undominated
+from mechdae.synthesis.exchange import exchanged
+from mechdae.synthesis.goals.base import Seed
+from mechdae.synthesis.ipopt import Optimum
+from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.search import MOST, NO_LIMIT, PICK, Search
+
+if TYPE_CHECKING:
+    from mechdae.synthesis.synthesize import Run
+
+WIDE = 30.0
+"""Ratio of the ends of a positive objective from which its levels are evenly spread by logs."""
+SLACK = 1e-6
+"""Share by which an end may give way while the other objectives are improved."""
+SAME = 1e-3
+"""Share of its range by which the objectives of one point may differ."""
+PASSES = 1
+"""Times that the levels are gone through again from what their neighbours found."""
+AT_ONCE = 4
+"""Levels that are put into gaps in one round."""
+TRIES = 3
+"""Optima of a level that are swept until one holds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A feasible optimum: class, parameters of its NLP, terms (m,) of the objectives."""
+
+    kind: int
+    given: dict[str, Any]
+    found: Optimum
+    terms: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """An objective that is as small as possible, and the most that each of them may be, (m,)."""
+
+    primary: int
+    most: Any
+
+    def allows(self, terms: Any) -> bool:
+        """Return whether objectives keep the level."""
+        return bool((terms <= self.most + 1e-9 * (np.abs(self.most) + 1e-3)).all())
+
+    def missed(self, terms: Any) -> float:
+        """Return by how much objectives are above the level, relative to it."""
+        gaps = np.maximum(terms - self.most, 0.0) / (np.abs(self.most) + 1e-300)
+        return float(np.where(np.isfinite(gaps), gaps, 0.0).max())
+
+
+class Front:
+    """What is known of a front while it is sought.
+
+    Parameters
+    ----------
+    search, problems
+        The search and its NLPs by class.
+    run
+        Solves jobs, in their order.
+    """
+
+    def __init__(self, search: Search, problems: Sequence[Nlp], run: Run) -> None:
+        self.search, self.problems, self._run = search, problems, run
+        self.count = search.asked.objectives
+        self.points: list[Point] = []
+        self.runs: list[dict[str, Any]] = []
+        self.optima: list[Optimum] = []
+        self.jobs: list[tuple[int, Seed]] = []
+
+    def enter(self, jobs: Sequence[tuple[int, Seed]], optima: Sequence[Optimum], word: str) -> None:
+        """Take solved jobs."""
+        self.jobs += jobs
+        self.optima += optima
+        for (kind, start), found in zip(jobs, optima, strict=True):
+            met = found.violation <= FEASIBLE and np.isfinite(found.objective)
+            value = None
+            if met:
+                terms = np.array(self.problems[kind].terms_at(found.z, start.given))[: self.count]
+                self.points.append(Point(kind, start.given, found, terms))
+                value = float(self.search.goals[0].value(terms[0]))
+            self.runs.append(
+                {"class": self.search.kinds[kind] or "any", "status": found.status,
+                 "objective": value, "iterations": found.iterations, "part": word}
+            )  # fmt: skip
+
+    def solve(self, jobs: Sequence[tuple[int, Seed]], word: str) -> None:
+        """Solve jobs and take what they give."""
+        if jobs:
+            self.enter(jobs, self._run(self.search, self.problems, jobs), word)
+
+    def best(self, k: int) -> Point:
+        """Return the point with the least of an objective."""
+        return min(self.points, key=lambda point: float(point.terms[k]))
+
+    def job(self, point: Point, level: Level) -> tuple[int, Seed]:
+        """Return a start from a known point at a level."""
+        pick = np.zeros(self.count)
+        pick[level.primary] = 1.0
+        nlp = self.problems[point.kind]
+        given = {**point.given, PICK: pick, MOST: np.minimum(level.most, NO_LIMIT)}
+        return point.kind, Seed(nlp.read(point.found.z), given, 0.0)
+
+    # -- the ends ------------------------------------------------------------------------------
+
+    def finish_ends(self) -> None:
+        """Improve the other objectives where one is at its best."""
+        jobs = []
+        for k in range(self.count):
+            end = self.best(k)
+            most = np.full(self.count, NO_LIMIT)
+            most[k] = end.terms[k] + SLACK * (abs(end.terms[k]) + 1e-6)
+            kind, seed = self.job(end, Level(k, most))
+            pick = np.ones(self.count)
+            pick[k] = 0.0
+            jobs.append((kind, replace(seed, given={**seed.given, PICK: pick})))
+        self.solve(jobs, "end")
+
+    def end(self, k: int) -> Point:
+        """Return the point at the end of an objective whose others are best."""
+        least = float(self.best(k).terms[k])
+        near = least + 2 * SLACK * (abs(least) + 1e-6)
+        own = [point for point in self.points if point.terms[k] <= near]
+        return min(own, key=lambda point: float(np.delete(point.terms, k).sum()))
+
+    # -- the levels ----------------------------------------------------------------------------
+
+    def levels(self, keep: int) -> list[Level]:
+        """Return the levels between the ends."""
+        ends = [self.end(k) for k in range(self.count)]
+        low = np.array([ends[k].terms[k] for k in range(self.count)])
+        high = np.max([end.terms for end in ends], axis=0)
+        found: list[Level] = []
+        inner = max(keep - self.count, 0)
+        inner = -(-inner // 2) if self.count == 2 else inner
+        primaries = range(self.count) if self.count == 2 else range(1)
+        for k, primary in enumerate(primaries):
+            each = inner // 2 + (k == 0) * (inner % 2) if self.count == 2 else round(inner**0.5)
+            others = [j for j in range(self.count) if j != primary]
+            for row in product(*(_spread(low[j], high[j], each) for j in others)):
+                most = np.full(self.count, NO_LIMIT)
+                most[others] = row
+                found.append(Level(primary, most))
+        return found
+
+    def between(self, most: int) -> list[Level]:
+        """Return levels in the widest gaps of two objectives: half way between two points.
+
+        The size of a gap is the area between its points, in the ranges of the objectives: what
+        a point in between may add to the hypervolume.
+        """
+        terms = np.array([point.terms for point in self.points])
+        kept = terms[undominated(terms)]
+        kept = kept[np.argsort(kept[:, 0], kind="stable")]
+        steps = np.abs(np.diff(kept, axis=0))
+        areas = steps[:, 0] * steps[:, 1]
+        widest = np.argsort(-areas, kind="stable")[:most]
+        found = []
+        for k in sorted(widest[areas[widest] > 0].tolist()):
+            level = np.full(2, NO_LIMIT)
+            level[1] = (kept[k, 1] + kept[k + 1, 1]) / 2
+            found.append(Level(0, level))
+        return found
+
+    def around(self, level: Level) -> Iterator[Point]:
+        """Yield points to start a level from: the best that keeps it, and one that nearly does."""
+        kept = [point for point in self.points if level.allows(point.terms)]
+        k = level.primary
+        if kept:
+            yield min(kept, key=lambda point: float(point.terms[k]))
+        least = min((float(point.terms[k]) for point in kept), default=np.inf)
+        beyond = [
+            point for point in self.points
+            if not level.allows(point.terms) and point.terms[k] < least
+        ]  # fmt: skip
+        if beyond:
+            yield min(beyond, key=lambda point: level.missed(point.terms))
+
+    def pass_over(self, levels: Sequence[Level], used: set[tuple[int, int]]) -> None:
+        """Solve all levels from what is known around them and was not used before."""
+        jobs = []
+        for number, level in enumerate(levels):
+            for point in self.around(level):
+                if (number, id(point)) not in used:
+                    used.add((number, id(point)))
+                    jobs.append(self.job(point, level))
+        self.solve(jobs, "level")
+
+    # -- what is verified ------------------------------------------------------------------------
+
+    def verified(self, levels: Sequence[Level]) -> tuple[list[dict[str, Any]], list[Any]]:
+        """Return the designs that hold in their sweeps, one for each end and level, and others."""
+        kept: list[dict[str, Any]] = []
+        rejected: list[dict[str, Any]] = []
+        judged: dict[int, dict[str, Any]] = {}
+        free = np.full(self.count, np.inf)
+        every = [Level(k, free) for k in range(self.count)]
+        for number, level in enumerate([*every, *levels]):
+            own = sorted(
+                (point for point in self.points if level.allows(point.terms)),
+                key=lambda point: float(point.terms[level.primary]),
+            )
+            if number < self.count and own:
+                own.insert(0, self.end(number))
+            for point in own[:TRIES]:
+                known = judged.get(id(point))
+                if known is None:
+                    known = judged[id(point)] = self.judge(point)
+                    (rejected if known.get("reasons") else kept).append(known)
+                if not known.get("reasons"):
+                    break
+        return kept, rejected
+
+    def judge(self, point: Point) -> dict[str, Any]:
+        """Return a point as a design, or why it is none."""
+        search, nlp = self.search, self.problems[point.kind]
+        found = nlp.polished(point.found, point.given)
+        found, given = exchanged(search, nlp, found, point.given)
+        judged = judged_design(search, nlp, found, Candidate(found, point.kind, given), 1)
+        if judged.get("reasons"):
+            return judged
+        terms = nlp.terms_at(found.z, given)
+        values = judged["goals"][: self.count]
+        for k, (goal, value) in enumerate(zip(search.goals, values, strict=False)):
+            claimed = goal.value(terms[k])
+            share, least = (FINER, 1e-5) if search.between_nodes else (AGREES, 1e-9)
+            # a bound that nothing draws tight may be better in the sweep, never worse
+            if not goal.sense * (value - claimed) <= share * abs(claimed) + least * goal.unit:
+                reason = f"the sweep gives {value:.6g} of objective {k + 1}, not {claimed:.6g}"
+                return {"objective": claimed, "reasons": [reason]}
+        del judged["term"], judged["branch"]
+        return {**judged, "objective": values[0], "objectives": values}
+
+
+def _spread(low: float, high: float, count: int) -> Any:
+    """Return values between two ends."""
+    share = np.arange(1, count + 1) / (count + 1)
+    if low > 0 and high > WIDE * low:
+        return low * (high / low) ** share
+    return low + (high - low) * share
+
+
+def front_of(
+    search: Search, name: str, starts: int | None, seed: int | None, run: Run
+) -> SynthesisResult:
+    """Return the front of a task's objectives, each point swept and certified.
+
+    Parameters
+    ----------
+    starts, seed
+        In place of the task's own; the starts are shared among the objectives.
+    run
+        Solves jobs, in their order.
+    """
+    from mechdae.synthesis.synthesize import fault_of, finished, planned, solved_in_rounds
+
+    began = time.process_time()
+    asked, problem = search.asked, search.problem
+    problems = [search.build(kind) for kind in search.kinds]
+    seed = asked.seed if seed is None else seed
+    count = asked.starts if starts is None else starts
+    front = Front(search, problems, run)
+    by_class = planned(search, problems, max(1, -(-count // front.count)), seed)
+    for k, pick in enumerate(np.eye(front.count)):
+        own = [[_picked(start, pick) for start in starts] for starts in by_class]
+        each = max(1, -(-count // front.count))
+        jobs, optima = solved_in_rounds(search, problems, own, each, run)
+        finished(search, problems, jobs, optima)
+        front.enter(jobs, optima, f"objective {k + 1}")
+    levels: list[Level] = []
+    if front.points:
+        front.finish_ends()
+        levels = front.levels(asked.keep)
+        used: set[tuple[int, int]] = set()
+        for _ in range(1 + PASSES):
+            front.pass_over(levels, used)
+        while front.count == 2 and front.count + len(levels) < asked.keep:
+            more = front.between(min(AT_ONCE, asked.keep - front.count - len(levels)))
+            if not more:
+                break
+            levels += more
+            front.pass_over(levels[-len(more) :], set())
+    designs, rejected = front.verified(levels) if front.points else ([], [])
+    signs = np.array([goal.sense for goal in search.goals[: front.count]], float)
+    kept = best_of(designs, signs, SAME)
+    fault: str | None = None
+    conflicts: dict[str, float] = {}
+    if not kept:
+        candidates = [Candidate(own.found, own.kind, own.given) for own in front.points]
+        fault, conflicts = fault_of(problems, front.jobs, front.optima, candidates, rejected)
+    summary: dict[str, Any] = {
+        "starts": len(front.jobs), "asked": count, "converged": len(front.points),
+        "distinct": len(designs), "hits_of_best": 1 if kept else 0, "seed": seed,
+        "status": "found" if kept else "none found", "rejected": rejected,
+        "iterations": sum(found.iterations for found in front.optima),
+        "objectives": [own["objective"] for own in front.runs if own["objective"] is not None],
+        "runs": front.runs, "seconds": {"whole": time.process_time() - began},
+    }  # fmt: skip
+    if kept:
+        summary["front"] = _described(search, kept, designs, signs)
+        if len(kept) == 1:
+            summary["notes"] = [
+                "the objectives do not contradict each other: one design is best in all of them"
+            ]
+    else:
+        summary["conflicts"] = conflicts
+    return SynthesisResult(
+        problem.name, name, search.task.kind, problem.mechanism, problem.title,
+        status=np.array(["ok"] * len(kept)), summary=Summary(summary), fault=fault,
+        definition=search.task, data={"designs": kept}, motions=motions(search, kept),
+    )  # fmt: skip
+
+
+def _picked(start: Seed, pick: Any) -> Seed:
+    return replace(start, given={**start.given, PICK: pick})
+
+
+def _described(
+    search: Search, kept: list[dict[str, Any]], designs: list[dict[str, Any]], signs: Any
+) -> dict[str, Any]:
+    """Return the front as it is reported: points, reference, hypervolume."""
+    from mechdae.synthesis.objectives import objective_name, objective_unit
+
+    count = search.asked.objectives
+    values = np.array([own["objectives"] for own in kept])
+    given = search.asked.reference
+    worst = (values * signs).max(axis=0) * signs
+    reference = np.array(given if given is not None else worst, float)
+    goals = [goal for goal, _ in search.asked.goals[:count]]
+    return {
+        "objectives": [
+            {"name": objective_name(goal), "unit": objective_unit(search.problem, goal),
+             "sense": "least" if sign > 0 else "largest"}
+            for goal, sign in zip(goals, signs, strict=True)
+        ],
+        "points": values.tolist(),
+        "dominated": len(designs) - len(kept),
+        "reference": reference.tolist(),
+        "hypervolume": hypervolume(values * signs, reference * signs),
+    }  # fmt: skip
