@@ -13,10 +13,12 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Synthesis
 from mechdae.results import Summary, SynthesisResult
 from mechdae.synthesis.designs import (
     AGREES,
@@ -31,10 +33,17 @@ from mechdae.synthesis.exchange import exchanged
 from mechdae.synthesis.goals.base import Seed
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.nlp import Nlp
+from mechdae.synthesis.objectives import objective_name, objective_unit
 from mechdae.synthesis.search import MOST, NO_LIMIT, PICK, Search
-
-if TYPE_CHECKING:
-    from mechdae.synthesis.synthesize import Run
+from mechdae.synthesis.synthesize import (
+    Run,
+    fault_of,
+    finished,
+    here,
+    planned,
+    solved_in_rounds,
+    synthesize,
+)
 
 WIDE = 30.0
 """Ratio of the ends of a positive objective from which its levels are evenly spread by logs."""
@@ -77,7 +86,7 @@ class Level:
         return float(np.where(np.isfinite(gaps), gaps, 0.0).max())
 
 
-class Front:
+class FrontSearch:
     """What is known of a front while it is sought.
 
     Parameters
@@ -268,6 +277,23 @@ def _spread(low: float, high: float, count: int) -> Any:
     return low + (high - low) * share
 
 
+def synthesized(
+    problem: Problem,
+    name: str,
+    task: Synthesis,
+    starts: int | None = None,
+    seed: int | None = None,
+    run: Run = here,
+) -> SynthesisResult:
+    """Return the designs of a task of synthesis, of several objectives their front.
+
+    Arguments and errors are those of `synthesize`.
+    """
+    if task.objectives is None:
+        return synthesize(problem, name, task, starts, seed, run)
+    return front_of(Search(problem, task), name, starts, seed, run)
+
+
 def front_of(
     search: Search, name: str, starts: int | None, seed: int | None, run: Run
 ) -> SynthesisResult:
@@ -280,14 +306,12 @@ def front_of(
     run
         Solves jobs, in their order.
     """
-    from mechdae.synthesis.synthesize import fault_of, finished, planned, solved_in_rounds
-
     began = time.process_time()
     asked, problem = search.asked, search.problem
     problems = [search.build(kind) for kind in search.kinds]
     seed = asked.seed if seed is None else seed
     count = asked.starts if starts is None else starts
-    front = Front(search, problems, run)
+    front = FrontSearch(search, problems, run)
     by_class = planned(search, problems, max(1, -(-count // front.count)), seed)
     for k, pick in enumerate(np.eye(front.count)):
         own = [[_picked(start, pick) for start in starts] for starts in by_class]
@@ -347,8 +371,6 @@ def _described(
     search: Search, kept: list[dict[str, Any]], designs: list[dict[str, Any]], signs: Any
 ) -> dict[str, Any]:
     """Return the front as it is reported: points, reference, hypervolume."""
-    from mechdae.synthesis.objectives import objective_name, objective_unit
-
     count = search.asked.objectives
     values = np.array([own["objectives"] for own in kept])
     given = search.asked.reference

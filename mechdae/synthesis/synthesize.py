@@ -54,10 +54,6 @@ def synthesize(
     """
     began = time.process_time()
     search = Search(problem, task)
-    if search.asked.objectives:
-        from mechdae.synthesis.front import front_of
-
-        return front_of(search, name, starts, seed, run)
     problems = [search.build(kind) for kind in search.kinds]
     seed = search.asked.seed if seed is None else seed
     count = search.asked.starts if starts is None else starts

@@ -12,7 +12,7 @@ KINDS: Mapping[str, TaskKind] = {
     "study": TaskKind("mechdae.studies.study:study", spread=True),
     "sensitivity": TaskKind("mechdae.studies.sensitivity:sensitivity"),
     "synthesis": TaskKind(
-        "mechdae.synthesis.synthesize:synthesize", show="mechdae.tasks.show:design_structure"
+        "mechdae.synthesis.front:synthesized", show="mechdae.tasks.show:design_structure"
     ),
 }
 """Kind of task -> its functions."""

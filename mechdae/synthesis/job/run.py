@@ -19,13 +19,13 @@ from mechdae.jobs.distribute import distribute
 from mechdae.jobs.executors import Borrowed, Processes, Supply
 from mechdae.results import Result
 from mechdae.synthesis.designs import FEASIBLE
+from mechdae.synthesis.front import synthesized as designs_of
 from mechdae.synthesis.ipopt import Optimum
 from mechdae.synthesis.job.log import Log
 from mechdae.synthesis.job.worker import Work, solved, text_of
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.search import Search
 from mechdae.synthesis.synthesize import Job as Start
-from mechdae.synthesis.synthesize import synthesize as designs_of
 
 AHEAD = 2
 """Starts that are handed over for each worker: the next one lies ready."""
