@@ -27,6 +27,7 @@ from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
 from mechdae.errors import InputError, UnavailableError, UnknownName
 from mechdae.explanations.explain import first_task
+from mechdae.explanations.localised import localised
 from mechdae.explanations.subject import Subject, subject_of
 from mechdae.explanations.words import TABLE as TOLD
 from mechdae.explanations.words import Said
@@ -317,11 +318,10 @@ class _Made:
             problem, chosen, self.drawn, subject, self.rows, self.diagram, self.words
         )
         of = own("of", number, self.count)
-        sheet = Document(problem.title, of, parts, self.lang)
+        sheet = localised(Document(problem.title, of, parts, self.lang))
         made = self.words[1]("computed by", __version__)
-        key = Document(
-            own("key", title, number), made, tuple(self._answers(chosen, subject)), self.lang
-        )
+        answers = tuple(self._answers(chosen, subject))
+        key = localised(Document(own("key", title, number), made, answers, self.lang))
         return Assignment(
             number, chosen.values, problem, Report(sheet), Report(key), chosen.transmission
         )
@@ -330,7 +330,7 @@ class _Made:
         own, report, _ = self.words
         facts: list[tuple[str, tuple[str | Part, ...]]] = []
         for one in self.drawn:
-            text = f"{chosen.texts[one.name]} {one.unit}".strip()
+            text = f"{chosen.texts[one.name]} {own.unit(one.unit)}".strip()
             facts.append((one.base, (text.replace("-", "−"),)))
         for joint, angle in chosen.transmission.items():
             facts.append((own("least", joint), (f"{degrees(angle):.2f}°",)))

@@ -70,13 +70,14 @@ def _numbers(problem: Problem, chosen: Chosen, drawn: tuple[RoundRange, ...], sa
     rows: list[tuple[str | Part, ...]] = []
     for own in drawn:
         text = chosen.texts[own.name]
-        rows.append((own.base, _signed(text), own.unit or _plain(units.get(own.base, ""))))
+        unit = own.unit or _plain(units.get(own.base, ""))
+        rows.append((own.base, _signed(text), say.unit(unit)))
     known = {own.base for own in drawn}
     for name in problem.mechanism.parameters:
         if name not in known:
             value, unit = values[name], units.get(name, "")
             value, unit = (degrees(value), "°") if unit == "rad" else (value, unit)
-            rows.append((name, _signed(f"{value:.{SIGNIFICANT}g}"), _plain(unit)))
+            rows.append((name, _signed(f"{value:.{SIGNIFICANT}g}"), say.unit(_plain(unit))))
     return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
 
 
@@ -100,11 +101,11 @@ def _driven(subject: Subject, driver: Driver, values: Mapping[str, float], say: 
 
     def shown(number: Any) -> str:
         value = evaluate(number, values)
-        text = f"{degrees(value):.6g}°" if angle else f"{value:.6g} m"
+        text = f"{degrees(value):.6g}°" if angle else f"{value:.6g} {say.unit('m')}"
         return _signed(text)
 
     speed = evaluate(driver.speed if driver.speed is not None else 1.0, values)
-    rate = _signed(f"{speed:.6g} {'rad/s' if angle else 'm/s'}")
+    rate = _signed(f"{speed:.6g} {say.unit('rad/s' if angle else 'm/s')}")
     if driver.from_ is not None and driver.to is not None and driver.law is None:
         return say("from to", name, shown(driver.from_), shown(driver.to), rate)
     if driver.at is not None:

@@ -9,6 +9,7 @@ from typing import Any
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.draw.diagram.driver import drivers_of, value_text
+from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.explanations.forces import (
     BalanceOfLinks,
@@ -16,6 +17,7 @@ from mechdae.explanations.forces import (
     forces_section,
     power_section,
 )
+from mechdae.explanations.localised import localised
 from mechdae.explanations.motion import group_section
 from mechdae.explanations.subject import KINDS, Subject, subject_of
 from mechdae.explanations.words import Said
@@ -130,7 +132,7 @@ def explain(
     title = result.title or result.problem
     name = f"{result.problem}, {result.task}" if result.task else result.problem
     place = say("pose", subject.pose, len(subject.scene.status))
-    return Explanation(Document(title, f"{name}: {place}", tuple(sections), lang))
+    return Explanation(localised(Document(title, f"{name}: {place}", tuple(sections), lang)))
 
 
 def first_task(problem: Problem, task: str | None) -> str:
@@ -168,7 +170,7 @@ def _head(subject: Subject) -> Section:
         rows.append((say("formula"), (formula,)))
     values = [value_text(result, own, pose) for own in drivers_of(subject.scene, result)]
     rows.append((say("drivers"), ("; ".join(values).replace("$", ""),)))
-    rows.append((say("status"), (str(result.status[pose]),)))
+    rows.append((say("status"), (Words(say.lang).status(str(result.status[pose])),)))
     bounds = [
         f"{subject.value(result.bound, word):.1e} {unit}"
         for word, unit in (("length", say("m")), ("angle", say("rad")))

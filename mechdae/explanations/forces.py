@@ -197,7 +197,8 @@ def _moments(subject: Subject, balance: BalanceOfLinks, body: str, acting: list[
         (own.letter, own.at, *cells(row)) for own, row in zip(acting, table, strict=True)
     ]
     rows.append((say("sum"), "", *cells(total)))
-    heads = (say("acts"), say("at"), "F x, N", "F y, N", f"{say('moment about', pole)}, N m")
+    newton, moment = say.unit("N"), f"{say('moment about', pole)}, {say.unit('N m')}"
+    heads = (say("acts"), say("at"), f"F x, {newton}", f"F y, {newton}", moment)
     return Grid(heads, tuple(rows))
 
 

@@ -107,7 +107,7 @@ class Subject:
 
     def title(self, body: str) -> str:
         """Return number and name of a link: ``3 rod``."""
-        return body if body == GROUND else f"{self.numbers[body]} {body}"
+        return self.say("ground") if body == GROUND else f"{self.numbers[body]} {body}"
 
 
 def subject_of(result: Any, pose: int | None, say: Said) -> Subject:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from mechdae.draw.translated import unit_in_russian
 from mechdae.errors import UnknownName
 
 EN = {
@@ -18,6 +19,7 @@ EN = {
     "mechanism": "The mechanism and its pose",
     "group": "Group {0}",
     "links": "links",
+    "ground": "ground",
     "joints": "joints",
     "joint between": "{0}: {1}, {2} - {3}",
     "known": "known",
@@ -86,6 +88,7 @@ RU = {
     "mechanism": "Механизм и его положение",
     "group": "Группа {0}",
     "links": "звенья",
+    "ground": "стойка",
     "joints": "кинематические пары",
     "joint between": "{0}: {1}, {2} - {3}",
     "known": "известно",
@@ -172,6 +175,10 @@ class Said:
     def __call__(self, word: str, *values: object) -> str:
         """Return a phrase with values in it."""
         return self._table[word].format(*values)
+
+    def unit(self, text: str) -> str:
+        """Return a unit as the language writes it."""
+        return unit_in_russian(text) if self.lang == "ru" else text
 
     def kind(self, name: str) -> str:
         """Return the name of a kind of joint, as the file has it where there is no other."""

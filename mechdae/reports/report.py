@@ -14,6 +14,7 @@ from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
 from mechdae.errors import InputError, UnavailableError
 from mechdae.explanations.explain import first_task
+from mechdae.explanations.localised import localised
 from mechdae.explanations.subject import Subject, subject_of
 from mechdae.explanations.words import Said
 from mechdae.export import whole_file
@@ -165,7 +166,8 @@ def report(
         sections.checks(result, subject, say),
     )
     title = say("report", result.title or whole.name)
-    return Report(Document(title, say("computed by", __version__), parts, lang))
+    made = Document(title, say("computed by", __version__), parts, lang)
+    return Report(localised(made))
 
 
 def _solved(problem: Problem, name: str, positions: int) -> tuple[Result, list[int]]:
@@ -210,7 +212,7 @@ def _pictures(result: Result, subject: Subject, chosen: int, say: Said) -> Secti
     ]
     for kind, caption, options in wanted:
         try:
-            images.append(Image(svg_text(plot(result, kind, **options)), caption))
+            images.append(Image(svg_text(plot(result, kind, lang=say.lang, **options)), caption))
         except InputError:
             continue
     return Section(f"{say('plans')}. {say('curves')}", tuple(images))

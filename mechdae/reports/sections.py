@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechdae.describe.file.problem import Problem
+from mechdae.draw.words import Words
 from mechdae.explanations.explain import explain
 from mechdae.explanations.subject import Subject
 from mechdae.explanations.words import Said
@@ -104,13 +105,15 @@ def force_tables(subject: Subject, rows: list[int], say: Said) -> Iterator[Secti
 
 def checks(result: Result, subject: Subject, say: Said) -> Section:
     rows: list[tuple[str, tuple[str | Part, ...]]] = []
-    counts = result.summary.get("status") or {}
-    rows.append((say("status"), (", ".join(f"{word} {n}" for word, n in counts.items()),)))
+    counts, words = result.summary.get("status") or {}, Words(say.lang)
+    rows.append(
+        (say("status"), (", ".join(f"{words.status(word)} {n}" for word, n in counts.items()),))
+    )
     for word, unit in (("length", "m"), ("angle", "rad")):
         if word in result.bound:
             bound = np.asarray(result.bound[word], dtype=float)
             largest = float(np.nanmax(bound, initial=0.0, where=np.isfinite(bound)))
-            rows.append((f"{say('largest bound')}, {unit}", (f"{largest:.1e}",)))
+            rows.append((f"{say('largest bound')}, {say.unit(unit)}", (f"{largest:.1e}",)))
     for word, value in (getattr(result, "checks", None) or {}).items():
         if value is not None:
             rows.append((say(f"check {word}"), (f"{float(value):.1e}",)))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from mechdae.describe.dimensions import parameter_units
 from mechdae.explanations.subject import Subject
+from mechdae.explanations.words import Said
 from mechdae.formulas import Grid, Letter, Listed, Number, Part, Wording
 from mechdae.formulas.tree import decimals, number, rounded
 from mechdae.records import dataclass
@@ -26,7 +27,7 @@ class TableColumn:
     values: Any
 
 
-def parameters(problem: Any, say: Callable[..., str]) -> Grid:
+def parameters(problem: Any, say: Said) -> Grid:
     """Return the numbers that the file gives names to."""
     mechanism = problem.mechanism
     values = mechanism.values()
@@ -35,7 +36,7 @@ def parameters(problem: Any, say: Callable[..., str]) -> Grid:
     for name in mechanism.parameters:
         unit = units.get(name, "")
         value, unit = (np.rad2deg(values[name]), "°") if unit == "rad" else (values[name], unit)
-        rows.append((name, number(float(value), "", 6), unit))
+        rows.append((name, number(float(value), "", 6), say.unit("" if unit == "1" else unit)))
     return Grid((say("parameter"), say("value"), say("unit")), tuple(rows))
 
 

@@ -26,6 +26,7 @@ from mechdae.draw.graphs.places import Places
 from mechdae.draw.graphs.poles import Clip, clip_of, cuts, joined, with_gaps
 from mechdae.draw.graphs.scale import Scale, number, scale_of, step_of
 from mechdae.draw.graphs.series import Array, Line, default_lines, lines_of
+from mechdae.draw.translated import translated
 from mechdae.errors import InputError
 
 FEW = 25
@@ -44,6 +45,7 @@ def draw(
     extremes: bool = True,
     polar: bool = False,
     label: str = "",
+    lang: str = "en",
 ) -> Axes:
     """Draw series of a sweep or of reactions, one panel for each unit.
 
@@ -66,6 +68,8 @@ def draw(
         Draw the tip of vectors in the plane instead, see `mechdae.draw.graphs.polar`.
     label
         Name of the variant where several are drawn on the same axes.
+    lang
+        Language of the words, ``"en"`` or ``"ru"``.
 
     Returns
     -------
@@ -80,8 +84,9 @@ def draw(
         A path that is not in the result.
     """
     if polar:
-        return polar_diagram.draw(result, ax, of=of)
-    return draw_all([result], [label], ax, of=of, against=against, extremes=extremes)
+        return translated(polar_diagram.draw(result, ax, of=of), lang)
+    drawn = draw_all([result], [label], ax, of=of, against=against, extremes=extremes)
+    return translated(drawn, lang)
 
 
 def draw_all(

@@ -15,6 +15,7 @@ from mechdae.draw.graphs.curves import axis_label, subtitle_of
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import Scale, number, scale_of
 from mechdae.draw.graphs.series import Array
+from mechdae.draw.translated import translated
 from mechdae.errors import InputError
 
 HATCHES = ("", "//", "..", "\\\\", "--", "xx", "||")
@@ -32,6 +33,7 @@ def draw(
     *,
     of: Sequence[str] | None = None,
     polar: bool = False,
+    lang: str = "en",
 ) -> Axes:
     """Draw the losses of all joints above each other, and their sum without feedback dashed.
 
@@ -45,6 +47,8 @@ def draw(
         The joints to draw; without it all that lose power, the largest below.
     polar
         Draw the reactions of those joints in the plane instead.
+    lang
+        Language of the words, ``"en"`` or ``"ru"``.
 
     Returns
     -------
@@ -59,7 +63,7 @@ def draw(
     """
     if polar:
         paths = None if of is None else [f"joints/{name}/reaction" for name in of]
-        return polar_diagram.draw(result, ax, of=paths)
+        return translated(polar_diagram.draw(result, ax, of=paths), lang)
     losses = _losses(result, of)
     layers = _layers(losses)
     total = np.sum([own for _, own in layers], axis=0)
@@ -85,7 +89,7 @@ def draw(
     draw_axis([panel], axis, arcs, events, frame.k)
     frame.label(panel, x=axis_label(axis), y=f"loss [{scale.unit}]")
     frame.ends(panel, ends)
-    return panel
+    return translated(panel, lang)
 
 
 def _losses(result: Any, of: Sequence[str] | None) -> dict[str, Array]:

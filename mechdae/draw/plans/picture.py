@@ -23,6 +23,7 @@ from mechdae.draw.plans.motion import motion_plan
 from mechdae.draw.plans.relations import SYMBOLS
 from mechdae.draw.plans.vectors import Plan, round_up
 from mechdae.draw.sheet import MILLIMETRE, Sheet, font, ink
+from mechdae.draw.translated import translated
 from mechdae.errors import InputError, UnknownName
 
 KINDS = ("velocity", "acceleration", "force", "friction", "lever")
@@ -48,6 +49,7 @@ def draw(
     which: str | None = None,
     group: str | None = None,
     scale: float | Mapping[str, float] | None = None,
+    lang: str = "en",
 ) -> Axes:
     """Draw plans of one pose, to scale.
 
@@ -73,6 +75,8 @@ def draw(
         Units per millimetre of paper, in m/s, m/s2 or N; for a page by name:
         ``{"velocity": 0.02}``. By default the smallest of 1, 2, 5 times a power of ten at
         which the plan fits.
+    lang
+        Language of the words, ``"en"`` or ``"ru"``.
 
     Returns
     -------
@@ -86,6 +90,17 @@ def draw(
     UnknownName
         Not a kind of plan, or not a group.
     """
+    return translated(_drawn(result, ax, pose, which, group, scale), lang)
+
+
+def _drawn(
+    result: Any,
+    ax: Axes | None,
+    pose: int | None,
+    which: str | None,
+    group: str | None,
+    scale: float | Mapping[str, float] | None,
+) -> Axes:
     _check(result, which, group)
     scene = read_scene(result)
     index = _pose(result, scene, pose, which)

@@ -1,0 +1,144 @@
+"""Graphs and plans in another language: the words that the drawing itself has written."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from mechdae.draw.words import Words
+
+QUANTITIES = {
+    "angle": "угол",
+    "angle velocity": "угловая скорость",
+    "position": "координата",
+    "velocity": "скорость",
+    "acceleration": "ускорение",
+    "jerk": "рывок",
+    "angular velocity": "угловая скорость",
+    "angular acceleration": "угловое ускорение",
+    "slide": "перемещение",
+    "slide velocity": "скорость",
+    "slide acceleration": "ускорение",
+    "effort": "усилие",
+    "force": "сила",
+    "moment": "момент",
+    "torque": "момент",
+    "reaction": "реакция",
+    "normal": "нормальная сила",
+    "loss": "потери",
+    "transmission angle": "угол передачи",
+    "time": "время",
+    "pose": "положение",
+    "work": "работа",
+    "energy": "энергия",
+    "bound": "граница погрешности",
+    "condition": "обусловленность",
+}
+UNITS = {
+    "deg": "°", "rad": "рад", "m": "м", "mm": "мм", "km": "км", "µm": "мкм", "s": "с", "N": "Н",
+    "kN": "кН", "MN": "МН", "mN": "мН", "N m": "Н·м", "kN m": "кН·м", "N mm": "Н·мм", "W": "Вт",
+    "1/s": "1/с", "1/m": "1/м", "1/m²": "1/м²", "kg m2": "кг·м²", "kg cm2": "кг·см²",
+    "cm": "см", "g": "г", "kW": "кВт",
+    "MW": "МВт", "mW": "мВт", "J": "Дж", "kJ": "кДж", "kg": "кг", "rpm": "об/мин",
+}  # fmt: skip
+STATES = {
+    "limit": "предел",
+    "end of the curve": "конец кривой",
+    "change point": "точка ветвления",
+    "singular pose": "особое положение",
+    "unassembled": "не собирается",
+    "singular": "особое",
+    "jammed": "заклинивание",
+    "self-locking": "самоторможение",
+    "ambiguous": "неоднозначно",
+    "roller undercuts": "подрез роликом",
+}
+WHOLE = {
+    "all, without feedback of friction on reactions": "сумма без влияния трения на реакции",
+    "Velocity plan": "План скоростей",
+    "Acceleration plan": "План ускорений",
+    "Friction circles": "Круги трения",
+    "all vectors are zero": "все векторы равны нулю",
+    "others": "остальные",
+}
+_STATE = "|".join(sorted(STATES, key=len, reverse=True))
+
+
+def unit_in_russian(text: str) -> str:
+    """Return a unit in Russian, or as it is: ``(m/s$^2$)`` is ``(м/с$^2$)``."""
+    if text in UNITS:
+        return UNITS[text]
+    found = re.fullmatch(r"(\(?)([\wµ ]+)/(s|m)(\$\^\d\$|\d|²|³)?(\)?)", text)
+    if not found or found[2] not in UNITS:
+        return text
+    return f"{found[1]}{UNITS[found[2]]}/{UNITS[found[3]]}{found[4] or ''}{found[5]}"
+
+
+_ru = unit_in_russian
+Rule = tuple[re.Pattern[str], Callable[[re.Match[str]], str]]
+RULES: tuple[Rule, ...] = (
+    (re.compile(r"(.*)  ·  (\d+) poses"), lambda m: f"{m[1]}  ·  положений: {m[2]}"),
+    (
+        re.compile(r"(.*  ·  )pose (\d+) of (\d+)(.*)"),
+        lambda m: f"{m[1]}положение {m[2]} из {m[3]}{m[4]}",
+    ),
+    (re.compile(r"(.*), no friction"), lambda m: f"{m[1]}, без трения"),
+    (re.compile(r"(\S+) normal"), lambda m: f"{m[1]}, норм."),
+    (
+        re.compile(r"(.*), mean (\S+) (\S+)"),
+        lambda m: f"{m[1]}, сред. {m[2]} {_ru(m[3])}",
+    ),
+    (re.compile(rf"({_STATE}) (.*)"), lambda m: f"{STATES[m[1]]} {m[2]}"),
+    (re.compile(r"Diagram,(.*) m/mm"), lambda m: f"Схема,{m[1]} м/мм"),
+    (re.compile(r"Forces on (.*)"), lambda m: f"План сил, {m[1]}"),
+    (re.compile(r"(\$\\mu_\w\$ = \S+) (.*)/mm"), lambda m: f"{m[1]} {_ru(m[2])}/мм"),
+    (
+        re.compile(r"(.*) ?\[(.*)\]"),
+        lambda m: f"{_quantity(m[1].strip())} [{_ru(m[2])}]".strip(),
+    ),
+    (
+        re.compile(r"(.* = )?([-−\d.,]+) (\D+)"),
+        lambda m: f"{m[1] or ''}{m[2]} {_ru(m[3])}",
+    ),
+)
+"""What is written, whole, and what stands there instead; the first rule that fits is taken."""
+
+
+def translated(axes: Axes, lang: str) -> Axes:
+    """Return axes of graphs or plans with the words of their figure in a language.
+
+    Names that the user has given are left as they are, and so is what no rule knows.
+
+    Raises
+    ------
+    UnknownName
+        There is no such language.
+    """
+    Words(lang)
+    figure = axes.get_figure(root=True)
+    if lang == "ru" and isinstance(figure, Figure):
+        for text in figure.findobj(Text):
+            assert isinstance(text, Text)
+            new = in_russian(text.get_text())
+            if new != text.get_text():
+                text.set_text(new)
+    return axes
+
+
+def in_russian(text: str) -> str:
+    """Return a text of a graph or plan in Russian, or as it is."""
+    if text in WHOLE:
+        return WHOLE[text]
+    for pattern, words in RULES:
+        found = pattern.fullmatch(text)
+        if found:
+            return words(found)
+    return QUANTITIES.get(text, text)
+
+
+def _quantity(text: str) -> str:
+    return QUANTITIES.get(text, text)
