@@ -11,6 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import article_explained
 import article_friction
 import article_geared
 import article_seven_link
@@ -32,6 +33,7 @@ def page() -> str:
         "(printed − computed)/computed.",
         "",
         *article_seven_link.lines(),
+        *article_explained.lines(),
         *article_friction.lines(),
         *article_geared.lines(),
     ]

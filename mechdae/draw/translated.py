@@ -64,6 +64,9 @@ WHOLE = {
     "Friction circles": "Круги трения",
     "all vectors are zero": "все векторы равны нулю",
     "others": "остальные",
+    "time": "время",
+    "pose": "положение",
+    "condition": "обусловленность",
 }
 _STATE = "|".join(sorted(STATES, key=len, reverse=True))
 
@@ -137,7 +140,7 @@ def in_russian(text: str) -> str:
         found = pattern.fullmatch(text)
         if found:
             return words(found)
-    return QUANTITIES.get(text, text)
+    return text
 
 
 def _quantity(text: str) -> str:

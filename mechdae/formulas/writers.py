@@ -46,7 +46,8 @@ th, td { border-bottom: 1px solid var(--line); padding: .15rem .6rem; text-align
   white-space: nowrap; }
 th:first-child, td:first-child, .words { text-align: left; }
 td.words { white-space: normal; }
-dl { display: grid; grid-template-columns: max-content 1fr; gap: .1rem 1rem; margin: .5rem 0; }
+dl { display: grid; grid-template-columns: fit-content(22rem) 1fr; gap: .1rem 1rem;
+  margin: .5rem 0; }
 dt { color: var(--faint); } dd { margin: 0; }
 figure { margin: 1rem 0; text-align: center; break-inside: avoid; }
 figure img { height: auto; max-width: 100%; }

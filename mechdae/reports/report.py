@@ -11,7 +11,7 @@ from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.tasks.kinds import Driven
 from mechdae.draw import plot
-from mechdae.draw.figure import svg_text
+from mechdae.draw.figure import new_axes, svg_text
 from mechdae.errors import InputError, UnavailableError
 from mechdae.explanations.explain import first_task
 from mechdae.explanations.localised import localised
@@ -30,6 +30,8 @@ FINE = 360
 """Poses of a cycle that curves and paths are drawn with, at least."""
 MOST = 360
 """Positions in a table, at most."""
+PLAN = (1.0, 0.85)
+"""Size of a plan beside the usual figure: as wide as the text, two on a page."""
 ENDINGS = (".html", ".typ", ".pdf")
 
 
@@ -203,14 +205,23 @@ def _diagram(result: Result, subject: Subject, chosen: int, say: Said, lang: str
 
 
 def _pictures(result: Result, subject: Subject, chosen: int, say: Said) -> Section:
-    """Return plans of the position and curves; what a result has no picture of is left out."""
-    images: list[Passage] = []
+    """Return plans of the position and curves; what a result has no picture of is left out.
+
+    A plan has its own figure, as wide as the text on paper: the scale written on it holds there.
+    """
     wanted: list[tuple[str, str, dict[str, Any]]] = [
-        ("plans", say("plans of", chosen), {"pose": subject.pose}),
-        ("curves", say("curves of"), {}),
-        ("losses", say("losses"), {}),
+        ("plans", say(f"plan {which}", chosen), {"which": which})
+        for which in ("velocity", "acceleration")
     ]
+    if getattr(result, "efforts", None):
+        for group, _ in reversed(subject.groups):
+            caption = say("plan force", group, chosen)
+            wanted.append(("plans", caption, {"which": "force", "group": group}))
+    wanted += [("curves", say("curves of"), {}), ("losses", say("losses"), {})]
+    images: list[Passage] = []
     for kind, caption, options in wanted:
+        if kind == "plans":
+            options |= {"pose": subject.pose, "ax": new_axes(larger=PLAN)}
         try:
             images.append(Image(svg_text(plot(result, kind, lang=say.lang, **options)), caption))
         except InputError:

@@ -28,6 +28,8 @@ from mechdae.errors import UnknownName
         ("Forces on II.2 RRP(2,3)", "План сил, II.2 RRP(2,3)"),
         ("work = 1 kN", "work = 1 кН"),
         ("rod", "rod"),
+        ("slide", "slide"),
+        ("slide [m]", "перемещение [м]"),
         ("II.2 RRP(2,3)", "II.2 RRP(2,3)"),
     ],
 )

@@ -82,7 +82,7 @@ def test_the_file_is_whole_and_the_same_each_time(made: Any, tmp_path: Path) -> 
     one, other = made.save(tmp_path / "a.html"), made.save(tmp_path / "b.html")
     text = one.read_text(encoding="utf-8")
     assert text == other.read_text(encoding="utf-8")
-    assert text.count("<img") == 4
+    assert text.count("<img") == 7  # diagram, two plans, forces of two groups, curves, losses
     assert not re.search(r"https?://(?!www\.w3\.org)", text)
     assert "<script" not in text
     assert {path.name for path in tmp_path.iterdir()} == {"a.html", "b.html"}

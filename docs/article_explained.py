@@ -1,0 +1,95 @@
+"""The explanation of the pose of article 000, with the article's numbers beside its vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from article_seven_link import PRINTED, Row, pose, quantities
+from article_text import percent, sign, table, verdict
+
+import mechdae as md
+
+BESIDE = {
+    "v_A": "vA", "v_A3": "vA3", "v^r_A3A": "vSlide", "a_A": "aA", "a_A3": "aA3",
+    "a^k_A3A": "aCor", "a^r_A3A": "a32r", "a^n_A3G": "aA3n", "a^τ_A3G": "aA3t",
+    "v_B": "vB", "v_C": "vC", "v_CB": "vCB", "a_B": "aB", "a_C": "aC", "a^n_CB": "aCBn",
+    "a^τ_CB": "aCBt", "v_E": "vE", "v_EB": "vEB", "a_E": "aE", "a^n_EB": "aEBn",
+    "a^τ_EB": "aEBt", "a^n_EF": "aEFn", "a^τ_EF": "aEFt", "|ω_3|": "w3", "|ε_3|": "e3",
+    "|ω_4|": "w4", "|ω_6|": "w6", "|ω_7|": "w7",
+}  # fmt: skip
+"""Symbol of the explanation -> key of the article's quantity, both magnitudes."""
+PARTS = ("Velocities", "Accelerations")
+
+
+def rows_of(key: str) -> list[Row]:
+    """Return what the article prints for a quantity."""
+    return [row for rows in PRINTED.values() for row in rows if row.key == key]
+
+
+def beside(symbol: str, size: str, line: str = "") -> list[list[str]]:
+    """Return the rows of one vector: what the explanation has, and each print of the article."""
+    key = BESIDE.get(symbol)
+    true = quantities(pose())[key] if key else 0.0
+    found: list[list[str]] = []
+    symbol = symbol.strip("|")
+    for k, row in enumerate(rows_of(key) if key else []):
+        judged = verdict(row.printed, true)
+        found.append(
+            [
+                *([symbol, size, line] if k == 0 else ["", "", ""]),
+                sign(row.printed),
+                percent(float(row.printed), true),
+                row.drawn,
+                percent(float(row.drawn), true) if row.drawn else "",
+                f"{judged}: {row.why}" if row.why else judged,
+            ]
+        )
+    return found or [[symbol, size, line, "", "", "", "", "–"]]
+
+
+def blocks(section: dict[str, Any]) -> Iterator[list[str]]:
+    """Yield the lines of each vector equation of a section, with the article beside."""
+    head = "vector | size | line of action | article | % | drawn | % | verdict"
+    pending: list[str] = []
+    for block in section["blocks"]:
+        if "rows" in block:
+            body = [
+                line for symbol, size, _, way in block["rows"] for line in beside(symbol, size, way)
+            ]
+            yield [*_code(pending), *table(head, body)]
+            pending = []
+        elif "formula" in block:
+            symbol, size = block["formula"].split(" = ")[0], block["formula"].split(" = ")[-1]
+            if symbol.startswith("|") and symbol in BESIDE:
+                short = "rate | value | line | article | % | drawn | % | verdict"
+                yield [*_code([block["formula"]]), *table(short, beside(symbol, size, ""))]
+            else:
+                pending.append(block["formula"])
+    if pending:
+        yield _code(pending)
+
+
+def _code(formulas: list[str]) -> list[str]:
+    return ["```text", *formulas, "```", ""] if formulas else []
+
+
+def lines() -> list[str]:
+    """Return the section of the page."""
+    found = [
+        "### The explanation beside the article",
+        "",
+        "What `mechdae explain gorshkov-seven-link` writes of groups 2-3, 4-5 and 6-7, and beside "
+        "each vector what the article prints and draws. Signs are in the equations; the "
+        "article has magnitudes.",
+        "",
+    ]
+    for section in md.explain(pose()).data()["sections"]:
+        parts = [own for own in section["sections"] if own["title"] in PARTS]
+        if not parts or "II" not in section["title"]:
+            continue
+        for part in parts:
+            found += [f"**{section['title']}, {part['title'].lower()}**", ""]
+            for block in blocks(part):
+                found += block
+    return found
