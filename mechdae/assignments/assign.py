@@ -26,7 +26,7 @@ from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
 from mechdae.errors import InputError, UnavailableError, UnknownName
-from mechdae.explanations.explain import first_task
+from mechdae.explanations.explain import moving_task
 from mechdae.explanations.localised import localised
 from mechdae.explanations.subject import Subject, subject_of
 from mechdae.explanations.words import TABLE as TOLD
@@ -230,7 +230,7 @@ def assign(
     whole = problem if isinstance(problem, Problem) else load(problem)
     _check(whole, count, positions, seed, transmission_angle)
     drawn = ranges(whole, vary)
-    name = task_over_interval(whole, task)
+    name = moving_task(whole, task, ends=True)
     bare = _with_positions(whole, name, positions)
     rows = _rows(bare, name, positions)
     if not 0 <= pose < len(rows):
@@ -245,16 +245,6 @@ def assign(
     diagram = svg_text(plot(base, "diagram", pose=start.pose, traces=False, loads=False, lang=lang))
     made = _Made(bare, name, drawn, rows, pose, count, diagram, words, lang)
     return Assignments(whole.name, tuple(made.all(found)), tried)
-
-
-def task_over_interval(problem: Problem, task: str | None) -> str:
-    """Return the task asked for, else the first over an interval, else the first there is."""
-    if task is None:
-        for own, other in problem.tasks.items():
-            drivers = other.all_drivers if isinstance(other, Sweep) else ()
-            if drivers and all(one.at is None and not one.range for one in drivers):
-                return own
-    return first_task(problem, task)
 
 
 def _check(problem: Problem, count: int, positions: int, seed: int, angle: float | None) -> None:

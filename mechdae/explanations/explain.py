@@ -8,6 +8,7 @@ from typing import Any
 
 from mechdae.describe.file.load import load
 from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Sweep
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
@@ -153,6 +154,18 @@ def first_task(problem: Problem, task: str | None) -> str:
     if kind not in KINDS:
         raise InputError(f"{', '.join(KINDS)} are explained, not {kind}", where=f"tasks.{task}")
     return task
+
+
+def moving_task(problem: Problem, task: str | None, ends: bool = False) -> str:
+    """Return the task asked for, else the first that can be explained over an interval.
+
+    With ``ends`` only intervals whose ends are given count. Without any it is the first task.
+    """
+    for name, own in problem.tasks.items() if task is None else ():
+        drivers = own.all_drivers if isinstance(own, Sweep) else ()
+        if drivers and all(one.at is None and not (ends and one.range) for one in drivers):
+            return name
+    return first_task(problem, task)
 
 
 def _solved(problem: Problem | str | Path, task: str | None) -> Result:

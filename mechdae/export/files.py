@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import json
 from collections.abc import Iterable, Iterator, Sequence
@@ -110,7 +111,15 @@ def write_files(result: Result, place: Path) -> list[Path]:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Any]:
-    """Open a file that is there when all of it is written, or as it was before."""
+    """Open a file that is there when all of it is written, or as it was before.
+
+    Raises
+    ------
+    OSError
+        It cannot be written; the error names the file itself.
+    """
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "is a folder, not a file", str(path))
     partial = path.with_name(path.name + ".part")
     try:
         with partial.open("wb") as file:
@@ -118,6 +127,7 @@ def whole_file(path: Path) -> Iterator[Any]:
         partial.replace(path)
     except BaseException as error:
         partial.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.errno and not error.filename:
-            error.filename = str(path)  # a full disk is met while writing, which names nothing
+        if isinstance(error, OSError) and error.errno:
+            if not error.filename or error.filename == str(partial):
+                error.filename = str(path)  # a full disk names nothing while writing
         raise

@@ -13,7 +13,7 @@ from mechdae.describe.tasks.kinds import Driven
 from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text
 from mechdae.errors import InputError, UnavailableError
-from mechdae.explanations.explain import first_task
+from mechdae.explanations.explain import moving_task
 from mechdae.explanations.localised import localised
 from mechdae.explanations.subject import Subject, subject_of
 from mechdae.explanations.words import Said
@@ -127,7 +127,7 @@ def report(
     problem
         A problem, the name of a predefined one, or a file.
     task
-        A sweep or a task of kind reactions, by default the first one.
+        A sweep or a task of kind reactions; by default the first one over an interval.
     positions
         How many positions the tables have: equally spaced along the driver, the first one at the
         start of its range.
@@ -151,7 +151,7 @@ def report(
     if not 1 <= positions <= MOST:
         raise InputError(f"{positions} positions", hint=f"a whole number from 1 to {MOST}")
     whole = problem if isinstance(problem, Problem) else load(problem)
-    name = first_task(whole, task)
+    name = moving_task(whole, task)
     result, rows = _solved(whole, name, positions)
     if not 0 <= pose < len(rows):
         raise InputError(f"there is no position {pose}", hint=f"from 0 to {len(rows) - 1}")

@@ -198,5 +198,8 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     capsys.readouterr()
     assert main(["explain", "slider-crank", "--out", str(tmp_path / "no" / "told.txt")]) == 2
     assert "no" in capsys.readouterr().err
+    assert main(["explain", "slider-crank", "--out", str(tmp_path)]) == 2
+    assert f"{tmp_path}: is a folder" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["told.html"]
     assert main(["explain", "slider-crank", "--group", "II.9"]) == 2
     assert "II.2 RRP" in capsys.readouterr().err

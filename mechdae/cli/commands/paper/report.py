@@ -10,7 +10,9 @@ from mechdae.cli.options import problem_arguments, problem_of
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     problem_arguments(parser)
-    parser.add_argument("--task", metavar="T", help="a sweep or a task of reactions; the first one")
+    parser.add_argument(
+        "--task", metavar="T", help="a sweep or a task of reactions; the first one over an interval"
+    )
     parser.add_argument(
         "--positions", type=int, default=12, metavar="N", help="positions in the tables"
     )
