@@ -127,7 +127,7 @@ def whole_file(path: Path) -> Iterator[Any]:
         partial.replace(path)
     except BaseException as error:
         partial.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.errno:
-            if not error.filename or error.filename == str(partial):
-                error.filename = str(path)  # a full disk names nothing while writing
+        unnamed = isinstance(error, OSError) and error.errno and not error.filename
+        if unnamed or getattr(error, "filename", None) == str(partial):
+            error.filename = str(path)  # type: ignore[attr-defined]  # a full disk names nothing
         raise
