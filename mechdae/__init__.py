@@ -40,6 +40,7 @@ _HOMES = {
     "mechdae.export.folder": "read save StoredResults",
     "mechdae.draw": "plot",
     "mechdae.pages": "Page page",
+    "mechdae.certificates": "certify check_certificate",
     "mechdae.explanations": "Explanation explain",
     "mechdae.reports": "Report report",
     "mechdae.assignments": "Assignment Assignments assign",

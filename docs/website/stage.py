@@ -15,7 +15,15 @@ GROUPS = {
     "Compute": ["measures", "forces", "motion", "sensitivity", "solver", "studies", "modules"],
     "Design": ["synthesis", "synthesis-jobs", "composition"],
     "Show": ["page", "explain", "assignments", "pictures", "symbols", "gallery", "exchange"],
-    "Know": ["theory", "homotopy", "honesty", "speed-and-error", "back-ends", "articles"],
+    "Know": [
+        "theory",
+        "homotopy",
+        "honesty",
+        "certificates",
+        "speed-and-error",
+        "back-ends",
+        "articles",
+    ],
 }
 """Groups of the contents with pages of ``docs/``; what is in none of them comes under "Further"."""
 

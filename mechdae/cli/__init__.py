@@ -35,6 +35,7 @@ COMMANDS = {
     "chains": "kinematic chains, inversions, drivers, Assur groups",
     "variants": "orders, fixed links, kinds of pairs, constructions of a mechanism",
     "rank": "variants of a mechanism by size, criteria and weights",
+    "certify": "a certificate of a sweep or of modes, or the check of one",
     "modules": "the catalogue of vector modules",
     "bench": "speed against error",
     "cache": "kernels kept on disk",
@@ -42,7 +43,7 @@ COMMANDS = {
     "new": "a commented problem file to start from",
 }
 
-FOLDERS = dict.fromkeys(("explain", "report", "assign"), "paper.")
+FOLDERS = dict.fromkeys(("explain", "report", "assign", "certify"), "paper.")
 """Folders of commands that are not directly among the others."""
 
 

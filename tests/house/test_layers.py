@@ -59,9 +59,10 @@ ROOMS = {
     "explanations": "describe draw errors export formulas results tasks",
     "reports": "describe draw errors explanations export formulas results tasks",
     "assignments": "describe draw errors explanations formulas reports results tasks",
+    "certificates": "assembly continuation describe errors kinematics model results setup",
     "bench": "describe dynamics errors kernels kinematics setup synthesis tasks",
-    "cli": "assembly assignments bench composition describe draw errors exchange explanations "
-    "export jobs kernels modules pages ranking reports results synthesis tables tasks",
+    "cli": "assembly assignments bench certificates composition describe draw errors exchange "
+    "explanations export jobs kernels modules pages ranking reports results synthesis tables tasks",
 }
 """Each room, and the rooms before it of which it may import, `records` aside."""
 MOST = 20

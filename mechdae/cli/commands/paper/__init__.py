@@ -1,1 +1,1 @@
-"""Commands that write documents: explanations, reports, assignments."""
+"""Commands that write documents: explanations, reports, assignments, certificates."""

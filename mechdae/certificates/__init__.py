@@ -1,0 +1,120 @@
+"""Certificates: what was proved of a task, written down so that somebody else can check it."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import tempfile
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from mechdae.errors import InputError, SolveError, UnavailableError
+
+if TYPE_CHECKING:
+    from mechdae.describe.file.problem import Problem
+
+KINDS = ("sweep", "modes")
+"""Kinds of tasks of which certificates are written."""
+
+
+def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
+    """Return the certificate of a task, checked: plain data of texts, as its file has it.
+
+    Parameters
+    ----------
+    problem
+        A problem, or the name or path of one.
+    task
+        A sweep with one driver, or assembly modes; by default the first of these tasks.
+
+    Raises
+    ------
+    UnavailableError
+        Something in the task that certificates are not written for, by name; the extra
+        ``proof`` is not installed.
+    SolveError
+        A claim does not stand the check in ball arithmetic.
+    """
+    from mechdae.certificates.write import certificate_of
+
+    loaded = _loaded(problem)
+    own = [name for name, entry in loaded.tasks.items() if entry.kind in KINDS]
+    if task is None and not own:
+        raise UnavailableError("no task of kind sweep or modes, which certificates are written of")
+    _checker()
+    content = certificate_of(loaded, task or own[0])
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "certificate"
+        path.write_text(as_json(content), encoding="utf-8")
+        check_certificate(path)
+    return content
+
+
+def check_certificate(path: str | Path, problem: Problem | str | None = None) -> str:
+    """Check a certificate in ball arithmetic, and return what was proved in words.
+
+    Parameters
+    ----------
+    path
+        File of the certificate.
+    problem
+        The problem of which it has to be: the numbers of the mechanism are compared.
+
+    Raises
+    ------
+    SolveError
+        The first claim that does not hold or cannot be read, with its place.
+    """
+    checker = _checker()
+    try:
+        proved: str = checker.check(str(path))
+    except checker.FalseClaim as refused:
+        place, _, why = str(refused).partition(": ")
+        raise SolveError(f"refused: {why}", where=place) from None
+    if problem is not None:
+        _compare(json.loads(Path(path).read_text(encoding="utf-8")), _loaded(problem))
+    return proved
+
+
+def as_json(content: dict[str, Any]) -> str:
+    """Return a certificate as the text of its file."""
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+def _loaded(problem: Problem | str) -> Problem:
+    from mechdae.describe.file.load import load
+
+    return load(problem) if isinstance(problem, str | Path) else problem
+
+
+def _checker() -> ModuleType:
+    try:
+        return importlib.import_module("mechdae.certificates.check")
+    except ModuleNotFoundError as error:
+        if error.name != "flint":
+            raise
+        raise UnavailableError(
+            "certificates are checked in ball arithmetic, which needs python-flint",
+            hint='pip install "mechdae[proof]"',
+        ) from None
+
+
+def _compare(content: dict[str, Any], problem: Problem) -> None:
+    """Raise where a certificate is not of this problem: name, task, mechanism."""
+    from mechdae.certificates.write import mechanism_of_task
+
+    name = content.get("task")
+    if content.get("problem") != problem.name or name not in problem.tasks:
+        raise InputError(
+            f"of another problem or task: {str(content.get('problem'))[:60]}, {str(name)[:60]}",
+            where="certificate",
+        )
+    here, there = mechanism_of_task(problem, str(name)), content["mechanism"]
+    for part in ("bodies", "joints"):
+        names = {*here[part], *there[part]}
+        for own in sorted(names):
+            if here[part].get(own) != there[part].get(own):
+                raise SolveError("refused: not as in the problem", where=f"mechanism/{part}/{own}")
+    if here["driver"] != there["driver"]:
+        raise SolveError("refused: not as in the problem", where="mechanism/driver")

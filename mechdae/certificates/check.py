@@ -1,0 +1,526 @@
+"""Checks a certificate in ball arithmetic: every step, pose, limit position and mode of it.
+
+It shares nothing with the rest of the package but the file: equations of joints, derivatives and
+theorems are written here once more. Nothing in the file is trusted: its numbers are claims, or
+places to look at. What is proved, and by which theorem, is said in docs/certificates.md.
+"""
+# ruff: noqa: B905
+# fmt: off
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+from flint import acb, acb_mat, arb, arb_mat, arb_series, ctx, fmpq
+
+VERSION, PRECISION, MOST_BYTES, MOST_BODIES, HALVINGS = 1, 128, 256_000_000, 150, 20
+NUMBERS: dict[str, list[str]] = {
+    "revolute": [], "weld": ["turn"], "prismatic": ["axis", "turn"], "slot": ["axis"],
+    "distance": ["length"], "gear": ["ratio", "phase"], "rack": ["radius", "axis", "phase"]}
+SINGLE = {"gear revolute": 1, "prismatic rack": 1, "prismatic slot": 1, "distance prismatic": 2,
+          "distance revolute": 2, "revolute slot": 2}
+LAST, ZERO, ONE = -1, arb(0), arb(1)
+"""The driver is the last coordinate of a pose."""
+
+
+class FalseClaim(Exception):
+    """A claim that does not hold, or something that cannot be read; says where."""
+
+    def __init__(self, place: str, why: str) -> None:
+        super().__init__(f"{place}: {why}")
+
+
+class TestFails(Exception):
+    """A test that fails; with smaller steps it may pass."""
+
+
+def read(path: str) -> Any:
+    """Return the content of a file, of at most `MOST_BYTES`; no key may stand twice."""
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        if len(dict(pairs)) < len(pairs):
+            raise RecursionError(f"a key stands twice among {[key for key, _ in pairs][:5]}")
+        return dict(pairs)
+
+    with open(path, "rb") as file:
+        text = file.read(MOST_BYTES + 1)
+    if len(text) > MOST_BYTES:
+        raise FalseClaim(path, f"longer than {MOST_BYTES} bytes")
+    try:
+        return json.loads(text.decode(), object_pairs_hook=once)
+    except (ValueError, RecursionError) as error:
+        raise FalseClaim(path, f"cut off, or no JSON: {str(error)[:150]}") from None
+
+
+def part(data: Any, key: str, kind: type, place: str) -> Any:
+    """Return an entry of a table, of the kind that is expected."""
+    if not isinstance(data, dict) or type(data.get(key)) is not kind:
+        raise FalseClaim(f"{place}/{key}", f"missing, or not a {kind.__name__}")
+    return data[key]
+
+
+def exact(text: Any, place: str) -> arb:
+    """Return an exact number, the text 'p' or 'p/q'."""
+    if not isinstance(text, str) or not re.fullmatch(r"-?\d{1,700}(/[1-9]\d{0,699})?", text, re.A):
+        raise FalseClaim(place, f"not an exact number 'p/q': {str(text)[:40]}")
+    over, _, under = text.partition("/")
+    return arb(fmpq(int(over), int(under or "1")))
+
+
+def exacts(data: Any, count: int, place: str) -> list[arb]:
+    """Return a list of `count` exact numbers."""
+    if not isinstance(data, list) or len(data) != count:
+        raise FalseClaim(place, f"not a list of {count} numbers")
+    return [exact(text, f"{place}/{k}") for k, text in enumerate(data)]
+
+
+class Dual:
+    """A value with its derivatives by the unknowns it depends on."""
+
+    def __init__(self, v: Any, d: dict[int, Any]) -> None:
+        self.v, self.d = v, d
+
+    def __add__(self, other: Any) -> Dual:
+        if not isinstance(other, Dual):
+            return Dual(self.v + other, self.d)
+        own = {k: self.d[k] + v if k in self.d else v for k, v in other.d.items()}
+        return Dual(self.v + other.v, self.d | own)
+
+    def __mul__(self, other: Any) -> Dual:
+        if not isinstance(other, Dual):
+            return Dual(self.v * other, {k: v * other for k, v in self.d.items()})
+        return Dual(self.v * other.v, (Dual(0, (self * other.v).d) + Dual(0, (other * self.v).d)).d)
+
+    def cos(self) -> Dual:
+        return Dual(self.v.cos(), (self * -self.v.sin()).d)
+
+    def sin(self) -> Dual:
+        return Dual(self.v.sin(), (self * self.v.cos()).d)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+class Placing:
+    """Origin, unwrapped angle, its cosine and sine of a body."""
+
+    def __init__(self, x: Any, y: Any, angle: Any) -> None:
+        self.x, self.y, self.angle, self.c, self.s = x, y, angle, angle.cos(), angle.sin()
+
+    def turned(self, a: Any, b: Any) -> tuple[Any, Any]:
+        return self.c * a + self.s * (b * -1), self.s * a + self.c * b
+
+    def along(self, axis: arb, x: Any, y: Any) -> Any:
+        a, b = self.turned(axis.cos(), axis.sin())
+        return a * x + b * y
+
+    def point(self, place: list[arb]) -> tuple[Any, Any]:
+        x, y = self.turned(*place)
+        return x + self.x, y + self.y
+
+
+class Checked:
+    """Bodies, joints and driver of a certificate, and their equations."""
+
+    def __init__(self, data: Any, at: str = "mechanism") -> None:
+        self.points: dict[str, dict[str, list[arb]]] = {}
+        for body, own in part(data, "bodies", dict, at).items():
+            table = part(data["bodies"], body, dict, f"{at}/bodies")
+            self.points[body] = {p: exacts(own[p], 2, f"{at}/bodies/{body}/{p}") for p in table}
+        self.bodies = [body for body in self.points if body != "ground"]
+        if not 0 < len(self.bodies) <= MOST_BODIES:
+            raise FalseClaim(f"{at}/bodies", f"none, or more than {MOST_BODIES}")
+        joints = part(data, "joints", dict, at)
+        self.joints = {own: self._joint(joints[own], f"{at}/joints/{own}") for own in joints}
+        self.driver, self.n = part(data, "driver", str, at), 3 * len(self.bodies)
+        lengths = [v for own in self.points.values() for place in own.values() for v in place]
+        self.size = max([abs(float(v.mid())) for v in lengths] or [0]) or 1.0
+        self.unit = 1.0 if self.driver.endswith(".angle") else self.size
+        if len(self.rows([ZERO] * (self.n + 1))) != self.n:
+            raise FalseClaim(at, "not as many equations as coordinates")
+
+    def _joint(self, joint: Any, at: str) -> dict[str, Any]:
+        kind, carrier = part(joint, "kind", str, at), joint.get("carrier", "ground")
+        ends = [tuple(part(joint, end, str, at).split(".")) for end in ("first", "second")]
+        if kind not in NUMBERS or carrier not in self.points:
+            raise FalseClaim(at, f"not a kind that is checked, or no body: {kind}, {carrier}"[:90])
+        for body, *point in ends:
+            if len(point) != 1 or point[0] not in self.points.get(body, {}):
+                raise FalseClaim(at, f"no such point of {body[:60]}")
+        own: dict[str, Any] = {key: exact(joint.get(key), f"{at}/{key}") for key in NUMBERS[kind]}
+        return own | {"kind": kind, "ends": ends, "carrier": carrier}
+
+    def rows(self, z: Any) -> list[Any]:
+        """Return what vanishes at a pose z: x, y, angle of each body, last the driver."""
+        frames = {"ground": Placing(ZERO, ZERO, ZERO)}
+        frames |= {body: Placing(*z[3 * k : 3 * k + 3]) for k, body in enumerate(self.bodies)}
+        rows = []
+        for joint in self.joints.values():
+            one, two, dx, dy = self.gap(joint, frames)
+            kind, carrier = joint["kind"], frames[joint["carrier"]].angle * -ONE
+            first, second = one.angle + carrier, two.angle + carrier
+            if kind in ("revolute", "weld"):
+                rows += [dx, dy]
+            elif kind in ("prismatic", "slot"):
+                rows.append(one.along(joint["axis"], dy, dx * -ONE))
+            elif kind == "distance":
+                rows.append(dx * dx + dy * dy + joint["length"] * joint["length"] * -1)
+            elif kind == "gear":
+                rows.append(second * joint["ratio"] + joint["phase"] + first * -ONE)
+            else:
+                rolled = first * joint["radius"] + joint["phase"]
+                rows.append(two.along(joint["axis"], dx, dy) + rolled * -ONE)
+            if "turn" in joint:
+                rows.append(second + first * -ONE + joint["turn"] * -1)
+        return [*rows, self.coordinate(self.driver, frames) + z[LAST] * -ONE]
+
+    def gap(self, joint: Any, frames: Any) -> tuple[Placing, Placing, Any, Any]:
+        """Return the frames of a joint's bodies, and second point less first point."""
+        (x1, y1), (x2, y2) = (frames[b].point(self.points[b][p]) for b, p in joint["ends"])
+        one, two = (frames[body] for body, _ in joint["ends"])
+        return one, two, x2 + x1 * -ONE, y2 + y1 * -ONE
+
+    def coordinate(self, name: str, frames: Any) -> Any:
+        """Return BODY.angle, BODY.POINT.x or .y, JOINT.angle or JOINT.slide."""
+        owner, *words = name.split(".")
+        if owner in self.bodies and words == ["angle"]:
+            return frames[owner].angle
+        if owner in self.bodies and words[1:] in (["x"], ["y"]) and words[0] in self.points[owner]:
+            return frames[owner].point(self.points[owner][words[0]])[words[1] == "y"]
+        joint = self.joints.get(owner, {})
+        one, two, dx, dy = self.gap(joint, frames) if joint else (None, None, ZERO, ZERO)
+        if words == ["angle"] and one and two:
+            return two.angle + one.angle * -ONE
+        if words == ["slide"] and joint.get("kind") in ("prismatic", "slot") and one:
+            return one.along(joint["axis"], dx, dy)
+        raise FalseClaim("mechanism/driver", f"no such coordinate: {name[:60]}")
+
+    def slopes(self, z: list[Any]) -> tuple[list[Any], list[dict[int, Any]]]:
+        """Return the rows at z and their derivatives."""
+        rows = self.rows([Dual(x, {k: ONE}) for k, x in enumerate(z)])
+        return [row.v for row in rows], [row.d for row in rows]
+
+    def claimed(self, data: Any, u: arb, at: str) -> list[arb]:
+        """Return a pose (x, y, angle of each body; u) as it is written in the certificate."""
+        own = part(data, "bodies", dict, at)
+        return [v for b in self.bodies for v in exacts(own.get(b), 3, f"{at}/bodies/{b}")] + [u]
+
+
+def mids(z: Any) -> list[Any]:
+    return [x.mid() for x in z]
+
+
+def slack(r: Any, like: Any) -> Any:
+    """Return the ball, of real or complex numbers as `like`, of all that is at most r."""
+    own = arb(0, arb(r).upper())
+    return acb(own, own) if isinstance(like, acb) else own
+
+
+class Tube:
+    """One solution near z + v t for each |t| <= half, and no other one; z[index] + t tells it.
+
+    With G(e, t) the rows at z + v t + e and Y near the inverse of dG/de, Krawczyk's test (1969)
+    |Y G(0, t)| + |1 - Y dG/de| r < r proves one solution with |e| < r for each t, and no second.
+    """
+
+    def __init__(self, m: Checked, z: list[Any], v: list[Any], half: Any, index: int) -> None:
+        self.m, self.z, self.v, self.half, self.index = m, z, v, half, index
+        self.free, T = [k for k in range(m.n + 1) if k != index], slack(half, ZERO)
+        self.matrix = acb_mat if isinstance(z[0], acb) else arb_mat
+        g, d = m.slopes(z)
+        if half != 0:  # F + F' t + F''(z + v T) t^2 / 2
+            line = m.rows([arb_series([a + b * T, b], 3) for a, b in zip(z, v)])
+            slopes = [sum((own * v[k] for k, own in row.items()), ZERO) for row in d]
+            g = [a + b * T + c[2] * T * T for a, b, c in zip(g, slopes, line)]
+        Y = self.matrix([mids(row) for row in self.inverse(z)[0].tolist()])
+        miss = [x.abs_upper() for x in (Y * self.matrix(m.n, 1, g)).entries()]
+        self.r = [x * 2 + arb(2) ** ((16 if half == 0 else 24) - PRECISION) for x in miss]
+        for _ in range(4):
+            A = (Y * self.matrix(self.dense(m.slopes(self.box())[1]))).tolist()
+            loss = [[(A[i][j] - int(i == j)).abs_upper() for j in range(m.n)] for i in range(m.n)]
+            after = [own + sum(map(arb.__mul__, row, self.r), ZERO) for own, row in zip(miss, loss)]
+            if all(bool(a < r) for a, r in zip(after, self.r)):
+                return
+            self.r = [arb((a * 2).upper()) for a in after]
+        raise TestFails("Krawczyk's test fails")
+
+    def box(self) -> list[Any]:
+        """Return balls that hold all of it."""
+        at = [a + b * slack(self.half, ZERO) for a, b in zip(self.z, self.v)]
+        for k, r in zip(self.free, self.r):
+            at[k] += slack(r, at[k])
+        return at
+
+    def dense(self, rows: list[dict[int, Any]]) -> list[list[Any]]:
+        return [[row.get(k, ZERO) for k in self.free] for row in rows]
+
+    def inverse(self, z: list[Any]) -> tuple[Any, Any]:
+        """Return balls with the inverse of dG/de for every z in the balls, and with -dG/dt."""
+        rows = self.m.slopes(z)[1]
+        try:
+            push = self.matrix(self.m.n, 1, [-row.get(self.index, ZERO) for row in rows])
+            return self.matrix(self.dense(rows)).inv(), push
+        except ZeroDivisionError:
+            raise TestFails("the equations are singular") from None
+
+    def rates(self, z: list[arb]) -> list[arb]:
+        """Return dz by the parameter, for all solutions in the balls z."""
+        inverse, push = self.inverse(z)
+        found = (inverse * push).entries()
+        return [*found[: self.index], ONE, *found[self.index :]]
+
+    def bend(self, z: list[arb], v: list[arb]) -> arb:
+        """Return the second derivative of the driver by the parameter, rates v, in the balls z."""
+        rows = self.m.rows([arb_series([a, b], 3) for a, b in zip(z, v)])
+        push = arb_mat(self.m.n, 1, [row[2] * -2 for row in rows])
+        return (self.inverse(z)[0] * push).entries()[LAST]
+
+    def holds(self, z: list[arb]) -> bool:
+        """Whether a pose in balls lies inside."""
+        t = z[self.index] - self.z[self.index]
+        inside = (abs(z[k] - self.z[k] - self.v[k] * t) < r for k, r in zip(self.free, self.r))
+        return bool(abs(t) <= self.half) and all(bool(own) for own in inside)
+
+
+def solution(m: Checked, z: list[Any], index: int = LAST) -> Tube:
+    """Return the one pose near z whose coordinate `index` is that of z: a tube without length."""
+    z, index = mids(z), index % (m.n + 1)
+    free = [k for k in range(m.n + 1) if k != index]
+    matrix = acb_mat if isinstance(z[0], acb) else arb_mat
+    for _ in range(30):
+        g, d = m.slopes(z)
+        try:
+            J = matrix([[row.get(k, ZERO) for k in free] for row in d])
+            move = J.solve(matrix(m.n, 1, g)).entries()
+        except ZeroDivisionError:
+            raise TestFails("the equations are singular") from None
+        for k, own in zip(free, move):
+            z[k] = (z[k] - own).mid()
+        if max(float(own.abs_upper()) for own in move) < 1e-25:
+            return Tube(m, z, [ZERO] * (m.n + 1), ZERO, index)
+    raise TestFails("Newton's method does not find a pose")
+
+
+def follow(m: Checked, z: list[arb], index: int, to: arb, good: Any = bool) -> Iterator[Any]:
+    """Yield tubes that lead from the pose z until coordinate `index` is `to`, each with its end."""
+    step = (to - z[index]).mid()
+    least = abs(step) * arb(2) ** -HALVINGS
+    while z[index] != to:
+        end = to if abs(step) >= abs(to - z[index]) else (z[index] + step).mid()
+        half = ((end - z[index]) / 2).mid()
+        try:
+            v = solution(m, z, index).rates(z)
+            middle = solution(m, [a + b * half for a, b in zip(z, v)], index)
+            v = mids(middle.rates(middle.box()))
+            tube = Tube(m, middle.z, v, (abs(half) * (1 + arb(2) ** -50)).mid(), index)
+            ahead = [a + b * half for a, b in zip(middle.z, v)]
+            ahead[index] = end
+            after = solution(m, ahead, index).box()
+            if not (tube.holds(z) and tube.holds(after) and good(tube)):
+                raise TestFails("the ends of a step leave it")
+        except TestFails:
+            if abs(step) < least:
+                raise
+            step = half
+        else:
+            yield tube, after
+            z, step = after, (half * 4).mid()
+
+
+def turning(m: Checked, z: list[arb], claim: list[arb], sense: int, at: str) -> list[arb]:
+    """Return balls with the limit position behind the pose z: there the driver turns back."""
+    v = solution(m, z).rates(z)
+    q = max(range(m.n), key=lambda k: abs(float(v[k].mid())) / (1 if k % 3 == 2 else m.size))
+
+    def good(tube: Tube) -> bool:  # one place at most where the driver stands still
+        v = tube.rates(tube.box())
+        return not v[LAST].contains(0) or not tube.bend(tube.box(), v).contains(0)
+
+    z = solution(m, z, q).box()
+    ahead = claim[q] - z[q]
+    for tube, after in follow(m, z, q, (z[q] + ahead * 2).mid(), good):
+        before, behind = (tube.rates(own)[LAST] * ahead * sense for own in (z, after))
+        if behind < 0 < before:
+            break
+        if not before > 0:
+            raise FalseClaim(at, "the driver moves away from it")
+        z = after
+    else:
+        raise FalseClaim(at, "the driver does not turn back there")
+    z = [a + b * (claim[q] - tube.z[q]) for a, b in zip(tube.z, tube.v)]
+    for _ in range(8):
+        near = solution(m, z, q)
+        z, v = near.z, near.rates(near.z)
+        z[q] = (z[q] - v[LAST] / near.bend(z, v)).mid()
+    near = Tube(m, solution(m, z, q).z, mids(v), arb(2) ** -60, q)
+    sides = [[a + b * t for a, b in zip(near.z, near.v)] for t in (near.half, -near.half)]
+    one, other = (solution(m, side, q).box() for side in sides)
+    signs = near.rates(one)[LAST] * near.rates(other)[LAST]
+    if not (tube.holds(one) and tube.holds(other) and signs < 0):
+        raise FalseClaim(at, "the place where the driver turns back is not found")
+    return near.box()
+
+
+def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
+    """Compare points and angles that are reported with a pose in balls, by the bounds reported."""
+    if not z:
+        raise FalseClaim(at, "is not where the path is")
+    bounds = part(claim, "bound", dict, at)
+    length, angle = (exact(bounds.get(k, "0"), f"{at}/bound/{k}") for k in ("length", "angle"))
+    length, angle = length + arb(2) ** -90, angle + arb(2) ** -90  # balls prove no equality
+    frames = {body: Placing(*z[3 * k : 3 * k + 3]) for k, body in enumerate(m.bodies)}
+    for name, place in part(claim, "points", dict, at).items():
+        body, _, point = name.partition(".")
+        own = zip(frames[body].point(m.points[body][point]), exacts(place, 2, f"{at}/{name}"))
+        if not (sum(((a - b) * (a - b) for a, b in own), ZERO) <= length * length and length >= 0):
+            raise FalseClaim(f"{at}/points/{name}", "further off than its bound")
+    for body, own in part(claim, "angles", dict, at).items():
+        if not abs(exact(own, f"{at}/angles/{body}") - frames[body].angle) <= angle:
+            raise FalseClaim(f"{at}/angles/{body}", "further off than its bound")
+
+
+def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-9) -> list[arb]:
+    """Compare a pose in balls with the place to look at that is written down for it."""
+    for k, (own, other) in enumerate(zip(z, m.claimed(claim, z[LAST], at))):
+        if not abs(own - other) <= within * (1 if k % 3 == 2 else m.size):
+            raise FalseClaim(f"{at}/bodies/{m.bodies[k // 3]}", f"more than {within} off the pose")
+    return z
+
+
+def sweep(m: Checked, data: Any) -> str:
+    """Check the steps of a path, its limit positions, and the poses on it."""
+    path = part(data, "path", dict, "certificate")
+    start = solution(m, m.claimed(path, exact(path.get("at"), "path/at"), "path"))
+    first = z = agrees(m, start.box(), path, "path")
+    tubes, ends = [Tube(m, start.z, start.v, arb(2) ** -110, m.n)], {}
+    for k, step in enumerate(part(path, "steps", list, "path")):
+        at = f"path/steps/{k}"
+        if not exact(part(step, "from", str, at), at) == z[LAST]:
+            raise FalseClaim(at, "does not begin where the step before it ends")
+        try:
+            for tube, after in follow(m, z, m.n, exact(step.get("to"), at)):
+                tubes.append(tube)
+                z = after
+        except TestFails as error:
+            raise FalseClaim(at, f"not proved from {z[LAST].str(12)} on: {error}") from None
+        agrees(m, z, step, at)
+    for end, sense, own in (("low", -1, first), ("high", 1, z)):
+        if path.get(end) is not None:
+            at = f"path/{end}"
+            u = exact(part(path[end], "at", str, at), at)
+            ends[end] = turning(m, own, m.claimed(path[end], u, at), sense, at)
+            if not abs(ends[end][LAST] - u) <= 1e-12 * m.unit:
+                raise FalseClaim(f"{at}/at", f"the limit position is at {ends[end][LAST].str(20)}")
+            agrees(m, ends[end], path[end], at, 1e-6)
+    for k, pose in enumerate(part(data, "poses", list, "certificate")):
+        at, status = f"poses/{k}", part(pose, "status", str, f"poses/{k}")
+        place = exact(part(pose, "at", str, at), at)
+        near = [tube for tube in tubes if abs(place - tube.z[LAST]) <= tube.half][LAST:]
+        if status == "ok" and near:
+            t = place - near[0].z[LAST]
+            ahead = [a + b * t for a, b in zip(near[0].z, near[0].v)]
+            z = solution(m, [*ahead[:LAST], place]).box()
+            compare(m, z if near[0].holds(z) else [], pose, at)
+        elif status == "limit" and pose.get("end") in ends:
+            z = ends[pose["end"]]
+            compare(m, z if abs(z[LAST] - place) <= 1e-12 * m.unit else [], pose, at)
+        elif status != "unassembled" or not (
+            ("low" in ends and place < ends["low"][LAST])
+            or ("high" in ends and place > ends["high"][LAST])):
+            raise FalseClaim(at, f"{status[:40]!r} is not what the path says of it")
+    return f"{len(tubes) - 1} steps, {len(data['poses'])} poses, {len(ends)} limit positions"
+
+
+def most(m: Checked, group: list[str], known: set[str]) -> int:
+    """Return how many complex poses a group has at most, by the theorems of the field."""
+    kinds, inner, driven = [], [], {f"{group[0]}.angle"}
+    for name, joint in m.joints.items():
+        ends = {body for body, _ in joint["ends"]}
+        if ends & set(group) and ends | {joint["carrier"]} <= known | set(group):
+            kinds.append(joint["kind"])
+            inner += [ends] if ends <= set(group) else []
+            driven |= {f"{name}.angle", f"{name}.slide"}
+    lower, slides = set(kinds) <= {"revolute", "prismatic"}, kinds.count("prismatic")
+    hubs = [body for body in group if sum(body in pair for pair in inner) == 3]
+    shape = (len(set(group) - known), len(kinds), len(inner), lower)
+    if shape == (1, 1, 0, True) and m.driver in driven:
+        return 1
+    if shape == (2, 3, 1, True):
+        return 2 if slides <= 1 else 1  # circles and lines: two in common; two lines: one
+    if shape[:3] == (1, 2, 0) and " ".join(sorted(kinds)) in SINGLE:
+        return SINGLE[" ".join(sorted(kinds))]
+    if shape == (4, 6, 3, True) and hubs and slides <= 2:
+        return 6  # a platform on three legs (Gosselin, Sefrioui and Richard 1992)
+    raise FalseClaim("groups", f"no theorem here tells how many poses {group} has")
+
+
+def alike(one: list[Any], other: list[Any]) -> bool:
+    """Whether two poses in balls may be one, whole turns aside."""
+    off = ((a - b) / 2 for a, b in zip(one, other))
+    return all((d if k % 3 < 2 else d.sin()).contains(0) for k, d in enumerate(off))
+
+
+def senses(m: Checked, groups: list[Any], z: list[arb]) -> Iterator[int]:
+    """Yield the sign of each group's determinant at a pose in balls."""
+    rows, seen = m.slopes(z)[1], {m.n}
+    for group in groups:
+        columns = [3 * m.bodies.index(body) + k for body in group for k in range(3)]
+        seen |= set(columns)
+        own, rows = [r for r in rows if r.keys() <= seen], [r for r in rows if not r.keys() <= seen]
+        det = arb_mat([[row.get(k, ZERO) for k in columns] for row in own]).det()
+        yield bool(det > 0) - bool(det < 0)
+
+
+def modes(m: Checked, data: Any) -> str:
+    """Check all poses at one value of the driver, and that there are no others."""
+    u, groups = exact(part(data, "at", str, "modes"), "at"), part(data, "groups", list, "modes")
+    count, known, told = 1, {"ground"}, dict[int, arb]()
+    found, real = list[list[Any]](), list[list[Any]]()
+    for group in groups:
+        count, known = count * most(m, group, known), known | set(group)
+    for k, own in enumerate(part(data, "complex", list, "certificate")):
+        z = [acb(*exacts(pair, 2, f"complex/{k}")) for pair in own] + [acb(u)]
+        tube = solution(m, z) if len(z) == m.n + 1 else None
+        if not tube or any(alike(tube.box()[:LAST], other) for other in found):
+            raise FalseClaim(f"complex/{k}", "no pose, or one that stands there twice")
+        if not all((a - b).abs_upper() < 1e-9 * (1 + m.size) for a, b in zip(z, tube.z)):
+            raise FalseClaim(f"complex/{k}", "more than 1e-9 off the pose")
+        found.append(tube.box()[:LAST])
+        if all(x.imag == 0 for x in tube.z):  # so is its mirror image, in the same balls: one
+            real.append(found[LAST])
+        elif all(x.imag.contains(0) for x in found[LAST]):
+            raise FalseClaim(f"complex/{k}", "neither real nor not")
+    if len(found) != count or known != {"ground", *m.bodies}:
+        raise FalseClaim("complex", f"{len(found)} poses, and not all {count} there are")
+    for k, mode in enumerate(part(data, "modes", list, "certificate")):
+        pose = agrees(m, solution(m, m.claimed(mode, u, f"modes/{k}")).box(), mode, f"modes/{k}")
+        compare(m, pose, mode, f"modes/{k}")
+        left = [own for own in real if not alike(own, [acb(x) for x in pose[:LAST]])]
+        if len(left) != len(real) - 1:
+            raise FalseClaim(f"modes/{k}", "stands there twice, or is none of the poses found")
+        real, labels = left, exacts(part(mode, "signs", list, f"modes/{k}"), len(groups), "signs")
+        for g, (sign, label) in enumerate(zip(senses(m, groups, pose), labels)):
+            if sign == 0 or label * sign != told.setdefault(g, label * sign):
+                raise FalseClaim(f"modes/{k}/signs/{g}", "does not fit those of the other modes")
+    if real:
+        raise FalseClaim("modes", f"{len(real)} poses are left out")
+    return f"{len(data['modes'])} modes, {count} complex poses"
+
+
+def check(path: str) -> str:
+    """Check a certificate and return what was proved; the first false claim raises `FalseClaim`."""
+    ctx.prec, ctx.cap, data = PRECISION, 3, read(path)
+    kind = part(data, "kind", str, "certificate")
+    if data.get("certificate") != VERSION or kind not in ("sweep", "modes"):
+        raise FalseClaim("certificate", f"not of version {VERSION}, or not a kind that is checked")
+    try:
+        return (sweep if kind == "sweep" else modes)(Checked(data.get("mechanism")), data)
+    except (TestFails, TypeError, AttributeError, LookupError, ValueError, ArithmeticError) as why:
+        raise FalseClaim("certificate", f"cannot be read or proved: {str(why)[:200]}") from None
+
+
+if __name__ == "__main__":
+    print(check(sys.argv[1]))

@@ -1,0 +1,72 @@
+"""All complex poses of a mechanism at one value of its driver, from random starts."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+from flint import acb, ctx
+
+from mechdae.certificates import check
+from mechdae.certificates.mechanism import as_text
+from mechdae.errors import UnavailableError
+
+STARTS = 400
+"""Starts for each pose that is sought."""
+
+
+def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[list[list[str]]]:
+    """Return places to look at for all complex poses, the real ones first: (re, im) of each number.
+
+    Raises
+    ------
+    UnavailableError
+        No theorem tells how many poses a group has, or random starts do not lead to all of them.
+    """
+    ctx.prec, ctx.cap = check.PRECISION, 3
+    m = check.Checked(content["mechanism"])
+    u = check.exact(content["at"], "at")
+    count, known = 1, {"ground"}
+    for group in content["groups"]:
+        try:
+            count *= check.most(m, group, known)
+        except check.FalseClaim:
+            raise UnavailableError(
+                "no certificate is written of modes of groups other than the driven link, dyads "
+                f"and platforms on three legs: {', '.join(group)}"
+            ) from None
+        known |= set(group)
+    found = _found(m, u, [[acb(v) for v in m.claimed(mode, u, "modes")] for mode in real], count)
+    if len(found) < count:
+        raise UnavailableError(
+            f"{len(found)} complex poses of {count} are found: others are singular or at infinity, "
+            "so no certificate is written"
+        )
+    return [[[as_text(x.real.mid()), as_text(x.imag.mid())] for x in pose[:-1]] for pose in found]
+
+
+def _found(m: check.Checked, u: Any, starts: list[Any], count: int) -> list[list[Any]]:
+    """Return up to `count` different poses in balls, from the starts and from random ones."""
+    rng, found = random.Random(7), list[list[Any]]()
+    for k in range(len(starts) + STARTS * count):
+        if len(found) == count:
+            break
+        z = starts[k] if k < len(starts) else _start(m, u, rng)
+        try:
+            pose = check.solution(m, z).box()
+        except check.TestFails:
+            continue
+        mirrored = [acb(x.real, -x.imag) for x in pose]
+        for own in (pose, mirrored):  # the mirror image of a pose is one
+            if not any(check.alike(own, other) for other in found):
+                found.append(own)
+    return found
+
+
+def _start(m: check.Checked, u: Any, rng: random.Random) -> list[Any]:
+    """Return a random complex place to begin from."""
+    z = []
+    for _ in m.bodies:
+        z += [acb(rng.gauss(0, m.size), rng.gauss(0, m.size)) for _ in range(2)]
+        z.append(acb(rng.uniform(-3.2, 3.2), rng.gauss(0, 0.7)))
+    return [*z, acb(u)]

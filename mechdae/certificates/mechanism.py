@@ -1,0 +1,125 @@
+"""The mechanism of a scene as a certificate has it: exact numbers, places of all its bodies."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from mechdae.describe.joints import Joint
+from mechdae.describe.mechanism import GROUND
+from mechdae.errors import UnavailableError
+from mechdae.model.reduction import Scene
+
+NAMES = {"pin-in-slot": "slot", "belt": "gear", "friction-wheel": "gear"}
+"""Kinds of joints whose equation is that of another one."""
+NUMBERS = {
+    "revolute": (),
+    "weld": ("turn",),
+    "prismatic": ("axis", "turn"),
+    "distance": ("length",),
+    "slot": ("axis",),
+    "gear": ("ratio", "phase"),
+    "rack": ("radius", "axis", "phase"),
+}
+
+
+def as_text(value: Any) -> str:
+    """Return a number as the exact text 'p/q'."""
+    return str(Fraction(value) if isinstance(value, Fraction) else Fraction(float(value)))
+
+
+def mechanism_of(scene: Scene) -> dict[str, Any]:
+    """Return bodies, joints and drivers of a scene.
+
+    Raises
+    ------
+    UnavailableError
+        A spatial mechanism, curves, superfluous equations.
+    """
+    mechanism = scene.model.mechanism
+    if mechanism.dimension != 2:
+        raise UnavailableError("no certificate is written of a spatial mechanism")
+    if len(scene.drivers) != 1:
+        raise UnavailableError("no certificate is written of a mechanism with several drivers")
+    if scene.redundant:
+        over = ", ".join(group.name for group in scene.redundant)
+        raise UnavailableError(f"no certificate is written of superfluous equations: {over}")
+    values = mechanism.values()
+    bodies = [body for group in scene.groups for body in group.bodies]
+    names = list(dict.fromkeys(name for group in scene.groups for name in group.joints))
+    points: dict[str, dict[str, list[str]]] = {body: {} for body in (GROUND, *bodies)}
+    joints = {}
+    for name in names:
+        joint = mechanism.joints[name]
+        joints[name] = _joint(joint, values)
+        for end in (joint.first, joint.second):
+            _add(points, end, values)
+    for reference in scene.selection.points:
+        _add(points, reference, values)
+    driver = scene.drivers[0].text
+    if driver.count(".") == 2:
+        _add(points, driver.rpartition(".")[0], values)
+    return {"bodies": points, "joints": joints, "driver": driver}
+
+
+def _add(points: dict[str, dict[str, list[str]]], reference: str, values: Any) -> None:
+    body, _, point = reference.partition(".")
+    if body in points:
+        points[body][point] = [as_text(values[f"{reference}.{axis}"]) for axis in "xy"]
+
+
+def _joint(joint: Joint, values: Any) -> dict[str, Any]:
+    kind = NAMES.get(joint.kind, joint.kind)
+    if kind not in NUMBERS:
+        raise UnavailableError(
+            f"no certificate is written of joints of kind '{joint.kind}'",
+            where=f"joints.{joint.name}",
+        )
+    own: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
+    numbers = {key: values.get(f"{joint.name}.{key}", 0.0) for key in NUMBERS[kind]}
+    if joint.kind == "friction-wheel":
+        radii = [Fraction(values[f"{joint.name}.{key}"]) for key in ("second_radius", "radius")]
+        numbers["ratio"] = joint.sense * radii[0] / radii[1]
+    elif joint.kind == "belt":
+        numbers["ratio"] *= joint.sense
+    carrier = getattr(joint, "carrier", None)
+    if carrier:
+        own["carrier"] = carrier
+    return own | {key: as_text(value) for key, value in numbers.items()}
+
+
+class Frames:
+    """Origin and angle of all bodies of a scene, in the frames of the file.
+
+    Origins are those of the file's frames: they follow from one point of each body.
+    """
+
+    def __init__(self, scene: Scene, points: dict[str, dict[str, list[str]]]) -> None:
+        model = scene.model
+        values, rows = model.mechanism.values(), []
+        self.bodies, self.p, locals_ = (
+            [body for body in points if body != GROUND],
+            model.p_values,
+            [],
+        )
+        for body in self.bodies:
+            reference = f"{body}.{next(iter(points[body]))}"
+            rows += [model.point(reference), model.frame(body).angle]
+            locals_.append([values[f"{reference}.{axis}"] for axis in "xy"])
+        self._local = np.array(locals_)
+        expression = ca.densify(scene.expression(ca.vertcat(*rows)))
+        self._function = ca.Function("frames", [scene.x, scene.u, model.p], [expression])
+
+    def at(self, x: Any, u: Any) -> dict[str, list[str]]:
+        """Return x, y, angle of each body as exact texts, at unknowns `x` and drivers `u`."""
+        place = np.array(self._function(x, u, self.p)).reshape(-1, 3)
+        cos, sin = np.cos(place[:, 2]), np.sin(place[:, 2])
+        a, b = self._local.T
+        origin = place[:, :2] - np.stack([cos * a - sin * b, sin * a + cos * b], axis=1)
+        return {
+            body: [as_text(v) for v in (*own, angle)]
+            for body, own, angle in zip(self.bodies, origin, place[:, 2], strict=True)
+        }

@@ -1,0 +1,171 @@
+"""Writes a certificate: the mechanism, the steps of its path and its poses as exact numbers."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+import mechdae
+from mechdae.certificates.mechanism import Frames, as_text, mechanism_of
+from mechdae.continuation.path import Path
+from mechdae.continuation.reachable_arc import Arc, arc_of
+from mechdae.describe.file.problem import Problem
+from mechdae.describe.tasks.kinds import Driver, Modes, Sweep
+from mechdae.errors import UnavailableError
+from mechdae.kinematics.modes_task import modes
+from mechdae.kinematics.prepared import Run, Setting, prepare
+from mechdae.kinematics.report import report
+from mechdae.kinematics.sweep import run
+from mechdae.results import Result, Status
+from mechdae.setup.drivers import plan
+
+
+def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
+    """Return the certificate of a task as plain data; it is not checked yet.
+
+    Raises
+    ------
+    UnavailableError
+        The task, or a joint of it, is none of those that certificates are written for.
+    """
+    task = problem.task(name)
+    content = {
+        "certificate": 1,
+        "mechdae": mechdae.__version__,
+        "problem": problem.name,
+        "task": name,
+    }
+    if isinstance(task, Sweep) and task.kind == "sweep":
+        return content | _sweep(problem, name, task)
+    if isinstance(task, Modes):
+        return content | _modes(problem, name, task)
+    raise UnavailableError(
+        f"no certificate is written of a task of kind '{task.kind}'",
+        where=f"tasks.{name}",
+        hint="tasks of kind sweep and modes have one",
+    )
+
+
+def mechanism_of_task(problem: Problem, name: str) -> dict[str, Any]:
+    """Return the mechanism of a task as its certificate has it."""
+    task = problem.task(name)
+    setting = prepare(problem, task) if isinstance(task, Sweep) else _at_pose(problem, task)[0]
+    return mechanism_of(setting.scene)
+
+
+def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
+    """Return path and poses of a sweep."""
+    where = f"tasks.{name}"
+    setting = prepare(problem, task)
+    mechanism = mechanism_of(setting.scene)
+    if setting.graphs.course:
+        raise UnavailableError("no certificate is written of a motion along laws", where=where)
+    done = run(setting, task)
+    if not isinstance(done.path, Path):
+        raise UnavailableError("no certificate is written of poses by name", where=where)
+    if done.path.zones:
+        raise UnavailableError(
+            "no certificate is written of a motion across change points", where=where
+        )
+    arc = arc_of(done.path)
+    return {
+        "kind": "sweep",
+        "mechanism": mechanism,
+        "path": _path(done.path, arc, Frames(setting.scene, mechanism["bodies"])),
+        "poses": _poses(report(problem, name, task, setting, done), done, arc),
+    }
+
+
+def _path(path: Path, arc: Arc, frames: Frames) -> dict[str, Any]:
+    """Return the nodes of a path inside its arc, and the limit positions that end it."""
+    nx, ends = path.graphs.nx, [end.s for end in arc.limits if end is not None]
+    nodes = [
+        {"at": as_text(s), "bodies": frames.at(state[:nx], np.array([s]))}
+        for s, state in zip(path.s, path.state, strict=True)
+        if arc.first <= s <= arc.last and s not in ends
+    ]
+    found: dict[str, Any] = {**nodes[0], "steps": []}
+    for before, after in pairwise(nodes):
+        step = {"from": before["at"], "to": after["at"], "bodies": after["bodies"]}
+        found["steps"].append(step)
+    for word, end in (("low", arc.low), ("high", arc.high)):
+        if end is not None and end.kind == "limit":
+            at = np.array([end.s])
+            found[word] = {"at": as_text(end.s), "bodies": frames.at(path.guess(at)[0], at)}
+    return found
+
+
+def _poses(result: Result, done: Run, arc: Arc) -> list[dict[str, Any]]:
+    """Return what is claimed of each pose: its place, points, angles, and their bounds.
+
+    Of poses that are reached whole turns of the driver away nothing is claimed.
+    """
+    found, values = [], done.values[:, 0]
+    ends = {-1: "low", 1: "high"}
+    for k, (value, met) in enumerate(zip(values, arc.met(values), strict=True)):
+        status = str(result.status[k])
+        on_path = arc.first <= value <= arc.last
+        claim = {"pose": k, "at": as_text(value), "status": status}
+        if status == Status.LIMIT.value and met:
+            found.append(claim | {"end": ends[met]} | reported(result, k))
+        elif status == Status.OK.value and on_path:
+            found.append(claim | reported(result, k))
+        elif status == Status.UNASSEMBLED.value and _beyond(arc, value):
+            found.append(claim)
+    return found
+
+
+def _beyond(arc: Arc, value: float) -> bool:
+    """Whether a driver value lies behind a limit position of the arc."""
+    low, high = (end is not None and end.kind == "limit" for end in arc.limits)
+    return (low and value < arc.first) or (high and value > arc.last)
+
+
+def reported(result: Result, k: int) -> dict[str, Any]:
+    """Return points, angles and bounds of a pose as they are reported."""
+    points = {
+        name: [as_text(v) for v in series.position[k]] for name, series in result.points.items()
+    }
+    angles = {name: as_text(series.angle[k]) for name, series in result.bodies.items()}
+    bound = {word: as_text(result.bound[word][k]) for word in result.bound}
+    return {"points": points, "angles": angles, "bound": bound}
+
+
+def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Any]:
+    """Return the scene of all bodies at the pose of a task of modes, and its driver value (1,)."""
+    numbers = plan(problem.mechanism, task)
+    if numbers.values is None or len(numbers.values) != 1 or len(numbers.coordinates) != 1:
+        raise UnavailableError("no certificate is written of modes with several drivers")
+    u = numbers.values[0]
+    driver = Driver(numbers.coordinates[0].text, at=(float(u[0]),), speed=0.0)
+    return prepare(problem, Sweep(drivers=(driver,), derivatives=0)), u
+
+
+def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
+    """Return all modes at one pose, and all complex poses, which prove that there are no others."""
+    from mechdae.certificates.complex_poses import complex_poses
+
+    setting, u = _at_pose(problem, task)
+    result = modes(problem, name, task)
+    mechanism = mechanism_of(setting.scene)
+    frames = Frames(setting.scene, mechanism["bodies"])
+    every, _, _ = setting.assembler.modes(u, by_paths=True)
+    if task.limit is not None and len(result.status) < len(every):
+        raise UnavailableError("no certificate is written of some modes only", where="limit")
+    groups = setting.scene.groups
+    labelled = [setting.assembler.labelled(group) for group in groups]
+    found = []
+    for k, mode in enumerate(every):
+        labels = iter(mode.labels)
+        signs = [str(int(next(labels)[0] + "1")) if own else "1" for own in labelled]
+        claim = {"label": mode.label, "signs": signs, "bodies": frames.at(mode.x, u)}
+        found.append(claim | reported(result, k))
+    content = {
+        "kind": "modes",
+        "at": as_text(u[0]),
+        "mechanism": mechanism,
+        "groups": [list(group.bodies) for group in groups],
+    }
+    return content | {"modes": found, "complex": complex_poses(content, found)}

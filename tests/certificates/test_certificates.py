@@ -1,0 +1,180 @@
+"""Certificates: what is written stands the check, what was altered does not."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+import json
+import random
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import mechdae as md
+from mechdae.errors import InputError, SolveError, UnavailableError
+from tests.shared.altered import KINDS, alter
+from tests.shared.command import run
+from tests.shared.paths import ROOT
+
+pytest.importorskip("flint", reason="python-flint is not installed")
+CASES = {
+    "limits": ("four-bar-double-rocker", "window", 19),
+    "branches": ("gorshkov-seven-link", "pose", None),
+    "gears": ("planetary-gear-train", "turn", 13),
+    "slides": ("scotch-yoke", "turn", 13),
+    "modes": ("gorshkov-seven-link", "modes", None),
+    "platform": ("triad-six-modes", "modes", None),
+}
+
+
+@pytest.fixture(scope="module")
+def written() -> dict[str, dict[str, Any]]:
+    found = {}
+    for word, (name, task, poses) in CASES.items():
+        problem = md.load(name)
+        if poses:
+            own = problem.tasks[task]
+            problem = problem.with_task(task, replace(own, poses=poses))
+        found[word] = md.certify(problem, task)
+    return found
+
+
+@pytest.mark.parametrize("word", CASES)
+def test_certificates_are_checked(word: str, written: Any, tmp_path: Path) -> None:
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(written[word]))
+    assert md.check_certificate(path)
+
+
+def test_altered_certificates_are_refused(written: Any, tmp_path: Path) -> None:
+    """A number by 1e-6, a step or a mode left out, ...: refused, and it is said where."""
+    from mechdae.certificates import check
+
+    rng, seen, path = random.Random(5), set(), tmp_path / "c.json"
+    for word, kind in itertools.product(("limits", "modes", "platform"), (*KINDS, "number")):
+        other, what = alter(written[word], kind, rng)
+        if what:
+            seen.add(kind)
+            path.write_text(json.dumps(other))
+            passes = f"{word}, {kind}, {what}"
+            with pytest.raises(check.FalseClaim, match=r"^\S+: .+") as refused:
+                passes = check.check(str(path))
+            assert refused.value, passes
+    assert seen == set(KINDS)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        '{"certificate": 2, "kind": "sweep"}',
+        '{"certificate": 1, "kind": "sweep"}',
+        '{"certificate": 1, "kind": "sweep", "kind": "modes"}',
+        '{"certificate": 1, "kind": "hope", "mechanism": {}}',
+        '{"certificate": 1, "kind": "sweep", "mechanism": {"bodies": {}, "joints": {}}}',
+        "[" * 100_000,
+        '{"certificate": 1, "kind": "sweep", "mechanism": NaN}',
+        "\xff\xfe",
+    ],
+)
+def test_what_is_no_certificate_is_refused(text: str, tmp_path: Path, capsys: Any) -> None:
+    path = tmp_path / "c.json"
+    path.write_bytes(text.encode("latin-1"))
+    code, out, err = run(capsys, "certify", "--check", str(path))
+    assert (code, out) == (1, "")
+    assert "refused" in err
+
+
+def test_numbers_that_are_none_are_refused_with_their_place(written: Any, tmp_path: Path) -> None:
+    path = tmp_path / "c.json"
+    for bad in (1.5, "1e5", "1/0", "nan", "9" * 2000, None, ["1"], "١"):
+        own = json.loads(json.dumps(written["branches"]))
+        own["mechanism"]["bodies"]["crank"]["A"][0] = bad
+        path.write_text(json.dumps(own))
+        with pytest.raises(SolveError, match="mechanism/bodies/crank/A/0"):
+            md.check_certificate(path)
+
+
+def test_long_files_are_not_read(written: Any, tmp_path: Path, monkeypatch: Any) -> None:
+    from mechdae.certificates import check
+
+    monkeypatch.setattr(check, "MOST_BYTES", 1000)
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(written["branches"]))
+    with pytest.raises(check.FalseClaim, match="longer than 1000 bytes"):
+        check.check(str(path))
+
+
+def test_bounds_that_are_too_small_are_refused(written: Any, tmp_path: Path) -> None:
+    """Bounds a hundred times as small are smaller than some error."""
+    own = json.loads(json.dumps(written["branches"]))
+    own["poses"][0]["bound"] = {
+        "length": "1/10000000000000000000",
+        "angle": "1/10000000000000000000",
+    }
+    path = tmp_path / "c.json"
+    path.write_text(json.dumps(own))
+    with pytest.raises(SolveError, match="further off than its bound"):
+        md.check_certificate(path)
+
+
+def test_from_the_command_line(capsys: Any, tmp_path: Path) -> None:
+    path = str(tmp_path / "pose.json")
+    code, out, err = run(capsys, "certify", "gorshkov-seven-link", "--task", "pose", "--out", path)
+    assert (code, out.strip()) == (0, path)
+    code, out, err = run(capsys, "certify", "--check", path)
+    assert code == 0
+    assert "proved" in out
+    code, out, err = run(capsys, "certify", "gorshkov-seven-link", "--check", path)
+    assert code == 0
+    changed = ("--set", "OA=0.1717")
+    code, out, err = run(capsys, "certify", "gorshkov-seven-link", *changed, "--check", path)
+    assert code == 1
+    assert "mechanism/bodies/" in err
+    code, out, err = run(capsys, "certify", "four-bar-crank-rocker", "--check", path)
+    assert code == 2
+    assert "another problem" in err
+    for words in ((), ("gorshkov-seven-link",), ("--check", path, "--out", path)):
+        assert run(capsys, "certify", *words)[0] == 2
+    assert run(capsys, "certify", "gorshkov-seven-link", "--out", str(tmp_path))[0] == 2
+    assert [entry.name for entry in tmp_path.iterdir()] == ["pose.json"]
+
+
+@pytest.mark.parametrize(
+    ("name", "task", "says"),
+    [
+        ("rssr", "turn", "spatial"),
+        ("cam-roller-follower", "turn", "curve"),
+        ("parallelogram-three-cranks", "turn", "superfluous"),
+        ("change-point-parallelogram", "turn", "change points"),
+        ("pantograph", None, "several drivers"),
+        ("geared-five-bar", "modes", "crank, coupler, rocker"),
+        ("slider-crank-friction", "cycle", "reactions"),
+    ],
+)
+def test_what_has_no_certificate_is_refused_by_name(name: str, task: str, says: str) -> None:
+    with pytest.raises(UnavailableError, match=says):
+        md.certify(name, task)
+    assert issubclass(UnavailableError, InputError)
+
+
+def test_the_checker_shares_nothing_and_is_short() -> None:
+    """It imports flint and the standard library, and has at most 400 lines of code."""
+    text = (ROOT / "mechdae" / "certificates" / "check.py").read_text(encoding="utf-8")
+    tree, quoted = ast.parse(text), set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            assert {alias.name for alias in node.names} <= {"json", "re", "sys"}
+        if isinstance(node, ast.ImportFrom):
+            assert node.module in {"__future__", "collections.abc", "typing", "flint"}
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            quoted |= set(range(node.lineno, node.end_lineno + 1))
+    lines = [
+        line
+        for k, line in enumerate(text.splitlines(), 1)
+        if line.strip() and not line.strip().startswith("#") and k not in quoted
+    ]
+    assert len(lines) <= 400

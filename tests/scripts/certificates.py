@@ -1,0 +1,108 @@
+"""Certificates of all predefined sweeps and modes, checked; 200 planted alterations, all refused.
+
+    python -m tests.scripts.certificates --alterations 200 --out docs/data/certificates.json
+
+Times are those of the processor. The exit code is 1 where a certificate that was written is
+refused, or an altered one is not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import mechdae as md
+from mechdae.certificates import as_json, check
+from mechdae.certificates.write import certificate_of
+from mechdae.describe.file import library
+from mechdae.errors import MechdaeError
+from tests.shared.altered import KINDS, alter
+
+ALTERED = (
+    ("gorshkov-seven-link", "window"),
+    ("four-bar-double-rocker", "window"),
+    ("gorshkov-seven-link", "modes"),
+    ("triad-six-modes", "modes"),
+)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--alterations", type=int, default=200)
+    parser.add_argument("--out")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "certificate.json"
+        tasks = [row for name in library.names() for row in rows(name, path)]
+        passed = [what for what in alterations(options.alterations, path) if what]
+    written = [row for row in tasks if "proved" in row]
+    refused = [row for row in tasks if "refused" in row]
+    found: dict[str, Any] = {
+        "tasks": len(tasks),
+        "written": len(written),
+        "refused": refused,
+        "seconds_sweeps": round(sum(row["solve"] for row in written), 2),
+        "seconds_written": round(sum(row["write"] for row in written), 2),
+        "seconds_checked": round(sum(row["check"] for row in written), 2),
+        "alterations": {"count": options.alterations, "passed": passed},
+        "rows": tasks,
+    }
+    if options.out:
+        Path(options.out).write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    print({key: value for key, value in found.items() if key != "rows"})
+    return 1 if refused or passed else 0
+
+
+def rows(name: str, path: Path) -> list[dict[str, Any]]:
+    """Return for each sweep and task of modes of a problem what became of its certificate."""
+    problem, found = md.load(name), []
+    for task, entry in problem.tasks.items():
+        if entry.kind not in ("sweep", "modes"):
+            continue
+        row: dict[str, Any] = {"problem": name, "task": task}
+        start = time.process_time()
+        md.solve(problem, task)
+        row["solve"] = round(time.process_time() - start, 3)
+        start = time.process_time()
+        try:
+            path.write_text(as_json(certificate_of(problem, task)), encoding="utf-8")
+        except MechdaeError as error:
+            found.append(row | {"not_written": error.what})
+            continue
+        row |= {"write": round(time.process_time() - start, 3), "bytes": path.stat().st_size}
+        start = time.process_time()
+        try:
+            row["proved"] = check.check(str(path))
+        except check.FalseClaim as refused:
+            row["refused"] = str(refused)
+        found.append(row | {"check": round(time.process_time() - start, 3)})
+        print(found[-1], file=sys.stderr, flush=True)
+    return found
+
+
+def alterations(count: int, path: Path) -> list[str]:
+    """Return by alteration what passed the check although it is false; "" where it was refused."""
+    contents = [certificate_of(md.load(name), task) for name, task in ALTERED]
+    rng, found = random.Random(11), list[str]()
+    while len(found) < count:
+        content = contents[len(found) % len(contents)]
+        kind = rng.choice((*KINDS, *["number"] * len(KINDS)))
+        other, what = alter(content, kind, rng)
+        if not what:
+            continue
+        path.write_text(as_json(other), encoding="utf-8")
+        try:
+            found.append(f"{content['task']}: {kind} {what}: {check.check(str(path))}")
+        except check.FalseClaim:
+            found.append("")
+    return found
+
+
+if __name__ == "__main__":
+    sys.exit(main())
