@@ -22,6 +22,8 @@ from mechdae.errors import MechdaeError
 from tests.shared.player import Player
 
 POSES, SETS, APART, FRAMES = 37, 60, 0.12, 500
+LONGEST = 60_000
+"""Milliseconds after which a page is pulled no further."""
 VARIED = ("four-bar-crank-rocker", "four-bar-double-rocker", "gorshkov-seven-link", "jansen-leg",
           "triad-six-modes", "slider-crank", "watt-six-bar", "stephenson-six-bar", "klann-leg",
           "oscillating-cylinder")  # fmt: skip
@@ -54,11 +56,13 @@ return SETS.map(([theta, places]) => {
 });
 """
 PULLED = """
-let seed = 12345, worst = 0, moved = 0, ended = 0, unnamed = 0;
+let seed = 12345, worst = 0, frames = 0, moved = 0, ended = 0, unnamed = 0;
+const begun = Date.now();
 const random = () => { seed = (1103515245 * seed + 12345) % 2147483648; return seed / 2147483648; };
 const coarse = session.sample.bind(session);
 session.sample = () => coarse(25);
-for (let k = 0; k < FRAMES && session.theta.length; k += 1) {
+while (frames < FRAMES && session.theta.length && Date.now() - begun < LONGEST) {
+  frames += 1;
   const theta = [...session.theta];
   const i = Math.floor(random() * theta.length);
   const wild = random() < 0.1 ? 1e3 * (random() - 0.5) : 0.2 + 2.5 * random();
@@ -79,7 +83,7 @@ for (let k = 0; k < FRAMES && session.theta.length; k += 1) {
     now.forEach((own, j) => { worst = Math.max(worst, Math.abs(own - lengths[j]) / size); });
   }
 }
-return { worst, moved, ended, unnamed };
+return { worst, frames, moved, ended, unnamed };
 """
 
 
@@ -109,6 +113,8 @@ def as_python(name: str, page: md.Page, player: Player) -> dict[str, Any]:
             series = {ref: np.asarray(getattr(own, rate))[k] for ref, own in result.points.items()}
             known = {ref: own for ref, own in series.items() if ref in pose["points"]}
             size = max((np.abs(own).max() for own in known.values()), default=0.0)
+            natural = page.data["start"]["scale"] * abs(page.data["speed"]) ** order
+            size = size if size > 1e-9 * natural else natural  # of what stands still
             for ref, own in known.items():
                 miss = np.abs(np.array(pose["points"][ref][order], float) - own).max()
                 worst[rate] = max(worst[rate], float(miss / size) if size else float(miss))
@@ -125,7 +131,8 @@ def as_python(name: str, page: md.Page, player: Player) -> dict[str, Any]:
 def changed(name: str, page: md.Page, player: Player) -> dict[str, Any]:
     """Return how other dimensions that the page follows differ from what Python assembles."""
     task, sliders = page.data["task"], page.data["sliders"]
-    solver, truths = md.Solver(name, task), []
+    solver, truths, others = md.Solver(name, task), [], 0
+    own_mode = solver().summary.get("mode")
     for row in np.random.default_rng(20).uniform(-1, 1, (SETS, len(sliders))):
         values = {
             own["name"]: own["value"] * (1 + APART * u) for own, u in zip(sliders, row, strict=True)
@@ -134,12 +141,22 @@ def changed(name: str, page: md.Page, player: Player) -> dict[str, Any]:
             truth = solver(**values)
         except MechdaeError:
             continue
+        if truth.summary.get("mode") != own_mode:  # the sketch is nearer to another one there
+            others += 1
+            continue
         rows = np.flatnonzero(truth.status == "ok")[5::21]
         places = truth.drivers[page.data["driver"]["name"]].position[rows].tolist()
         truths.append((list(values.values()), truth, rows, places))
     sets = json.dumps([[theta, places] for theta, _, _, places in truths])
     found = player.asks(page, CHANGED.replace("SETS", sets))
-    figures = {"sets": len(truths), "compared": 0, "missing": 0, "differ": 0, "limits": 0}
+    figures = {
+        "sets": len(truths),
+        "other_modes": others,
+        "compared": 0,
+        "missing": 0,
+        "differ": 0,
+        "limits": 0,
+    }
     worst = apart = 0.0
     for (_, truth, rows, _), (t, poses, ends) in zip(truths, found, strict=True):
         for wanted, own in zip(truth.summary.get("limits") or (None, None), ends, strict=True):
@@ -176,7 +193,9 @@ def main() -> None:
             if not page.data["live"]:
                 continue
             own = {"poses": as_python(name, page, player)}
-            own["pulled"] = player.asks(page, PULLED.replace("FRAMES", str(FRAMES)))
+            own["pulled"] = player.asks(
+                page, PULLED.replace("FRAMES", str(FRAMES)).replace("LONGEST", str(LONGEST))
+            )
             if name in VARIED:
                 own["changed"] = changed(name, page, player)
             table[name] = own
@@ -191,8 +210,10 @@ def main() -> None:
         },
         "other": sum(own["poses"]["other"] for own in table.values()),
         "gap": float(f"{max(own['pulled']['worst'] for own in table.values()):.2g}"),
+        "frames": sum(own["pulled"]["frames"] for own in table.values()),
         "unnamed": sum(own["pulled"]["unnamed"] for own in table.values()),
         **{key: sum(own[key] for own in varied) for key in ("sets", "compared", "missing")},
+        "other_modes": sum(own["other_modes"] for own in varied),
         "differ": sum(own["differ"] for own in varied),
         "limits": sum(own["limits"] for own in varied),
         "limits_apart": max((own["limit"] for own in varied), default=0.0),

@@ -297,6 +297,7 @@ export class Session {
   dimension(theta) {
     this.settle();
     const from = [...this.theta];
+    const before = { theta: from, s: this.s, mode: this.mode, anchor: this.motion.anchor };
     let pose = this.pose;
     if (pose.status !== "ok") pose = this.poses.find((other) => other.status === "ok");
     if (!pose) return 0;
@@ -319,6 +320,12 @@ export class Session {
     if (!this.within(this.s)) this.s = Math.min(Math.max(this.s, this.range[0]), this.range[1]);
     this.sample();
     this.reason = "";
+    const lost = this.pose.status !== "ok" && !this.poses.some((other) => other.status === "ok");
+    if (lost) {
+      // a pose between two limit positions that nothing is proved from
+      best = { ...best, t: 0, opened: best.opened ?? 0 };
+      this.restore(before);
+    }
     if (best.t < 1) {
       const block = this.data.start.blocks[best.opened];
       this.reason = block ? `${block.group} ${this.words("opens")} ${block.joint}` : this.words("unreal");
