@@ -41,7 +41,7 @@ def key(
 
 
 WITH_UNIT = (
-    "number", "expression", "law", "numbers", "pair", "pairs", "points", "free", "start",
+    "number", "expression", "law", "numbers", "pair", "pairs", "places", "points", "free", "start",
     "freedoms", "lists", "coordinates", "components", "inertia", "moment",
 )  # fmt: skip
 """Kinds of values whose keys may end in a unit."""
@@ -97,7 +97,7 @@ def evaluated(value: Any, known: Mapping[str, float]) -> Any:
     return evaluate(value, known)
 
 
-EVALUATED = ("number", "numbers", "pair", "pairs", "triples")
+EVALUATED = ("number", "numbers", "pair", "pairs", "places", "poses")
 """Kinds of values that are numbers, or expressions over the parameters."""
 LARGEST = 1e100
 """Largest number in a description: squares and products of numbers stay finite."""
@@ -203,13 +203,17 @@ def inertia(value: Any) -> Number | tuple[Number, ...]:
     return numbers(items)
 
 
-def numbers_in_rows(value: Any, size: int) -> tuple[tuple[Number, ...], ...]:
-    """Return rows of as many numbers or expressions, two rows at least."""
+def numbers_in_rows(value: Any, sizes: tuple[int, ...]) -> tuple[tuple[Number, ...], ...]:
+    """Return rows of as many numbers or expressions, all of one of the sizes, two at least."""
+    words = " or ".join(map(str, sizes))
+    own = sizes
 
     def row(item: Any) -> tuple[Number, ...]:
+        nonlocal own, words
         items = numbers(item)
-        if len(items) != size:
-            raise InputError(f"{size} numbers are needed, here are {len(items)}")
+        if len(items) not in own:
+            raise InputError(f"{words} numbers are needed, here are {len(items)}")
+        own, words = (len(items),), str(len(items))
         return items
 
     result = tuple(each(sequence(value), row))
@@ -378,8 +382,9 @@ COERCE: dict[str, Callable[[Any], Any]] = {
     "direction": direction,
     "moment": moment,
     "inertia": inertia,
-    "pairs": partial(numbers_in_rows, size=2),
-    "triples": partial(numbers_in_rows, size=3),
+    "pairs": partial(numbers_in_rows, sizes=(2,)),
+    "places": partial(numbers_in_rows, sizes=(2, 3)),
+    "poses": partial(numbers_in_rows, sizes=(3, 7)),
     "rows": rows,
     "names": names,
     "points": points,

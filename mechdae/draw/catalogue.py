@@ -147,9 +147,10 @@ PICTURES: Mapping[str, Picture] = {
         "mechdae.draw.designs.design",
         "a design of a synthesis with its targets",
         of=("designs",),
-        options=("labels", "lang", "design"),
+        options=("labels", "lang", "design", "view"),
         hint=_DESIGNS,
         first=("synthesis",),
+        in_space="mechdae.draw.designs.spatial_design",
     ),
     "front": Picture(
         "mechdae.draw.designs.front",
@@ -166,6 +167,7 @@ PICTURES: Mapping[str, Picture] = {
         options=("lang",),
         hint=_DESIGNS,
         first=("synthesis",),
+        in_space="mechdae.draw.designs.compare",
     ),
     "convergence": Picture(
         "mechdae.draw.designs.convergence",
@@ -174,6 +176,7 @@ PICTURES: Mapping[str, Picture] = {
         options=("lang",),
         hint=_DESIGNS,
         first=("synthesis",),
+        in_space="mechdae.draw.designs.convergence",
     ),
     "census": Picture(
         "mechdae.draw.designs.census",
@@ -182,6 +185,7 @@ PICTURES: Mapping[str, Picture] = {
         options=("lang",),
         hint=_DESIGNS,
         first=("synthesis",),
+        in_space="mechdae.draw.designs.census",
     ),
 }  # fmt: skip
 """Kind -> picture."""

@@ -71,7 +71,9 @@ def placed(problem: Problem, task: str) -> Iterator[None]:
         raise
 
 
-IN_SPACE = ("sweep", "modes", "reactions", "motion", "equilibrium", "study", "sensitivity")
+IN_SPACE = (
+    "sweep", "modes", "reactions", "motion", "equilibrium", "synthesis", "study", "sensitivity",
+)  # fmt: skip
 """Kinds of tasks that are computed of spatial mechanisms."""
 
 

@@ -326,7 +326,7 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
     found, _ = design.turn
     if found is None:
         return []
-    defects = []
+    mechanism, defects = search.problem.mechanism, []
     measured = found.summary.get("transmission", {})
     for asked in search.space.held_over_turn:
         dyad = search.space.dyad(asked.between)
@@ -346,7 +346,7 @@ def _missed_limits(search: Search, design: Design) -> list[str]:
         for point in box.points:
             places = found.points[point].position
             slack = 2e-3 * search.size
-            for axis, (low, high) in enumerate(box.bounds):
+            for axis, (low, high) in enumerate(box.bounds(mechanism.axes)):
                 if places[:, axis].min() < low - slack or places[:, axis].max() > high + slack:
                     defects.append(f"{point} leaves its box")
     return defects

@@ -19,6 +19,7 @@ from mechdae.measures.transmission import Dyad, dyads
 from mechdae.model.model import Model
 from mechdae.model.parameters import parameters_of
 from mechdae.model.reduction import Scene, scene
+from mechdae.model.tree.choice import model_of
 
 SX = ca.SX
 SINE = "sine of "
@@ -51,8 +52,8 @@ class FreePoses:
         asks: Callable[[Model], Mapping[str, Any]],
     ) -> None:
         self.mechanism, self.free = mechanism, list(free)
-        self.model = Model(mechanism, free=free)
         c = coordinate(mechanism, driver)
+        self.model = model_of(mechanism, (c,), free)
         self.scene: Scene = scene(self.model, (c,), tuple(bodies))
         for group in self.scene.redundant:
             raise UnavailableError(
@@ -63,7 +64,7 @@ class FreePoses:
         g = self.graphs
         values = SX.sym("free", len(self.free))
         p = parameters_of(self.model, self.free, values)
-        self.dyads = dyads(self.scene)
+        self.dyads = dyads(self.scene) if mechanism.dimension == 2 else []
         self.asked = {name: SX(e) for name, e in asks(self.model).items()}
         self.asked |= {SINE + d.joint: d.sine for d in self.dyads if self.branch_of(d) is None}
         residuals, signs = [], []
@@ -80,6 +81,9 @@ class FreePoses:
                 size *= column
             det = inverse(J)[1] if graph.size <= 4 else ca.det(J)
             signs.append(det / size)
+        self.senses = slice(len(signs), None)
+        """Places among the branches of what is positive at every pose: senses of axes."""
+        signs += [self._over_graphs(value) for value in self._senses()]
         names, parts = list(self.asked), list(self.asked.values())
         asked = self._over_graphs(ca.vertcat(*parts) if parts else SX(0, 1))
         self._spans, start = {}, 0
@@ -90,7 +94,20 @@ class FreePoses:
         inside = ca.Function("inside", [g.x, g.u, g.p], columns)
         results = list(inside(g.x, g.u, p))
         self.function = without_repeats("pose", [g.x, g.u, values], results)
-        self.nb = len(g.blocks)
+        self.nb = len(signs)
+
+    def _senses(self) -> list[Any]:
+        """Return what is positive at a pose in space: cut joints hold with half turns too."""
+        joints = {name for group in self.scene.groups for name in group.joints}
+        every: list[tuple[str, Any]] = getattr(self.model, "senses", [])
+        return [value for name, value in every if name in joints]
+
+    @cached_property
+    def margins(self) -> Any:
+        """Which branches (nb,) are determinants, that keep off zero; the others are senses."""
+        found = np.ones(self.nb)
+        found[self.senses] = 0.0
+        return found
 
     def part(self, stacked: Any, name: str) -> Any:
         """Return one of the asked values out of all, stacked along the last axis of arrays."""

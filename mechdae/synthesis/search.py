@@ -91,7 +91,11 @@ class Search:
             return found
 
         whole = [*bodies, *boxed, *held]
-        outputs = [name if "." in name else f"{name}.angle" for name in dict.fromkeys(whole)]
+        in_plane = problem.mechanism.dimension == 2
+        outputs = [
+            name if "." in name or not in_plane else f"{name}.angle"
+            for name in dict.fromkeys(whole)
+        ]
         poses = FreePoses(problem.mechanism, self.asked.driver, names, outputs, asks)
         self.space = DesignSpace(poses, self.asked, self.size, bool(self._runs))
         self.spread = Spread(self.space)

@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from mechdae.describe.coordinate_kinds import UNIT
 from mechdae.describe.tasks.constraints import Box, RatioConstraint, TransmissionAngle
 from mechdae.describe.tasks.synthesis import Demand
 from mechdae.errors import InputError
@@ -28,6 +29,8 @@ FAR = 100.0
 """The same for lengths among the unknowns, in sizes of the mechanism."""
 BRANCH = 1e-6
 """Least |determinant| of a pose relative to its columns, sin(theta4 - theta3) of a four-bar."""
+WELL = 1e-3
+"""The same over a whole turn, between whose nodes nothing is asked."""
 WATCHED = 4
 """Poses of a turn, beside its nodes, at which a transmission angle is least."""
 CLASSES = ("crank-rocker", "drag-link")
@@ -68,7 +71,7 @@ class DesignSpace:
         found, still = np.ones(n, bool), np.ones(n, bool)
         for _ in range(2):
             d = np.concatenate([generator.uniform(low, high), self.middle[n:]])
-            x = generator.uniform(-2, 2, poses.nx) * np.where(self.turns, 1.0, self.size)
+            x = generator.uniform(-2, 2, poses.nx) * self.natural
             u = float(generator.uniform(0, 6))
 
             def parts(at: Any, x: Any = x, u: float = u) -> Any:
@@ -142,10 +145,16 @@ class DesignSpace:
         """Which unknowns of a pose are angles (nx,)."""
         return self.poses.scene.unknowns.turns
 
+    @cached_property
+    def natural(self) -> Any:
+        """Sizes of the unknowns of a pose (nx,): one for angles and quaternions."""
+        unknowns = self.poses.scene.unknowns
+        return np.where(self.turns | unknowns.of_kind(UNIT), 1.0, self.size)
+
     def pose_variables(self, nlp: Nlp, name: str, count: int) -> Any:
         """Add the unknowns of poses, (nx, count)."""
-        bound = np.tile(np.where(self.turns, WIDE, FAR * self.size), count)
-        scale = np.tile(np.where(self.turns, 1.0, self.size), count)
+        bound = np.tile(np.where(self.turns, WIDE, FAR * self.natural), count)
+        scale = np.tile(self.natural, count)
         x = nlp.variable(name, self.poses.nx * count, -bound, bound, scale)
         return ca.reshape(x, self.poses.nx, count)
 
@@ -153,7 +162,7 @@ class DesignSpace:
         """Add closure and branch of a pose, and limits that hold at all; return asked values."""
         F, branch, values = self.poses.function(x, u, d)
         nlp.constrain("closure", F / self.units)
-        nlp.constrain("branch", sigma * branch, BRANCH, np.inf)
+        nlp.constrain("branch", sigma * branch, BRANCH * self.poses.margins, np.inf)
         for asked in self.held_at_poses:
             sine = self.poses.sine(self.dyad(asked.between), branch, values, sigma)
             nlp.constrain("transmission", sine, np.sin(asked.min), np.inf)
@@ -241,7 +250,10 @@ class DesignSpace:
                 if around is not None:
                     last, after = (self.poses.part(other, point) / self.size for other in around)
                     place = place - (last - 2 * place + after) / 8
-                low, high = (bound / self.size for bound in np.transpose(box.bounds))
+                low, high = (
+                    bound / self.size
+                    for bound in np.transpose(box.bounds(self.poses.mechanism.axes))
+                )
                 nlp.constrain(f"box of {point}", place, low, high, self.size)
 
     # -- limits of the design ------------------------------------------------------------------
@@ -338,7 +350,8 @@ class DesignSpace:
             if k < self.NODES:
                 every.append(values)
             if not self.single_loop:
-                nlp.constrain("determinants over the turn", sigma * branch, 1e-3, np.inf)
+                low = WELL * self.poses.margins
+                nlp.constrain("determinants over the turn", sigma * branch, low, np.inf)
             for asked in self.watched_limits:
                 sine = self.poses.sine(self.dyad(asked.between), branch, values, sigma)
                 nlp.constrain("transmission", sine, np.sin(asked.min), np.inf)

@@ -10,18 +10,20 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from mechdae.describe.coordinate_kinds import ANGLE
+from mechdae.describe.coordinate_kinds import ANGLE, UNIT
+from mechdae.describe.coordinates import Selection
 from mechdae.describe.file.problem import Problem
 from mechdae.describe.table import Table
 from mechdae.describe.tasks.constraints import Box
 from mechdae.describe.tasks.kinds import Driver, Sweep, Synthesis, Task
 from mechdae.errors import MechdaeError
-from mechdae.kinematics.sweep import sweep
-from mechdae.model.coordinates import Coordinate
+from mechdae.kinematics.prepared import prepare
+from mechdae.kinematics.report import report
+from mechdae.kinematics.sweep import run, sweep
 from mechdae.model.parameters import parameters_of
-from mechdae.model.space import PLANE
 from mechdae.records import dataclass
 from mechdae.results import FINE, Result, Status
+from mechdae.results.rotations import matrices
 from mechdae.solver.solve import solve
 from mechdae.studies.sensitivity import sharp
 from mechdae.synthesis.space import DesignSpace
@@ -49,13 +51,17 @@ def sketched(
     values = [float(v) for v in (at, own, 0.0) if isinstance(v, (int, float))]
     for u in dict.fromkeys(values):
         task = Sweep(Driver(driver.text, at=(u,)), derivatives=0)
+        whole = Problem(mechanism, Table({"own": task}))
         try:
-            found = sweep(Problem(mechanism, Table({"own": task})), "own", task)
+            setting = prepare(whole, task)
+            found = run(setting, task)
+            status = report(whole, "own", task, setting, found).status[0]
         except MechdaeError:
             continue
-        if found.status[0] != Status.OK:
+        if status != Status.OK:
             continue
-        x = np.array([_coordinate(mechanism, found, c) for c in poses.scene.unknowns])
+        known = setting.assembler.coordinates(found.poses.x[0], np.array([u]))
+        x = np.array([known.get(key, np.nan) for key in poses.x_names])
         if np.isfinite(x).all():
             return u, x
     return None
@@ -64,24 +70,6 @@ def sketched(
 def driven(coordinate: str, low: float, high: float) -> Driver:
     """Return a driver over a range, or at the one value that it is."""
     return Driver(coordinate, at=(low,)) if low == high else Driver(coordinate, from_=low, to=high)
-
-
-def _coordinate(mechanism: Any, found: Result, c: Coordinate) -> float:
-    """Return a coordinate of a body, or of a joint that has its own, at the first pose."""
-    part = c.owner
-    if part not in found.bodies:
-        own = found.joints.get(part, {})
-        return float(own[c.name][0]) if c.name in own else np.nan
-    angle = float(found.bodies[part].angle[0])
-    if c.kind is ANGLE:
-        return angle
-    name = next(iter(mechanism.bodies[part].points))
-    values = mechanism.values()
-    x, y = (values[f"{part}.{name}.{axis}"] for axis in PLANE.axes)
-    place = found.points[f"{part}.{name}"].position[0]
-    cos, sin = np.cos(angle), np.sin(angle)
-    origin = (place[0] - cos * x + sin * y, place[1] - sin * x - cos * y)
-    return float(origin[PLANE.axes.index(c.name)])
 
 
 @dataclass
@@ -124,24 +112,57 @@ class Design:
 
     @cached_property
     def sketch(self) -> dict[str, float]:
-        """Angles of all bodies and the driver's value at the first pose."""
+        """What tells the first pose, with the driver's value.
+
+        In the plane angles of all bodies; in space coordinates of joints, and where quaternions
+        are among the unknowns the places of all points.
+        """
         poses = self.space.poses
-        scene, model = poses.scene, poses.model
-        turns = [c for c in scene.recovered if c.kind is ANGLE]
-        stacked = ca.vertcat(*[scene.recover[c.key] for c in turns])
+        scene, model, mechanism = poses.scene, poses.model, poses.mechanism
+        if mechanism.dimension == 2:
+            told = {c.owner: scene.recover[c.key] for c in scene.recovered if c.kind is ANGLE}
+        else:
+            told = {
+                ".".join(c.key): scene.recover[c.key]
+                for c in scene.recovered
+                if c.owner in mechanism.joints and c.kind is not UNIT
+            }
+            if any(c.kind is UNIT for c in scene.recovered):
+                told |= self._places()
         p = np.array(ca.DM(parameters_of(model, poses.free, SX(ca.DM(self.d))))).ravel()
-        angles = ca.Function("angles", [scene.x, scene.u, model.p], [stacked])
-        found = np.array(angles(self.x, self.u, p)).ravel()
-        sketch = {c.owner: float(angle) for c, angle in zip(turns, found, strict=True)}
+        values = ca.Function(
+            "told", [scene.x, scene.u, model.p], [ca.densify(ca.vertcat(*told.values()))]
+        )
+        found = np.array(values(self.x, self.u, p)).ravel()
+        sketch = dict(zip(told, found.tolist(), strict=True))
         driver = scene.drivers[0]
-        if driver.part not in sketch:
+        if driver.part not in sketch and driver.text not in sketch:
             sketch[driver.part if driver.kind != "point" else driver.text] = float(self.u)
         return sketch
+
+    def _places(self) -> dict[str, Any]:
+        """Return the places of all points in space; of links that spin, of those on their line."""
+        scene, model = self.space.poses.scene, self.space.poses.model
+        bodies = {body for group in scene.groups for body in group.bodies}
+        every = Selection(
+            (), tuple(f"{b}.{p}" for b in bodies for p in model.mechanism.bodies[b].points), ()
+        )
+        return {
+            f"{point}.{axis}": scene.expression(model.point(point)[k])
+            for point in model.reported(every, False).points
+            for k, axis in enumerate(model.mechanism.axes)
+        }
 
     def as_problem(self, tasks: Mapping[str, Task]) -> Problem:
         """Return a problem with these dimensions, sketched at the first pose."""
         mechanism = self.problem.mechanism.with_values(self.parameters)
-        kept = {name: value for name, value in mechanism.sketch.items() if name not in self.sketch}
+        scene = self.space.poses.scene
+        known = set(self.sketch)
+        if mechanism.dimension == 3:  # all of the scene is told anew, in other words
+            parts = {scene.drivers[0].part}
+            parts |= {name for g in scene.groups for name in (*g.bodies, *g.joints)}
+            known |= {name for name in mechanism.sketch if name.split(".")[0] in parts}
+        kept = {name: value for name, value in mechanism.sketch.items() if name not in known}
         mechanism = replace(mechanism, sketch=Table({**kept, **self.sketch}))
         return Problem(
             mechanism, Table(tasks), name=self.problem.name, title=self.problem.title,
@@ -197,7 +218,8 @@ class Design:
         points = tuple({point: None for box in asked.of(Box) for point in box.points})
         task = Sweep(
             driven(self.driver, low, high), poses=None if low == high else POSES,
-            outputs=tuple(points) or None, derivatives=2, measures=("transmission",),
+            outputs=tuple(points) or None, derivatives=2,
+            measures=("transmission",) if self.space.poses.dyads else (),
         )  # fmt: skip
         try:
             found = sweep(self.as_problem({"turn": task}), "turn", task)
@@ -254,12 +276,16 @@ class Design:
         return {n: t for n, t in self.problem.tasks.items() if not isinstance(t, Synthesis)}
 
     def origin(self, found: Result, body: str) -> Any:
-        """Return where the origin of a body's frame is, (n, 2)."""
-        values = self.problem.mechanism.with_values(self.parameters).values()
-        name = next(iter(self.problem.mechanism.bodies[body].points))
-        x, y = (values[f"{body}.{name}.{axis}"] for axis in "xy")
-        angle = found.bodies[body].angle
-        c, s = np.cos(angle), np.sin(angle)
-        arm = np.stack([c * x - s * y, s * x + c * y], axis=1)
+        """Return where the origin of a body's frame is, (n, 2) or (n, 3)."""
+        mechanism = self.problem.mechanism
+        values = mechanism.with_values(self.parameters).values()
+        name = next(iter(mechanism.bodies[body].points))
+        own = np.array([values[f"{body}.{name}.{axis}"] for axis in mechanism.axes])
+        if mechanism.dimension == 2:
+            angle = found.bodies[body].angle
+            c, s = np.cos(angle), np.sin(angle)
+            arm = np.stack([c * own[0] - s * own[1], s * own[0] + c * own[1]], axis=1)
+        else:
+            arm = matrices(found.bodies[body].orientation) @ own
         place: Any = found.points[f"{body}.{name}"].position - arm
         return place

@@ -26,10 +26,13 @@ FILLED = {"type": "string", "pattern": f"^{HOLE}$"}
 COUNT = {"type": "string", "description": "a whole number, an expression over [sizes]"}
 
 
-def _rows(size: int) -> dict[str, Any]:
-    """Return the schema of rows of numbers, two at least."""
-    row = {"type": "array", "items": NUMBER, "minItems": size, "maxItems": size}
-    return {"type": "array", "items": row, "minItems": 2}
+def _rows(*sizes: int) -> dict[str, Any]:
+    """Return the schema of rows of numbers, all of one of the sizes, two at least."""
+    rows = [
+        {"type": "array", "items": NUMBER, "minItems": size, "maxItems": size} for size in sizes
+    ]
+    every = [{"type": "array", "items": row, "minItems": 2} for row in rows]
+    return every[0] if len(every) == 1 else {"oneOf": every}
 
 
 _KINDS: dict[str, dict[str, Any]] = {
@@ -71,7 +74,8 @@ _KINDS: dict[str, dict[str, Any]] = {
     },
     "reference": {"type": "string", "pattern": rf"^(\w|{HOLE})+\.(\w|{HOLE})+$"},
     "pairs": _rows(2),
-    "triples": _rows(3),
+    "places": _rows(2, 3),
+    "poses": _rows(3, 7),
     "start": {
         "type": "object",
         "additionalProperties": {"oneOf": [*NUMBER["oneOf"], {"type": "object"}]},

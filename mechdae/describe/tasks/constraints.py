@@ -10,7 +10,14 @@ from mechdae.describe.coordinates import coordinate
 from mechdae.describe.file.reading import Nested, nest, read
 from mechdae.describe.mechanism import GROUND
 from mechdae.describe.table import Table
-from mechdae.describe.tasks.goals import REDUCTIONS, Minimise, Within, known, known_point
+from mechdae.describe.tasks.goals import (
+    REDUCTIONS,
+    Minimise,
+    Within,
+    known,
+    known_point,
+    planar_only,
+)
 from mechdae.describe.values import COERCE, Number, Value, describe, entries, key, numbers, text
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -62,6 +69,9 @@ class Region(Value):
 
     def checked(self, within: Within) -> Region:
         """Return the region of plain numbers, corners counter-clockwise."""
+        word = "disc" if self.disc is not None else "polygon"
+        hint = 'free = { "ground.NAME.x" = [low, high] } frees a coordinate of a pivot'
+        planar_only(within.mechanism, word, f"a {word} of a pivot", hint)
         points = [f"{GROUND}.{name}" for name in within.mechanism.ground.points]
         known(self.point, points, "point of the ground", "point")
         if self.disc is not None:
@@ -159,6 +169,7 @@ class TransmissionAngle(Constraint):
     kind: ClassVar[str] = "transmission-angle"
 
     def check(self, within: Within) -> None:
+        planar_only(within.mechanism, "kind", "a transmission angle")
         for body in self.between:
             known(body, [*within.mechanism.bodies, GROUND], "body", "between")
         if not 0 <= self.min < 1.5707963:
@@ -172,22 +183,25 @@ class Box(Constraint):
     points: tuple[str, ...] = key("names", doc="body.point")
     x: tuple[Any, ...] | None = key("pair", None, doc="[low, high]", unit="m")
     y: tuple[Any, ...] | None = key("pair", None, doc="[low, high]", unit="m")
+    z: tuple[Any, ...] | None = key("pair", None, doc="[low, high], in space", unit="m")
 
     kind: ClassVar[str] = "box"
 
-    @property
-    def bounds(self) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """Low and high of x and y [m], infinite where none are given."""
-        return self.x or EVERYWHERE, self.y or EVERYWHERE
+    def bounds(self, axes: str) -> list[tuple[Any, ...]]:
+        """Return low and high by axis [m], infinite where none are given."""
+        return [getattr(self, axis) or EVERYWHERE for axis in axes]
 
     def check(self, within: Within) -> None:
         for point in self.points:
             known_point(within.mechanism, point, "points")
         if not self.points:
             raise InputError("no point is named", where="points")
-        if self.x is None and self.y is None:
-            raise InputError("'x' or 'y' is needed")
-        for axis, (low, high) in zip("xy", self.bounds, strict=True):
+        axes = within.mechanism.axes
+        if self.z is not None and "z" not in axes:
+            raise InputError("a planar mechanism has no z", where="z")
+        if not any(getattr(self, axis) for axis in axes):
+            raise InputError(f"{' or '.join(repr(axis) for axis in axes)} is needed")
+        for axis, (low, high) in zip(axes, self.bounds(axes), strict=True):
             if low >= high:
                 raise InputError("the box is empty", where=axis)
 

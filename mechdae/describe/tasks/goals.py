@@ -16,10 +16,12 @@ from mechdae.describe.expression import evaluate
 from mechdae.describe.file.reading import Nested, nest
 from mechdae.describe.mechanism import Mechanism
 from mechdae.describe.values import Number, Value, key
-from mechdae.errors import InputError, MechdaeError, UnknownName
+from mechdae.errors import InputError, MechdaeError, UnavailableError, UnknownName
 from mechdae.records import dataclass
 
 FITS = ("least-squares", "exact", "minimax")
+UNIT_LENGTH = 1e-4
+"""By how much a quaternion may differ from length 1: digits that a file left out."""
 REDUCTIONS = ("mean", "peak", "rms", "least")
 Rows = tuple[tuple[float, ...], ...]
 
@@ -29,7 +31,10 @@ Rows = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Visits:
-    """A point visits targets (k, 2) [m], or a body poses (k, 3) [m, rad].
+    """A point visits targets (k, 2) or (k, 3) [m], or a body poses.
+
+    Poses are (x, y, angle) in the plane, (x, y, z, e0, e1, e2, e3) in space: the origin of the
+    body's frame and a unit quaternion, real part first.
 
     ``timing`` is "free" (in order within a turn), "any" (in any order), "absolute" (values of
     the driver in ``programme``) or "steps" (increments from a free start). A ``closed`` path
@@ -47,7 +52,13 @@ class Visits:
     @property
     def is_motion(self) -> bool:
         """Poses of a body, not places of a point."""
-        return len(self.targets[0]) == 3
+        return "." not in self.what
+
+    @property
+    def places(self) -> Rows:
+        """The places of the point, or of the body's origin."""
+        kept = {3: 2, 7: 3}[len(self.targets[0])] if self.is_motion else len(self.targets[0])
+        return tuple(row[:kept] for row in self.targets)
 
 
 # -- as they are described ---------------------------------------------------------------------
@@ -97,9 +108,12 @@ class _Visiting(GoalDescription):
     closed: bool = key("flag", False)
     measure: str = key("text", "least-squares", choices=FITS)
 
-    def _visits(self, what: str, word: str) -> Visits:
+    def _visits(self, what: str, word: str, size: int) -> Visits:
         rows: Rows = getattr(self, word)
-        if len({row[:2] for row in rows}) == 1:
+        if len(rows[0]) != size:
+            raise InputError(f"{size} numbers are needed, here are {len(rows[0])}", where=word)
+        places = Visits(what, rows, "", (), False, (), "").places
+        if len(set(places)) == 1:
             raise InputError("all targets are at one place", where=word)
         ways = {"timing": self.timing, "at": self.at, "steps": self.steps}
         given = [way for way, value in ways.items() if value is not None]
@@ -120,13 +134,15 @@ class PathGoal(_Visiting):
     """A point visits targets."""
 
     point: str = key("text", doc="body.point")
-    targets: tuple[tuple[Number, ...], ...] = key("pairs", doc="[[x, y], ...]", unit="m")
+    targets: tuple[tuple[Number, ...], ...] = key(
+        "places", doc="[[x, y], ...], in space [[x, y, z], ...]", unit="m"
+    )
 
     kind: ClassVar[str] = "path"
 
     def checked(self, within: Within) -> Visits:
         known_point(within.mechanism, self.point, "point")
-        return self._visits(self.point, "targets")
+        return self._visits(self.point, "targets", within.mechanism.dimension)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,13 +150,24 @@ class MotionGoal(_Visiting):
     """A body visits poses."""
 
     body: str = key("text")
-    poses: tuple[tuple[Number, ...], ...] = key("triples", doc="[[x, y, angle], ...] [m, rad]")
+    poses: tuple[tuple[Number, ...], ...] = key(
+        "poses",
+        doc="[[x, y, angle], ...] [m, rad], in space [[x, y, z, e0, e1, e2, e3], ...]: a unit "
+        "quaternion, real part first",
+    )
 
     kind: ClassVar[str] = "motion"
 
     def checked(self, within: Within) -> Visits:
         known(self.body, within.mechanism.bodies, "body", "body")
-        return self._visits(self.body, "poses")
+        found = self._visits(self.body, "poses", 3 if within.mechanism.dimension == 2 else 7)
+        for k, row in enumerate(found.targets):
+            size = math.hypot(*row[3:])
+            if len(row) == 7 and not abs(size - 1) <= UNIT_LENGTH:
+                raise InputError(
+                    f"a quaternion has length 1, this one {size:.6g}", where=f"poses[{k}]"
+                )
+        return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -251,6 +278,8 @@ class Rocker(GoalDescription):
         return self.stroke if self.slides else self.swing
 
     def checked(self, within: Within) -> Rocker:
+        if not self.slides:
+            planar_only(within.mechanism, "body", "a swing of a body", "bodies have no angle there")
         if self.slides and (self.body is not None or self.swing is not None):
             raise InputError(
                 "give 'body' and 'swing' of what turns, or 'joint' and 'stroke' of what slides"
@@ -286,6 +315,7 @@ class StraightLine(GoalDescription):
     nodes: ClassVar[int] = 61
 
     def checked(self, within: Within) -> StraightLine:
+        planar_only(within.mechanism, "kind", "a straight line", 'targets of a goal of kind "path"')
         if not 0 < abs(self.arc) <= 2 * math.pi:
             raise InputError("an arc within a turn is needed", where="arc")
         if self.stroke is not None and self.stroke <= 0:
@@ -348,6 +378,12 @@ def known(name: str | None, names: Iterable[str], what: str, place: str) -> None
         raise InputError(f"the key '{place}' is missing", where=place)
     if name not in names:
         raise UnknownName(what, name, names, where=place)
+
+
+def planar_only(mechanism: Mechanism, place: str, what: str, hint: str = "") -> None:
+    """Refuse what the plane alone has."""
+    if mechanism.dimension != 2:
+        raise UnavailableError(f"{what} is not available in space", where=place, hint=hint)
 
 
 def known_point(mechanism: Mechanism, name: str, place: str) -> None:

@@ -22,7 +22,7 @@ from mechdae.draw.diagram.scene import Array
 from mechdae.draw.graphs.frame import Entry, Panels
 from mechdae.draw.graphs.scale import scale_of
 from mechdae.draw.words import Words
-from mechdae.errors import InputError
+from mechdae.errors import InputError, UnavailableError
 
 HEIGHT, BELOW = 330.0, 100.0
 SHARE = 0.33
@@ -43,6 +43,11 @@ def draw(result: Any, ax: Axes | None = None, *, lang: str = "en") -> Axes:
     words = Words(lang)
     designs = [design_of(result, k) for k in chosen(result, None)]
     goal = designs[0].goal
+    if designs[0].problem.mechanism.dimension == 3 and not isinstance(goal, FunctionTargets):
+        raise UnavailableError(
+            "designs are not compared in one picture in space, but for functions",
+            hint="kind design for each of them, or census",
+        )
     if isinstance(goal, Visits):
         return _paths(designs, goal, ax, words)
     if isinstance(goal, FunctionTargets | StraightLine):

@@ -22,6 +22,7 @@ from mechdae.describe.tasks.goals import (
 )
 from mechdae.describe.tasks.synthesis import Demand, demand, listed_goals
 from mechdae.draw.diagram.scene import Array, read_scene
+from mechdae.draw.space.spatial_scene import read_spatial
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
 from mechdae.records import dataclass
@@ -157,6 +158,8 @@ class DrawnDesign:
         if "." in what:
             place: Array = np.asarray(poses.points[what].position, float)
             return place
+        if self.problem.mechanism.dimension == 3:
+            return read_spatial(poses).origin(what)
         return read_scene(poses).origins[what]
 
     def series(self, poses: Result, text: str) -> Array:

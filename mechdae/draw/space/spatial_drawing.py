@@ -57,6 +57,10 @@ class SpatialView:
         See `mechdae.draw.sheet.Sheet`.
     bare
         Without titles, scale bar and note.
+    subtitle
+        In place of the drivers' values.
+    overlay
+        Draws more behind the links, and returns what is to be noted below.
     """
 
     viewpoint: Viewpoint
@@ -70,6 +74,8 @@ class SpatialView:
     label: str = ""
     bare: bool = False
     larger: tuple[float, float] = style.USUAL
+    subtitle: str = ""
+    overlay: Callable[[Sheet], str] | None = None
 
 
 def has_paths(result: Any, scene: SpatialScene) -> bool:
@@ -134,6 +140,7 @@ def draw_spatial_pose(
         for line in ghost_lines(SpatialPose(sheet, scene, other, view, shown.moved)):
             sheet.line(line, color=style.GHOST, width=style.LINE, z=style.Z_GHOST, gid="ghost",
                        weight=style.SHADE)  # fmt: skip
+    extra = shown.overlay(sheet) if shown.overlay is not None else ""
     drivers = drivers_of(scene, result)
     held = held_drivers(result, drivers)
     moving = [entry for entry in drivers if entry.text not in held]
@@ -155,7 +162,7 @@ def draw_spatial_pose(
         ]
         if lacking:  # gears have no symbol in space yet
             note += f"; {words('undrawn')}: {', '.join(lacking)}"
-        draw_frame(sheet, scene, result, index, words, note)
+        draw_frame(sheet, scene, result, index, words, f"{note}; {extra}" if extra else note)
     if shown.labels:
         names = vector_names(pose)
         letters = [] if names else [*pose.letters(links), *link_numbers(scene, index, links)]
@@ -178,7 +185,7 @@ def titles(
     held = held_drivers(result, drivers)
     values = [value_text(result, own, index, words, own.text in held) for own in drivers]
     texts = [time_text(result, index, words), *values, shown.label]
-    write_titles(sheet, result, texts, index, words)
+    write_titles(sheet, result, texts, index, words, shown.subtitle)
 
 
 def sense_of(result: Any, driver: str) -> float:

@@ -15,6 +15,7 @@ from mechdae.describe.spatial_joints import AXES, SpatialJoint, largest
 from mechdae.draw.space.viewpoint import Array
 from mechdae.errors import InputError
 from mechdae.records import dataclass
+from mechdae.results.rotations import matrices
 
 MOVES = 1e-9
 """A point whose path is shorter than this share of the longest one stands still."""
@@ -62,6 +63,12 @@ class SpatialScene:
         """Return the position (3,) of ``body.point`` in one pose."""
         place: Array = self.tracks[reference][pose]
         return place
+
+    def origin(self, body: str) -> Array:
+        """Return where the origin of a body's frame is, (n, 3)."""
+        reference = self.points(body)[0]
+        arm: Array = self.turns[body] @ self.local(reference)
+        return self.tracks[reference] - arm
 
     def points(self, body: str) -> list[str]:
         """Return the references of the points of a body whose places are known."""
@@ -160,17 +167,6 @@ class SpatialScene:
                 found[ref] = np.full((len(self.status), 3), np.nan)
                 found[ref][known] = track
         return found
-
-
-def matrices(quaternions: Array) -> Array:
-    """Return the rotations (n, 3, 3) of unit quaternions (n, 4), real part first."""
-    w, x, y, z = quaternions.T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def read_spatial(result: Any) -> SpatialScene:

@@ -68,7 +68,7 @@ def four_bar(scene: Scene) -> FourBar | None:
     loop on such a body too.
     """
     mechanism = scene.model.mechanism
-    if len(scene.drivers) != 1 or not scene.drivers[0].is_angle:
+    if mechanism.dimension != 2 or len(scene.drivers) != 1 or not scene.drivers[0].is_angle:
         return None
     driven = [group for group in scene.groups if group.driven]
     if len(driven) != 1 or len(driven[0].bodies) != 1:

@@ -17,6 +17,7 @@ from mechdae.model.model import Model
 from mechdae.synthesis.fourbar.solutions import solutions
 from mechdae.synthesis.fourbar.starts import FourBarStarts
 from mechdae.synthesis.goals.base import Drawn, Goal, Worth
+from mechdae.synthesis.goals.visited import visited
 from mechdae.synthesis.nlp import Nlp
 from mechdae.synthesis.space import TURN, WIDE
 from mechdae.synthesis.starts.linear import Linear
@@ -48,12 +49,12 @@ class VisitsGoal(Goal):
 
     def __init__(self, asked: Asked, name: str) -> None:
         self.asked, self.name = asked, name
-        self.targets = np.array(asked.targets)
+        self.visited = visited(asked)
+        self.targets = self.visited.wanted
         self.weights = np.array(asked.weights)
         self.steps = np.array(asked.programme)
         self.count = len(self.targets)
-        places = self.targets[:, :2]
-        self.size = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
+        self.size = self.visited.size
         self.exact = asked.measure == "exact"
         self.minimax = asked.measure == "minimax"
         self.sound = 0
@@ -64,21 +65,7 @@ class VisitsGoal(Goal):
         return (self.asked.what.split(".")[0],)
 
     def asks(self, model: Model) -> Mapping[str, Any]:
-        if self.asked.is_motion:
-            angle = model.frame(self.asked.what).angle
-            return {self.asked.what: ca.vertcat(model.origin(self.asked.what), angle)}
-        return {self.asked.what: model.point(self.asked.what)}
-
-    def _gap(self, place: Any, target: Any) -> Any:
-        """Return the (dimensionless) distance of a pose from its target, by components.
-
-        Angles count with the size of the targets; their distance is that of the directions.
-        """
-        gap = (place[:2] - target[:2]) / self.size
-        if not self.asked.is_motion:
-            return gap
-        turn = place[2] - target[2]
-        return ca.vertcat(gap, ca.sin(turn), 1 - ca.cos(turn))
+        return {self.asked.what: self.visited.asks(model)}
 
     # -- the problem -------------------------------------------------------------------------
 
@@ -102,12 +89,12 @@ class VisitsGoal(Goal):
             else:
                 u.append(steps[i])
             values = space.at(nlp, x[:, i], u[i], d, sigma)
-            gap = self._gap(space.poses.part(values, asked.what), targets[:, i])
+            value = space.poses.part(values, asked.what)
             if self.exact:
-                nlp.constrain("target", gap[:3] if asked.is_motion else gap, unit=self.size)
-                if asked.is_motion:  # the same direction, not the opposite one
-                    nlp.constrain("target", gap[3], -np.inf, 1.0, self.size)
-            elif self.minimax:
+                self.visited.met(nlp, value, targets[:, i])
+                continue
+            gap = self.visited.gap(value, targets[:, i])
+            if self.minimax:
                 nlp.constrain("error", ca.sumsqr(gap) - worst * worst, -np.inf, 0.0)
             else:
                 term += float(self.weights[i]) * ca.sumsqr(gap)
@@ -182,9 +169,10 @@ class VisitsGoal(Goal):
     def _any(self, kind: str, generator: Any, count: int) -> Iterable[Drawn]:
         """Yield starts of any mechanism: designs drawn in the box, moved along the programme."""
         spread = Spread(self.space)
-        similar = None if self.asked.is_motion else Similar(self.space, self.asked.what)
-        if similar is not None and not similar.available:
-            similar = None
+        similar = None
+        if not self.asked.is_motion and self.visited.width == 2:
+            similar = Similar(self.space, self.asked.what)
+            similar = similar if similar.available else None
         count_of = SAMPLES if similar is None else MANY
         d = spread.designs(generator, count_of, None if similar is None else similar.lengths)
         if similar is not None:
@@ -215,7 +203,7 @@ class VisitsGoal(Goal):
             d, x, places, beyond = similar.fitted(d, u, x, self.targets, self.weights)
         else:
             places = self.space.poses.part(values, self.asked.what)
-            d, places = Linear(self.space, self.asked.what).fitted(
+            d, places = Linear(self.space, self.asked.what, self.visited.width).fitted(
                 d, u, x, places, self.targets, self.weights
             )
         f = self._squares(places) + beyond
@@ -230,12 +218,8 @@ class VisitsGoal(Goal):
         return generator.uniform(-SLIDES, SLIDES, shape) * self.space.way
 
     def _squares(self, places: Any) -> Any:
-        """Return the (dimensionless) weighted sum of squares of places (n, k, 2 or 3)."""
-        gap = places[..., :2] - self.targets[:, :2]
-        squares = np.sum(gap**2, axis=2) / self.size**2
-        if self.asked.is_motion:
-            squares += 2 - 2 * np.cos(places[..., 2] - self.targets[:, 2])
-        return squares @ self.weights
+        """Return the (dimensionless) weighted sum of squares of values (n, k, w)."""
+        return self.visited.squares(places, self.targets) @ self.weights
 
     def first(self, d: Any) -> float | None:
         return float(self.steps[0]) if self.asked.timing == "absolute" else None
@@ -264,10 +248,7 @@ class VisitsGoal(Goal):
             places, targets, weights = places[:, None], self.targets, self.weights
         else:
             targets, weights = self.targets[own], self.weights[own]
-        gap = places[..., :2] - targets[..., :2]
-        squares = np.sum(gap**2, axis=-1) / self.size**2
-        if self.asked.is_motion:
-            squares = squares + 2 - 2 * np.cos(places[..., 2] - targets[..., 2])
+        squares = self.visited.squares(places, targets)
         return squares if self.minimax else squares * weights
 
     def _best_times(
@@ -330,14 +311,7 @@ class VisitsGoal(Goal):
         if found is None:
             return Worth(np.inf, np.full(self.count, np.nan), defects)
         defects = defects + self._order(at, design)
-        if self.asked.is_motion:
-            angle = found.bodies[self.asked.what].angle
-            origin = design.origin(found, self.asked.what)
-            turn = (angle - self.targets[:, 2] + np.pi) % TURN - np.pi
-            gap = np.hypot(*(origin - self.targets[:, :2]).T)
-            errors = np.hypot(gap, self.size * 2 * np.sin(np.abs(turn) / 2))
-        else:
-            errors = np.hypot(*(found.points[self.asked.what].position - self.targets).T)
+        errors = self.visited.errors(found, design)
         if self.exact:
             worst = float(np.max(errors))
             if not worst <= EXACT * self.size:

@@ -95,8 +95,8 @@ class RockerGoal(Goal):
         own = nlp.variable(self.own("stroke"), int(free), TURN * LEAST, TURN * (1 - LEAST))
         stroke: Any = own if free else self.stroke
         x = space.pose_variables(nlp, self.own("x"), 2)
-        fast = np.tile(np.where(space.turns, FAST, FAST * space.size), 2)
-        scale = np.tile(np.where(space.turns, 1.0, space.size), 2)
+        fast = np.tile(FAST * space.natural, 2)
+        scale = np.tile(space.natural, 2)
         v = ca.reshape(nlp.variable(self.own("v"), 2 * poses.nx, -fast, fast, scale), poses.nx, 2)
         places = []
         for i, u in enumerate((begin, begin + sense * stroke)):

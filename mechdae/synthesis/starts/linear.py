@@ -28,10 +28,12 @@ class Linear:
     ----------
     places
         Their places among the free parameters.
+    wide
+        How many of the asked values are coordinates of a place: these are fitted.
     """
 
-    def __init__(self, space: DesignSpace, what: str) -> None:
-        self.space = space
+    def __init__(self, space: DesignSpace, what: str, wide: int = 2) -> None:
+        self.space, self.wide = space, wide
         poses = space.poses
         n, nd = len(space.box), len(space.names)
         self._x, self._u, self._d = SX.sym("x", poses.nx), SX.sym("u"), SX.sym("d", nd)
@@ -45,7 +47,7 @@ class Linear:
         found = []
         for _ in range(3):
             d = np.concatenate([generator.uniform(low, high), space.middle[n:]])
-            x = generator.uniform(-2, 2, poses.nx) * np.where(space.turns, 1.0, space.size)
+            x = generator.uniform(-2, 2, poses.nx) * space.natural
             found.append(np.array(function(x, generator.uniform(0, 6), d)[0]))
         rows = F.numel()
         closed = [np.abs(slope[:rows, :n]).max(axis=0, initial=0.0) for slope in found]
@@ -82,8 +84,8 @@ class Linear:
         flat = [x.reshape(n * k, x.shape[-1]), u.reshape(-1, 1), np.repeat(d, k, axis=0)]
         slopes = Batch(self._function, ())(*flat)[0]
         # columns of a dense Jacobian lie one after another
-        A = slopes.reshape(n, k, m, self.width).transpose(0, 1, 3, 2)[:, :, :2]
-        gap = targets[None, :, :2] - places[..., :2]
+        A = slopes.reshape(n, k, m, self.width).transpose(0, 1, 3, 2)[:, :, : self.wide]
+        gap = targets[None, :, : self.wide] - places[..., : self.wide]
         w = np.sqrt(np.asarray(weights))[None, :, None]
         rows = (A * w[..., None]).reshape(n, -1, m)
         step = linear_fit(rows, (gap * w).reshape(n, -1), ridge=RIDGE)
@@ -92,5 +94,5 @@ class Linear:
         new[:, self.places] = np.clip(d[:, self.places] + step, low, high)
         moved = np.einsum("nkwi,ni->nkw", A, new[:, self.places] - d[:, self.places])
         result = places.copy()
-        result[..., :2] += moved
+        result[..., : self.wide] += moved
         return new, result

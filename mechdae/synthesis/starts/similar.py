@@ -59,7 +59,7 @@ class Similar:
         found = []
         for _ in range(TESTS):
             d = np.concatenate([generator.uniform(low, high), space.middle[n:]])
-            x = generator.uniform(-2, 2, space.poses.nx) * np.where(space.turns, 1.0, space.size)
+            x = generator.uniform(-2, 2, space.poses.nx) * space.natural
             found.append((x, float(generator.uniform(0, 6)), d))
         return found
 

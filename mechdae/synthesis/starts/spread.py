@@ -56,7 +56,7 @@ class Spread:
         """
         n, k = u.shape
         x = generator.uniform(-np.pi, np.pi, (n, self.poses.nx))
-        x[:, ~self.space.turns] *= self.space.size
+        x[:, ~self.space.turns] *= self.space.natural[~self.space.turns]
         kept, signs = np.arange(n), None
         places: list[Any] = []
         values: list[Any] = []
@@ -68,6 +68,7 @@ class Spread:
                 _, F, branch, value = self.newton(x, at, d[kept])
                 sign = np.sign(branch)
                 held = np.abs(F).max(axis=1, initial=0.0) <= CLOSED
+                held &= (sign[:, self.poses.senses] > 0).all(axis=1)
                 held &= (sign == (sign if signs is None else signs)).all(axis=1)
                 signs = sign if signs is None else signs
                 places.append(x)
