@@ -57,7 +57,13 @@ def _linkage(scene: Scene, group: Group, p: Any) -> Any:
     return linkage_group(scene, group, p)
 
 
-WAYS = (_three_legs, _linkage)
+def _in_space(scene: Scene, group: Group, p: Any) -> Any:
+    from mechdae.assembly.spatial.spatial_group import spatial_group
+
+    return spatial_group(scene, group, p)
+
+
+WAYS = (_three_legs, _linkage, _in_space)
 """Ways to find all poses of a group whose blocks have no closed form, tried in this order."""
 
 

@@ -200,7 +200,8 @@ class Composed:
         results = free if quantity.endswith("uncoupled") else whole
         k = balance.joints.index(name)
         if quantity.startswith("reaction"):
-            return results[0][3 * k : 3 * k + 3]
+            width = self.setting.scene.model.space.freedoms
+            return results[0][width * k : width * (k + 1)]
         if quantity.startswith("loss"):
             return results[2][balance.lossy.index(name)] if name in balance.lossy else SX(0)
         if name not in balance.guides:

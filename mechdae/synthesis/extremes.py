@@ -29,7 +29,10 @@ def values_of(found: Result, path: str) -> Any:
         parts = [np.asarray(found.value(own), float) for own in SHAKING[path]]
         return parts[0] if len(parts) == 1 else np.hypot(*parts)
     series = np.atleast_1d(np.asarray(found.value(path), float))
-    return np.hypot(series[:, 0], series[:, 1]) if series.ndim == 2 else series
+    if series.ndim == 1:
+        return series
+    # of a reaction the force, without its moment
+    return np.linalg.norm(series[:, : found.mechanism.dimension], axis=1)
 
 
 def largest(design: Design, found: Result, asked: Asked, curve: Callable[[Any], Any]) -> float:

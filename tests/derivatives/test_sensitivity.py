@@ -418,3 +418,18 @@ def test_order_two_has_the_first_derivatives_of_order_one() -> None:
         for name in ("a", "d"):
             first, other = one[path][name], two[path][name]
             assert np.abs(first - other).max() <= 1e-12 * np.abs(first).max()
+
+
+def test_functions_of_reactions_in_space_have_force_and_moment() -> None:
+    problem = md.load("rssr")
+    heavy = {"rocker": replace(problem.mechanism.bodies["rocker"], mass=0.4)}
+    bodies = [heavy.get(name, body) for name, body in problem.mechanism.bodies.items()]
+    mechanism = replace(problem.mechanism, bodies=bodies)
+    task = md.Reactions(md.Driver("A.angle", at=(0.5,), speed=10.0))
+    problem = md.Problem(mechanism, {"forces": task})
+    solved = md.solve(problem, "forces")
+    f = md.function(problem, task="forces", inputs=["A.angle"], outputs=["joints/D/reaction"])
+    found = np.array(f(0.5)).ravel()
+    assert found.shape == (6,)
+    assert np.abs(found).max() > 1
+    assert found == pytest.approx(np.array(solved.joints["D"].reaction)[0], abs=1e-13)

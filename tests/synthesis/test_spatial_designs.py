@@ -112,7 +112,7 @@ def test_an_rssp_is_what_the_closed_form_says() -> None:
         every.append([B + p["s"] * (C - B) for C in ends])
     assert nearest(every[0], targets) == pytest.approx(best["objective"], rel=1e-9)
     assert all(np.isfinite(own).all() for own in every[1])
-    # 300 starts of SciPy's least squares find no better one: docs/data/spatial-synthesis.json
+    # 100 starts of SciPy's least squares find no better one: docs/data/spatial-synthesis.json
     assert best["objective"] <= 0.0029324716 * (1 + 1e-6)
 
 
@@ -201,3 +201,33 @@ def test_planar_problems_have_no_z() -> None:
     data["tasks"]["design"]["constraints"] = [{"kind": "box", "points": ["coupler.P"], "z": [0, 1]}]
     with pytest.raises(MechdaeError, match=r"constraints\[0\]\.z: a planar mechanism has no z"):
         computed(data, "c2")
+
+
+def test_quantities_of_tasks_in_space_are_goals_and_limits() -> None:
+    data = read("rssr")
+    del data["expected"]
+    data["bodies"]["rocker"] |= {
+        "mass": 0.4, "center": [0.07, 0, 0], "inertia": [1e-4, 1e-3, 1e-3],
+    }  # fmt: skip
+    turn = {"coordinate": "A.angle", "from_deg": 0, "to_deg": 360, "speed": "omega"}
+    data["tasks"] = {
+        "forces": {"kind": "reactions", "driver": turn, "poses": 61},
+        "turn": {"kind": "sweep", "driver": turn, "poses": 61},
+        "design": {
+            "kind": "synthesis", "driver": {"coordinate": "A.angle"}, "starts": 2,
+            "constraints": [
+                {"kind": "full-turn"},
+                {"kind": "limit", "of": "turn/joints/D/angle_velocity", "max": 3.0},
+            ],
+            "goal": {"kind": "minimise", "of": "forces/joints/D/reaction"},
+            "free": {"l": [0.2, 0.5], "R": [0.1, 0.3]},
+        },
+    }  # fmt: skip
+    best = computed(data, "rssr").data["designs"][0]
+    own = from_dict(tomllib.loads(best["problem"]), "best")
+    forces = np.asarray(md.solve(own, "forces").value("joints/D/reaction"))[:, :3]
+    rates = np.asarray(md.solve(own, "turn").value("joints/D/angle_velocity"))
+    assert np.linalg.norm(forces, axis=1).max() == pytest.approx(best["objective"], rel=1e-3)
+    assert rates.max() <= 3.0 * 1.002
+    before = np.asarray(md.solve(from_dict(data, "rssr"), "forces").value("joints/D/reaction"))
+    assert best["objective"] < np.linalg.norm(before[:, :3], axis=1).max()

@@ -74,6 +74,11 @@ class ExtremeGoal(Goal):
         return self.quantity.bodies
 
     @property
+    def _dimension(self) -> int:
+        """Components of forces and places: moments of reactions follow them."""
+        return self.space.poses.mechanism.dimension
+
+    @property
     def exactly(self) -> bool:
         """Whether the least transmission angle of a turn has a closed form here."""
         least = self.asked.reduce == "least" or (
@@ -148,7 +153,7 @@ class ExtremeGoal(Goal):
         row = row / self.unit
         if row.numel() == 1:
             return row if self.asked.reduce == "least" or self.bounds else ca.sqrt(row**2 + 1e-12)
-        return ca.sqrt(ca.sumsqr(row[:2]) + 1e-12)
+        return ca.sqrt(ca.sumsqr(row[: self._dimension]) + 1e-12)
 
     def _mean(self, rows: list[Any]) -> Any:
         weights = self.quantity.weights
@@ -277,7 +282,9 @@ class ExtremeGoal(Goal):
             if self.asked.path == "summary/efficiency":
                 return float(1 - loss / power)
             return float((loss if self.asked.path == "summary/loss" else power) / self.unit)
-        size = rows[:, 0] if rows.shape[1] == 1 else np.hypot(rows[:, 0], rows[:, 1])
+        size = (
+            rows[:, 0] if rows.shape[1] == 1 else np.linalg.norm(rows[:, : self._dimension], axis=1)
+        )
         size = size / (1.0 if self.quantity.transmission else self.unit)
         return reduced(size, self.asked.reduce)
 

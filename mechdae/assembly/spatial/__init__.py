@@ -1,0 +1,1 @@
+"""All poses of spatial groups that paths through complex dimensions lead to."""

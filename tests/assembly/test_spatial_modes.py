@@ -1,0 +1,134 @@
+"""All modes of spatial groups by paths: six legs and rings of hinges, against data and matrices."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+import mechdae as md
+from mechdae.assembly import assembler
+from tests.reference.spatial_designs import turned
+from tests.shared.paths import DATA
+
+
+def modes(mechanism, coordinate, value):
+    return md.solve(mechanism, md.Modes(md.Driver(coordinate, at=(value,))))
+
+
+def six_legs(base, platform, legs, links=False):
+    """Return a platform on bars, or on links with two ball joints; the first foot is on a slide."""
+    feet = {f"B{k}": tuple(place) for k, place in enumerate(base)}
+    tops = {f"P{k}": tuple(place) for k, place in enumerate(platform)}
+    bodies = [md.Body("foot", {"B0": (0, 0, 0)}), md.Body("platform", tops)]
+    joints = [md.SpatialPrismatic("slide", "ground.B0", "foot.B0", axis=(1, 0, 0))]
+    for k, length in enumerate(legs):
+        foot = f"{'ground' if k else 'foot'}.B{k}"
+        if links:
+            bodies.append(md.Body(f"leg{k}", {"B": (0, 0, 0), "P": (length, 0, 0)}))
+            joints.append(md.Spherical(f"b{k}", foot, f"leg{k}.B"))
+            joints.append(md.Spherical(f"p{k}", f"leg{k}.P", f"platform.P{k}"))
+        else:
+            joints.append(md.Distance(f"l{k}", foot, f"platform.P{k}", length=length))
+    return md.Mechanism(
+        dimension=3, ground=md.Ground(feet), bodies=bodies, joints=joints, sketch={"slide": 0.0}
+    )
+
+
+def test_the_forty_modes_of_dietmaier_are_proven() -> None:
+    found = md.solve("stewart-gough", "modes")
+    assert found.summary["count"] == 40
+    assert found.summary["proven"]
+    assert "40 complex poses are certified" in found.summary["basis"]
+    assert "search" not in found.summary
+    data = json.loads((DATA / "stewart_dietmaier_40.json").read_text(encoding="utf-8"))
+    places = found.points["platform.P1"].position
+    for solution in data["solutions"]:
+        wanted = np.array([float(text) for text in solution["x"]])[:3]
+        assert np.abs(places - wanted).max(axis=1).min() < 1e-9
+
+
+def test_platforms_on_links_and_with_shared_points() -> None:
+    platforms = json.loads((DATA / "stewart_gough.json").read_text(encoding="utf-8"))["platforms"]
+    for case, links in zip(platforms, (True, False, True, False, True), strict=True):
+        numbers = [np.array(case[word], float) for word in ("base", "platform", "legs")]
+        found = modes(six_legs(*numbers, links=links), "slide.slide", 0.0)
+        assert found.summary["count"] == case["count_real"]
+        whole = case["count_complex"] == 40
+        assert found.summary["proven"] == whole
+        assert found.summary.get("singular_paths", 0) == 40 - case["count_complex"]
+        if not whole:
+            assert f"{case['count_complex']} of 40 complex poses" in found.summary["basis"]
+            assert found.summary["search"]
+        lengths = np.linalg.norm(
+            [found.points[f"platform.P{k}"].position - numbers[0][k] for k in range(6)], axis=2
+        )
+        assert np.abs(lengths.T - numbers[2]).max() < 1e-9
+
+
+def ring(rng, backwards):
+    """Return a mechanism of seven hinges in a ring that closes at angles drawn at random.
+
+    Every second joint is written from its later body to its earlier one where that is asked for.
+    """
+    places, axes = rng.normal(size=(7, 3)), rng.normal(size=(7, 3))
+    angles = rng.uniform(-2, 2, size=7)
+    # bodies are drawn in the pose of zero angles; the last hinge's ground side is where it gets
+    T = [np.eye(4)]
+    for P, a, v in zip(places, axes, angles, strict=True):
+        M = np.eye(4)
+        M[:3, :3] = turned(a, v)
+        M[:3, 3] = P - M[:3, :3] @ P
+        T.append(T[-1] @ M)
+    last = T[-2]
+    end, axis = last[:3, :3] @ places[6] + last[:3, 3], last[:3, :3] @ axes[6]
+    ground = {"P0": tuple(places[0]), "P6": tuple(end)}
+    bodies = [
+        md.Body(f"b{k + 1}", {f"P{k}": tuple(places[k]), f"P{k + 1}": tuple(places[k + 1])})
+        for k in range(6)
+    ]
+    joints = []
+    names = ["ground", *(body.name for body in bodies), "ground"]
+    for k in range(7):
+        sides = [f"{names[k]}.P{k}", f"{names[k + 1]}.P{k}"]
+        here = there = tuple(axes[k])
+        if k == 6:
+            there = tuple(axis)
+        if backwards and k % 2:
+            sides, here, there = sides[::-1], there, here
+        joints.append(md.SpatialRevolute(f"J{k}", *sides, axis=here, axis2=there))
+    mechanism = md.Mechanism(
+        dimension=3, ground=md.Ground(ground), bodies=bodies, joints=joints, sketch={}
+    )
+    world = np.array([T[k][:3, :3] @ places[k] + T[k][:3, 3] for k in range(1, 7)])
+    return mechanism, angles[0], world
+
+
+def test_rings_of_seven_hinges_are_proven(monkeypatch) -> None:
+    rng = np.random.default_rng(5)
+    for backwards in (False, True, True):
+        mechanism, first, world = ring(rng, backwards)
+        found = modes(mechanism, "J0.angle", first)
+        assert found.summary["proven"]
+        assert "16 complex poses are certified" in found.summary["basis"]
+        assert found.summary["count"] % 2 == 0
+        assert found.summary["count"] <= 16
+        # the pose it was drawn in is one of them
+        places = np.stack([found.points[f"b{k}.P{k}"].position for k in range(1, 7)], axis=1)
+        assert np.abs(places - world).max(axis=(1, 2)).min() < 1e-9
+        # a search from many starts finds no others
+        with monkeypatch.context() as patch:
+            patch.setattr(assembler, "WAYS", assembler.WAYS[:1])
+            searched = modes(mechanism, "J0.angle", first)
+        others = np.stack([searched.points[f"b{k}.P{k}"].position for k in range(1, 7)], axis=1)
+        assert not searched.summary["proven"]
+        assert len(others) <= len(places)
+        for own in others:
+            assert np.abs(places - own).max(axis=(1, 2)).min() < 1e-8
+
+
+def test_arms_with_parallel_axes_are_searched() -> None:
+    found = md.solve("six-axis-arm", "modes")
+    assert found.summary["count"] == 8
+    assert not found.summary["proven"]
+    assert found.summary["basis"].endswith("search from many starts")
