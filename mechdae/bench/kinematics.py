@@ -89,6 +89,15 @@ def standard() -> list[SweepWork]:
     ]
 
 
+def spatial() -> SweepWork:
+    """Return a spatial four-bar over a turn: rocker angle and the ball joint it carries.
+
+    The frame of the bar, which spins freely, and orientations are not asked for.
+    """
+    driver = Driver("A.angle", from_=0.0, to=2 * np.pi, speed=1.0)
+    return SweepWork("rssr", load("rssr"), Sweep(driver, outputs=("D.angle", "rocker.C")), "l")
+
+
 def work(name: str, between: tuple[float, float], changed: str, **numbers: float) -> SweepWork:
     """Return the sweep of a problem between two values of its crank."""
     problem = load(name).with_values(numbers)

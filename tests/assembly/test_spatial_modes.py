@@ -8,8 +8,8 @@ import numpy as np
 
 import mechdae as md
 from mechdae.assembly import assembler
-from tests.reference.spatial_designs import turned
 from tests.shared.paths import DATA
+from tests.shared.space import ring_of_seven
 
 
 def modes(mechanism, coordinate, value):
@@ -66,48 +66,10 @@ def test_platforms_on_links_and_with_shared_points() -> None:
         assert np.abs(lengths.T - numbers[2]).max() < 1e-9
 
 
-def ring(rng, backwards):
-    """Return a mechanism of seven hinges in a ring that closes at angles drawn at random.
-
-    Every second joint is written from its later body to its earlier one where that is asked for.
-    """
-    places, axes = rng.normal(size=(7, 3)), rng.normal(size=(7, 3))
-    angles = rng.uniform(-2, 2, size=7)
-    # bodies are drawn in the pose of zero angles; the last hinge's ground side is where it gets
-    T = [np.eye(4)]
-    for P, a, v in zip(places, axes, angles, strict=True):
-        M = np.eye(4)
-        M[:3, :3] = turned(a, v)
-        M[:3, 3] = P - M[:3, :3] @ P
-        T.append(T[-1] @ M)
-    last = T[-2]
-    end, axis = last[:3, :3] @ places[6] + last[:3, 3], last[:3, :3] @ axes[6]
-    ground = {"P0": tuple(places[0]), "P6": tuple(end)}
-    bodies = [
-        md.Body(f"b{k + 1}", {f"P{k}": tuple(places[k]), f"P{k + 1}": tuple(places[k + 1])})
-        for k in range(6)
-    ]
-    joints = []
-    names = ["ground", *(body.name for body in bodies), "ground"]
-    for k in range(7):
-        sides = [f"{names[k]}.P{k}", f"{names[k + 1]}.P{k}"]
-        here = there = tuple(axes[k])
-        if k == 6:
-            there = tuple(axis)
-        if backwards and k % 2:
-            sides, here, there = sides[::-1], there, here
-        joints.append(md.SpatialRevolute(f"J{k}", *sides, axis=here, axis2=there))
-    mechanism = md.Mechanism(
-        dimension=3, ground=md.Ground(ground), bodies=bodies, joints=joints, sketch={}
-    )
-    world = np.array([T[k][:3, :3] @ places[k] + T[k][:3, 3] for k in range(1, 7)])
-    return mechanism, angles[0], world
-
-
 def test_rings_of_seven_hinges_are_proven(monkeypatch) -> None:
     rng = np.random.default_rng(5)
     for backwards in (False, True, True):
-        mechanism, first, world = ring(rng, backwards)
+        mechanism, first, world = ring_of_seven(rng, backwards)
         found = modes(mechanism, "J0.angle", first)
         assert found.summary["proven"]
         assert "16 complex poses are certified" in found.summary["basis"]

@@ -12,7 +12,7 @@ import mechdae as md
 from benchmarks import four_bar
 from benchmarks.__main__ import main
 from mechdae.bench import kinematics, tasks
-from mechdae.kinematics.prepared import SHAPES
+from mechdae.kinematics.prepared import SHAPES, prepare
 
 KEYS = {"work", "n", "ratio", "yardstick", "error", "seconds", "method", "setting"}
 CRANK = np.linspace(0.0, 2 * np.pi, 37)
@@ -96,3 +96,15 @@ def test_a_value_that_is_off_is_an_error() -> None:
     assert tasks.off_expected(problem, "cycle") < 1e-12
     other = problem.with_values({"m_slider": problem.mechanism.values()["slider.mass"] * 1.01})
     assert tasks.off_expected(other, "cycle") > 1e-4
+
+
+def test_a_spatial_four_bar_costs_no_more_than_a_planar_one() -> None:
+    """Work is counted, not timed: instructions of a pose with rates, certificate and bounds."""
+    counts = []
+    for item in (kinematics.standard()[0], kinematics.spatial()):
+        setting = prepare(item.problem, item.of(100))
+        counts.append(setting.graphs.pose.n_instructions())
+    assert counts[1] <= 1.5 * counts[0]
+    record = kinematics.measure(kinematics.spatial(), (100,), 1)[0]
+    assert record["error"] <= 1e-15
+    assert record["not_ok"] == 0

@@ -51,7 +51,7 @@ def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
     problem = load(options.problem) if options.problem else None
     kinds = set() if problem is None else {task.kind for task in problem.tasks.values()}
     if problem is None:
-        works = bench.standard()
+        works = [*bench.standard(), bench.spatial()]
     elif "sweep" in kinds or not kinds & {"synthesis", "motion"}:
         works = [bench.work_of(problem)]
     else:
@@ -60,7 +60,8 @@ def run(options: argparse.Namespace, beside: Beside | None = None) -> int:
     moving: list[dict[str, Any]] = []
     for item in works:
         message(f"measuring {item.name}", options.quiet)
-        others = beside.poses if beside is not None else None
+        planar = item.problem.mechanism.dimension == 2
+        others = beside.poses if beside is not None and planar else None
         moving += bench.measure(item, sizes, repeats, others)
     if moving:
         print(bench.table(moving))
