@@ -28,7 +28,7 @@ class HingeLoop:
     def __init__(self, scene: Scene, group: Group, p: Any) -> None:
         joints = scene.model.mechanism.joints
         every = [joints[name] for name in group.joints]
-        hinges = len(every) == AXES and all(j.coordinates == ("angle",) for j in every)
+        hinges = len(every) == AXES and all(j.turns and len(j.coordinates) == 1 for j in every)
         if not hinges or len(group.bodies) != AXES - 1 or group.superfluous:
             raise OtherShape
         inside = set(group.bodies)

@@ -7,9 +7,9 @@ from typing import Any
 
 from mechdae.assembly.linkage.rigid_parts import GroupPoses, OtherShape
 from mechdae.assembly.spatial.known_sides import KnownSides
+from mechdae.describe.coordinate_kinds import LENGTH, UNIT
 from mechdae.homotopy.platforms import platform_poses
 from mechdae.homotopy.study import MOST
-from mechdae.model.coordinates import Coordinate
 from mechdae.model.groups import Group
 from mechdae.model.reduction import Scene
 
@@ -27,7 +27,7 @@ class SixLegs:
         if group.superfluous or len(hubs) != 1:
             raise OtherShape
         (self.hub,) = hubs
-        self._of = {c.name: c for c in model.coordinates if c.owner == self.hub}
+        self._own = [c for c in model.coordinates if c.owner == self.hub]
         ends: list[tuple[str, str, Any]] = []
         spun = {name for link in idle.values() for name in (link.joint, *link.others)}
         for name in group.bodies:
@@ -55,7 +55,7 @@ class SixLegs:
     @property
     def _free(self) -> bool:
         """Whether place and quaternion of the body are its coordinates."""
-        return {"x", "y", "z", "e0", "e1", "e2", "e3"} <= set(self._of)
+        return [c.kind for c in self._own] == [LENGTH] * 3 + [UNIT] * 4
 
     def solve(self, q: Mapping[tuple[str, str], float], u: Any) -> GroupPoses:
         """Return the body's coordinates in all poses.
@@ -84,6 +84,5 @@ class SixLegs:
 
     def _coordinates(self, place: Any, e: Any) -> dict[tuple[str, str], float]:
         """Return the coordinates of a displacement of points given from the body's anchor."""
-        values = dict(zip(("x", "y", "z", "e0", "e1", "e2", "e3"), (*place, *e), strict=True))
-        own: dict[str, Coordinate] = self._of
-        return {own[name].key: float(value) for name, value in values.items()}
+        values = [*place, *e]
+        return {c.key: float(value) for c, value in zip(self._own, values, strict=True)}
