@@ -12,6 +12,7 @@ from mechdae.describe.file.writing import dumps
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND, Mechanism
 from mechdae.describe.tasks.kinds import Driven, Driver, Sweep
+from mechdae.describe.units import UNITS
 from mechdae.errors import InputError
 from mechdae.pages import link
 from mechdae.pages.document import LANGUAGES, Page
@@ -53,6 +54,9 @@ def editor(problem: Problem | None = None, lang: str = "en") -> Page:
         "model": None,
         "kept": [],
         "names": [],
+        "units": {
+            own.suffix: [own.size.numerator, own.size.denominator, own.pi] for own in UNITS.values()
+        },
     }
     if problem is not None:
         data["model"] = _Drawing(problem).model()

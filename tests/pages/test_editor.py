@@ -8,7 +8,7 @@ import pytest
 import mechdae as md
 from mechdae.pages.document import data_of
 from mechdae.pages.editor import editor
-from tests.shared.browser import ARGUMENTS, CHROMIUM
+from tests.shared.browser import ARGUMENTS, CHROMIUM, until
 from tests.shared.command import run
 
 in_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
@@ -96,6 +96,14 @@ def test_what_is_drawn_is_what_python_solves(drawing, tmp_path, steps, bodies):
             if name in points:
                 assert np.abs(series.position[k] - points[name]).max() < 1e-9
     assert len(set(points) & set(result.points)) >= 2 * (bodies - 2)
+    page.locator("input[type=file]").set_input_files(file)
+    until(page, "mechdae.opened() === 1")
+    assert page.evaluate("mechdae.state().file") == {
+        "title": problem.title,
+        "kept": [],
+        "names": [],
+    }
+    assert page.evaluate("mechdae.toml()") == file.read_text(encoding="utf-8")
 
 
 @in_browser

@@ -4,9 +4,15 @@ import { determinant } from "./friction.js";
 
 const CLOSED = 1e-13, SHORTEST = 1e-5, FULL = 2 * Math.PI;
 
-/** The frame of a link at the drawn place: origin at its first node, x towards its second one. */
+/** The frame of a link at the drawn place: origin at its first node, x towards its second one. Of a file that was opened with
+ * the numbers that were typed there, as long as no point of the link has moved. */
 export function frameOf(link, nodes) {
   const [a, b] = link.nodes.map((id) => nodes.get(id));
+  const { typed } = link;
+  const still = (id, k) => { const { x, y } = nodes.get(id); return id === typed.nodes[k] && x === typed.at[k][0] && y === typed.at[k][1]; };
+  if (typed && typed.nodes && typed.nodes.length === link.nodes.length && link.nodes.every(still)) {
+    return { origin: [a.x, a.y], angle: typed.angle, locals: new Map(link.nodes.map((id, k) => [id, typed.locals[k]])) };
+  }
   const angle = Math.atan2(b.y - a.y, b.x - a.x);
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   const locals = new Map(link.nodes.map((id) => {

@@ -5,10 +5,12 @@ import { Model } from "./model.js";
 import { problemText } from "./toml.js";
 import { offered, svgText } from "./files.js";
 import { digits } from "./units.js";
+import { drawingOf } from "./opened.js";
+import { Refused } from "./read_toml.js";
 import { editorWords } from "./edit_words.js";
 
 const TOOLS = ["select", "link", "pivot", "slider", "slot", "driver", "delete"];
-const NEAR = 12, GRID = 0.005;
+const NEAR = 12, GRID = 0.005, LARGEST = 200000;
 const get = (id) => document.getElementById(id);
 
 class Editor {
@@ -21,6 +23,7 @@ class Editor {
     this.tool = "select";
     this.value = null;
     this.playing = false;
+    this.opened = 0;
     this.diagram = new Diagram(this.svg, { bodies: [], joints: [] });
     this.over = element("g", {}, this.svg);
     this.buttons();
@@ -31,6 +34,8 @@ class Editor {
     this.svg.addEventListener("pointerup", (event) => this.up(event));
     this.svg.addEventListener("dblclick", () => this.escape());
     document.addEventListener("keydown", (event) => this.key(event));
+    document.addEventListener("dragover", (event) => event.preventDefault());
+    document.addEventListener("drop", (event) => { event.preventDefault(); if (event.dataTransfer.files.length) this.open(event.dataTransfer.files[0]); });
     this.changed();
   }
 
@@ -63,10 +68,41 @@ class Editor {
     this.slider.setAttribute("aria-label", words("driver"));
     this.slider.addEventListener("input", () => { this.at(Number(this.slider.value)); });
     get("drive").append(this.slider);
+    const chosen = document.createElement("input");
+    Object.assign(chosen, { type: "file", accept: ".toml", hidden: true });
+    chosen.addEventListener("change", () => { if (chosen.files.length) this.open(chosen.files[0]); chosen.value = ""; });
+    get("files").append(chosen);
+    button("files", words("open"), () => chosen.click());
     button("files", "TOML", () => offered("mechanism.toml", this.toml(), "text/plain"));
     button("files", "SVG", () => offered("mechanism.svg", svgText(this.svg), "image/svg+xml"));
     button("files", words("fit"), () => { this.fit(); this.draw(); });
-    for (const line of this.given.kept.slice(0, 1)) { void line; get("kept").textContent = `${words("kept")}: ${this.given.names.join(", ")}`; }
+  }
+
+  /** The file that the drawing goes on with: title, lines that are kept, their names. */
+  get file() { return this.model.data.file || this.given; }
+
+  /** Put a problem file in the place of the drawing, as one gesture; a file that cannot be read is named and changes nothing. */
+  async open(file) {
+    const told = (about, line = 0) => {
+      this.escape();
+      this.message = `${file.name}${line ? `, ${this.words("line")} ${line}` : ""}: ${about}`;
+      this.opened += 1;
+      this.draw();
+    };
+    if (file.size > LARGEST) { told(`${this.words("too_large")} ${LARGEST / 1000} kB`); return; }
+    try {
+      const drawing = drawingOf(await file.text(), this.given.units, file.name);
+      this.escape();
+      this.model.data = drawing;
+    } catch (error) {
+      if (error instanceof Refused) told(`${this.words(error.word)}${error.about ? `: ${error.about}` : ""}`, error.line);
+      else told(this.words("unreadable"));
+      return;
+    }
+    this.model.done();
+    this.fit();
+    this.changed();
+    this.opened += 1;
   }
 
   choose(tool) {
@@ -222,6 +258,7 @@ class Editor {
 
   changed(during = false) {
     const { model } = this;
+    this.message = "";
     this.draft = new Draft(model.data);
     this.found = this.draft.check();
     this.poses = null;
@@ -280,7 +317,7 @@ class Editor {
     if (this.playing) requestAnimationFrame(tick);
   }
 
-  toml() { return problemText(this.model.data, this.given.title, this.given.kept); }
+  toml() { return problemText(this.model.data, this.file.title, this.file.kept); }
 
   // -- drawing
 
@@ -313,8 +350,9 @@ class Editor {
     }
     for (const own of this.toolButtons) own.setAttribute("aria-pressed", String(own.dataset.tool === this.tool));
     const status = get("status");
-    status.textContent = value ? `${this.words("gap")} ${this.value.name}: ${digits(1000 * this.value.gap, 4)} mm` : `${this.words(`hint_${this.tool}`)}. ${this.said}`;
-    status.className = value || (model.data.links.length && this.found.count !== 1) ? "warn" : "";
+    get("kept").textContent = this.file.kept.length ? `${this.words("kept")}: ${this.file.names.join(", ")}` : "";
+    status.textContent = this.message ? this.message : value ? `${this.words("gap")} ${this.value.name}: ${digits(1000 * this.value.gap, 4)} mm` : `${this.words(`hint_${this.tool}`)}. ${this.said}`;
+    status.className = this.message || value || (model.data.links.length && this.found.count !== 1) ? "warn" : "";
     this.slider.disabled = !this.poses;
     this.play.disabled = !this.poses;
   }
@@ -327,6 +365,7 @@ window.mechdae = {
   toml: () => editor.toml(),
   state: () => JSON.parse(editor.model.now),
   mobility: () => editor.found,
+  opened: () => editor.opened,
   values: () => (editor.poses ? editor.poses.poses.map(({ u }) => u) : []),
   set: (u) => { if (!editor.poses) return false; editor.show(u); return editor.value.gap === 0; },
   pose: () => ({ points: editor.draft.places(editor.value ? editor.value.q : editor.draft.start), gap: editor.value ? editor.value.gap : 0 }),

@@ -1,14 +1,19 @@
 /** The problem file of a drawn mechanism. */
 import { Draft } from "./draft.js";
 
+/** What stands above the lines of another file that are not drawn. */
+export const KEPT = "# of the file that was opened, not drawn here:";
+
 const text = (value) => JSON.stringify(value);
+/** Millimetres that are read back as the same number of metres, where there are such. */
+const millimetres = (value) => { const own = 1000 * value, step = 0.51 * Number.EPSILON * own; return [own, own + step, own - step].find((near) => near / 1000 === value) ?? own; };
 const metres = (value) => text(Number(value) === 0 ? 0 : value);
 
 /** Write the file; `kept` are lines of another file that are not drawn. @param {any} model @param {string} title @param {string[]} kept */
 export function problemText(model, title, kept = []) {
   const draft = new Draft(model);
   const parameters = [], bodies = [], joints = [], sketch = [], ground = [];
-  const number = (name, value) => { parameters.push(`${name}_mm = ${text(1000 * value)}`); return text(name); };
+  const number = (name, value) => { parameters.push(`${name}_mm = ${text(millimetres(value))}`); return text(name); };
   const nodeName = (id) => draft.nodes.get(id).name;
   for (const node of model.nodes) {
     if (node.fixed || node.slide) ground.push(`${node.name} = [${number(`${node.name}_x`, node.x)}, ${number(`${node.name}_y`, node.y)}]`);
@@ -50,6 +55,6 @@ export function problemText(model, title, kept = []) {
     lines.push("", "[tasks.window]", 'kind = "sweep"', `driver = { coordinate = "${coordinate}", range = "assembled" }`, "poses = 361", "",
       "[tasks.modes]", 'kind = "modes"', `driver = { coordinate = "${coordinate}", at = [${metres(draft.begin)}] }`);
   }
-  if (kept.length) lines.push("", "# of the file that was opened, not drawn here:", ...kept.map((line) => `# ${line}`));
+  if (kept.length) lines.push("", KEPT, ...kept.map((line) => `# ${line}`));
   return `${lines.join("\n")}\n`;
 }
