@@ -11,8 +11,8 @@ from mechdae.certificates import check
 from mechdae.certificates.mechanism import as_text
 from mechdae.errors import UnavailableError
 
-STARTS = 400
-"""Starts for each pose that is sought."""
+STARTS, MOST_STARTS = 200, 1000
+"""Starts for each pose that is sought, and in all."""
 
 
 def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[list[list[str]]]:
@@ -36,7 +36,8 @@ def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[l
                 f"and platforms on three legs: {', '.join(group)}"
             ) from None
         known |= set(group)
-    found = _found(m, u, [[acb(v) for v in m.claimed(mode, u, "modes")] for mode in real], count)
+    starts = [[acb(v) for v in m.claimed(mode, u, "modes")] for mode in real]
+    found = _found(m, u, content["groups"], starts, count)
     if len(found) < count:
         raise UnavailableError(
             f"{len(found)} complex poses of {count} are found: others are singular or at infinity, "
@@ -45,13 +46,18 @@ def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[l
     return [[[as_text(x.real.mid()), as_text(x.imag.mid())] for x in pose[:-1]] for pose in found]
 
 
-def _found(m: check.Checked, u: Any, starts: list[Any], count: int) -> list[list[Any]]:
-    """Return up to `count` different poses in balls, from the starts and from random ones."""
+def _found(
+    m: check.Checked, u: Any, groups: list[list[str]], starts: list[Any], count: int
+) -> list[list[Any]]:
+    """Return up to `count` different poses in balls, from the starts and from random ones.
+
+    A random start keeps the first groups of a pose that is found, and draws the others.
+    """
     rng, found = random.Random(7), list[list[Any]]()
-    for k in range(len(starts) + STARTS * count):
+    for k in range(len(starts) + min(STARTS * count, MOST_STARTS)):
         if len(found) == count:
             break
-        z = starts[k] if k < len(starts) else _start(m, u, rng)
+        z = starts[k] if k < len(starts) else _start(m, u, groups, found, rng)
         try:
             pose = check.solution(m, z).box()
         except check.TestFails:
@@ -63,10 +69,16 @@ def _found(m: check.Checked, u: Any, starts: list[Any], count: int) -> list[list
     return found
 
 
-def _start(m: check.Checked, u: Any, rng: random.Random) -> list[Any]:
+def _start(
+    m: check.Checked, u: Any, groups: list[list[str]], found: list[Any], rng: random.Random
+) -> list[Any]:
     """Return a random complex place to begin from."""
-    z = []
-    for _ in m.bodies:
+    kept = {body for group in groups[: rng.randrange(len(groups))] for body in group}
+    base, z = rng.choice(found) if found else None, []
+    for k, body in enumerate(m.bodies):
+        if base is not None and body in kept:
+            z += base[3 * k : 3 * k + 3]
+            continue
         z += [acb(rng.gauss(0, m.size), rng.gauss(0, m.size)) for _ in range(2)]
         z.append(acb(rng.uniform(-3.2, 3.2), rng.gauss(0, 0.7)))
     return [*z, acb(u)]
