@@ -17,7 +17,7 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, arb_series, ctx, fmpq
 
-VERSION, PRECISION, MOST_BYTES, MOST_BODIES, HALVINGS = 1, 128, 256_000_000, 150, 11
+VERSION, PRECISION, MOST_BYTES, MOST_BODIES, HALVINGS = 1, 128, 256_000_000, 150, 7
 NUMBERS: dict[str, list[str]] = {
     "revolute": [], "weld": ["turn"], "prismatic": ["axis", "turn"], "slot": ["axis"],
     "distance": ["length"], "gear": ["ratio", "phase"], "rack": ["radius", "axis", "phase"]}
