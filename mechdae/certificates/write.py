@@ -21,6 +21,9 @@ from mechdae.kinematics.sweep import run
 from mechdae.results import Result, Status
 from mechdae.setup.drivers import plan
 
+MOST_STEPS = 5000
+"""Steps of a path whose check takes a minute or so."""
+
 
 def certificate_of(problem: Problem, name: str) -> dict[str, Any]:
     """Return the certificate of a task as plain data; it is not checked yet.
@@ -86,6 +89,11 @@ def _path(path: Path, arc: Arc, frames: Frames) -> dict[str, Any]:
         for s, state in zip(path.s, path.state, strict=True)
         if arc.first <= s <= arc.last and s not in ends
     ]
+    if len(nodes) > MOST_STEPS:
+        raise UnavailableError(
+            f"no certificate is written of a path of {len(nodes) - 1} steps: it leads to a "
+            "singular pose"
+        )
     found: dict[str, Any] = {**nodes[0], "steps": []}
     for before, after in pairwise(nodes):
         step = {"from": before["at"], "to": after["at"], "bodies": after["bodies"]}
