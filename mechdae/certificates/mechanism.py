@@ -80,10 +80,10 @@ def _joint(joint: Joint, values: Any) -> dict[str, Any]:
         )
     own: dict[str, Any] = {"kind": kind, "first": joint.first, "second": joint.second}
     numbers = {key: values.get(f"{joint.name}.{key}", 0.0) for key in NUMBERS[kind]}
-    if joint.kind == "friction-wheel":
+    if joint.wheels == 2 and f"{joint.name}.ratio" not in values:  # two radii
         radii = [Fraction(values[f"{joint.name}.{key}"]) for key in ("second_radius", "radius")]
-        numbers["ratio"] = joint.sense * radii[0] / radii[1]
-    elif joint.kind == "belt":
+        numbers["ratio"] = radii[0] / radii[1]
+    if joint.wheels == 2:
         numbers["ratio"] *= joint.sense
     carrier = getattr(joint, "carrier", None)
     if carrier:
