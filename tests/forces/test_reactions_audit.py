@@ -101,10 +101,10 @@ def test_books_of_predefined_mechanisms(name: str, friction: float) -> None:
     assert laws <= BALANCE * max(1.0, worst / 100)
 
 
-FORCES = [
+FORCES = [  # of the plane; those of space are compared with free bodies in test_spatial_*.py
     (name, task)
     for name in library.names()
-    if name not in REDUNDANT
+    if name not in REDUNDANT and predefined(name).mechanism.dimension == 2
     for task, own in predefined(name).tasks.items()
     if own.kind == "reactions"
 ]

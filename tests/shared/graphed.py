@@ -72,7 +72,10 @@ def drawn_readably(name: str) -> None:
         result = coarse(problem, list(problem.tasks)[kinds.index("reactions")])
         for options in ({}, {"polar": True}):
             assert_readable(md.plot(result, "curves", **options))
-        if any("loss" in own for own in result.joints.values()):
+        if problem.mechanism.dimension == 3:
+            with pytest.raises(InputError, match="losses"):
+                md.plot(result, "losses")
+        elif any("loss" in own for own in result.joints.values()):
             assert_readable(md.plot(result, "losses"))
         drawn += 1
     if "motion" in kinds:
