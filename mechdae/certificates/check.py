@@ -17,7 +17,7 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, arb_series, ctx, fmpq
 
-VERSION, PRECISION, MOST_BYTES, MOST_BODIES, HALVINGS = 1, 128, 256_000_000, 150, 7
+VERSION, PRECISION, MOST_BYTES, MOST_BODIES, HALVINGS = 1, 128, 256_000_000, 150, 12
 NUMBERS: dict[str, list[str]] = {
     "revolute": [], "weld": ["turn"], "prismatic": ["axis", "turn"], "slot": ["axis"],
     "distance": ["length"], "gear": ["ratio", "phase"], "rack": ["radius", "axis", "phase"]}
@@ -382,7 +382,7 @@ def compare(m: Checked, z: list[arb], claim: Any, at: str) -> None:
             raise FalseClaim(f"{at}/angles/{body}", "further off than its bound")
 
 
-def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-9) -> list[arb]:
+def agrees(m: Checked, z: list[arb], claim: Any, at: str, within: float = 1e-12) -> list[arb]:
     """Compare a pose in balls with the place to look at that is written down for it."""
     for k, (own, other) in enumerate(zip(z, m.claimed(claim, z[LAST], at))):
         if not abs(own - other) <= within * (1 if k % 3 == 2 else m.size):
@@ -414,7 +414,7 @@ def sweep(m: Checked, data: Any) -> str:
             ends[end] = turning(m, own, m.claimed(path[end], u, at), sense, at)
             if not abs(ends[end][LAST] - u) <= 1e-12 * m.unit:
                 raise FalseClaim(f"{at}/at", f"the limit position is at {ends[end][LAST].str(20)}")
-            agrees(m, ends[end], path[end], at, 1e-6)
+            agrees(m, ends[end], path[end], at)
     for k, pose in enumerate(part(data, "poses", list, "certificate")):
         at, status = f"poses/{k}", part(pose, "status", str, f"poses/{k}")
         place = exact(part(pose, "at", str, at), at)

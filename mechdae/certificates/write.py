@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import mechdae
+from mechdae.certificates.in_balls import complex_poses, refined_mode, refined_path
 from mechdae.certificates.mechanism import Frames, as_text, mechanism_of
 from mechdae.continuation.path import Path
 from mechdae.continuation.reachable_arc import Arc, arc_of
@@ -21,6 +22,8 @@ from mechdae.kinematics.sweep import run
 from mechdae.results import Result, Status
 from mechdae.setup.drivers import plan
 
+BEFORE = 1e-3
+"""Share of the largest step before a limit position from which on the way into it begins."""
 MOST_STEPS = 5000
 """Steps of a path whose check takes a minute or so."""
 
@@ -73,10 +76,11 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
             "no certificate is written of a motion across change points", where=where
         )
     arc = arc_of(done.path)
+    path = _path(done.path, arc, Frames(setting.scene, mechanism["bodies"]))
     return {
         "kind": "sweep",
         "mechanism": mechanism,
-        "path": _path(done.path, arc, Frames(setting.scene, mechanism["bodies"])),
+        "path": refined_path(mechanism, path),
         "poses": _poses(report(problem, name, task, setting, done), done, arc),
     }
 
@@ -87,7 +91,7 @@ def _path(path: Path, arc: Arc, frames: Frames) -> dict[str, Any]:
     nodes = [
         {"at": as_text(s), "bodies": frames.at(state[:nx], np.array([s]))}
         for s, state in zip(path.s, path.state, strict=True)
-        if arc.first <= s <= arc.last and s not in ends
+        if arc.first <= s <= arc.last and all(abs(s - end) > BEFORE * path.largest for end in ends)
     ]
     if len(nodes) > MOST_STEPS:
         raise UnavailableError(
@@ -153,8 +157,6 @@ def _at_pose(problem: Problem, task: Any) -> tuple[Setting, Any]:
 
 def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
     """Return all modes at one pose, and all complex poses, which prove that there are no others."""
-    from mechdae.certificates.complex_poses import complex_poses
-
     setting, u = _at_pose(problem, task)
     result = modes(problem, name, task)
     mechanism = mechanism_of(setting.scene)
@@ -169,7 +171,7 @@ def _modes(problem: Problem, name: str, task: Modes) -> dict[str, Any]:
         labels = iter(mode.labels)
         signs = [str(int(next(labels)[0] + "1")) if own else "1" for own in labelled]
         claim = {"label": mode.label, "signs": signs, "bodies": frames.at(mode.x, u)}
-        found.append(claim | reported(result, k))
+        found.append(refined_mode(mechanism, claim, as_text(u[0])) | reported(result, k))
     content = {
         "kind": "modes",
         "at": as_text(u[0]),

@@ -178,3 +178,17 @@ def test_the_checker_shares_nothing_and_is_short() -> None:
         if line.strip() and not line.strip().startswith("#") and k not in quoted
     ]
     assert len(lines) <= 400
+
+
+def test_page_tells_what_was_measured() -> None:
+    found = json.loads((ROOT / "docs" / "data" / "certificates.json").read_text())
+    page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
+    assert found["refused"] == found["alterations"]["passed"] == []
+    assert found["written"] == sum("proved" in row for row in found["rows"])
+    for text in (
+        f"Of {found['tasks']} sweeps and tasks of modes {found['written']} have a certificate",
+        f"of {found['alterations']['count']} alterations all are refused",
+        f"{found['seconds_sweeps']:.1f} s to solve them",
+        f"{found['seconds_checked']:.0f} s to check them",
+    ):
+        assert text in page

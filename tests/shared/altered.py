@@ -16,6 +16,7 @@ a body left out."""
 WEAKER = ("bound",)
 """Claims that are still true when a number grows."""
 NUMBER = re.compile("-?[0-9]+(/[0-9]+)?")
+SMALL = 1e-9
 MOVED = Fraction(1, 10**10)
 
 
@@ -46,7 +47,9 @@ def alter(content: dict[str, Any], kind: str, rng: random.Random) -> tuple[dict[
     if kind == "number":
         place = rng.choice(list(numbers(own)))
         value = Fraction(entry(own, place))
-        changed = value + (abs(value) or 1) * Fraction(rng.choice((-1, 1)), 10**6)
+        changed = value + (abs(value) if abs(value) > SMALL else 1) * Fraction(
+            rng.choice((-1, 1)), 10**6
+        )
         entry(own, place[:-1])[place[-1]] = str(changed)
         return own, "/".join(map(str, place))
     if kind in ("step", "order") and len(steps) > 1:
@@ -56,7 +59,7 @@ def alter(content: dict[str, Any], kind: str, rng: random.Random) -> tuple[dict[
             steps.insert(k + 1, step)
         return own, f"path/steps/{k}"
     if kind == "pose" and poses:
-        k = rng.randrange(len(poses))
+        k = rng.choice([k for k, pose in enumerate(poses) if pose["status"] != "limit"])
         told = poses[k]["status"]
         poses[k] |= {"status": "ok" if told == "unassembled" else "unassembled"}
         return own, f"poses/{k}"

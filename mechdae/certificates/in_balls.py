@@ -1,4 +1,4 @@
-"""All complex poses of a mechanism at one value of its driver, from random starts."""
+"""Poses as balls have them, to the last bit; all complex ones at one value of the driver."""
 
 from __future__ import annotations
 
@@ -13,6 +13,50 @@ from mechdae.errors import UnavailableError
 
 STARTS, MOST_STARTS = 200, 1000
 """Starts for each pose that is sought, and in all."""
+
+
+def refined_path(mechanism: dict[str, Any], path: dict[str, Any]) -> dict[str, Any]:
+    """Return a path with its poses to the last bit; those that balls do not prove as they were."""
+    m = _checked(mechanism)
+    places = [path, *path["steps"]]
+    for place, at in zip(
+        places, [path["at"], *(step["to"] for step in path["steps"])], strict=True
+    ):
+        place["bodies"] = _refined(m, place, at) or place["bodies"]
+    for word, sense, near in (("low", -1, path), ("high", 1, places[-1])):
+        if word in path:
+            at = near["at"] if near is path else near["to"]
+            try:
+                z = check.solution(m, m.claimed(near, check.exact(at, word), word)).box()
+                claim = m.claimed(path[word], check.exact(path[word]["at"], word), word)
+                path[word]["bodies"] = _bodies(m, check.turning(m, z, claim, sense, word))
+            except (check.TestFails, check.FalseClaim):
+                pass  # the check says what is wrong
+    return path
+
+
+def refined_mode(mechanism: dict[str, Any], mode: dict[str, Any], at: str) -> dict[str, Any]:
+    """Return a mode with its pose to the last bit."""
+    return mode | {"bodies": _refined(_checked(mechanism), mode, at) or mode["bodies"]}
+
+
+def _checked(mechanism: dict[str, Any]) -> check.Checked:
+    ctx.prec, ctx.cap = check.PRECISION, 3
+    return check.Checked(mechanism)
+
+
+def _refined(m: check.Checked, claim: dict[str, Any], at: str) -> dict[str, list[str]] | None:
+    """Return the pose near a claim, None where balls do not prove one."""
+    try:
+        return _bodies(m, check.solution(m, m.claimed(claim, check.exact(at, "at"), "at")).z)
+    except check.TestFails:
+        return None
+
+
+def _bodies(m: check.Checked, z: list[Any]) -> dict[str, list[str]]:
+    return {
+        body: [as_text(v.mid()) for v in z[3 * k : 3 * k + 3]] for k, body in enumerate(m.bodies)
+    }
 
 
 def complex_poses(content: dict[str, Any], real: list[dict[str, Any]]) -> list[list[list[str]]]:
