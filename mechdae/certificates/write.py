@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
@@ -81,7 +82,7 @@ def _sweep(problem: Problem, name: str, task: Sweep) -> dict[str, Any]:
         "kind": "sweep",
         "mechanism": mechanism,
         "path": refined_path(mechanism, path),
-        "poses": _poses(report(problem, name, task, setting, done), done, arc),
+        "poses": _poses(report(problem, name, task, setting, done), done, arc, path),
     }
 
 
@@ -93,6 +94,8 @@ def _path(path: Path, arc: Arc, frames: Frames) -> dict[str, Any]:
         for s, state in zip(path.s, path.state, strict=True)
         if arc.first <= s <= arc.last and all(abs(s - end) > BEFORE * path.largest for end in ends)
     ]
+    if not nodes:
+        raise UnavailableError("no certificate is written of a pose at a limit position alone")
     if len(nodes) > MOST_STEPS:
         raise UnavailableError(
             f"no certificate is written of a path of {len(nodes) - 1} steps: it leads to a "
@@ -109,16 +112,18 @@ def _path(path: Path, arc: Arc, frames: Frames) -> dict[str, Any]:
     return found
 
 
-def _poses(result: Result, done: Run, arc: Arc) -> list[dict[str, Any]]:
+def _poses(result: Result, done: Run, arc: Arc, path: dict[str, Any]) -> list[dict[str, Any]]:
     """Return what is claimed of each pose: its place, points, angles, and their bounds.
 
-    Of poses that are reached whole turns of the driver away nothing is claimed.
+    Of poses that are reached whole turns of the driver away, and of those between the last step
+    and a limit position, nothing is claimed.
     """
     found, values = [], done.values[:, 0]
+    first, last = Fraction(path["at"]), Fraction([path, *path["steps"]][-1].get("to", path["at"]))
     ends = {-1: "low", 1: "high"}
     for k, (value, met) in enumerate(zip(values, arc.met(values), strict=True)):
         status = str(result.status[k])
-        on_path = arc.first <= value <= arc.last
+        on_path = first <= Fraction(float(value)) <= last
         claim = {"pose": k, "at": as_text(value), "status": status}
         if status == Status.LIMIT.value and met:
             found.append(claim | {"end": ends[met]} | reported(result, k))

@@ -180,6 +180,17 @@ def test_the_checker_shares_nothing_and_is_short() -> None:
     assert len(lines) <= 400
 
 
+def test_poses_next_to_a_limit_position_make_no_certificate_fail(written: Any) -> None:
+    """Those that the steps do not reach are left out, the others are checked."""
+    problem = md.load("four-bar-double-rocker")
+    low, high = md.solve(problem, "window").summary["limits"]
+    at = (0.5 * (low + high), high - 1e-7, high + 0.1)
+    task = replace(problem.tasks["window"], driver=md.Driver("left.angle", at=at), poses=None)
+    found = md.certify(problem.with_task("near", task), "near")
+    assert md.solve(problem.with_task("near", task), "near").status.tolist()[1] == "ok"
+    assert [pose["pose"] for pose in found["poses"]] == [0, 2]
+
+
 def test_page_tells_what_was_measured() -> None:
     found = json.loads((ROOT / "docs" / "data" / "certificates.json").read_text())
     page = (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8")
