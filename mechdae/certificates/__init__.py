@@ -36,13 +36,13 @@ def certify(problem: Problem | str, task: str | None = None) -> dict[str, Any]:
     SolveError
         A claim does not stand the check in ball arithmetic.
     """
-    from mechdae.certificates.write import certificate_of
-
     loaded = _loaded(problem)
     own = [name for name, entry in loaded.tasks.items() if entry.kind in KINDS]
     if task is None and not own:
         raise UnavailableError("no task of kind sweep or modes, which certificates are written of")
     _checker()
+    from mechdae.certificates.write import certificate_of  # needs what the checker needs
+
     content = certificate_of(loaded, task or own[0])
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "certificate"

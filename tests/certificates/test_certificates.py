@@ -6,6 +6,8 @@ import ast
 import itertools
 import json
 import random
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -189,6 +191,18 @@ def test_poses_next_to_a_limit_position_make_no_certificate_fail(written: Any) -
     found = md.certify(problem.with_task("near", task), "near")
     assert md.solve(problem.with_task("near", task), "near").status.tolist()[1] == "ok"
     assert [pose["pose"] for pose in found["poses"]] == [0, 2]
+
+
+def test_without_balls_it_is_said_what_to_install(tmp_path: Path) -> None:
+    """In a process of its own, where python-flint cannot be imported."""
+    code = "import sys; sys.modules['flint'] = None; from mechdae.cli import main; "
+    for words in (["certify", "slider-crank", "--out", "c.json"], ["certify", "--check", "c.json"]):
+        call = [sys.executable, "-c", f"{code}sys.exit(main({words}))"]
+        done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 2, done.stderr
+        assert 'pip install "mechdae[proof]"' in done.stderr
+        assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
 
 
 def test_page_tells_what_was_measured() -> None:
