@@ -8,9 +8,11 @@ from __future__ import annotations
 import argparse
 import gc
 import importlib
+import io
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import nullcontext, redirect_stdout
 from typing import Any
 
 from mechdae import __version__
@@ -93,7 +95,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except SystemExit as stop:
         return int(stop.code or 0)
     try:
-        return int(_module(arguments.command).run(arguments))
+        with redirect_stdout(_Unread(sys.stdout)) if _writes(arguments) else nullcontext():
+            return int(_module(arguments.command).run(arguments))
     except MechdaeError as error:
         if arguments.debug:
             raise
@@ -102,7 +105,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"mechdae: {place}{error}", file=sys.stderr)
         return 1 if isinstance(error, SolveError) else 2
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence(sys.stdout)
         return 0
     except OSError as error:
         if arguments.debug:
@@ -113,6 +116,39 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("mechdae: interrupted", file=sys.stderr)
         return 130
+
+
+def _writes(arguments: argparse.Namespace) -> bool:
+    """Return whether a command writes files too, which are wanted although nobody reads on."""
+    return getattr(arguments, "out", None) is not None
+
+
+def _silence(stream: Any) -> None:
+    """Lead what is printed from now on nowhere: the reader of the pipe has gone."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+class _Unread(io.TextIOBase):
+    """A stream whose reader may stop reading (``| head``) while the command still works."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        try:
+            return int(self._stream.write(text))
+        except BrokenPipeError:
+            _silence(self._stream)
+            return len(text)
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except BrokenPipeError:
+            _silence(self._stream)
+
+    def isatty(self) -> bool:
+        return bool(self._stream.isatty())
 
 
 def _with_labels(words: list[str]) -> list[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import sys
 import tomllib
 
 import numpy as np
@@ -341,3 +343,15 @@ def test_names_a_student_would_type(capsys, tmp_path, monkeypatch) -> None:
     assert (code, "exists already" in err) == (2, True)
     assert run(capsys, "new", "four-bar", "--out", "new.toml")[0] == 0
     assert run(capsys, "check", "new.toml")[0] == 0
+
+
+@pytest.mark.parametrize("words", [[], ["--json"]])
+def test_a_reader_that_goes_away_does_not_cost_the_files(tmp_path, monkeypatch, words) -> None:
+    """``mechdae solve P --out DIR | head -1`` writes its files although nobody reads on."""
+    reads, writes = os.pipe()
+    os.close(reads)
+    with open(writes, "w", buffering=1, encoding="utf-8") as unread:
+        monkeypatch.setattr(sys, "stdout", unread)
+        code = main(["solve", "toggle-four-bar", "--quiet", "--out", str(tmp_path / "o"), *words])
+    assert code == 0
+    assert {path.suffix for path in (tmp_path / "o").iterdir()} == {".csv", ".json", ".npz"}
