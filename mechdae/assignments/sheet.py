@@ -163,7 +163,7 @@ def _text(value: Any) -> str:
 def _wanted(subject: Subject, rows: list[int], say: Said) -> Iterator[Note]:
     yield Note((say("structure"),))
     yield Note((say("positions", len(rows)),))
-    if subject.relations:
+    if subject.rated:
         yield Note((say("rates", rows.index(subject.pose)),))
     if getattr(subject.result, "efforts", None):
         yield Note((say("forces"),))

@@ -117,8 +117,6 @@ def explain(
         A pose that does not assemble, or that there is not; a result of another kind.
     UnknownName
         No such group or language.
-    UnavailableError
-        A spatial mechanism.
     SolveError
         The mechanism does not assemble.
     """
@@ -127,13 +125,22 @@ def explain(
     subject = subject_of(result, pose, say)
     groups = subject.group(group)
     sections = [_head(subject)] if group is None else []
-    sections += [group_section(subject, name, bodies) for name, bodies in groups]
+    sections += [_group(subject, name, bodies) for name, bodies in groups]
     if getattr(result, "efforts", None):
         sections.append(_forces(subject, groups, whole=group is None))
     title = result.title or result.problem
     name = f"{result.problem}, {result.task}" if result.task else result.problem
     place = say("pose", subject.pose, len(subject.scene.status))
     return Explanation(localised(Document(title, f"{name}: {place}", tuple(sections), lang)))
+
+
+def _group(subject: Subject, name: str, bodies: tuple[str, ...]) -> Section:
+    """Return the motion of one group, in the plane or in space."""
+    if subject.result.mechanism.dimension == 2:
+        return group_section(subject, name, bodies)
+    from mechdae.explanations.space.spatial_motion import spatial_group_section
+
+    return spatial_group_section(subject, name, bodies)  # type: ignore[arg-type]
 
 
 def first_task(problem: Problem, task: str | None) -> str:
@@ -194,10 +201,29 @@ def _head(subject: Subject) -> Section:
 
 
 def _forces(subject: Subject, groups: list[tuple[str, tuple[str, ...]]], whole: bool) -> Section:
+    if subject.result.mechanism.dimension == 3:
+        return _forces_in_space(subject, groups, whole)
     balance = BalanceOfLinks(subject)
     parts = [forces_section(subject, balance, name, bodies) for name, bodies in reversed(groups)]
     if whole:
         parts.append(driver_section(subject))
         check = power_section(subject, balance)
+        parts += [check] if check is not None else []
+    return Section(subject.say("forces"), (), tuple(parts))
+
+
+def _forces_in_space(
+    subject: Any, groups: list[tuple[str, tuple[str, ...]]], whole: bool
+) -> Section:
+    from mechdae.explanations.space import spatial_forces as forces
+
+    balance = forces.SpatialBalance(subject)
+    parts = [
+        forces.spatial_forces_section(subject, balance, name, bodies)
+        for name, bodies in reversed(groups)
+    ]
+    if whole:
+        parts.append(driver_section(subject))
+        check = forces.spatial_power_section(subject, balance)
         parts += [check] if check is not None else []
     return Section(subject.say("forces"), (), tuple(parts))

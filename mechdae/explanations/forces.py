@@ -214,7 +214,7 @@ def _reactions(subject: Subject, balance: BalanceOfLinks, body: str) -> Iterator
         x, y, couple = (float(own) for own in series["reaction"][subject.pose])
         size = number(float(np.hypot(x, y)), "N")
         angle = number(degrees(float(np.arctan2(y, x))), "°")
-        parts = _spliced(subject.say("reaction is", "\0", "\0", subject.title(body)), size, angle)
+        parts = spliced(subject.say("reaction is", "\0", "\0", subject.title(body)), size, angle)
         loss = subject.value(series, "loss")
         if np.isfinite(loss) and loss:
             lost = number(loss, "W")
@@ -223,14 +223,14 @@ def _reactions(subject: Subject, balance: BalanceOfLinks, body: str) -> Iterator
                 spins = [rates.spins[own][0] for own in (joint.second_body, joint.first_body)]
                 turning = number(spins[0] - spins[1], "rad/s")
                 text = subject.say("pin friction", "\0", "\0", "\0")
-                parts += _spliced(text, number(couple, "N m"), turning, lost)
+                parts += spliced(text, number(couple, "N m"), turning, lost)
             elif np.isfinite(normal):
                 along = _along(subject, joint.name, np.array([x, y]))
                 sliding = number(subject.value(series, "slide_velocity"), "m/s")
                 text = subject.say("slide friction", *"\0\0\0\0")
-                parts += _spliced(text, number(normal, "N"), number(along, "N"), sliding, lost)
+                parts += spliced(text, number(normal, "N"), number(along, "N"), sliding, lost)
             else:
-                parts += _spliced(subject.say("other friction", "\0"), lost)
+                parts += spliced(subject.say("other friction", "\0"), lost)
         rows.append((subject.say("reaction", joint.name), tuple(parts)))
     if rows:
         yield Note((subject.say("reactions"),))
@@ -245,7 +245,7 @@ def _along(subject: Subject, name: str, force: Array) -> float:
     return float(force @ axis)
 
 
-def _spliced(text: str, *parts: Part) -> list[str | Part]:
+def spliced(text: str, *parts: Part) -> list[str | Part]:
     """Return words with formulas in the places that are marked."""
     pieces = text.split("\0")
     found: list[str | Part] = [pieces[0]]
@@ -260,13 +260,13 @@ def driver_section(subject: Subject) -> Section:
     for text, effort in subject.result.efforts.items():
         unit = subject.result.path_unit(f"efforts/{text}")
         value = number(float(effort[subject.pose]), unit, 8)
-        rows.append((text, tuple(_spliced(subject.say("effort is", "\0", text), value))))
+        rows.append((text, tuple(spliced(subject.say("effort is", "\0", text), value))))
     return Section(subject.say("effort"), (Facts(tuple(rows)),))
 
 
 def power_section(subject: Subject, balance: BalanceOfLinks) -> Section | None:
     """Return the balance of powers, which no reaction is in; None without speeds."""
-    say, result, pose = subject.say, subject.result, subject.pose
+    result, pose = subject.result, subject.pose
     bodies = [body for body in subject.scene.mechanism.bodies if subject.scene.shown(body, pose)]
     rates = balance.forces.rates
     if any(not rates.has(body, "acceleration") for body in bodies):
@@ -294,6 +294,12 @@ def power_section(subject: Subject, balance: BalanceOfLinks) -> Section | None:
         )
         for body in bodies
     )
+    return sum_of_powers(subject, drive, loads, inertia)
+
+
+def sum_of_powers(subject: Subject, drive: float, loads: float, inertia: float) -> Section:
+    """Return the sum of the powers of drivers, loads and inertia less what friction takes."""
+    say, result = subject.say, subject.result
     loss = sum(
         subject.value(series, "loss")
         for series in result.joints.values()

@@ -48,8 +48,8 @@ def group_section(subject: Subject, name: str, bodies: tuple[str, ...]) -> Secti
     return Section(say("group", name) if name else say("mechanism"), (head,), tuple(parts))
 
 
-def _facts(subject: Subject, bodies: tuple[str, ...]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield links, joints, what is known and what is sought."""
+def facts_of(subject: Subject, bodies: tuple[str, ...]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield links, joints and what is known."""
     say, mechanism = subject.say, subject.scene.mechanism
     yield say("links"), (", ".join(subject.title(body) for body in bodies),)
     met = set(bodies)
@@ -73,13 +73,17 @@ def _facts(subject: Subject, bodies: tuple[str, ...]) -> Iterator[tuple[str, tup
     known += [say("motion of", ", ".join(dict.fromkeys(wheels)))] if wheels else []
     known += [", ".join(subject.result.drivers)] if mine == 0 else []
     yield say("known"), ("; ".join(filter(None, known)),)
+
+
+def _facts(subject: Subject, bodies: tuple[str, ...]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield links, joints, what is known and what is sought."""
+    say = subject.say
+    yield from facts_of(subject, bodies)
     driven = set(subject.result.drivers)
     sought = [f"φ{subject.numbers[body]}" for body in bodies if f"{body}.angle" not in driven]
-    for joint in mechanism.joints.values():
-        own = {joint.first_body, joint.second_body} & met
-        solved = all(order.get(body, 0) <= mine for body in joint.bodies)
-        if own and solved and "slide" in (subject.result.joints.get(joint.name) or {}):
-            sought.append(f"s ({joint.name})")
+    for joint in joints_of(subject, bodies):
+        if "slide" in (subject.result.joints.get(joint) or {}):
+            sought.append(f"s ({joint})")
     yield say("sought"), (", ".join(sought),)
     yield say("points"), ("; ".join(_under(subject, bodies)),)
 
@@ -103,10 +107,10 @@ def _positions(subject: Subject, bodies: tuple[str, ...]) -> Iterator[Passage]:
     relations = next(iter(subject.relations.values()), None)
     if relations is not None:
         for body in bodies:
-            for relation in relations.of(body, _group_of(subject, body)):
+            for relation in relations.of(body, group_of(subject, body)):
                 if relation.body in subject.scene.mechanism.bodies:
                     yield from _closure(relation)
-    yield from _table(subject, _placed(subject, bodies))
+    yield from solved_values(subject, _placed(subject, bodies))
 
 
 def _closure(relation: Relation) -> Iterator[Formula]:
@@ -129,14 +133,14 @@ def _placed(subject: Subject, bodies: tuple[str, ...]) -> Iterator[tuple[Part, P
     for body in bodies:
         turn = float(subject.scene.angles[body][subject.pose])
         yield Letter("φ", (str(subject.numbers[body]),)), number(degrees(turn), "°", 8)
-    for joint in _joints(subject, bodies):
+    for joint in joints_of(subject, bodies):
         series = subject.result.joints.get(joint) or {}
         if "slide" in series:
             value = subject.value(series, "slide")
             yield Letter("s", (joint,)), number(value, "m", 8)
 
 
-def _table(subject: Subject, rows: Iterator[tuple[Part, Part]]) -> Iterator[Passage]:
+def solved_values(subject: Subject, rows: Iterator[tuple[Part, Part]]) -> Iterator[Passage]:
     """Yield solved values as equations on one line."""
     found = [Equation(row) for row in rows]
     if found:
@@ -147,7 +151,7 @@ def _table(subject: Subject, rows: Iterator[tuple[Part, Part]]) -> Iterator[Pass
         yield Note(tuple(parts))
 
 
-def _joints(subject: Subject, bodies: tuple[str, ...]) -> list[str]:
+def joints_of(subject: Subject, bodies: tuple[str, ...]) -> list[str]:
     """Return the joints that the group brings: of its bodies with it or with earlier ones."""
     order = {body: k for k, (_, own) in enumerate(subject.groups) for body in own} | {GROUND: -1}
     mine = max((order[body] for body in bodies), default=0)
@@ -159,7 +163,7 @@ def _joints(subject: Subject, bodies: tuple[str, ...]) -> list[str]:
     ]
 
 
-def _group_of(subject: Subject, body: str) -> tuple[str, ...]:
+def group_of(subject: Subject, body: str) -> tuple[str, ...]:
     return next(own for _, own in subject.groups if body in own)
 
 
@@ -170,16 +174,16 @@ def _rates(subject: Subject, word: str, bodies: tuple[str, ...]) -> Iterator[Pas
     relations = subject.relations[word]
     any_found = False
     for body in bodies:
-        for relation in relations.of(body, _group_of(subject, body)):
+        for relation in relations.of(body, group_of(subject, body)):
             any_found = True
             yield from _relation(subject, relations, relation, word)
-    for joint in _joints(subject, bodies):
+    for joint in joints_of(subject, bodies):
         for formula in _meshed(subject, joint, word):
             any_found = True
             yield formula
     if not any_found:
         yield Note((subject.say("no relation"),))
-    yield from _table(subject, _rated(subject, word, bodies))
+    yield from solved_values(subject, _rated(subject, word, bodies))
 
 
 def _relation(
@@ -340,7 +344,7 @@ def _rated(subject: Subject, word: str, bodies: tuple[str, ...]) -> Iterator[tup
         if np.isfinite(value):
             yield Letter(symbol, (str(subject.numbers[body]),)), number(value, unit, 8)
     letter, key = SLIDES[word]
-    for joint in _joints(subject, bodies):
+    for joint in joints_of(subject, bodies):
         value = subject.value(subject.result.joints.get(joint) or {}, key)
         if np.isfinite(value):
             yield Letter(letter, (joint,)), number(value, UNITS[word], 8)

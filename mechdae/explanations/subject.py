@@ -10,7 +10,7 @@ import numpy as np
 from mechdae.describe.mechanism import GROUND
 from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scene
 from mechdae.draw.plans.relations import Relations
-from mechdae.errors import InputError, UnavailableError, UnknownName
+from mechdae.errors import InputError, UnknownName
 from mechdae.explanations.words import Said
 from mechdae.records import dataclass
 
@@ -40,11 +40,7 @@ class Subject:
     @cached_property
     def relations(self) -> dict[str, Relations]:
         """The vector equations of the rates there are, by ``velocity``, ``acceleration``."""
-        return {
-            word: Relations(self.result, self.scene, self.pose, word)
-            for word in ORDERS
-            if self._rated(word)
-        }
+        return {word: Relations(self.result, self.scene, self.pose, word) for word in self.rated}
 
     @cached_property
     def groups(self) -> list[tuple[str, tuple[str, ...]]]:
@@ -77,6 +73,11 @@ class Subject:
     def _rated(self, word: str) -> bool:
         series = self.result.points.values()
         return any(word in own and np.isfinite(own[word][self.pose]).all() for own in series)
+
+    @property
+    def rated(self) -> tuple[str, ...]:
+        """Which of velocities and accelerations the result has."""
+        return tuple(word for word in ORDERS if self._rated(word))
 
     @cached_property
     def numbers(self) -> dict[str, int]:
@@ -117,25 +118,26 @@ def subject_of(result: Any, pose: int | None, say: Said) -> Subject:
     ------
     InputError
         A result without poses, a pose that does not assemble, an index there is not.
-    UnavailableError
-        A spatial mechanism.
     """
-    if result.mechanism.dimension != 2:
-        raise UnavailableError("spatial mechanisms are not explained by this version")
     if result.kind not in KINDS:
         raise InputError(
             f"a task of kind {result.kind} is not explained",
             hint="a sweep, or a task of kind reactions",
         )
-    scene = read_scene(result)
-    index = choose_pose(scene, result.kind, pose)
+    if result.mechanism.dimension == 3:
+        from mechdae.explanations.space.spatial_subject import seen_in_space
+
+        make, scene, index = seen_in_space(result, pose)
+    else:
+        make, scene = Subject, read_scene(result)
+        index = choose_pose(scene, result.kind, pose)
     good = [k for k in scene.assembled() if scene.status[k] != "jammed"]
     if index not in good:
         near = min(good, key=lambda k: abs(k - index), default=None)
         if near is not None and pose is None:
-            return Subject(result, scene, near, say)
+            return make(result, scene, near, say)
         raise InputError(
             f"pose {index} is {scene.status[index]}: there is nothing to explain",
             hint=f"pose {near} is {scene.status[near]}" if near is not None else "",
         )
-    return Subject(result, scene, index, say)
+    return make(result, scene, index, say)

@@ -48,6 +48,7 @@ EN = {
     "acts": "force",
     "at": "at",
     "moment about": "M about {0}",
+    "moments about": "Forces and moments about {0}:",
     "sum": "sum",
     "in sum": "The forces on the link are in balance, Φ its force of inertia (d'Alembert):",
     "not unique": (
@@ -58,6 +59,11 @@ EN = {
     "reactions": "Reactions of its joints:",
     "reaction": "joint {0}",
     "reaction is": "|R| = {0} at {1}, acts on {2}",
+    "reaction in space": "|R| = {0}, |M| = {1} about its point, acts on {2}",
+    "spins freely": (
+        "This link has a mass and spins freely between ball joints: how it is turned is not known, "
+        "so there is no sum of forces here."
+    ),
     "pin friction": "; friction torque {0} against the relative rotation of {1}, loses {2}",
     "slide friction": "; normal force {0}, friction {1} along the guide "
     "against the sliding of {2}, loses {3}",
@@ -117,6 +123,7 @@ RU = {
     "acts": "сила",
     "at": "точка",
     "moment about": "M относительно {0}",
+    "moments about": "Силы и моменты относительно {0}:",
     "sum": "сумма",
     "in sum": "Силы, действующие на звено, уравновешены вместе с силой инерции Φ (Даламбер):",
     "not unique": (
@@ -127,6 +134,11 @@ RU = {
     "reactions": "Реакции в кинематических парах:",
     "reaction": "пара {0}",
     "reaction is": "|R| = {0} под углом {1}, действует на {2}",
+    "reaction in space": "|R| = {0}, |M| = {1} относительно её точки, действует на {2}",
+    "spins freely": (
+        "Это звено с массой свободно вращается между шаровыми парами: его поворот неизвестен, "
+        "поэтому суммы сил здесь нет."
+    ),
     "pin friction": "; момент трения {0} против относительного вращения {1}, потери {2}",
     "slide friction": "; нормальная сила {0}, трение {1} вдоль направляющей "
     "против скольжения {2}, потери {3}",
@@ -152,6 +164,13 @@ RU = {
     "gear": "зубчатая",
     "rack": "реечная",
     "belt": "ременная",
+    "cylindrical": "цилиндрическая",
+    "universal": "карданная",
+    "spherical": "шаровая",
+    "planar": "плоскостная",
+    "screw": "винтовая",
+    "distance": "стержень",
+    "vector": "вектор",
 }
 TABLE: Mapping[str, Mapping[str, str]] = MappingProxyType(
     {"en": MappingProxyType(EN), "ru": MappingProxyType(RU)}

@@ -14,6 +14,7 @@ from mechdae.formulas.document import (
 )
 from mechdae.formulas.tree import (
     Column,
+    Cross,
     Equation,
     Less,
     Letter,
@@ -29,6 +30,7 @@ from mechdae.formulas.tree import (
 
 __all__ = [
     "Column",
+    "Cross",
     "Document",
     "Equation",
     "Facts",

@@ -7,6 +7,7 @@ from html import escape
 from mechdae.formulas.plain import signed
 from mechdae.formulas.tree import (
     Column,
+    Cross,
     Equation,
     Less,
     Letter,
@@ -43,11 +44,18 @@ def _inner(node: Part) -> str:
             return f"<mo>(</mo>{inner}<mo>)</mo>" + _tail(node.power, node.unit)
         case Wording():
             return f"<mtext>{escape(node.text)}</mtext>"
+        case Less():
+            return f"<mo>&#x2212;</mo>{_inner(node.inner)}"
         case Sum():
             return _sum(node)
         case Product():
             first, *rest = node.factors
             return "<mo>&#x22c5;</mo>".join([_inner(first), *map(_factor, rest)])
+        case Cross():
+            second = _inner(node.second)
+            if isinstance(node.second, Sum | Cross | Product):
+                second = f"<mo>(</mo>{second}<mo>)</mo>"
+            return f"{_inner(node.first)}<mo>&#xd7;</mo>{second}"
         case Quotient():
             return f"<mfrac>{_row(node.above)}{_row(node.below)}</mfrac>"
         case Listed():

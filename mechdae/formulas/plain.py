@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mechdae.formulas.tree import (
     Column,
+    Cross,
     Equation,
     Less,
     Letter,
@@ -43,6 +44,8 @@ def plain(node: Part) -> str:
         case Product():
             first, *rest = node.factors
             return "·".join([plain(first), *map(_factor, rest)])
+        case Cross():
+            return f"{plain(node.first)} × {_bound(node.second)}"
         case Quotient():
             return f"{_bound(node.above)}/{_bound(node.below)}"
         case Listed():
@@ -78,7 +81,7 @@ def _factor(part: Part) -> str:
 
 def _bound(node: Part) -> str:
     text = plain(node)
-    return f"({text})" if isinstance(node, Sum | Product) else text
+    return f"({text})" if isinstance(node, Sum | Product | Cross) else text
 
 
 def _joined(terms: list[str]) -> str:

@@ -97,6 +97,14 @@ class Product(Part):
 
 
 @dataclass(frozen=True)
+class Cross(Part):
+    """The vector product of two vectors; a second one that is a product itself is in brackets."""
+
+    first: Part
+    second: Part
+
+
+@dataclass(frozen=True)
 class Quotient(Part):
     """A fraction."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from mechdae.formulas.plain import signed
 from mechdae.formulas.tree import (
     Column,
+    Cross,
     Equation,
     Less,
     Letter,
@@ -44,11 +45,18 @@ def _inner(node: Part) -> str:
             return f"({inner})" + _tail(node.power, node.unit)
         case Wording():
             return _text(node.text)
+        case Less():
+            return f"-{_inner(node.inner)}"
         case Sum():
             return _sum(node)
         case Product():
             first, *rest = node.factors
             return " dot ".join([_inner(first), *map(_factor, rest)])
+        case Cross():
+            second = _inner(node.second)
+            if isinstance(node.second, Sum | Cross | Product):
+                second = f"({second})"
+            return f"{_inner(node.first)} times {second}"
         case Quotient():
             return f"({_inner(node.above)})/({_inner(node.below)})"
         case Listed():

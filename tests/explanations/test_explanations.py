@@ -12,7 +12,9 @@ import pytest
 
 import mechdae as md
 from mechdae.describe.file.load import from_dict
-from mechdae.errors import InputError, UnavailableError, UnknownName
+from mechdae.describe.joints import JOINTS
+from mechdae.describe.spatial_joints import SPATIAL_JOINTS
+from mechdae.errors import InputError, UnknownName
 from mechdae.explanations.explain import KINDS
 from mechdae.explanations.words import TABLE
 from mechdae.formulas import Equation, Formula
@@ -24,14 +26,13 @@ FEW = 7
 
 
 def results() -> list[tuple[str, str]]:
-    """Return the first sweep and the first task of reactions of each planar problem."""
+    """Return the first sweep and the first task of reactions of each problem."""
     found = []
     for name in PROBLEMS:
         problem = md.load(name)
-        if problem.mechanism.dimension == 2:
-            for kind in KINDS:
-                tasks = [own for own, task in problem.tasks.items() if task.kind == kind]
-                found += [(name, tasks[0])] if tasks else []
+        for kind in KINDS:
+            tasks = [own for own, task in problem.tasks.items() if task.kind == kind]
+            found += [(name, tasks[0])] if tasks else []
     return found
 
 
@@ -155,7 +156,7 @@ def test_superfluous_constraints_are_said() -> None:
 
 
 def test_languages_have_the_same_words() -> None:
-    extra = {"revolute", "prismatic", "weld", "pin-in-slot", "gear", "rack", "belt"}
+    extra = {*JOINTS, *SPATIAL_JOINTS, "vector"}
     assert set(TABLE["ru"]) - extra == set(TABLE["en"]) - extra
     assert "Скорости" in str(md.explain("slider-crank", "turn", lang="ru"))
 
@@ -176,8 +177,6 @@ def test_what_is_refused(options: dict[str, Any], error: type[Exception], text: 
 def test_tasks_that_are_refused() -> None:
     with pytest.raises(InputError, match="not modes"):
         md.explain("slider-crank", "modes")
-    with pytest.raises(UnavailableError, match="spatial"):
-        md.explain("rssr", "turn")
     with pytest.raises(InputError, match="jammed"):
         md.explain("jamming-drawer", "corner")
 

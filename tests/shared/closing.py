@@ -40,7 +40,7 @@ def faults(document: Document) -> list[str]:
     for passage in passages(document):
         if isinstance(passage, Formula) and isinstance(passage.node, Equation):
             found += _sides(passage.node)
-        elif isinstance(passage, Grid) and len(passage.heads) == 5:
+        elif isinstance(passage, Grid) and len(passage.heads) in (5, 8):
             found += _sums(passage)
     return found
 
@@ -107,7 +107,7 @@ def _printed(digits: str, power: int) -> tuple[float, float]:
 def _sums(grid: Grid) -> list[str]:
     """Return the columns of forces and moments that do not add up to nothing."""
     faults = []
-    for k in (2, 3, 4):
+    for k in range(2, len(grid.heads)):
         cells = [row[k] for row in grid.rows[:-1]]
         printed = [_printed(own.digits, own.power) for own in cells if isinstance(own, Number)]
         total, slack = (sum(own) for own in zip(*printed, strict=True))

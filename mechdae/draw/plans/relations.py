@@ -17,7 +17,14 @@ import numpy as np
 
 from mechdae.describe.joints import Joint
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.diagram.places import Place, free_points, letters_of, numbers_of, places_of
+from mechdae.draw.diagram.places import (
+    JoinedScene,
+    Place,
+    free_points,
+    letters_of,
+    numbers_of,
+    places_of,
+)
 from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.rates import Rates
 from mechdae.draw.plans.vectors import Arrow
@@ -135,7 +142,7 @@ class Relations:
         }
         self.numbers = {**numbers_of(scene.mechanism), GROUND: 0}
         self.places = places_of(scene, pose)
-        self.letters = _letters(scene, pose, self.places, self.numbers)
+        self.letters = distinct_letters(scene, pose, self.places, self.numbers)
         self.spots = list(self._spots())
         self.size = max((float(np.hypot(*spot.value)) for spot in self.spots), default=0.0)
 
@@ -300,8 +307,8 @@ def groups_of(result: Any, scene: DrawnScene) -> list[tuple[str, tuple[str, ...]
     return [("", tuple(scene.mechanism.bodies))]
 
 
-def _letters(
-    scene: DrawnScene, pose: int, places: list[Place], numbers: dict[str, int]
+def distinct_letters(
+    scene: JoinedScene, pose: int, places: list[Place], numbers: dict[str, int]
 ) -> dict[str, str]:
     """Return the capital letter of each point; different points have different ones."""
     found = letters_of(scene, pose, places)

@@ -1,0 +1,1 @@
+"""Explanations of spatial mechanisms: vector equations of three components, forces of six."""
