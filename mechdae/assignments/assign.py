@@ -25,10 +25,11 @@ from mechdae.describe.table import Table
 from mechdae.describe.tasks.kinds import Sweep, Task
 from mechdae.draw import plot
 from mechdae.draw.figure import svg_text
-from mechdae.errors import InputError, UnavailableError, UnknownName
+from mechdae.errors import InputError, UnknownName
+from mechdae.explanations.chosen_pose import subject_of
 from mechdae.explanations.explain import moving_task
 from mechdae.explanations.localised import localised
-from mechdae.explanations.subject import Subject, subject_of
+from mechdae.explanations.subject import Subject
 from mechdae.explanations.words import TABLE as TOLD
 from mechdae.explanations.words import Said
 from mechdae.formulas import Document, Facts, Part, Section
@@ -221,8 +222,6 @@ def assign(
         asked for.
     UnknownName
         A number or a language that is not there.
-    UnavailableError
-        A spatial mechanism.
     SolveError
         Too few sets of numbers do; the message says what fails and how often.
     """
@@ -242,14 +241,14 @@ def assign(
     bound = ANGLE if transmission_angle is None else transmission_angle
     found, tried = choose(solver, drawn, count, seed, bound)
     start = subject_of(base, rows[pose], words[2])
-    diagram = svg_text(plot(base, "diagram", pose=start.pose, traces=False, loads=False, lang=lang))
+    hidden = ("traces", "loads") if whole.mechanism.dimension == 2 else ("traces",)
+    options: dict[str, Any] = dict.fromkeys(hidden, False)
+    diagram = svg_text(plot(base, "diagram", pose=start.pose, lang=lang, **options))
     made = _Made(bare, name, drawn, rows, pose, count, diagram, words, lang)
     return Assignments(whole.name, tuple(made.all(found)), tried)
 
 
 def _check(problem: Problem, count: int, positions: int, seed: int, angle: float | None) -> None:
-    if problem.mechanism.dimension != 2:
-        raise UnavailableError("spatial mechanisms have no assignments in this version")
     for word, value, most in (("count", count, LARGEST), ("positions", positions, MOST)):
         if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
             raise InputError(f"a whole number from 1 to {most} is needed", where=word)
@@ -266,8 +265,9 @@ def _with_positions(problem: Problem, name: str, positions: int) -> Problem:
     changes: dict[str, Any] = {}
     if not any(driver.at is not None for driver in task.all_drivers):
         changes["poses"] = positions + 1
-    measures = tuple(dict.fromkeys([*(task.measures or ()), "transmission"]))
-    own = dataclasses.replace(task, measures=measures, **changes)
+    if problem.mechanism.dimension == 2:
+        changes["measures"] = tuple(dict.fromkeys([*(task.measures or ()), "transmission"]))
+    own = dataclasses.replace(task, **changes)
     tasks: Table[Task] = Table({name: own})
     return dataclasses.replace(problem, tasks=tasks, expected=(), pattern=None)
 

@@ -164,7 +164,8 @@ def _wanted(subject: Subject, rows: list[int], say: Said) -> Iterator[Note]:
     yield Note((say("structure"),))
     yield Note((say("positions", len(rows)),))
     if subject.rated:
-        yield Note((say("rates", rows.index(subject.pose)),))
+        plane = subject.result.mechanism.dimension == 2
+        yield Note((say("rates" if plane else "rates alone", rows.index(subject.pose)),))
     if getattr(subject.result, "efforts", None):
         yield Note((say("forces"),))
         if "efficiency" in subject.result.summary:

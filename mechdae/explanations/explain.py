@@ -12,6 +12,7 @@ from mechdae.describe.tasks.kinds import Sweep
 from mechdae.draw.diagram.driver import drivers_of, value_text
 from mechdae.draw.words import Words
 from mechdae.errors import InputError
+from mechdae.explanations.chosen_pose import subject_of
 from mechdae.explanations.forces import (
     BalanceOfLinks,
     driver_section,
@@ -20,7 +21,7 @@ from mechdae.explanations.forces import (
 )
 from mechdae.explanations.localised import localised
 from mechdae.explanations.motion import group_section
-from mechdae.explanations.subject import KINDS, Subject, subject_of
+from mechdae.explanations.subject import KINDS, Subject
 from mechdae.explanations.words import Said
 from mechdae.export import whole_file
 from mechdae.formulas import Document, Facts, Section

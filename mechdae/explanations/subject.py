@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from mechdae.describe.mechanism import GROUND
-from mechdae.draw.diagram.scene import Array, DrawnScene, choose_pose, read_scene
+from mechdae.draw.diagram.scene import Array, DrawnScene
 from mechdae.draw.plans.relations import Relations
-from mechdae.errors import InputError, UnknownName
+from mechdae.errors import UnknownName
 from mechdae.explanations.words import Said
 from mechdae.records import dataclass
 
@@ -109,35 +109,3 @@ class Subject:
     def title(self, body: str) -> str:
         """Return number and name of a link: ``3 rod``."""
         return self.say("ground") if body == GROUND else f"{self.numbers[body]} {body}"
-
-
-def subject_of(result: Any, pose: int | None, say: Said) -> Subject:
-    """Return the pose to be explained.
-
-    Raises
-    ------
-    InputError
-        A result without poses, a pose that does not assemble, an index there is not.
-    """
-    if result.kind not in KINDS:
-        raise InputError(
-            f"a task of kind {result.kind} is not explained",
-            hint="a sweep, or a task of kind reactions",
-        )
-    if result.mechanism.dimension == 3:
-        from mechdae.explanations.space.spatial_subject import seen_in_space
-
-        make, scene, index = seen_in_space(result, pose)
-    else:
-        make, scene = Subject, read_scene(result)
-        index = choose_pose(scene, result.kind, pose)
-    good = [k for k in scene.assembled() if scene.status[k] != "jammed"]
-    if index not in good:
-        near = min(good, key=lambda k: abs(k - index), default=None)
-        if near is not None and pose is None:
-            return make(result, scene, near, say)
-        raise InputError(
-            f"pose {index} is {scene.status[index]}: there is nothing to explain",
-            hint=f"pose {near} is {scene.status[near]}" if near is not None else "",
-        )
-    return make(result, scene, index, say)

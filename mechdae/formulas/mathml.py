@@ -61,7 +61,8 @@ def _inner(node: Part) -> str:
         case Listed():
             return "<mo>,</mo>".join(_row(own) for own in node.parts)
         case Norm():
-            return f"<mo>|</mo>{_inner(node.inner)}<mo>|</mo>"
+            bars = (f'<mo form="{form}" stretchy="false">|</mo>' for form in ("prefix", "postfix"))
+            return _inner(node.inner).join(bars)
         case Equation():
             return "<mo>=</mo>".join(_row(side) for side in node.sides)
     raise TypeError(f"no MathML for {type(node).__name__}")  # pragma: no cover

@@ -13,9 +13,10 @@ from mechdae.describe.tasks.kinds import Driven
 from mechdae.draw import plot
 from mechdae.draw.figure import new_axes, svg_text
 from mechdae.errors import InputError, UnavailableError
+from mechdae.explanations.chosen_pose import subject_of
 from mechdae.explanations.explain import moving_task
 from mechdae.explanations.localised import localised
-from mechdae.explanations.subject import Subject, subject_of
+from mechdae.explanations.subject import Subject
 from mechdae.explanations.words import Said
 from mechdae.export import whole_file
 from mechdae.formulas import Document, Image, Passage, Section
@@ -142,8 +143,6 @@ def report(
         A number of positions that makes no table, a task of another kind.
     UnknownName
         No such language.
-    UnavailableError
-        A spatial mechanism.
     SolveError
         The mechanism does not assemble.
     """

@@ -34,7 +34,12 @@ def structure_of(problem: Problem, subject: Subject, say: Said) -> Section:
     found = structure(problem)
     count = found["mobility"]
     rows: list[tuple[str, tuple[str | Part, ...]]] = [(say("moving links"), (str(count["n"]),))]
-    if "p5" in count:
+    if problem.mechanism.dimension == 3:
+        classes = [f"p{k} = {count[f'p{k}']}" for k in range(5, 0, -1) if count.get(f"p{k}")]
+        rows.append((say("pairs by class"), (", ".join(classes),)))
+        if count.get("idle"):
+            rows.append((say("spins freely"), (", ".join(count["idle"]),)))
+    elif "p5" in count:
         rows.append((say("lower pairs"), (str(count["p5"]),)))
         rows.append((say("higher pairs"), (str(count["p4"]),)))
     text, rank = say("by count", count["W"]), count["rank"]
@@ -52,7 +57,7 @@ def structure_of(problem: Problem, subject: Subject, say: Said) -> Section:
         lines = [
             (
                 own["name"],
-                f"{own['class']}, {own['order']}",
+                f"{own['class']}, {own['order']}" if own["class"] else "–",
                 ", ".join(own["bodies"]),
                 ", ".join(own["joints"]),
             )

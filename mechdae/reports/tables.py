@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from mechdae.describe.coordinates import coordinate
 from mechdae.describe.dimensions import parameter_units
 from mechdae.explanations.subject import Subject
 from mechdae.explanations.words import Said
@@ -14,6 +16,7 @@ from mechdae.formulas import Grid, Letter, Listed, Number, Part, Wording
 from mechdae.formulas.tree import decimals, number, rounded
 from mechdae.records import dataclass
 
+DOTS = ("\N{COMBINING DOT ABOVE}", "\N{COMBINING DIAERESIS}")
 WIDEST = 8
 """Columns of numbers side by side; more go into further tables."""
 
@@ -73,7 +76,7 @@ def driver_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]:
         values = np.asarray(driver.position, dtype=float)[list(rows)]
         angle = subject.result.unit("drivers", text, "position") == "rad"
         name, _, rest = text.partition(".")
-        symbol, index = ("φ" if angle else "s"), _index(subject, name, rest)
+        symbol, index = _symbol(subject, angle, rest), _index(subject, name, rest)
         values, unit = (np.rad2deg(values), "°") if angle else (values, "m")
         found.append(TableColumn(Letter(symbol, (index,)), unit, values))
     return found
@@ -90,20 +93,17 @@ def position_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]
     found = []
     for letter, angle, series in _moving(subject):
         values = np.asarray(series[0], dtype=float)[list(rows)]
-        if angle:
-            found.append(TableColumn(Letter("φ", (letter,)), "°", np.rad2deg(values)))
-        else:
-            found.append(TableColumn(Letter("s", (letter,)), "m", values))
+        values, unit = (np.rad2deg(values), "°") if angle else (values, "m")
+        found.append(TableColumn(letter, unit, values))
     return found
 
 
 def rate_columns(subject: Subject, rows: Sequence[int], order: int) -> list[TableColumn]:
     """Return angular and sliding rates of order 1 or 2."""
-    symbols = {True: ("ω", "ε"), False: ("ṡ", "s̈")}
     units = {True: ("rad/s", "rad/s²"), False: ("m/s", "m/s²")}
     return [
         TableColumn(
-            Letter(symbols[angle][order - 1], (letter,)),
+            _rate_of(letter, order),
             units[angle][order - 1],
             np.asarray(series[order], dtype=float)[list(rows)],
         )
@@ -132,7 +132,7 @@ def analogue_columns(subject: Subject, rows: Sequence[int], order: int) -> list[
             values = (np.asarray(series[2], dtype=float)[list(rows)] - first * gain) / speed**2
         mark = "′" * order
         unit = _analogue_unit(angle, lead, order)
-        found.append(TableColumn(Letter("φ" if angle else "s", (letter,), mark), unit, values))
+        found.append(TableColumn(replace(letter, mark=mark), unit, values))
     return found
 
 
@@ -155,27 +155,69 @@ def force_columns(subject: Subject, rows: Sequence[int]) -> list[TableColumn]:
         found.append(TableColumn(letter, unit, np.asarray(effort, dtype=float)[list(rows)]))
     for name, series in result.joints.items():
         if "reaction" in series:
-            force = np.asarray(series["reaction"], dtype=float)[list(rows), :2]
-            size = np.hypot(*force.T)
+            wrench = np.asarray(series["reaction"], dtype=float)[list(rows)]
+            axes = result.mechanism.dimension
+            size = np.linalg.norm(wrench[:, :axes], axis=1)
             if np.isfinite(size).any():
                 found.append(TableColumn(Letter("R", (name,)), "N", size))
+            if axes == 3 and np.isfinite(wrench).all(axis=1).any():
+                moment = np.linalg.norm(wrench[:, axes:], axis=1)
+                found.append(TableColumn(Letter("M", (name,)), "N m", moment))
     return found
 
 
-def _moving(subject: Subject, order: int = 0) -> Iterator[tuple[str, bool, list[Any]]]:
-    """Yield index, whether it is an angle, and series up to an order of what moves."""
+def _symbol(subject: Subject, angle: bool, word: str) -> str:
+    """Return the symbol of a coordinate: of links in the plane, of joints in space."""
+    if subject.result.mechanism.dimension == 3:
+        from mechdae.explanations.space.spatial_group import SYMBOL
+
+        return SYMBOL[word][0] if word in SYMBOL else word
+    return "φ" if angle else "s"
+
+
+def _rate_of(letter: Letter, order: int) -> Letter:
+    """Return the symbol of the rate of a coordinate: ω and ε of a link's angle, else dots."""
+    if letter.text == "φ":
+        return replace(letter, text=("ω", "ε")[order - 1])
+    return replace(letter, text=letter.text + DOTS[order - 1])
+
+
+def _moving(subject: Subject, order: int = 0) -> Iterator[tuple[Letter, bool, list[Any]]]:
+    """Yield symbol, whether it is an angle, and series up to an order of what moves."""
     result, mechanism = subject.result, subject.scene.mechanism
+    if mechanism.dimension == 3:
+        yield from _coordinates(subject, order)
+        return
     for body, series in result.bodies.items():
         names = ("angle", "angular_velocity", "angular_acceleration")[: order + 1]
         if f"{body}.angle" in result.drivers or any(name not in series for name in names):
             continue
         turn = np.asarray(series["angle"], dtype=float)
         if np.nanmax(turn) - np.nanmin(turn) > 1e-12:
-            yield str(subject.numbers[body]), True, [series[name] for name in names]
+            letter = Letter("φ", (str(subject.numbers[body]),))
+            yield letter, True, [series[name] for name in names]
     for name, series in result.joints.items():
         names = ("slide", "slide_velocity", "slide_acceleration")[: order + 1]
         if f"{name}.slide" in result.drivers or any(own not in series for own in names):
             continue
         travel = np.asarray(series["slide"], dtype=float)
         if np.nanmax(travel) - np.nanmin(travel) > 1e-12 * mechanism.scale:
-            yield name, False, [series[own] for own in names]
+            yield Letter("s", (name,)), False, [series[own] for own in names]
+
+
+def _coordinates(subject: Subject, order: int) -> Iterator[tuple[Letter, bool, list[Any]]]:
+    """Yield the same of the coordinates of spatial joints, which the links move by."""
+    from mechdae.explanations.space.spatial_group import coordinate_letter
+
+    mechanism = subject.scene.mechanism
+    for name, series in subject.result.joints.items():
+        joint = mechanism.joints[name]
+        for word in joint.coordinates:
+            names = (word, f"{word}_velocity", f"{word}_acceleration")[: order + 1]
+            if f"{name}.{word}" in subject.result.drivers or any(n not in series for n in names):
+                continue
+            angle = coordinate(mechanism, f"{name}.{word}").is_angle
+            values = np.asarray(series[word], dtype=float)
+            span = np.nanmax(values, initial=-np.inf) - np.nanmin(values, initial=np.inf)
+            if span > 1e-12 * (1.0 if angle else mechanism.scale):
+                yield coordinate_letter(name, word), angle, [series[own] for own in names]

@@ -17,7 +17,7 @@ from mechdae.assignments.choice import choose
 from mechdae.assignments.ranges import ranges
 from mechdae.assignments.words import TABLE
 from mechdae.cli import main
-from mechdae.errors import InputError, SolveError, UnavailableError, UnknownName
+from mechdae.errors import InputError, SolveError, UnknownName
 from mechdae.formulas import Grid, Number
 from tests.shared.closing import faults, passages
 
@@ -209,9 +209,9 @@ def test_what_is_refused(vary: Any, options: Any, error: type[Exception], text: 
         md.assign("slider-crank", vary, **options)
 
 
-def test_space_and_mechanisms_without_dyads() -> None:
-    with pytest.raises(UnavailableError, match="spatial"):
-        md.assign("rssr", {"a": (1, 2)})
+def test_mechanisms_without_dyads() -> None:
+    with pytest.raises(InputError, match="no dyad"):
+        md.assign("rssr", {"l": (0.28, 0.32)}, transmission_angle=0.5)
     with pytest.raises(InputError, match="no dyad"):
         md.assign("planetary-gear-train", {"z_s": (18, 30)}, transmission_angle=0.5)
 

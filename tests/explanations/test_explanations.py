@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
+import tomllib
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Any
@@ -134,6 +136,39 @@ def test_loads_act_as_the_file_says() -> None:
     assert result.loads["twist"]["bar"][0] == pytest.approx([0.0, 0.0, -2.0])
     assert result.loads["gravity"]["bar"][0] == pytest.approx([0.0, -29.43, 0.0], abs=1e-14)
     assert "M_1" in str(md.explain(result))
+
+
+@pytest.mark.parametrize(
+    "name", ["rssr", "rssp", "double-wishbone", "wobble-plate", "cardan-joint"]
+)
+def test_newton_and_euler_in_space(name: str) -> None:
+    """Reactions of six components close with m a and J e + w x J w of the accelerations."""
+    data = tomllib.loads(Path(f"problems/{name}.toml").read_text(encoding="utf-8"))
+    data.pop("expected", None)
+    task = next(own for own in data["tasks"].values() if own["kind"] == "sweep")
+    turning = set(md.solve(name).bodies)
+    for k, (body, own) in enumerate(data["bodies"].items()):
+        if body in turning:
+            own |= {"mass": 0.5 + k, "center": [0.01, -0.02, 0.03]}
+            own["inertia"] = [4e-3, 5e-3, 6e-3, 1e-3, -5e-4, 3e-4]
+    data["gravity"] = [0.3, -0.4, -9.81]
+    data["tasks"] = {"forces": {"kind": "reactions", "driver": task["driver"], "poses": 5}}
+    told = md.explain(md.solve(from_dict(data), "forces"), pose=2)
+    assert not faults(told.document)
+    sums = [own for own in passages(told.document) if isinstance(own, Formula) and own.unit == "N"]
+    lost = "do not determine the reactions" in told.text()
+    assert lost or len(sums) >= len(turning)
+    assert all(own.gap is not None and own.gap <= 1e-11 * _size(own) for own in sums)
+    assert "P_inertia" in told.text()
+
+
+def test_the_speed_of_a_cardan_shaft() -> None:
+    """w cos(d) / (1 - sin^2(f) sin^2(d)) of the textbooks, at f = 70 degrees, cos(d) = 4/5."""
+    text = md.explain("cardan-joint", "turn", pose=70).text()
+    speed = 10 * 0.8 / (1 - math.sin(math.radians(70)) ** 2 * 0.6**2)
+    assert f"θ̇_E = {speed:.6f} rad/s" in text
+    assert "ω_2 = ω_1 + θ̇_U·e_U + θ̇_U,2·e_U,2" in text
+    assert "ω_2 = θ̇_E·e_E" in text
 
 
 def test_friction_is_named_with_its_sense() -> None:

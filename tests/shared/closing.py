@@ -21,6 +21,8 @@ from mechdae.formulas import (
     Sum,
 )
 
+COMPONENTS = ("x", "y", "z")
+
 
 def passages(document: Document) -> Iterator[Passage]:
     """Yield what the sections of a document hold."""
@@ -40,7 +42,9 @@ def faults(document: Document) -> list[str]:
     for passage in passages(document):
         if isinstance(passage, Formula) and isinstance(passage.node, Equation):
             found += _sides(passage.node)
-        elif isinstance(passage, Grid) and len(passage.heads) in (5, 8):
+        elif isinstance(passage, Grid) and (
+            str(passage.heads[2:3]).startswith("('F x") or passage.heads[1:] == COMPONENTS
+        ):
             found += _sums(passage)
     return found
 
@@ -107,9 +111,14 @@ def _printed(digits: str, power: int) -> tuple[float, float]:
 def _sums(grid: Grid) -> list[str]:
     """Return the columns of forces and moments that do not add up to nothing."""
     faults = []
-    for k in range(2, len(grid.heads)):
+    ends = grid.heads[1:] == COMPONENTS  # the last row is what the terms have to be
+    for k in range(1 if ends else 2, len(grid.heads)):
         cells = [row[k] for row in grid.rows[:-1]]
         printed = [_printed(own.digits, own.power) for own in cells if isinstance(own, Number)]
+        last = grid.rows[-1][k]
+        if ends and isinstance(last, Number):
+            value, off = _printed(last.digits, last.power)
+            printed.append((-value, off))
         total, slack = (sum(own) for own in zip(*printed, strict=True))
         if abs(total) > 1.001 * slack:
             faults.append(f"column {grid.heads[k]} adds up to {total}")

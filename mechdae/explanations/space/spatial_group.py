@@ -13,12 +13,27 @@ from mechdae.describe.mechanism import GROUND
 from mechdae.draw.space.viewpoint import Array
 from mechdae.explanations.motion import group_of, joints_of
 from mechdae.explanations.space.spatial_subject import SpatialSubject
-from mechdae.formulas import Equation, Formula, Letter, Part, Product, Sum
+from mechdae.formulas import (
+    Column,
+    Equation,
+    Formula,
+    Grid,
+    Letter,
+    Number,
+    Part,
+    Passage,
+    Product,
+    Sum,
+    Wording,
+)
+from mechdae.formulas.plain import plain
 from mechdae.formulas.tree import columns, number
 from mechdae.records import dataclass
 
 STILL = 1e-12
 """Vectors shorter than this share of the largest of their kind in the pose are nothing."""
+WIDEST = 90
+"""Letters of an equation in numbers on one line; a longer one is a table."""
 POINT = {"velocity": ("v", "m/s"), "acceleration": ("a", "m/s²")}
 LINK = {"velocity": ("ω", "rad/s"), "acceleration": ("ε", "rad/s²")}
 DOTS = {"position": "", "velocity": "\N{COMBINING DOT ABOVE}", "acceleration": "\u0308"}
@@ -51,6 +66,23 @@ def coordinate_letter(joint: str, word: str, order: str = "position") -> Letter:
     """Return the symbol of a joint's coordinate or of its rate: s with dots, index the joint."""
     symbol, further = SYMBOL[word]
     return Letter(symbol + DOTS[order], (f"{joint},{further}" if further else joint,))
+
+
+def in_numbers(
+    left: Letter, letters: tuple[Part, ...], shown: tuple[Column, ...], gap: float, unit: str
+) -> Passage:
+    """Return left = sum of terms in numbers: a line, or a table whose last row is the sum.
+
+    `shown` is the left side and then the terms.
+    """
+    line = Equation((shown[0], Sum(shown[1:])))
+    if len(plain(line)) <= WIDEST:
+        return Formula(line, gap, unit)
+    rows = tuple(
+        (letter, *(Number(digits, own.power) for digits in own.digits))
+        for letter, own in zip((*letters, left), (*shown[1:], shown[0]), strict=True)
+    )
+    return Grid((Wording(unit), "x", "y", "z"), rows)
 
 
 class SpatialGroup:
@@ -120,7 +152,6 @@ class SpatialGroup:
         axis = subject.axis(joint)
         if axis is None:
             return found
-        crossed = getattr(joint, "crossed", False)
         frame = subject.scene.frame(joint, subject.pose)
         for word in joint.coordinates:
             if word in ("x", "y"):
@@ -129,7 +160,7 @@ class SpatialGroup:
                     found[word] = (letter, frame["xy".index(word)])
                 continue
             second = subject.axis(joint, second=True) if word == "angle2" else axis
-            mark = joint.name + (f",{2 if word == 'angle2' else 1}" if crossed else "")
+            mark = joint.name + (",2" if word == "angle2" else "")
             if second is not None:
                 found[word] = (Letter("e", (mark,), vector=True), second)
         return found
@@ -180,7 +211,7 @@ class SpatialGroup:
 
     def between(
         self, symbol: str, start: str, end: str, terms: list[Addend], unit: str, word: str = ""
-    ) -> Iterator[Formula]:
+    ) -> Iterator[Passage]:
         """Yield the equation of two points in letters and in numbers."""
         subject = self.subject
         names = subject.named_apart(start, end)
@@ -195,7 +226,7 @@ class SpatialGroup:
 
     def equation(
         self, left: Letter, value: Array, terms: list[Addend], unit: str
-    ) -> Iterator[Formula]:
+    ) -> Iterator[Passage]:
         """Yield left = sum of terms in letters, then in numbers; terms that vanish are left out."""
         still = STILL * self.size(left.text)
         moving = [own for own in terms if float(np.linalg.norm(own.vector)) > still]
@@ -209,10 +240,10 @@ class SpatialGroup:
             return
         shown = columns(tuple(value), *(tuple(own.vector) for own in moving), unit=unit)
         yield Formula(Equation((left, Sum(tuple(own.letter for own in moving)))))
-        yield Formula(Equation((shown[0], Sum(shown[1:]))), gap, unit)
+        yield in_numbers(left, tuple(own.letter for own in moving), shown, gap, unit)
 
     def size(self, symbol: str) -> float:
-        """Return the largest vector of a kind in the pose, and what turning makes of its lengths."""
+        """Return the largest vector of a kind in the pose, or what turning makes of lengths."""
         if symbol not in self._sizes:
             self._sizes[symbol] = self._size(symbol)
         return self._sizes[symbol]

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mechdae.explanations.motion import facts_of, solved_values
-from mechdae.explanations.space.spatial_group import SYMBOL, SpatialGroup
+from mechdae.explanations.space.spatial_group import SYMBOL, SpatialGroup, in_numbers
 from mechdae.explanations.space.spatial_rates import SpatialRates
 from mechdae.explanations.space.spatial_subject import SpatialSubject
 from mechdae.formulas import Equation, Facts, Formula, Letter, Norm, Note, Passage, Section, Sum
@@ -49,7 +49,7 @@ def _positions(group: SpatialGroup) -> Iterator[Passage]:
             gap = abs(float(np.linalg.norm(axis)) - 1.0)
             yield Formula(Equation((letter, *columns(tuple(axis)))), gap)
     for start, end in group.arms:
-        yield _closure(subject, start, end)
+        yield from _closure(subject, start, end)
         if subject.turn(start.split(".")[0]) is None:
             scene = subject.scene
             span = float(np.linalg.norm(scene.local(end) - scene.local(start)))
@@ -63,8 +63,8 @@ def _positions(group: SpatialGroup) -> Iterator[Passage]:
     yield from solved_values(subject, group.found("position"))
 
 
-def _closure(subject: SpatialSubject, start: str, end: str) -> Formula:
-    """Return r_E = r_S + r_ES."""
+def _closure(subject: SpatialSubject, start: str, end: str) -> Iterator[Passage]:
+    """Yield r_E = r_S + r_ES, in letters and in numbers."""
     scene = subject.scene
     one, two = (scene.place(ref, subject.pose) for ref in (start, end))
     names, turn = subject.named_apart(start, end), subject.turn(start.split(".")[0])
@@ -73,9 +73,9 @@ def _closure(subject: SpatialSubject, start: str, end: str) -> Formula:
         arm = turn @ (scene.local(end) - scene.local(start))
     first, second = (Letter("r", (own,), vector=True) for own in names)
     shown = columns(tuple(two), tuple(one), tuple(arm), unit="m")
-    letters = Sum((first, Letter("r", names[::-1], vector=True)))
-    gap = float(np.linalg.norm(one + arm - two))
-    return Formula(Equation((second, letters, shown[0], Sum(shown[1:]))), gap, "m")
+    terms = (first, Letter("r", names[::-1], vector=True))
+    yield Formula(Equation((second, Sum(terms))))
+    yield in_numbers(second, terms, shown, float(np.linalg.norm(one + arm - two)), "m")
 
 
 def _length(subject: SpatialSubject, start: str, end: str, length: float) -> Formula:

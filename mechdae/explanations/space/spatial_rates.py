@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -78,7 +77,7 @@ class SpatialRates:
     def _link(self, symbol: str, body: str) -> Letter:
         return Letter(symbol, (str(self.subject.numbers[body]),), vector=True)
 
-    def _turning(self, joint: Joint, known: set[str]) -> Iterator[Formula]:
+    def _turning(self, joint: Joint, known: set[str]) -> Iterator[Passage]:
         """Yield the angular rate of the second link of a pair by that of the first one."""
         if joint.pointer or joint.wheels or joint.bar or getattr(joint, "ball", False):
             return
@@ -106,7 +105,7 @@ class SpatialRates:
             known.add(second)
         yield from self.group.equation(self._link(symbol, second), two, terms, unit)
 
-    def _carried(self, start: str, end: str) -> Iterator[Formula]:
+    def _carried(self, start: str, end: str) -> Iterator[Passage]:
         """Yield the rate of one point of a link by that of another one."""
         subject, body = self.subject, start.split(".")[0]
         turn, spins = subject.turn(body), self._spins(body)
@@ -137,7 +136,7 @@ class SpatialRates:
             Addend(Cross(omega, Cross(omega, letter)), np.cross(spin, np.cross(spin, arm))),
         ]
 
-    def _along(self, start: str, end: str) -> Iterator[Formula]:
+    def _along(self, start: str, end: str) -> Iterator[Passage]:
         """Yield that the distance of two points stays: v·r = 0, a·r = -v^2."""
         subject, pose = self.subject, self.subject.pose
         one, two = (subject.rate(ref, self.word) for ref in (start, end))
@@ -148,12 +147,12 @@ class SpatialRates:
         letter = Letter(symbol, index, vector=True)
         left, first = (Letter(symbol, (own,), vector=True) for own in index)
         rate: Array = two - one
-        shown = columns(tuple(rate), tuple(two), tuple(one), unit="")
-        total = replace(shown[0], unit=unit)
-        sides: tuple[Part, ...] = (letter, left, total)
         if one.any():
-            sides = (letter, Sum((left, Less(first))), Sum((shown[1], Less(shown[2]))), total)
-        yield Formula(Equation(sides), 0.0, unit)
+            yield Formula(Equation((letter, Sum((left, Less(first))))))
+            shown = columns(tuple(rate), tuple(two), tuple(one), unit=unit)
+            yield Formula(Equation((shown[0], Sum((shown[1], Less(shown[2]))))), 0.0, unit)
+        else:
+            yield Formula(Equation((letter, left, *columns(tuple(rate), unit=unit))), 0.0, unit)
         arm = subject.scene.place(end, pose) - subject.scene.place(start, pose)
         length, dot = float(np.linalg.norm(arm)), float(rate @ arm)
         product = Product((letter, Letter("r", index, vector=True)))
@@ -162,10 +161,10 @@ class SpatialRates:
             return
         square = float(np.sum((fast - slow) ** 2))
         size = Norm(Letter("v", index, vector=True))
-        sides = (product, Less(Product((size, size))), number(-square, "m²/s²"))
+        sides: tuple[Part, ...] = (product, Less(Product((size, size))), number(-square, "m²/s²"))
         yield Formula(Equation(sides), abs(dot + square) / length, unit)
 
-    def _sliding(self, joint: Joint) -> Iterator[Formula]:
+    def _sliding(self, joint: Joint) -> Iterator[Passage]:
         """Yield the rate of a point that slides in a link, by that of the link's point."""
         seen, body = self.group.slid(joint, self.word), joint.first_body
         spins, turning = self._spins(body), self.subject.spin(body)
@@ -182,7 +181,7 @@ class SpatialRates:
         terms += seen
         yield from self.group.between(symbol, joint.first, joint.second, terms, unit, self.word)
 
-    def _pointing(self, joint: Joint) -> Iterator[Formula]:
+    def _pointing(self, joint: Joint) -> Iterator[Passage]:
         """Yield the rate of the head of a vector of a loop by that of its tail."""
         turned = [Letter("e" + DOTS[own], (joint.name,), vector=True) for own in POINT]
         length = coordinate_letter(joint.name, "length")
@@ -201,7 +200,7 @@ class SpatialRates:
         symbol, unit = POINT[self.word]
         yield from self.group.between(symbol, joint.first, joint.second, terms, unit, self.word)
 
-    def _meshed(self, joint: Joint) -> Iterator[Formula]:
+    def _meshed(self, joint: Joint) -> Iterator[Passage]:
         """Yield the ratio of the rates of two wheels about their axes, relative to the carrier."""
         carrier = getattr(joint, "carrier", None) or GROUND
         pins = [self._pin(carrier, wheel) for wheel in (joint.first_body, joint.second_body)]
