@@ -1,11 +1,13 @@
 """Draws random mechanisms, opens their pages in Node.js: nothing is certified that Python refutes.
 
-    python -m tests.attack.page_honesty --count 10000 --workers 2 --out docs/data/page-honesty.json
+    python -m tests.attack.page_honesty --count 420 --out docs/data/page-honesty.json
 
 A page holds poses that Python solved. Its modules, where it is live, are asked for the poses at the
 same values of the driver: what they certify must be certified by Python too, at the same places,
-and limit positions must be those of Python. ``missing`` are poses that Python alone has.
-Work is done in chunks; a run that was stopped goes on from OUT.parts.jsonl.
+and limit positions must be those of Python. ``missing`` are poses that Python alone has. Then
+each page is given further dimensions, which a closure of the tests' own judges
+(`tests.attack.page_dimensions`). Work is done in chunks; a run that was stopped goes on from
+OUT.parts.jsonl.
 """
 
 from __future__ import annotations
@@ -17,13 +19,20 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from tests.attack import page_dimensions
 from tests.shared import attack
 
-CHUNK = 50
+CHUNK = 10
 POSES = 24
+SETS = 25
+"""Further sets of dimensions of each page."""
 APART = 1e-9
 """Share of the mechanism's size by which places may differ beyond the bounds of both."""
-COUNTS = ("mechanisms", "live", "recorded", "poses", "certified", "missing", "limits", "ends")
+COUNTS = (
+    *("mechanisms", "live", "recorded", "poses", "certified", "missing", "limits", "ends"),
+    *page_dimensions.COUNTS,
+)
+WORST = ("worst", *page_dimensions.WORST)
 LISTS = ("faults", "untrusted")
 ASKED = """
 const limits = session.motion.ends.map((end) => (end && end.kind === "limit" ? end.s : null));
@@ -37,10 +46,10 @@ return { trusted: session.trusted, limits, poses: PLACES.map((s) => {
 def nothing() -> dict[str, Any]:
     """Return the figures of no mechanism."""
     lists: dict[str, Any] = {name: [] for name in LISTS}
-    return {**dict.fromkeys(COUNTS, 0), "worst": 0.0, **lists, "reasons": {}}
+    return {**dict.fromkeys(COUNTS, 0), **dict.fromkeys(WORST, 0.0), **lists, "reasons": {}}
 
 
-def examine(seed: int, player: Any) -> dict[str, Any]:
+def examine(seed: int, player: Any, sets: int = SETS) -> dict[str, Any]:
     """Return the figures of one mechanism."""
     import numpy as np
 
@@ -49,7 +58,7 @@ def examine(seed: int, player: Any) -> dict[str, Any]:
     from tests.reference.truth.judging import swept
 
     row: dict[str, Any] = {**dict.fromkeys(COUNTS, 0), "faults": [], "untrusted": []}
-    row |= {"worst": 0.0, "reason": ""}
+    row |= {**dict.fromkeys(WORST, 0.0), "reason": ""}
     case = draw(seed)
     if case is None:
         return row
@@ -98,20 +107,22 @@ def examine(seed: int, player: Any) -> dict[str, Any]:
             row["ends"] += 1
             if not abs(python - own) <= APART * max(unit, abs(python)):
                 row["faults"].append(f"seed {seed}: limit at {own!r}, of Python at {python!r}")
+    page_dimensions.judge(case, page, player, sets, row)
     return row
 
 
-def chunk(start: int, count: int) -> dict[str, Any]:
+def chunk(start: int, count: int, sets: int = SETS) -> dict[str, Any]:
     """Return the figures of some seeds, added up."""
     from tests.shared.player import Player
 
     total = nothing()
     with tempfile.TemporaryDirectory() as folder, Player(Path(folder)) as player:
         for seed in range(start, start + count):
-            row = examine(seed, player)
+            row = examine(seed, player, sets)
             for name in COUNTS:
                 total[name] += row[name]
-            total["worst"] = max(total["worst"], row["worst"])
+            for name in WORST:
+                total[name] = max(total[name], row[name])
             for name in LISTS:
                 total[name] += row[name]
             if row["reason"]:
@@ -125,12 +136,13 @@ def merged(parts: list[dict[str, Any]]) -> dict[str, Any]:
     for part in sorted(parts, key=lambda part: int(part["start"])):
         for name in COUNTS:
             total[name] += part[name]
-        total["worst"] = max(total["worst"], part["worst"])
+        for name in WORST:
+            total[name] = max(total[name], part[name])
         for name in LISTS:
             total[name] += part[name]
         for reason, count in part["reasons"].items():
             total["reasons"][reason] = total["reasons"].get(reason, 0) + count
-    total["worst"] = float(f"{total['worst']:.2g}")
+    total |= {name: float(f"{total[name]:.2g}") for name in WORST}
     total["reasons"] = dict(sorted(total["reasons"].items(), key=lambda item: -item[1]))
     return total
 
@@ -157,7 +169,8 @@ def main() -> int:
             if log is not None:
                 with log.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(part) + "\n")
-            print(part["start"], part["live"], part["faults"], file=sys.stderr, flush=True)
+            done_so_far = part["start"], part["live"], part["sets"], part["faults"]
+            print(*done_so_far, file=sys.stderr, flush=True)
     if later:
         return 0
     figures = {"seed": options.seed, "count": options.count, **merged(parts)}

@@ -52,6 +52,20 @@ def test_interface_for_embedding(opened):
     assert "b = 0.125" in page.evaluate("mechdae.toml()")
 
 
+def test_the_bound_is_told_in_the_units_of_the_page(browser, tmp_path):
+    """Where lengths are inches and angles radians, so is how far they may be off."""
+    made = md.page("four-bar-crank-rocker", "turn", units="in,rad")
+    page = browser.new_page()
+    page.goto(f"file://{made.save(tmp_path / 'inches.html')}")
+    said = page.locator("#status").inner_text()
+    found = re.search(r"error at most (\S+) in, (\S+) rad", said)
+    assert found is not None, said
+    bound = page.evaluate("mechdae.pose().bound")
+    assert float(found[1]) == pytest.approx(bound["length"] / 0.0254, rel=0.05)
+    assert float(found[2]) == pytest.approx(bound["angle"], rel=0.05)
+    page.close()
+
+
 def test_keyboard_alone(opened):
     page = opened("gorshkov-seven-link")
     page.focus("#diagram")

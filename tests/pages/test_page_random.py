@@ -7,8 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.attack import page_honesty
+import mechdae as md
+from tests.attack import page_dimensions, page_honesty
+from tests.reference.truth.drawing import draw
+from tests.reference.truth.judging import swept
 from tests.shared.node import needs_node
+from tests.shared.player import Player
 
 ROOT = Path(__file__).parents[2]
 
@@ -17,9 +21,55 @@ ROOT = Path(__file__).parents[2]
 @pytest.mark.parametrize("start", [0, 320], ids=["any", "rack"])
 def test_nothing_is_certified_that_python_refutes(start):
     """Of seed 320 a rack on the crank is elsewhere after whole turns of it."""
-    found = page_honesty.chunk(start, 6)
+    found = page_honesty.chunk(start, 6, sets=3)
     assert found["faults"] == []
     assert found["certified"] > 40
+    assert found["sets"] > 10
+    assert found["set_poses"] > 300
+    assert found["unsure"] == 0
+
+
+@needs_node
+def test_planted_mistakes_are_refuted(tmp_path, monkeypatch):
+    """Of a triad at other dimensions: a pose beside, one of another mode, a limit elsewhere."""
+    monkeypatch.setattr(page_dimensions, "FINER", (512,))
+    case = draw(20)
+    page = md.page(md.Problem(case.mechanism(), {"sweep": swept(case, 24)}))
+    sliders = page.data["sliders"]
+    theta = page_dimensions.sets_of(20, sliders, case.scale, 1)[0]
+    with Player(tmp_path) as player:
+        [found] = page_dimensions.shown(page, player, [theta])
+        label = next(mode["label"] for mode in page.data["modes"] if not mode["own"])
+        chosen = f"session.choose({label!r});" + page_dimensions.ASKED
+        for word, shares in page_dimensions.SHARES.items():
+            chosen = chosen.replace(word, json.dumps(shares))
+        [other] = player.asks(page, chosen.replace("THETAS", json.dumps([theta])))
+
+    def faults(change):
+        copy = json.loads(json.dumps(found))
+        change(copy)
+        row = page_honesty.nothing()
+        return " ".join(page_dimensions.judged(case, page, copy, row))
+
+    def beside(own):
+        own["poses"][3]["angles"]["crank"] += 1e-6
+
+    def elsewhere(own):
+        own["ends"] = [end and {**end, "s": end["s"] + 1e-6} for end in own["ends"]]
+
+    def leaps(own):
+        there = next(k for k, pose in enumerate(other["poses"]) if pose["plain"])
+        own["poses"][there] = other["poses"][there]
+
+    def longer(own):
+        own["theta"][0] += 1e-6 * case.scale
+
+    assert any(found["ends"])
+    assert faults(lambda own: None) == ""
+    assert "the solution is" in faults(beside)
+    assert "the fold is at" in faults(elsewhere)
+    assert "sign" in faults(leaps) or "arrive" in faults(leaps)
+    assert "the solution is" in faults(longer)
 
 
 def read(name):

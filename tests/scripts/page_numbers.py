@@ -2,8 +2,10 @@
 
     python -m tests.scripts.page_numbers --out docs/data/page-numbers.json [NAME ...]
 
-All live pages of the predefined problems at 37 poses; ten of them with 60 sets of dimensions, each
-assembled anew by Python; and each with 500 random values of its sliders, absurd ones among them.
+All live pages of the predefined problems at 37 poses: ``over`` is the largest difference over what
+is allowed, the bars of `BARS` and what rounding makes of the condition number. Ten of them with 60
+sets of dimensions, each assembled anew by Python; and each with 500 random values of its sliders,
+absurd ones among them.
 """
 
 from __future__ import annotations
@@ -28,6 +30,10 @@ VARIED = ("four-bar-crank-rocker", "four-bar-double-rocker", "gorshkov-seven-lin
           "triad-six-modes", "slider-crank", "watt-six-bar", "stephenson-six-bar", "klann-leg",
           "oscillating-cylinder")  # fmt: skip
 RATES = ("position", "velocity", "acceleration")
+BARS = (1e-13, 1e-13, 1e-12)
+"""Differences of positions, velocities, accelerations, of the largest entry of a pose."""
+ROUNDING = 2.0**-52
+"""Of it times the condition number positions may differ beyond, rates times its square."""
 ASKED = """
 const points = (pose) => Object.fromEntries(data.entries.filter((e) => e.kind === "points")
   .map((e) => [e.part, [0, 1, 2].map((order) => session.inTime(pose, e.columns, order))]));
@@ -38,6 +44,7 @@ return { trusted: session.trusted, ends, poses: PLACES.map((s) => {
     const acting = forces && pose.status === "ok" ? session.forcesAt(pose) : null;
     return { status: pose.status, points: pose.y && points(pose),
       bound: pose.error && session.motion.bound(pose).length,
+      condition: pose.error && session.motion.condition(pose),
       acting: acting && !acting.still ? [acting.status, acting.efforts] : null };
   }) };
 """
@@ -94,7 +101,7 @@ def as_python(name: str, page: md.Page, player: Player) -> dict[str, Any]:
     rows = np.unique(np.linspace(0, len(result.status) - 1, POSES).astype(int))
     places = np.asarray(driver.position)[rows].tolist()
     found = player.asks(page, ASKED.replace("PLACES", json.dumps(places)))
-    worst = dict.fromkeys((*RATES, "limit", "forces"), 0.0)
+    worst = dict.fromkeys((*RATES, "limit", "forces", "over"), 0.0)
     other, ratios, poses = 0, [], 0
     for wanted, own in zip(page.data["limits"], found["ends"], strict=True):
         if wanted is not None:
@@ -115,9 +122,12 @@ def as_python(name: str, page: md.Page, player: Player) -> dict[str, Any]:
             size = max((np.abs(own).max() for own in known.values()), default=0.0)
             natural = page.data["start"]["scale"] * abs(page.data["speed"]) ** order
             size = size if size > 1e-9 * natural else natural  # of what stands still
+            allowed = BARS[order] + ROUNDING * pose["condition"] ** min(order + 1, 2)
             for ref, own in known.items():
-                miss = np.abs(np.array(pose["points"][ref][order], float) - own).max()
-                worst[rate] = max(worst[rate], float(miss / size) if size else float(miss))
+                miss = float(np.abs(np.array(pose["points"][ref][order], float) - own).max())
+                miss = miss / float(size) if size else miss
+                worst[rate] = max(worst[rate], miss)
+                worst["over"] = max(worst["over"], miss / allowed)
         if pose["acting"] and pose["acting"][0] == status == "ok":
             for effort, value in pose["acting"][1].items():
                 size = np.nanmax(np.abs(result.efforts[effort]))
@@ -206,7 +216,7 @@ def main() -> None:
         "trusted": sum(own["poses"]["trusted"] for own in table.values()),
         **{
             key: max(own["poses"][key] for own in table.values())
-            for key in (*RATES, "limit", "forces")
+            for key in (*RATES, "limit", "forces", "over")
         },
         "other": sum(own["poses"]["other"] for own in table.values()),
         "gap": float(f"{max(own['pulled']['worst'] for own in table.values()):.2g}"),

@@ -4,7 +4,7 @@ import { bareAngle, Session } from "./session.js";
 import { Recorded } from "./recorded.js";
 import { Chart, ticks } from "./chart.js";
 import { isWhole } from "./whole.js";
-import { digits, displayed, quantity, showIn } from "./units.js";
+import { digits, displayed, quantity, rounded, showIn } from "./units.js";
 import { Plans } from "./plans.js";
 import { pulled, slidersAt } from "./shape.js";
 import { csvText, offered, png, svgText, tomlText } from "./files.js";
@@ -547,7 +547,7 @@ class App {
     const head = `${data.driver.name} = ${quantity(session.s, data.driver.unit)}`;
     if (pose.status === "ok") {
       const bound = session.motion.bound(pose);
-      this.say(`${head}; ${this.words("certified")}, ${this.words("bound")} ${bound.length.toExponential(1)} m, ${bound.angle.toExponential(1)} rad${this.told(forces)}`, Boolean(forces) && forces.status !== "ok");
+      this.say(`${head}; ${this.words("certified")}, ${this.words("bound")} ${rounded(bound.length, "m")}, ${rounded(bound.angle, "rad")}${this.told(forces)}`, Boolean(forces) && forces.status !== "ok");
     } else if (pose.status === "limit") this.say(`${head}; ${this.words("limit")}: ${pose.end.group} (${pose.end.joint})`, false);
     else this.say(`${head}; ${this.words("unassembled")}: ${session.reason || session.opening(session.s)}`, true);
   }

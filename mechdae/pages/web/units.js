@@ -25,5 +25,11 @@ export function quantity(value, unit, count = 6) {
   return `${digits(value === null ? null : value * factor, count)}${name === "°" ? "°" : name ? ` ${name}` : ""}`;
 }
 
+/** A bound with its unit: two digits. */
+export function rounded(value, unit) {
+  const [factor, name] = displayed(unit);
+  return `${(value * factor).toExponential(1)}${name === "°" ? "°" : ` ${name}`}`;
+}
+
 /** The unit of a rate of a quantity. */
 export function rateOf(unit, order) { return order === 0 ? unit : order === 1 ? `${unit}/s` : `${unit}/s2`; }
